@@ -45,15 +45,19 @@ STEPS: dict[str, dict[str, Any]] = {
 DRAWN = tuple(step for step in STEPS if step != "finite, Reynolds")
 
 
-def study(step: str, strokes: float) -> linkages.Study:
-    """Run the press with one model of its films at a number of strokes per second."""
+def system(step: str, strokes: float) -> linkages.System:
+    """Return the press with one model of its films at a number of strokes per second."""
     speed = 2.0 * math.pi * strokes
     values: dict[str, Any] = {"drives.O1.speed": speed, "drives.O4.speed": speed, "duration": PERIODS / strokes}
     for joint in JOINTS:
         model = {"model": "lubricated", "clearance": 0.3e-3, "oil": {"grade": 460, "temperature": SUPPLY}}
         values[f"joints.{joint}"] = model | STEPS[step]
-    system = linkages.load(linkages.find_file("seven_bar.toml"), values)
-    return linkages.study(system, error_estimate=False)
+    return linkages.load(linkages.find_file("seven_bar.toml"), values)
+
+
+def study(step: str, strokes: float) -> linkages.Study:
+    """Run the press with one model of its films."""
+    return linkages.study(system(step, strokes), error_estimate=False)
 
 
 def row(step: str, strokes: float) -> dict[str, Any]:

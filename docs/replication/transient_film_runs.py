@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import make_press_films as press
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 import linkages
 from linkages.laws.film.film_map import MapCase
@@ -17,17 +16,19 @@ from linkages.laws.film.surface import Groove
 from linkages.laws.film.surface.balance import Thickness
 from linkages.laws.film.surface.surface_film import solve_film
 from linkages.laws.film.surface.surface_mesh import surface_mesh
-from linkages.laws.film.surface.transient import Bearing, Journal, Moment, at_rest, filling_time, follow, move
+from linkages.laws.film.surface.transient import Bearing, at_rest, filling_time, follow
 from linkages.laws.viscosity import iso_vg_viscosity
-from linkages.results.steady_state import common_period
 
 CELLS = (48, 4)  # around, and along half the length
 FREQUENCIES = (0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0)  # over the angular velocity of the journal
 SWING_STEPS = 80  # at least, in a period of an oscillation
-STEPS, TURNS = 160, 12  # of the press, in a turn of the crank
+STEPS, TURNS = 160, 12  # of the press: points in a turn of the crank, and turns
 STROKES = 1.0  # of the press, in a second
-#: Joint A: radial clearance and radius [m], viscosity [Pa s], mass that moves with the journal [kg], link 2.
-CLEARANCE, RADIUS, VISCOSITY, MASS = 0.3e-3, 0.015, iso_vg_viscosity(460, press.SUPPLY), 0.219
+PRESSURES = (0.0, 2e4)  # of the supply of joint A [Pa]
+PRESS_STEPS = (5e-3, 2.5e-3, 1.25e-3)  # film steps [s]; the first one is the default
+MESHES = ((72, 6), (96, 8))  # beside CELLS
+#: Joint A: radial clearance and radius [m], viscosity [Pa s].
+CLEARANCE, RADIUS, VISCOSITY = 0.3e-3, 0.015, iso_vg_viscosity(460, press.SUPPLY)
 
 
 class Swing(NamedTuple):
@@ -99,26 +100,19 @@ def swing(case: Swing, frequency: float, table: Any) -> dict[str, float]:
 
 
 class JointMotion(NamedTuple):
-    """Motion of the journal of joint A in the frame of its bearing over the last period, in the units of the film."""
+    """Motion of the journal of joint A in the frame of its bearing, in the units of the film."""
 
-    time: Any  # in units of 1/speed, from 0 to 2 pi
+    time: Any  # in units of 1/speed, from 0
     place: Any  # (2, n), units of the clearance
     force: Any  # (2, n), of the film on the journal
     speed: Any  # of the journal relative to the bearing
 
 
-def joint_motion(strokes: float) -> JointMotion:
-    """Run the press with the map, and turn the motion in A into the frame of the crank, which carries the bearing."""
-    rate = 2.0 * math.pi * strokes
-    found = press.study("groove, mass-conserving", strokes)
-    system, period = found.system, common_period(found.system)
-    names = ["A.ex", "A.ey", "A.fx", "A.fy", "link2.x", "link2.y", "link2_C.x", "link2_C.y"]
-    run = linkages.simulate(system, outputs=names)
-    assert period is not None
+def seen_from_crank(run: linkages.Trajectory, time: Any) -> JointMotion:
+    """Turn the motion in A over these times into the frame of the crank, which carries the bearing."""
+    rate = 2.0 * math.pi * STROKES
     assert run.evaluate is not None
-    time = np.linspace(float(run.time[-1]) - period, float(run.time[-1]), 721)
     columns = run.evaluate(time)
-    angle = np.unwrap(np.arctan2(columns["link2_C.y"] - columns["link2.y"], columns["link2_C.x"] - columns["link2.x"]))
     cos, sin = np.cos(rate * time), np.sin(rate * time)
 
     def seen(x: Any, y: Any) -> Any:
@@ -129,53 +123,87 @@ def joint_motion(strokes: float) -> JointMotion:
         rate * (time - time[0]),
         seen(columns["A.ex"], columns["A.ey"]) / CLEARANCE,
         seen(columns["A.fx"], columns["A.fy"]) / unit,
-        CubicSpline(time, angle)(time, 1) / rate - 1.0,
+        columns["link2.omega"] / rate - 1.0,
     )
 
 
-def press_joint(strokes: float) -> dict[str, Any]:
-    """Move the journal of A with its history under the film force of the run."""
-    motion = joint_motion(strokes)
-    groove = Groove(0.0, math.radians(20.0), 0.8)
-    film = Bearing(surface_mesh(4.0 / 3.0, (groove,), around=CELLS[0], along=CELLS[1]), (groove,))
-    turn = 2.0 * math.pi
+def press_film(pressure: float) -> Bearing:
+    """Return the film of A with a supply pressure [Pa]."""
+    unit = VISCOSITY * 2.0 * math.pi * STROKES * (RADIUS / CLEARANCE) ** 2
+    groove = Groove(0.0, math.radians(20.0), 0.8, pressure / unit)
+    return Bearing(surface_mesh(4.0 / 3.0, (groove,), around=CELLS[0], along=CELLS[1]), (groove,))
 
-    def curve(values: Any) -> Any:
-        return CubicSpline(
-            motion.time, np.concatenate([values[..., :-1], values[..., :1]], axis=-1), axis=-1, bc_type="periodic"
-        )
 
-    place, force, speed = (curve(values) for values in (motion.place, motion.force, motion.speed))
-    times = turn / STEPS * np.arange(1, STEPS * TURNS + 1)
-    start = at_rest(film, tuple(place(0.0)))
-    along = [m.force for m in follow(film, start, ((t, tuple(place(t % turn)), float(speed(t % turn))) for t in times))]
-    mass = MASS * CLEARANCE**3 * 2.0 * math.pi * strokes / (VISCOSITY * RADIUS**4)
-    load = curve(mass * place(motion.time, 2) - motion.force)
-    journal = Journal(mass, lambda t: tuple(load(t % turn)), lambda t: float(speed(t % turn)))
-    every = list(move(film, start, journal, times))
-    moved = every[-STEPS:]
-    largest = [max(math.hypot(*m.place) for m in every[k * STEPS : (k + 1) * STEPS]) for k in range(TURNS)]
-    found = {
-        "map": place(times[-STEPS:] % turn).T,
-        "history": [m.place for m in moved],
-        "force": force(times[-STEPS:] % turn).T,
-        "force_along": along[-STEPS:],
-        "turns": largest,
-        "content": [_mean_content(film, m) for m in moved],
-        "filling": [_filling_time(film, tuple(place(t))) for t in times[: STEPS : STEPS // 10]],
+def press_run(turns: int, pressure: float = 0.0, history: dict[str, Any] | None = None) -> linkages.Trajectory:
+    """Run the press with the groove in A and B; A has a history, or the map if none is given."""
+    values: dict[str, Any] = {"joints.A.groove.pressure": pressure}
+    if history is not None:
+        values["joints.A.history"] = history
+    system = press.system("groove, mass-conserving", STROKES).replaced(values | {"duration": turns / STROKES})
+    names = ["A.ex", "A.ey", "A.fx", "A.fy", "A.force", "A.eccentricity_ratio", "link2.omega"]
+    return linkages.simulate(system, outputs=[*names, "A.film_content"] if history is not None else names)
+
+
+def each_turn(run: linkages.Trajectory, name: str, turns: int) -> list[float]:
+    """Largest value of an output in each turn of the crank."""
+    parts = (run.within(k / STROKES, (k + 1) / STROKES) for k in range(turns))
+    return [float(linkages.extremes(part, [name])[name].peak) for part in parts]
+
+
+def press_row(pressure: float, history: dict[str, Any]) -> dict[str, Any]:
+    """Measure one run with history: numbers of each turn, content at its end, the journal in the last one."""
+    run = press_run(TURNS, pressure, history)
+    assert run.status is linkages.Status.OK
+    assert run.evaluate is not None
+    content = run.evaluate(np.arange(TURNS + 1) / STROKES)["A.film_content"]
+    motion = seen_from_crank(run, (TURNS - 1 + np.arange(STEPS + 1) / STEPS) / STROKES)
+    return {
+        "ratio": each_turn(run, "A.eccentricity_ratio", TURNS),
+        "force": each_turn(run, "A.force", TURNS),
+        "content": content.tolist(),
+        "place": motion.place.T.tolist(),
     }
-    return {key: np.round(values, 6).tolist() for key, values in found.items()}
+
+
+def along_the_orbit(run: linkages.Trajectory, pressure: float, turns: int, steps: int) -> dict[str, float]:
+    """Compare the force of a run with the one of `follow` along its orbit, by steps of the crank; the first is left out."""
+    film, times = press_film(pressure), np.arange(steps * turns + 1) / (steps * STROKES)
+    motion = seen_from_crank(run, times)
+    orbit = ((motion.time[k], tuple(motion.place[:, k]), float(motion.speed[k])) for k in range(1, len(times)))
+    found = np.array([moment.force for moment in follow(film, at_rest(film, tuple(motion.place[:, 0])), orbit)])
+    apart = np.hypot(*(found - motion.force[:, 1:].T)[steps // 10 :].T)
+    largest = np.hypot(*motion.force[:, steps // 10 :]).max()
+    return {"largest": float(apart.max() / largest), "rms": float(np.sqrt(np.mean(apart**2)) / largest)}
+
+
+def press_joint() -> dict[str, Any]:
+    """Run the press with the map, and with the history of the film in A for supply pressures, film steps and meshes."""
+    times = (TURNS - 1 + np.arange(STEPS + 1) / STEPS) / STROKES
+    maps = {pressure: seen_from_crank(press_run(TURNS, pressure), times).place for pressure in PRESSURES}
+    usual = {"cells": list(CELLS)}
+    first = press_run(2, 0.0, usual | {"step": PRESS_STEPS[-1]})
+    found = {
+        "maps": {f"{pressure:g}": place.T.tolist() for pressure, place in maps.items()},
+        "filling": [_filling_time(press_film(0.0), tuple(maps[0.0][:, k])) for k in range(0, STEPS, STEPS // 10)],
+        "runs": {f"{pressure:g}": press_row(pressure, usual) for pressure in PRESSURES},
+        "steps": {f"{step:g}": press_row(0.0, usual | {"step": step}) for step in PRESS_STEPS},
+        "meshes": {f"{around} x {along}": press_row(0.0, {"cells": [around, along]}) for around, along in MESHES},
+        "along": along_the_orbit(first, 0.0, 1, 1600),
+    }
+    return _rounded(found)
+
+
+def _rounded(values: Any) -> Any:
+    if isinstance(values, dict):
+        return {key: _rounded(value) for key, value in values.items() if key != "place"} | (
+            {"place": np.round(values["place"], 5).tolist()} if "place" in values else {}
+        )
+    return np.round(values, 6).tolist()
 
 
 def _filling_time(film: Bearing, place: tuple[float, float]) -> float:
     """Return the filling time of a steady film: the journal turns backwards in the crank, which carries the bearing."""
     return filling_time(solve_film(film.mesh, Thickness(*place), film.grooves, speed=-0.5))
-
-
-def _mean_content(film: Bearing, moment: Moment) -> float:
-    assert moment.film is not None
-    free = film.mesh.groove < 0
-    return float(moment.film.content[free].mean())
 
 
 def measure() -> dict[str, Any]:
@@ -185,5 +213,4 @@ def measure() -> dict[str, Any]:
         print(case.name, flush=True)
         table = load_map(MapCase(case.slenderness, "mass-conserving", case.feed))
         swings[case.name] = [swing(case, frequency, table) for frequency in FREQUENCIES]
-    print("press", flush=True)
-    return {"swings": swings, "press": press_joint(STROKES)}
+    return {"swings": swings, "press": press_joint()}

@@ -150,7 +150,8 @@ def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
     """Add the run at a ten times tighter tolerance to a study whose run reached its end.
 
     Its longest step is half the run's typical one, because Newton's method or the longest step may limit both runs at
-    any tolerance. It takes at least `_FEWEST` steps. Flexible links get twice as many rigid segments.
+    any tolerance. It takes at least `_FEWEST` steps. Flexible links get twice as many rigid segments, and films with
+    history half the film step.
     """
     if study.run.status is not Status.OK:
         return study
@@ -159,6 +160,7 @@ def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
         "solver.accuracy": experiment.solver.accuracy * _TIGHTER,
         "solver.max_step": min(_SHORTER * _typical_step(times), times[-1] / _FEWEST),
     }
+    tighter |= {f"joints.{name}.history.step": 0.5 * step for name, step in study.system.film_steps.items()}
     if system_of(study.system, study.run.columns) is not study.system:
         counts = {name: experiment.links[name].segments for name in experiment.flexible}
         tighter |= {f"links.{name}.segments": min(2 * count, MOST_SEGMENTS) for name, count in counts.items()}

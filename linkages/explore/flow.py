@@ -8,7 +8,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.engines.budget import WINDOW
-from linkages.engines.compiled.replay import Steps
+from linkages.engines.compiled.replay import Steps, record_memory, recorded
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.errors import InputError, Status, nearest
 from linkages.integrate.driver import DONE, PAUSED, Record
@@ -90,7 +90,7 @@ class Flow:
 
     @property
     def memory(self) -> Array:
-        """Return the contacts' memory, (nc, 2); see `linkages.planar.contacts.APPROACH`."""
+        """Return the contacts' memory, (nc, 2 or more); see `linkages.planar.contacts.APPROACH`."""
         return self.runner.memory
 
     @property
@@ -109,12 +109,18 @@ class Flow:
 
     def here(self) -> Steps:
         """Return the present state as `Steps` without steps."""
-        return Steps(np.array([self.t]), self.y[None, :].copy(), self.runner.memory[:, 0][None, :].copy())
+        steps = self._resting(self.t, self.y)
+        record_memory(self.runner.memory, steps.memory[0])
+        return steps
+
+    def _resting(self, t: float, y: Array) -> Steps:
+        """Return a state as `Steps` whose contacts remember nothing."""
+        return Steps(np.array([t]), y[None, :].copy(), np.zeros((1, recorded(self.runner.memory))))
 
     def closed(self, t: float, y: Array) -> Array:
         """Project a state onto the closed loops at a time."""
         model = self.runner.model
-        steps = Steps(np.array([t]), y[None, :].copy(), np.zeros((1, len(model.ends))))
+        steps = self._resting(t, y)
         q, v, _, _ = self.runner.evaluate(steps, steps.times)
         return np.concatenate([q[0, model.free], v[0, model.free], y[2 * len(model.free) :]])
 

@@ -103,6 +103,7 @@ def largest_exponent(
     True
     """
     experiment = system.experiment
+    system.without_history("the Lyapunov exponent")
     period = period_of(system, drive)
     accuracy = min(experiment.solver.accuracy, _ACCURACY * distance)
     total = transient + revolutions

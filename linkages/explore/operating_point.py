@@ -56,6 +56,7 @@ class OperatingPoint:
 
     def __init__(self, system: System, time: float) -> None:
         experiment = system.experiment
+        system.without_history("the linear model")
         for name in system.tree.driven:
             if experiment.drives[name].speed or experiment.drives[name].varies:
                 problem = "prescribes a motion; give the torque instead (torque = ...), or speed = 0 to hold the joint"

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.closed_form import EPS_MAX
+from linkages.laws.film.film_history import film_with_history
 from linkages.laws.film.films import MAPPED, film_force
 from linkages.laws.film.map_table import is_grooved, mapped_flow, static_film
 from linkages.laws.film.tilted_film import tilted_action
@@ -96,6 +97,34 @@ def clearance_force(
             couple = mix(couple, d_couple, delta, joint.transition)
             load *= dry_weight(delta, joint.transition)
     return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate, delta, v_n, sliding, load
+
+
+@lazy_kernel
+def history_force(
+    joint: np.record,
+    table: Array,
+    oil: Array,
+    ex: float,
+    ey: float,
+    vx: float,
+    vy: float,
+    omega_b: float,
+    omega_j: float,
+    angle: float,
+) -> tuple[float, float, float, float, float, float, float, float, float, float]:
+    """Compute the results of `clearance_force` for a film with history, then film content and flow [m3/s].
+
+    Parameters
+    ----------
+    table, oil : arrays of float
+        See `linkages.laws.film.film_history.film_with_history`.
+    """
+    c = joint.clearance
+    e, _, _, v_n, v_t = _polar(ex, ey, vx, vy)
+    radius = joint.radius - c
+    sliding = v_t + omega_j * radius - omega_b * (e + radius)
+    fx, fy, couple, content, flow = film_with_history(joint, table, oil, ex, ey, vx, vy, omega_b, omega_j, angle)
+    return fx, fy, couple, 0.0, e - c, v_n, sliding, 0.0, content, flow
 
 
 @inlined_kernel

@@ -136,6 +136,8 @@ class _Check:
         joint, clearance = self.mechanism.joint[name], model.clearance or 0.0
         if self.experiment.start == "equilibrium" and any(model.offset):
             self.refuse("offset", 'is given, but start = "equilibrium" computes it; remove one of them')
+        if self.experiment.start == "equilibrium" and model.has_history:
+            self.refuse("history", 'has no equilibrium that start = "equilibrium" could find; use "centred"')
         if joint.type == "fixed":
             self.refuse("", "a fixed joint cannot have clearance")
         if joint.bearing is None and joint.slot is None:

@@ -19,6 +19,9 @@ from linkages.model.law_tables import LawTable, parameter_field
 from linkages.planar import motion
 from linkages.planar.motion import Pieces, Program
 
+#: Least and most cells of a film with history, around it and along half its length.
+FILM_CELLS = (16, 240), (2, 20)
+
 _LOOKS = 2000  # number of times at which the rate of a formula is sampled
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
@@ -310,6 +313,27 @@ class GrooveTable(Table):
         return self
 
 
+class FilmHistory(Table):
+    """A mass-conserving film whose content is part of the state, instead of a quasi-static map; compiled engine."""
+
+    content: Annotated[float, Field(ge=0, le=1)] = Field(1.0, description="film content at t = 0 [1]")
+    step: Positive | None = Field(
+        None, description="film step; runs take steps of up to a quarter [s]; default: 1/200 turn of the fastest drive"
+    )
+    cells: Annotated[list[int], Field(min_length=2, max_length=2)] = Field(
+        [48, 4],
+        description="cells around the film and along half its length, default 48 and 4; edges of grooves add some",
+    )
+
+    @field_validator("cells")
+    @classmethod
+    def _in_range(cls, cells: list[int]) -> list[int]:
+        for count, (least, most), where in zip(cells, FILM_CELLS, ("around", "along"), strict=True):
+            if not least <= count <= most:
+                raise ValueError(f"{count} cells {where}: must be {least} to {most}")
+        return cells
+
+
 class JointModel(LawTable):
     """Model of a joint that has a bearing or a slot in the SDF file."""
 
@@ -327,6 +351,9 @@ class JointModel(LawTable):
         [0.0, 0.0],
         description="lubricated: slope of the journal's axis in the bearing's frame, displacement along x_P and y_P (of"
         " the reference pose) per length along the normal [1]",
+    )
+    history: FilmHistory | None = Field(
+        None, description="lubricated: the content of the mass-conserving film is part of the state"
     )
     viscosity: Viscosity | None = Field(None, description="dynamic viscosity [Pa s]")
     oil: Oil | None = Field(None, description="oil, instead of a viscosity")
@@ -361,6 +388,7 @@ class JointModel(LawTable):
             raise ValueError(f'model "{self.model}" needs {" and ".join(missing)}')
         self._check_groove()
         self._check_tilt()
+        self._check_history()
         self._check_heat()
         if self.wear is not None and self.model == "lubricated":
             raise ValueError("wear needs a contact; make the model dry or mixed")
@@ -389,6 +417,14 @@ class JointModel(LawTable):
             raise ValueError('tilt needs model "lubricated", film "finite" and cavitation "guembel"')
         if self.small_eccentricity is not None:
             raise ValueError("tilt and small_eccentricity exclude each other")
+
+    def _check_history(self) -> None:
+        if not self.has_history:
+            return
+        if self.model != "lubricated" or self.film != "finite" or self.cavitation != "mass-conserving":
+            raise ValueError('history needs model "lubricated", film "finite" and cavitation "mass-conserving"')
+        if self.small_eccentricity is not None:
+            raise ValueError("history and small_eccentricity exclude each other")
 
     def _check_heat(self) -> None:
         if self.heat is None or not self.has_film:
@@ -425,6 +461,11 @@ class JointModel(LawTable):
     def is_tilted(self) -> bool:
         """Whether the journal is tilted in a film."""
         return self.has_film and any(self.tilt)
+
+    @property
+    def has_history(self) -> bool:
+        """Whether the content of the film is part of the state."""
+        return self.has_film and self.history is not None
 
     @property
     def is_oriented(self) -> bool:

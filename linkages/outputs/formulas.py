@@ -15,7 +15,7 @@ from linkages.laws.journal import end_flow
 from linkages.planar.arrays import Arrays
 from linkages.planar.beam_deflection import deflection, largest_deflection
 from linkages.planar.closure_rows import term_rate
-from linkages.planar.contacts import COUPLE, EX, EY, FX, FY, PENETRATION, WIDTH, contact_motion
+from linkages.planar.contacts import CONTENT, COUPLE, EX, EY, FLOW, FX, FY, PENETRATION, WIDTH, contact_motion
 from linkages.planar.flexible_dynamics import flexible_energy
 from linkages.planar.internal_forces import BENDING, beam_state
 from linkages.planar.kinematics import body_accelerations, body_states
@@ -24,7 +24,7 @@ from linkages.planar.markers import arm, marker_acceleration, marker_velocity, t
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.newton_euler import inertial_forces
 from linkages.planar.reactions import add_known_contacts, joint_forces, row_reactions
-from linkages.planar.record_types import MARKER, WORN
+from linkages.planar.record_types import HISTORY, MARKER, WORN
 from linkages.planar.workspace import Workspace, make_workspace
 
 #: Codes of the kinds of owners.
@@ -150,6 +150,8 @@ def _contact_value(what: int, at: int, clearance: float, view: View) -> float:
         return _tilted_value(what, at, view)
     if what == 15:
         return contact[COUPLE]
+    if what == 17 or (what == 16 and view.model.ends[at].kind == HISTORY):
+        return contact[CONTENT] if what == 17 else contact[FLOW]
     if what == 16:
         motion, _ = contact_motion(view.model.ends[at], view.state.pose, view.state.vel)
         ex, ey, vx, vy, wb, wj, angle, _ = motion

@@ -237,6 +237,11 @@ OWNERS = (
         {"flow": Quantity("volume flow out of the ends of the film", "m3/s", 16)},
     ),
     Owner(
+        CONTACT, "JOINT (film with history)", True,
+        lambda s: [label for (_, label), model in zip(s.tree.contacts, s.models, strict=False) if model.has_history],
+        _contact, {"film_content": Quantity("share of the gap that is filled with oil", "1", 17)},
+    ),
+    Owner(
         GUIDE, "GUIDE", True,
         lambda s: [name for name in s.tree.play if s.mechanism.joint[name].slot is not None], _guide,
         {

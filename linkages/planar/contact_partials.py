@@ -8,7 +8,7 @@ import numpy as np
 
 from linkages.kernel import Array, clear, inlined_kernel, kernel
 from linkages.laws.parameters import MODELS
-from linkages.planar.contacts import Motion, contact_action
+from linkages.planar.contacts import BRISTLE, Motion, contact_action, remembered_action
 from linkages.planar.record_types import CORNER, JOURNAL, STOP
 
 #: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles (2), bristle state.
@@ -273,10 +273,8 @@ def exact_partials(
 
 
 @kernel
-def contact_partials(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, out: Array
-) -> None:
-    """Fill ``out`` (OUTPUTS, INPUTS) with the partial derivatives of `contact_action`.
+def contact_partials(end: np.record, law: np.record, table: Array, memory: Array, motion: Motion, out: Array) -> None:
+    """Fill ``out`` (OUTPUTS, INPUTS) with the partial derivatives of `remembered_action`.
 
     Central differences, with a step for each input. A law is a smooth function of a few well-scaled inputs, so the
     differences are accurate to 1e-7 of its largest change (measured: films 5e-8, contact 6e-8, both together 1.4e-7),
@@ -304,8 +302,8 @@ def contact_partials(
                 nx + (s if i == 6 else 0.0),
                 ny + (s if i == 7 else 0.0),
             )
-            z = bristle + (s if i == 8 else 0.0)
-            fx, fy, couple, rate, _, _, _, _ = contact_action(end, law, table, approach, z, moved)
+            z = memory[BRISTLE] + (s if i == 8 else 0.0)
+            fx, fy, couple, rate, _, _, _, _, _, _ = remembered_action(end, law, table, memory, z, moved)
             out[FORCE_X, i] += side * fx
             out[FORCE_Y, i] += side * fy
             out[COUPLE, i] += side * couple

@@ -6,24 +6,27 @@ import numpy as np
 
 from linkages.kernel import Array, Records, inlined_kernel, kernel
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.journal import clearance_force, dry_force
+from linkages.laws.film.film_history import advance_film, start_film
+from linkages.laws.journal import clearance_force, dry_force, history_force
 from linkages.laws.wear.force import call_worn
 from linkages.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
-from linkages.planar.record_types import CORNER, JOURNAL, STOP, WORN
+from linkages.planar.record_types import CORNER, HISTORY, JOURNAL, STOP, WORN
 
 #: Quantities of each contact at a state: eccentricity e [m], force [N] and couple [N m] on the journal, penetration
 #: [m], its rate and the sliding speed of the journal's surface [m/s], normal load of the contact without a film's [N],
 #: rate of LuGre's bristles [m/s]. For the corner of a block, e points from the slot's marked point, on its middle line,
 #: to the corner, and the force acts at the corner. For a stop, penetration, its rate and the load are angular.
 CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "load", "bristle_rate")
-WIDTH = len(CLEARANCE_OUTPUTS)
-EX, EY, FX, FY, COUPLE, PENETRATION, CLOSING, SLIDING, LOAD, BRISTLE_RATE = range(WIDTH)
+#: After these, for a film with history and zero without: film content [1], volume flow out of both ends [m3/s].
+WIDTH = len(CLEARANCE_OUTPUTS) + 2
+EX, EY, FX, FY, COUPLE, PENETRATION, CLOSING, SLIDING, LOAD, BRISTLE_RATE, CONTENT, FLOW = range(WIDTH)
 
 #: Motion of a contact, see `contact_motion`.
 Motion = tuple[float, float, float, float, float, float, float, float]
 
-#: Memory of each contact: the speed at which it began [m/s], LuGre's bristle state [m].
-APPROACH, BRISTLE = 0, 1
+#: Memory of each contact: the speed at which it began [m/s], LuGre's bristle state [m]; from `OIL` on the memory of a
+#: film with history, see `linkages.laws.film.history_cells`.
+APPROACH, BRISTLE, OIL = 0, 1, 2
 
 _LANDING = 1e-10  # accuracy to which the start and end of a contact are located, in parts of the clearance
 _ROUNDING = 4e-16  # lower limit of that accuracy, in parts of the linkage's length
@@ -64,27 +67,27 @@ def clearance_wrenches(
     ends : array of ENDS
     laws : array of `linkages.laws.PARAMETERS`
     tables : (nj, nt) array
-        Map of each joint's finite film; of a worn joint, at the line's end, its profiles, see
-        `linkages.laws.wear.force.place_of`.
-    memory : (nj, 2) array
-        `APPROACH` and `BRISTLE` of each contact.
+        Map of each joint's finite film, or its cells if it has a history; of a worn joint, at the line's end, its
+        profiles, see `linkages.laws.wear.force.place_of`.
+    memory : (nj, 2 or more) array
+        `APPROACH`, `BRISTLE` and `OIL` of each contact.
     pose, vel : (nb, 5), (nb, 3) arrays
     wrench : (nb, 3) array
         Added to.
     out : (nj, WIDTH) array
-        Filled with `CLEARANCE_OUTPUTS`.
+        Filled with `CLEARANCE_OUTPUTS`, content and flow.
     """
     for k in range(len(ends)):
         end = ends[k]
         motion, arms = contact_motion(end, pose, vel)
         ex, ey, _, _, _, _, _, _ = motion
-        fx, fy, couple, rate, delta, closing, sliding, load = contact_action(
-            end, laws[k], tables[k], memory[k, APPROACH], memory[k, BRISTLE], motion
+        fx, fy, couple, rate, delta, closing, sliding, load, content, flow = remembered_action(
+            end, laws[k], tables[k], memory[k], memory[k, BRISTLE], motion
         )
         add_contact(wrench, end, ex, ey, arms, fx, fy, couple)
         out[k, EX], out[k, EY], out[k, FX], out[k, FY], out[k, COUPLE] = ex, ey, fx, fy, couple
         out[k, PENETRATION], out[k, CLOSING], out[k, SLIDING] = delta, closing, sliding
-        out[k, LOAD], out[k, BRISTLE_RATE] = load, rate
+        out[k, LOAD], out[k, BRISTLE_RATE], out[k, CONTENT], out[k, FLOW] = load, rate, content, flow
 
 
 @inlined_kernel
@@ -105,7 +108,7 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arm
     -------
     motion : tuple
         Vector e between the ends, its rate, angular velocities of outer and inner body; corner: normal into the wall;
-        worn, grooved, stop: angles of outer and inner body.
+        worn, grooved, with history, stop: angles of outer and inner body.
     arms : tuple
         From the origin of the outer body's frame to its end, and of the inner's.
     """
@@ -144,3 +147,42 @@ def contact_action(
     if end.kind == WORN:
         return call_worn(law.worn, (law, table, ex, ey, vx, vy, wb, wj, nx, ny, approach, bristle))
     return clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle, nx)
+
+
+@inlined_kernel
+def remembered_action(
+    end: np.record, law: np.record, table: Array, memory: Array, bristle: float, motion: Motion
+) -> tuple[float, float, float, float, float, float, float, float, float, float]:
+    """Compute the results of `contact_action` with a contact's memory, then film content and flow."""
+    if end.kind == HISTORY:
+        ex, ey, vx, vy, wb, wj, angle, _ = motion
+        return history_force(law, table, memory[OIL:], ex, ey, vx, vy, wb, wj, angle)
+    fx, fy, couple, rate, delta, closing, sliding, load = contact_action(
+        end, law, table, memory[APPROACH], bristle, motion
+    )
+    return fx, fy, couple, rate, delta, closing, sliding, load, 0.0, 0.0
+
+
+@kernel
+def start_films(
+    ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array, fresh: bool
+) -> None:
+    """Set time and place of the films with history, and with ``fresh`` their content at the start of a run."""
+    for k in range(len(ends)):
+        if ends[k].kind == HISTORY:
+            ex, ey, _, _, _, _, angle, _ = contact_motion(ends[k], pose, vel)[0]
+            start_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, angle, fresh)
+
+
+@kernel
+def advance_films(
+    ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array
+) -> bool:
+    """Move the content of the films with history to time t and these states; whether there are any."""
+    found = False
+    for k in range(len(ends)):
+        if ends[k].kind == HISTORY:
+            ex, ey, _, _, wb, wj, angle, _ = contact_motion(ends[k], pose, vel)[0]
+            advance_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, wb, wj, angle)
+            found = True
+    return found

@@ -21,8 +21,10 @@ from linkages.laws.contact.material import (
     line_stiffness,
 )
 from linkages.laws.film.closed_form import THINNEST
+from linkages.laws.film.film_history import LARGEST
 from linkages.laws.film.film_map import MapCase
 from linkages.laws.film.films import MAPPED
+from linkages.laws.film.history_cells import history_table
 from linkages.laws.film.map_cache import load_map
 from linkages.laws.film.map_table import table_limit
 from linkages.laws.mixed import asperity_pressure
@@ -50,7 +52,7 @@ def contact_laws(bearings: tuple[Bearing | None, ...], models: tuple[JointModel,
         records,
         maps,
         np.hstack([maps, profiles(models)]),
-        film_limits(records, maps),
+        film_limits(records, maps, models),
         np.array([model.can_touch for model in models], dtype=bool),
         np.flatnonzero(records["bristles"]),
     )
@@ -65,11 +67,21 @@ def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointMod
 
 
 def film_tables(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> Array:
-    """Load the maps of the finite films, one line for each contact; empty lines for contacts that need none."""
+    """Load the maps of the finite films, or lay out their cells if they have a history; one line for each contact.
+
+    Lines of contacts that need none are empty.
+    """
     tables: dict[int, Array] = {}
     for k, (bearing, joint) in enumerate(zip(bearings, models, strict=True)):
-        if bearing is not None and joint.has_film and not joint.is_tilted and FILMS[joint.film].force is None:
-            tables[k] = load_map(MapCase(0.5 * bearing.length / bearing.radius, joint.cavitation, joint.feed))
+        if bearing is None or not joint.has_film or joint.is_tilted or FILMS[joint.film].force is not None:
+            continue
+        slenderness, history = 0.5 * bearing.length / bearing.radius, joint.history
+        if history is None:
+            tables[k] = load_map(MapCase(slenderness, joint.cavitation, joint.feed))
+        else:
+            assert history.step is not None  # `linkages.system.unassembled.Unassembled.models`
+            around, along = history.cells
+            tables[k] = history_table(slenderness, joint.feed, (around, along), history.step, history.content)
     result = np.zeros((len(models), max(map(len, tables.values()), default=0)))
     for k, table in tables.items():
         result[k, : len(table)] = table
@@ -85,13 +97,14 @@ def profiles(models: Sequence[JointModel]) -> Array:
     return result
 
 
-def film_limits(laws: Records, tables: Array) -> Array:
+def film_limits(laws: Records, tables: Array, models: Sequence[JointModel]) -> Array:
     """Return the largest eccentricity ratio that the film of each contact covers, (nc,)."""
     limits = np.full(len(laws), 1.0 - THINNEST)
     limits -= laws["tilt"]  # an end could touch
-    for k in np.flatnonzero((laws["film"] == MAPPED) & (laws["tilt"] == 0.0)):
-        if tables.shape[1]:
-            limits[k] = min(limits[k], table_limit(tables[k]))
+    mapped = (laws["film"] == MAPPED) & (laws["tilt"] == 0.0)
+    for k, model in enumerate(models):
+        if mapped[k] and tables.shape[1]:
+            limits[k] = min(limits[k], LARGEST if model.has_history else table_limit(tables[k]))
     return limits
 
 

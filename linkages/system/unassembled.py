@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array, Records
 from linkages.brief import Brief, counted
+from linkages.errors import InputError
 from linkages.model.check import check
 from linkages.model.experiment import Experiment
-from linkages.model.experiment_tables import Drive, JointModel
+from linkages.model.experiment_tables import Drive, FilmHistory, JointModel
 from linkages.model.mechanism import Mechanism
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
-from linkages.planar.record_types import ORIENTED, WORN
+from linkages.planar.record_types import HISTORY, ORIENTED, WORN
 from linkages.system.flexible_link import flexible_link
 from linkages.system.law_records import ContactLaws, contact_laws
 from linkages.system.load_records import pack_loads
@@ -25,6 +26,7 @@ from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree, chained
 from linkages.system.unilateral_contacts import unilateral_ends, unilateral_models
 
+_FILM_STEPS = 200  # of a turn of the fastest drive
 _SAMPLED = 2000  # number of times at which the drives' rates are compared
 
 
@@ -120,9 +122,48 @@ class Unassembled(Brief):
 
     @cached_property
     def models(self) -> tuple[JointModel, ...]:
-        """Return the joint model of each contact."""
-        play = tuple(self.experiment.joints[name] for name, _ in self.tree.contacts)
+        """Return the joint model of each contact; a film with history has its step."""
+        play = tuple(self._with_film_step(name) for name, _ in self.tree.contacts)
         return (*play, *unilateral_models(self.tree, self.experiment))
+
+    @cached_property
+    def film_steps(self) -> dict[str, float]:
+        """Return the film step of each clearance joint whose film has a history [s]."""
+        joints = {name: self.experiment.joints[name] for name in self.experiment.play}
+        histories = {name: joint.history for name, joint in joints.items() if joint.has_history}
+        return {name: self._film_step(name, history) for name, history in histories.items() if history is not None}
+
+    def _film_step(self, name: str, history: FilmHistory) -> float:
+        if history.step is not None:
+            return history.step
+        if self.drive_rate == 0.0:
+            problem = "is missing: without a prescribed speed it has no default; give about 1/200 of a turn [s]"
+            raise InputError(self.experiment.source, f"joints.{name}.history.step", problem)
+        return 2.0 * np.pi / (_FILM_STEPS * self.drive_rate)
+
+    def _with_film_step(self, name: str) -> JointModel:
+        model = self.experiment.joints[name]
+        if name not in self.film_steps or model.history is None:
+            return model
+        history = model.history.model_copy(update={"step": self.film_steps[name]})
+        return model.model_copy(update={"history": history})
+
+    def without_history(self, what: str) -> None:
+        """Refuse films whose content is a state.
+
+        Parameters
+        ----------
+        what : str
+            The analysis that does not follow it, for the message.
+
+        Raises
+        ------
+        InputError
+            If there is such a film.
+        """
+        for name in self.film_steps:
+            problem = f"{what} cannot follow the film content; remove the table, the film is then given by its map"
+            raise InputError(self.experiment.source, f"joints.{name}.history", problem)
 
     @cached_property
     def _contact_laws(self) -> ContactLaws:
@@ -166,7 +207,7 @@ class Unassembled(Brief):
         ends = chained(self.tree.ends, unilateral_ends(self.tree, self.experiment))
         for k, model in enumerate(self.models):
             if model.is_oriented or model.is_worn:
-                ends["kind"][k] = WORN if model.is_worn else ORIENTED
+                ends["kind"][k] = WORN if model.is_worn else HISTORY if model.has_history else ORIENTED
         return ends
 
 

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
-from linkages.engines.compiled.equations import derivatives, outside, solve_state
+from linkages.engines.compiled.equations import derivatives, outside, set_state, solve_state
 from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.projection import project_state
-from linkages.engines.compiled.replay import Steps, replay
+from linkages.engines.compiled.replay import Steps, record_memory, recorded, replay
 from linkages.integrate.driver import DONE, Options, Record, driver
 from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import Array, kernel
 from linkages.planar.closure import LOOSE, loop_error
-from linkages.planar.contacts import APPROACH, CLOSING, PENETRATION, approach_at_start
+from linkages.planar.contacts import APPROACH, CLOSING, PENETRATION, advance_films, approach_at_start, start_films
 
 #: Status of a run whose journal left its film, beside those of `linkages.integrate.driver`.
 LEFT = 3
@@ -36,7 +37,7 @@ def signs(equations: Equations, g: Array, dg: Array) -> None:
 
 @kernel
 def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, bool]:
-    """Latch the approach speed of a contact that starts, close the loops, check loops and films."""
+    """Latch the approach speed of a contact that starts, close the loops, advance the films, check loops and films."""
     model, work = equations.model, equations.work
     if event >= 0 and work.modes[event] > 0:
         work.memory[event, APPROACH] = work.contacts[event, CLOSING]
@@ -45,15 +46,19 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
         changed = project_state(equations, y)
         if loop_error(model.rows, work.dynamics.pose) > LOOSE * model.size:
             return OPEN, changed
-    return (LEFT if outside(model, work) >= 0 else DONE), changed
+    if outside(model, work) >= 0:
+        return LEFT, changed
+    pose, vel = work.dynamics.pose, work.dynamics.vel
+    if advance_films(model.ends, model.laws, model.tables, work.memory, t, pose, vel):
+        work.solved[0] = math.nan
+        changed = True
+    return DONE, changed
 
 
 @kernel
 def observe(equations: Equations, observer: Any, t: float, y: Array, row: Array) -> None:
-    """Record the approach speeds, which hold for the step that follows."""
-    work = equations.work
-    for k in range(len(work.memory)):
-        row[k] = work.memory[k, APPROACH]
+    """Record what the contacts remember."""
+    record_memory(equations.work.memory, row)
 
 
 def runner(observe: Any) -> Any:
@@ -69,6 +74,9 @@ def runner(observe: Any) -> Any:
         options: Options,
     ) -> Record:  # fmt: skip
         model, work = equations.model, equations.work
+        set_state(model, work, t, y)
+        pose, vel = work.dynamics.pose, work.dynamics.vel
+        start_films(model.ends, model.laws, model.tables, work.memory, t, pose, vel, t == 0.0)
         if t == 0.0:
             solve_state(equations, t, y)
             for k in range(len(model.ends)):
@@ -86,8 +94,8 @@ _run = runner(observe)
 
 @kernel
 def run(equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options) -> Record:
-    """Run from (t, y), and record the approach speeds."""
-    return _run(equations, None, stepper, tolerance, t, y, len(equations.model.ends), options)
+    """Run from (t, y), and record what the contacts remember."""
+    return _run(equations, None, stepper, tolerance, t, y, recorded(equations.work.memory), options)
 
 
 @kernel

@@ -73,7 +73,7 @@ def _fill(equations: Equations, t: float, y: Array, exact: bool, mass: Array, ou
         if exact and (s.bounds[k, FINE] > 0.0 or is_bounded(s.bounds[k])):
             exact_partials(end, law, table, approach, bristle, motion, s.bounds[k], s.partials[k])
         else:
-            contact_partials(end, law, table, approach, bristle, motion, s.partials[k])
+            contact_partials(end, law, table, work.memory[k], motion, s.partials[k])
     if w.interpolated[0] > 0.0:
         solve_neighbour(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
         work.solved[0] = math.nan

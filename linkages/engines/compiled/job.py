@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.engines.budget import least_advance, most
-from linkages.engines.compiled.model import Equations, error_scale, make_work, start_state
+from linkages.engines.compiled.model import Equations, error_scale, make_memory, make_work, start_state
 from linkages.engines.methods import method
 from linkages.integrate.stepper import Stepper, make_stepper
 from linkages.kernel import Array, Indices, Records
@@ -20,6 +20,9 @@ from linkages.system import System
 
 _TRAVEL = 0.1  # largest travel of the fastest drive in a step of a prescribed motion [rad or m]
 _FEWEST = 200  # steps of a prescribed motion, as many as the ideal motion has times: its loads may vary faster
+# Longest step over the film step: the content changes between steps; with whole film steps a journal that crosses the
+# cavity overshoots the oil.
+_OF_FILM_STEP = 0.25
 
 #: Indices of `Given.limits`: end of the run [s], longest step [s], accuracy, smallest advance of
 #: `linkages.engines.budget.WINDOW` steps [s], most steps.
@@ -70,7 +73,7 @@ def make_given(system: System, outputs: Records, windows: Array) -> Given:
     tree, solver, duration = system.tree, system.experiment.solver, system.experiment.duration
     kinds = set(outputs["kind"].tolist())
     model, with_forces = model_of(system, outputs), not kinds.isdisjoint(OF_FORCES)
-    longest = solver.max_step or _longest(system)
+    longest = min([solver.max_step or _longest(system), *(_OF_FILM_STEP * step for step in system.film_steps.values())])
     return Given(
         start_state(system),
         solver.accuracy * error_scale(system),
@@ -103,7 +106,7 @@ def model_of(system: System, outputs: Records) -> Arrays:
 def make_job(given: Given) -> Job:
     """Add the arrays to work on; contacts remember nothing."""
     model, ny, nc = given.model, len(given.start), len(given.model.ends)
-    work = make_work(model, np.zeros((nc, 2)), np.full(nc, -1))
+    work = make_work(model, make_memory(model), np.full(nc, -1))
     return Job(
         given.start,
         given.tolerance,

@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.kernel import Array, Indices
+from linkages.laws.film.history_cells import memory_of
 from linkages.planar.arrays import Arrays
-from linkages.planar.contacts import WIDTH
+from linkages.planar.contacts import OIL, WIDTH
 from linkages.planar.loads import LOAD_OUTPUTS
-from linkages.planar.record_types import REVOLUTE, STOP
+from linkages.planar.record_types import HISTORY, REVOLUTE, STOP
 from linkages.planar.tangent_workspace import Scratch, make_scratch
 from linkages.planar.workspace import Workspace, make_workspace
 from linkages.system import System
@@ -28,7 +29,7 @@ class Work(NamedTuple):
     dynamics: Workspace
     solved: Array  # time and state at which everything is known; NaN if it is not, (1 + ny,)
     contacts: Array  # `linkages.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
-    memory: Array  # `linkages.planar.contacts.APPROACH`, (nc, 2)
+    memory: Array  # `linkages.planar.contacts.APPROACH`, see `make_memory`
     modes: Indices  # 1 in contact, -1 free, (nc,)
     value: Array  # for prescribed motions and torques
     rate: Array
@@ -45,6 +46,12 @@ class Equations(NamedTuple):
     model: Arrays
     work: Work
     implicit: bool  # whether the method is Radau IIA; else Dormand and Prince's pair
+
+
+def make_memory(model: Arrays) -> Array:
+    """Make the memory of the contacts of a model, (nc, 2), or wider if a film has a history; all zero."""
+    films = np.flatnonzero(model.ends["kind"] == HISTORY)
+    return np.zeros((len(model.ends), OIL + max((memory_of(model.tables[k]) for k in films), default=0)))
 
 
 def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:

@@ -18,6 +18,8 @@ from linkages.engines.compiled.projection import project_state
 from linkages.integrate.implicit import set_last_step
 from linkages.integrate.stepper import OF, Stepper, copy, restart
 from linkages.kernel import Array, Indices, kernel
+from linkages.laws.film.history_cells import MISSING, remembered_cells
+from linkages.planar.contacts import APPROACH, OIL
 from linkages.planar.motion import last_start
 
 _MOST = 1000  # attempts within one step of a run, where Newton's method does not converge over all of it
@@ -25,7 +27,7 @@ _APART = 0.1  # of a step: what others are away, at least, of which states lie o
 
 
 class Steps(NamedTuple):
-    """Steps of a run: times (nt,), states (nt, ny), and the approach speeds that contacts remember (nt, nc)."""
+    """Steps of a run: times (nt,), states (nt, ny), and what contacts remember (nt, nm), see `record_memory`."""
 
     times: Array
     states: Array
@@ -36,8 +38,28 @@ class Steps(NamedTuple):
 def remember(equations: Equations, steps: Steps, k: int) -> None:
     """Restore what the contacts remember after step k; the equations are not solved with that."""
     equations.work.solved[0] = math.nan
-    for c in range(steps.memory.shape[1]):
-        equations.work.memory[c, 0] = steps.memory[k, c]
+    memory, row = equations.work.memory, steps.memory[k]
+    nc, cells = len(memory), remembered_cells(memory.shape[1] - OIL)
+    for c in range(nc):
+        memory[c, APPROACH] = row[c]
+        for i in range(cells):
+            memory[c, OIL + MISSING + i] = row[nc + c * cells + i]
+
+
+@kernel
+def recorded(memory: Array) -> int:
+    """Return the number of entries of `record_memory`."""
+    return len(memory) * (1 + remembered_cells(memory.shape[1] - OIL))
+
+
+@kernel
+def record_memory(memory: Array, row: Array) -> None:
+    """Fill ``row`` with what holds for the step that follows: approach speeds (nc,), then the oil of each film."""
+    nc, cells = len(memory), remembered_cells(memory.shape[1] - OIL)
+    for c in range(nc):
+        row[c] = memory[c, APPROACH]
+        for i in range(cells):
+            row[nc + c * cells + i] = memory[c, OIL + MISSING + i]
 
 
 @kernel

@@ -11,7 +11,7 @@ from linkages.engines.compiled.binding import OPEN, observe, runner
 from linkages.engines.compiled.equations import is_solved, solve_state
 from linkages.engines.compiled.job import ACCURACY, END, LEAST, LONGEST, MOST, Job
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.replay import Steps
+from linkages.engines.compiled.replay import Steps, recorded
 from linkages.engines.compiled.statistics import asked, knows_outputs, look, summarise
 from linkages.integrate.driver import DONE, PAUSED, Options, Record
 from linkages.integrate.stepper import copy
@@ -33,12 +33,12 @@ def restore(memory: Indices, initial: Indices, columns: Indices, words: Indices)
 
 @kernel
 def _observe(equations: Equations, job: Job, t: float, y: Array, row: Array) -> None:
-    """Record the approach speeds, and the outputs of the state where they can be known."""
+    """Record what the contacts remember, and the outputs of the state where they can be known."""
     observe(equations, job, t, y, row)
     if knows_outputs(job) and asked(job, t, math.inf):
         if not is_solved(equations.work, t, y):
             solve_state(equations, t, y)
-        look(job, t, row[len(equations.work.memory) :])
+        look(job, t, row[recorded(equations.work.memory) :])
 
 
 _run = runner(_observe)
@@ -50,8 +50,8 @@ def _joined(before: Steps, table: Array, record: Record, count: int) -> tuple[St
     n, first = len(before.times), min(len(before.times), 1)
     total = n + count - first
     times = np.empty(total)
-    nc, states = before.memory.shape[1], np.empty((total, record.states.shape[1]))
-    memory, outputs = np.empty((total, nc)), np.empty((total, table.shape[1]))
+    nm, states = before.memory.shape[1], np.empty((total, record.states.shape[1]))
+    memory, outputs = np.empty((total, nm)), np.empty((total, table.shape[1]))
     for i in range(n):
         times[i] = before.times[i]
         copy(before.states[i], states[i])
@@ -61,8 +61,8 @@ def _joined(before: Steps, table: Array, record: Record, count: int) -> tuple[St
         k = n + i - first
         times[k] = record.times[i]
         copy(record.states[i], states[k])
-        copy(record.observed[i, :nc], memory[k])
-        copy(record.observed[i, nc:], outputs[k])
+        copy(record.observed[i, :nm], memory[k])
+        copy(record.observed[i, nm:], outputs[k])
     return Steps(times, states, memory), outputs
 
 
@@ -75,12 +75,12 @@ def integrate(job: Job, stop: Indices, reached: Array) -> tuple[Steps, Array, in
     The run pauses after every `WINDOW` steps: it writes the time into ``reached`` (1,), and ends there if ``stop`` (1,)
     is set or its steps are spent.
     """
-    limits, nc, no = job.limits, len(job.landing), len(job.outputs)
-    steps, table = Steps(np.empty(0), np.empty((0, len(job.start))), np.empty((0, nc))), np.empty((0, no))
+    limits, nm, no = job.limits, recorded(job.equations.work.memory), len(job.outputs)
+    steps, table = Steps(np.empty(0), np.empty((0, len(job.start))), np.empty((0, nm))), np.empty((0, no))
     y, t, before, first, total = job.start, 0.0, 0.0, 0.0, 0
     while True:
         options = Options(limits[END], first, limits[LONGEST], WINDOW, 0.0, job.landing, limits[ACCURACY])
-        record = _run(job.equations, job, job.stepper, job.tolerance, t, y, nc + no, options)
+        record = _run(job.equations, job, job.stepper, job.tolerance, t, y, nm + no, options)
         count = len(record.times)
         if record.status == OPEN and count > 1:
             count -= 1

@@ -8,7 +8,7 @@ import numpy as np
 
 from linkages.engines.compiled.binding import LEFT, OPEN, evaluate, run
 from linkages.engines.compiled.job import ACCURACY, END, LONGEST, make_given
-from linkages.engines.compiled.model import Equations, error_scale, make_work
+from linkages.engines.compiled.model import Equations, error_scale, make_memory, make_work
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.methods import expect_run
 from linkages.errors import Status
@@ -52,7 +52,7 @@ class Runner:
         Whether the integration method is implicit.
     tolerance : (ny,) array
         Tolerance of each entry of the state, per step.
-    memory, modes : (nc, 2) and (nc,) arrays
+    memory, modes : (nc, 2 or more) and (nc,) arrays
         Memory of the contacts, and whether they touch; see `linkages.engines.compiled.model.Work`; `run` keeps both
         up to date.
     """
@@ -65,7 +65,7 @@ class Runner:
         expect_run(system, "compiled")
         self._landing, self._limits = given.landing, given.limits
         nc = len(self.model.ends)
-        self.memory, self.modes = np.zeros((nc, 2)), np.full(nc, -1)
+        self.memory, self.modes = make_memory(self.model), np.full(nc, -1)
         self._stepper = packed(make_stepper(len(self.start), len(self.model.free)))
         self._equations = packed(self._with(self.memory, self.modes))
         self._idle = [(self._equations, self._stepper)]  # on which no thread evaluates

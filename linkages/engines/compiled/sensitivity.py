@@ -82,6 +82,7 @@ class Differentiation:
 
     def __init__(self, runner: Runner, steps: Steps, values: Sequence[str | Direction] = ()) -> None:
         system = runner.system
+        system.without_history("derivatives")
         self.runner, self.steps = runner, steps
         self._nearby = neighbours(system, values)
         given = make_given(system, pack(system, ()), np.zeros((0, 2)))

@@ -12,7 +12,7 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from linkages.engines.compiled.job import Given, model_of
-from linkages.engines.compiled.model import Equations, error_scale, make_work, start_state
+from linkages.engines.compiled.model import Equations, error_scale, make_memory, make_work, start_state
 from linkages.engines.compiled.neighbours import Neighbours
 from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.block import Block, contents
@@ -87,7 +87,7 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         If a value has no derivative.
     """
     model, nc = given.model, len(given.model.ends)
-    block = Block(Equations(model, make_work(model, np.zeros((nc, 2)), np.full(nc, -1)), given.implicit))
+    block = Block(Equations(model, make_work(model, make_memory(model), np.full(nc, -1)), given.implicit))
     memory, own = block.memory.view(np.float64), contents(model).words.view(np.float64)
     none = pack(system, ())
     whole = model is system.arrays  # no sections of links are left out

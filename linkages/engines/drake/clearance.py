@@ -53,8 +53,8 @@ class ClearanceJoints(LeafSystem):
     - ``state``: input, (nx,).
       State [q; v] of the plant.
     - ``evaluation``: output, (nv + WIDTH nc,).
-      Generalised forces, then `CLEARANCE_OUTPUTS` of each contact (a journal has one, a guide four): for `Drives`, a
-      callback cheaper than `generalized_force`.
+      Generalised forces, then `CLEARANCE_OUTPUTS` and two zeros of each contact (a journal has one, a guide four): for
+      `Drives`, a callback cheaper than `generalized_force`.
     - ``generalized_force``: output, (nv,).
       For the plant's applied generalised forces [N m, N].
     - ``joints``: output, (len(JOINT_OUTPUTS) nc,).
@@ -120,7 +120,7 @@ class ClearanceJoints(LeafSystem):
         return self._joints
 
     def evaluate(self, context: Context) -> Array:
-        """Compute ``CLEARANCE_OUTPUTS`` of each contact, (nc, WIDTH)."""
+        """Compute ``CLEARANCE_OUTPUTS`` of each contact, and two zeros, (nc, WIDTH)."""
         joints: Array = self._evaluation.Eval(context)[self._size :].reshape(-1, WIDTH)
         return joints
 
@@ -187,7 +187,7 @@ class ClearanceJoints(LeafSystem):
         ratio = length / self._laws["clearance"]
         extra = np.array([ratio, np.arctan2(joints[:, 1], joints[:, 0])])
         extra[:, self._beside :] = np.nan  # not defined for stops and points at lines
-        output.SetFromVector(np.column_stack([joints, *extra]).ravel())
+        output.SetFromVector(np.column_stack([joints[:, : len(CLEARANCE_OUTPUTS)], *extra]).ravel())
 
 
 class BristledJoints(ClearanceJoints):

@@ -118,6 +118,7 @@ def add_linkage(
     InputError
         If a flexible link has settings that rigid segments do not support.
     """
+    system.without_history("Drake")
     system = _in_segments(system) if system.tree.flexible else system
     system.assembly  # noqa: B018 (raises before anything is added)
     tree = system.tree

@@ -120,6 +120,7 @@ class ReturnMap:
         accuracy: float,
         given: tuple[Array, Array] | None = None,
     ) -> None:
+        system.without_history("the return map")
         self._system = system.replaced({"solver.accuracy": min(accuracy, system.experiment.solver.accuracy)})
         self._path, self.periods = path, periods
         ramps = (drive.ramp for drive in system.experiment.drives.values())

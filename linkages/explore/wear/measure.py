@@ -110,8 +110,9 @@ def check_wears(system: System, drive: str | None = None) -> tuple[Wearing, ...]
     Raises
     ------
     InputError
-        If no joint wears, or the drive is not periodic.
+        If no joint wears, a film has a history, or the drive is not periodic.
     """
+    system.without_history("wear over a service life")
     joints = wearing(system)
     if not joints:
         raise InputError(system.experiment.source, "joints", "no joint wears; give one a table [joints.NAME.wear]")
