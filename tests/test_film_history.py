@@ -339,6 +339,7 @@ def test_invalid_histories_are_refused(experiment_file, tmp_path, capsys, given,
     [
         pytest.param(lambda system: linkages.simulate(system, "drake"), id="drake"),
         pytest.param(lambda system: linkages.simulate(system, wrt=["joints.A.viscosity"]), id="derivatives"),
+        pytest.param(lambda system: linkages.simulate_batch(system, wrt=["joints.A.viscosity"]), id="batch"),
         pytest.param(lambda system: linkages.periodic_motion(system), id="periodic"),
         pytest.param(lambda system: linkages.largest_exponent(system, revolutions=2, transient=1), id="exponent"),
         pytest.param(lambda system: linkages.linearise(system), id="linear"),

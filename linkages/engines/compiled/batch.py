@@ -220,6 +220,8 @@ def simulate_batch(
     if spans.shape[1] != 2 or not np.all((spans[:, 0] >= 0) & (spans[:, 0] < spans[:, 1])):
         raise InputError("argument", "windows", "must be pairs of times, each a start at or after 0 and a later end")
     _check_paths(system, variables, table)
+    if wrt:
+        system.without_history("derivatives")
     runs = Runs(designs_of(system, tuple(variables), names, spans.tobytes()), table)
     share = _OF_RUNS if wrt else 1.0
     runs.make(threads, progress and (lambda part: progress(share * part)))
