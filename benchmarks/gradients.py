@@ -38,9 +38,9 @@ def study_of(name: str, replaced: dict[str, str], accuracy: float) -> optim.Stud
 
 def solve(study: optim.Study, source: str, step: float) -> str:
     """Solve a study with derivatives from a source; return the numbers as text."""
-    evaluate = optim.Evaluator(study)
+    evaluate = optim.Screened(study, optim.Evaluator(study), step)  # of the problem and of its gradients
     nominal = evaluate(study.nominal[None])
-    problem = optim.problem_of(study, optim.Screened(study, evaluate, step), nominal)
+    problem = optim.problem_of(study, evaluate, nominal)
     gradients, count = optim.Gradients(study, evaluate, nominal), [0]
 
     def jacobian(design: np.ndarray) -> np.ndarray:

@@ -34,7 +34,8 @@ class Gradients:
     ----------
     study : Study
     evaluate : callable
-        From designs (m, n) to their evaluations.
+        From designs (m, n) to their evaluations: the function of the problem, a `Screened` one if the problem has one.
+        Else designs that the problem does not run get derivatives of limits that it does not know.
     nominal : Evaluations
         Evaluation of the nominal design, by which relative quantities are divided.
     threads : int, optional

@@ -77,3 +77,15 @@ def test_linear_mechanics_agree_with_differences(value, monkeypatch):
     assert np.abs(found[0]).max() > 0.0
     assert np.abs(found[0] - found[1]).max() < 1e-8 * np.abs(found[0]).max()
     assert (found[0] == found[1]).all() == (value == "sdf.links.link6.com.x")  # where there is no formula
+
+
+def test_the_length_that_scales_errors_does_not_change_with_a_value():
+    """The diagonal of the box around the joints has a kink where a corner moves to another joint."""
+    arrays = (system := linkages.load(linkages.find_file("four_bar_dry.toml"))).arrays
+    size = np.flatnonzero(contents(arrays).words != contents(arrays._replace(size=2.0 * arrays.size)).words)
+    for path in ("sdf.frames.ground_Q.pose.x", "sdf.frames.crank_A.pose.x"):
+        near = Neighbours(system, path)
+        assert len(near.arrays.places) > 0
+        assert not np.isin(size, near.arrays.places).any()
+        assert near.systems[0].arrays.size != arrays.size
+        assert len(near.systems) <= 2, path

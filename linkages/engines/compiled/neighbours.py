@@ -201,7 +201,10 @@ class Neighbours:
         self.systems, self.weights = [self._built[k] for k in stencil[0]], np.array(stencil[1]) / step
 
     def derivative(self, numbers: Callable[[System], Array], together: bool = False) -> Array:
-        """Differentiate an array of numbers, which may be long; `together` if their errors are compared with all."""
+        """Differentiate an array of numbers, which may be long.
+
+        Errors are compared with each number's change; if `together`, with the largest one along the last axis.
+        """
         if not self.systems:
             if self._together is not None and self._together.still(numbers):
                 return 0.0 * numbers(self.system)
@@ -220,10 +223,13 @@ class Neighbours:
             expected = here * (_STEP * self.magnitude / self._value) if self._value else 0.0 * here
             if np.all(np.abs(changes[0] - expected) <= _ROUNDING * np.abs(here)) or not changes.any():
                 return False
-        elif len(changes) != 2 or np.all(
-            np.abs(changes.sum(axis=0)) <= _BENT * np.abs(changes).max(axis=None if together else 0, initial=0.0)
-        ):
+        elif len(changes) != 2:
             return False
+        else:
+            largest = np.abs(changes).max(axis=0)
+            largest = largest.max(axis=-1, keepdims=True, initial=0.0) if together else largest
+            if np.all(np.abs(changes.sum(axis=0)) <= _BENT * largest):
+                return False
         for stencil in (_PAIR, _UPWARD) if len(changes) == 1 else (_FOUR,):
             try:
                 self._use(stencil)
@@ -273,4 +279,9 @@ class Neighbours:
 
 
 def _arrays(system: System) -> Arrays:
-    return system.arrays
+    return unscaled(system.arrays)
+
+
+def unscaled(model: Arrays) -> Arrays:
+    """Return a model whose length, a scale of errors alone, does not change with any value."""
+    return model._replace(size=1.0)

@@ -31,11 +31,14 @@ class OutputTable:
     system : System
     wanted : sequence of str, optional
         Names of outputs; default: all. With rigid segments: those that the linkage of segments has itself.
+    ideals : IdealMotions
+        Of the system and of neighbouring ones.
     """
 
-    def __init__(self, system: System, wanted: Sequence[str] | None) -> None:
+    def __init__(self, system: System, wanted: Sequence[str] | None, ideals: IdealMotions) -> None:
         whole = system.whole if isinstance(system, Segmented) else system
         own = names(system, False)
+        self._ideals = ideals
         self.names = [name for name in names(whole, False) if name in own] if wanted is None else list(wanted)
         self._read = packer(system, self.names)
         self._model, self._records = _copied((system.arrays, self._read(system)))
@@ -72,7 +75,7 @@ class OutputTable:
         _write(spots, self._initial[places])
         if self._jitter:
             plain = [self.names[k].removesuffix(JITTER) for k in self._jitter]
-            result[self._jitter] -= near.derivative(lambda one: _ideal(one, times, plain))
+            result[self._jitter] -= near.derivative(lambda one: self._ideals(one, times, plain), together=True)
         return dict(zip(self.names, result, strict=True))
 
     @staticmethod
@@ -126,8 +129,16 @@ def _views(value: Any) -> list[Array]:
     return [] if isinstance(value, bool | np.bool_) else [np.zeros(1)]
 
 
-def _ideal(system: System, times: Array, wanted: Sequence[str]) -> Array:
-    """Compute outputs (no, nt) of the ideal linkage."""
-    states = IdealMotion(system).states(np.asarray(times, dtype=np.float64))
-    found = columns(system, times, *states, names=wanted)
-    return np.stack([found[name] for name in wanted])
+class IdealMotions:
+    """Ideal motions of systems, each followed once."""
+
+    def __init__(self) -> None:
+        self._known: dict[System, IdealMotion] = {}
+
+    def __call__(self, system: System, times: Array, wanted: Sequence[str]) -> Array:
+        """Compute outputs (no, nt) of the ideal linkage of a system."""
+        if system not in self._known:
+            self._known[system] = IdealMotion(system)
+        states = self._known[system].states(np.asarray(times, dtype=np.float64))
+        found = columns(system, times, *states, names=wanted)
+        return np.stack([found[name] for name in wanted])

@@ -11,7 +11,7 @@ import numpy as np
 from linkages.engines.compiled.job import make_given
 from linkages.engines.compiled.kinks import friction_speeds, kinks
 from linkages.engines.compiled.neighbours import neighbours
-from linkages.engines.compiled.output_derivatives import OutputTable
+from linkages.engines.compiled.output_derivatives import IdealMotions, OutputTable
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.run_derivatives import GRAZED, KNOWN, SINGULAR, differentiate_run, differentiate_states
 from linkages.engines.compiled.runner import Runner
@@ -94,7 +94,7 @@ class Differentiation:
         bounds[:, FRICTION_SPEED] = friction_speeds(system)
         bounds[:, FINE] = system.experiment.solver.accuracy < _COARSE
         self._numbers = packed(equations), self._variation, packed(make_stepper(ny, n)), runner.tolerance
-        self._kinks = kinks(system)
+        self._kinks, self._ideals = kinks(system), IdealMotions()
 
     def _column(self, m: int) -> Column:
         ny, model = len(self.runner.start), self.runner.model
@@ -144,7 +144,7 @@ class Differentiation:
 
     def outputs(self, times: Array, names: Sequence[str] | None = None) -> dict[str, Columns]:
         """Compute the derivatives of outputs at any times of the run, by path."""
-        table = OutputTable(self.runner.system, names)
+        table = OutputTable(self.runner.system, names, self._ideals)
         state, changes = self.runner.evaluate(self.steps, times), self.changes(times)
         return {
             near.path: table.derivatives(near, times, state, change, self.runner.model)

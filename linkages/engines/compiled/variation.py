@@ -13,7 +13,7 @@ import numpy as np
 
 from linkages.engines.compiled.job import Given, model_of
 from linkages.engines.compiled.model import Equations, error_scale, make_memory, make_work, start_state
-from linkages.engines.compiled.neighbours import Neighbours
+from linkages.engines.compiled.neighbours import Neighbours, unscaled
 from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.block import Block, contents
 from linkages.kernel.by_reference import packed
@@ -91,7 +91,7 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     memory, own = block.memory.view(np.float64), contents(model).words.view(np.float64)
     none = pack(system, ())
     whole = model is system.arrays  # no sections of links are left out
-    changes = [near.arrays if whole else near.rates(lambda one: model_of(one, none)) for near in nearby]
+    changes = [near.arrays if whole else near.rates(lambda one: unscaled(model_of(one, none))) for near in nearby]
     scale = error_scale(system)
     starts = [near.derivative(lambda one: start_state(one) / scale, True) * scale for near in nearby]
     laws, mechanics, kinematics = (np.zeros((len(nearby), *more), np.int64) for more in ((nc,), (), ()))
