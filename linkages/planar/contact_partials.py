@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,7 @@ APPROACHING = INPUTS
 CHANGES = INPUTS + 1
 #: Results of `contact_action`: the outputs, penetration, its rate, sliding speed, load.
 RESULTS = 8
-_DELTA, _CLOSING, _SLIDING = 4, 5, 6
+_DELTA, _CLOSING, _SLIDING, _LOAD = 4, 5, 6, 7
 #: Bounds within which a contact's force is smooth: ratio of the closing speed to the approach speed, sliding speed,
 #: penetration; the smallest sliding speed over which friction changes smoothly; and whether differences of the fourth
 #: order are taken without any of these bounds too.
@@ -142,6 +143,12 @@ def _reach(law: np.record, approach: float, change: Array, value: float, scales:
     return 1.0 / worst if worst > 0.0 else 0.0
 
 
+@inlined_kernel
+def _note_bounded(found: Any, approach: float, out: Array) -> None:
+    """Fill ``out`` (3,) with the quantities that `bounds` limit, from the results of `contact_action`."""
+    out[0], out[1], out[2] = found[_CLOSING] / approach, found[_SLIDING], found[_DELTA]
+
+
 @kernel
 def bounded_values(
     end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, change: Array,
@@ -149,8 +156,7 @@ def bounded_values(
 ) -> None:  # fmt: skip
     """Fill ``out`` (3,) with the quantities that `bounds` limit, at s times a change."""
     z, began = bristle + s * change[INPUTS - 1], approach + s * change[APPROACHING]
-    found = contact_action(end, law, table, began, z, _moved(motion, change, s))
-    out[0], out[1], out[2] = found[_CLOSING] / began, found[_SLIDING], found[_DELTA]
+    _note_bounded(contact_action(end, law, table, began, z, _moved(motion, change, s)), began, out)
 
 
 def no_bounds() -> Array:
@@ -244,29 +250,58 @@ def add_contact_change(
 
 
 @kernel
+def _fill_differences(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, change: Array,
+    h: float, kind: int, out: Array,
+) -> None:  # fmt: skip
+    """Fill ``out`` (RESULTS,) with differences of a kind along a change."""
+    clear(out)
+    for point in range(POINTS):
+        weight = WEIGHTS[kind, point]
+        if weight != 0.0:
+            s = (PLACES[kind] + point) * h
+            add_contact_change(end, law, table, approach, bristle, motion, change, s, weight / h, out)
+
+
+@kernel
 def exact_partials(
     end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, bounds: Array,
     out: Array,
 ) -> None:  # fmt: skip
     """Fill ``out`` as `contact_partials`, by differences of the fourth order within bounds, at twice the cost."""
     change, room, found, seen = np.zeros(CHANGES), np.zeros(INPUTS), np.empty(RESULTS), np.empty((3, 3))
-    motion = inside(end, law, table, approach, bristle, motion, bounds)
+    motion, bounded = inside(end, law, table, approach, bristle, motion, bounds), is_bounded(bounds)
     clear(out)
+    if bounded:
+        here = contact_action(end, law, table, approach, bristle, motion)
+        if law.model == _DRY and here[_DELTA] < 0.0 and here[_LOAD] == 0.0 and law.bristle_scale == 0.0:
+            return  # without contact there are no forces; the differences stay beside it
+        _note_bounded(here, approach, seen[1])
     for i in range(INPUTS):
         if (6 <= i < 8 and end.kind == JOURNAL) or (i == 8 and law.bristle_scale == 0.0):
             continue
         change[i] = 1.0
-        h, kind = stencil_step(end, law, approach, motion, change, 0.0, room), 0
-        if h > 0.0 and is_bounded(bounds):
-            for k in range(3):
-                bounded_values(end, law, table, approach, bristle, motion, change, (k - 1) * h, seen[k])
-            h, kind = place_stencil(h, bounds, seen)
-        clear(found)
-        for point in range(POINTS):
-            weight = WEIGHTS[kind, point]
-            if h > 0.0 and weight != 0.0:
-                s = (PLACES[kind] + point) * h
-                add_contact_change(end, law, table, approach, bristle, motion, change, s, weight / h, found)
+        h = stencil_step(end, law, approach, motion, change, 0.0, room)
+        if h > 0.0 and bounded:
+            z = bristle + h * change[INPUTS - 1]
+            high = contact_action(end, law, table, approach, z, _moved(motion, change, h))
+            z = bristle - h * change[INPUTS - 1]
+            low = contact_action(end, law, table, approach, z, _moved(motion, change, -h))
+            _note_bounded(low, approach, seen[0])
+            _note_bounded(high, approach, seen[2])
+            step, kind = place_stencil(h, bounds, seen)
+            if kind == FOURTH and step == h:  # with the values at one step, which are known
+                for k in range(OUTPUTS):
+                    found[k] = WEIGHTS[FOURTH, 3] * (high[k] - low[k]) / h
+                for side in (-2.0, 2.0):
+                    weight = WEIGHTS[FOURTH, 4 if side > 0.0 else 0] / h
+                    add_contact_change(end, law, table, approach, bristle, motion, change, side * h, weight, found)
+            else:
+                _fill_differences(end, law, table, approach, bristle, motion, change, step, kind, found)
+        elif h > 0.0:
+            _fill_differences(end, law, table, approach, bristle, motion, change, h, FOURTH, found)
+        else:
+            clear(found)
         for k in range(OUTPUTS):
             out[k, i] = found[k]
         change[i] = 0.0
