@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.kernel import Array, Records, inlined_kernel, kernel
+from linkages.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.film.film_history import advance_film, start_film
 from linkages.laws.journal import clearance_force, dry_force, history_force
@@ -35,6 +35,12 @@ _ROUNDING = 4e-16  # lower limit of that accuracy, in parts of the linkage's len
 def landing(laws: Records, size: float) -> Array:
     """Return the accuracies (nc,) to which the start and end of each contact are located [m; stop: rad]."""
     return np.maximum(_LANDING * laws["clearance"], _ROUNDING * size)
+
+
+@inlined_kernel
+def has_history(memory: Array) -> bool:
+    """Whether contacts with this memory can have a film with history."""
+    return memory.shape[1] > OIL
 
 
 @kernel
@@ -163,7 +169,7 @@ def remembered_action(
     return fx, fy, couple, rate, delta, closing, sliding, load, 0.0, 0.0
 
 
-@kernel
+@lazy_kernel
 def start_films(
     ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array, fresh: bool
 ) -> None:
@@ -174,15 +180,12 @@ def start_films(
             start_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, angle, fresh)
 
 
-@kernel
+@lazy_kernel
 def advance_films(
     ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array
-) -> bool:
-    """Move the content of the films with history to time t and these states; whether there are any."""
-    found = False
+) -> None:
+    """Move the content of the films with history to time t and these states."""
     for k in range(len(ends)):
         if ends[k].kind == HISTORY:
             ex, ey, _, _, wb, wj, angle, _ = contact_motion(ends[k], pose, vel)[0]
             advance_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, wb, wj, angle)
-            found = True
-    return found

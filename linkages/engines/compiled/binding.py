@@ -14,9 +14,17 @@ from linkages.engines.compiled.projection import project_state
 from linkages.engines.compiled.replay import Steps, record_memory, recorded, replay
 from linkages.integrate.driver import DONE, Options, Record, driver
 from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, kernel, lazy_kernel
 from linkages.planar.closure import LOOSE, loop_error
-from linkages.planar.contacts import APPROACH, CLOSING, PENETRATION, advance_films, approach_at_start, start_films
+from linkages.planar.contacts import (
+    APPROACH,
+    CLOSING,
+    PENETRATION,
+    advance_films,
+    approach_at_start,
+    has_history,
+    start_films,
+)
 
 #: Status of a run whose journal left its film, beside those of `linkages.integrate.driver`.
 LEFT = 3
@@ -48,11 +56,19 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
             return OPEN, changed
     if outside(model, work) >= 0:
         return LEFT, changed
-    pose, vel = work.dynamics.pose, work.dynamics.vel
-    if advance_films(model.ends, model.laws, model.tables, work.memory, t, pose, vel):
+    if has_history(work.memory):
+        advance_films(model.ends, model.laws, model.tables, work.memory, t, work.dynamics.pose, work.dynamics.vel)
         work.solved[0] = math.nan
         changed = True
     return DONE, changed
+
+
+@lazy_kernel
+def _start_films(equations: Equations, t: float, y: Array) -> None:
+    """Set place and time of the films with history at the start of a run, at t = 0 their content too."""
+    model, work = equations.model, equations.work
+    set_state(model, work, t, y)
+    start_films(model.ends, model.laws, model.tables, work.memory, t, work.dynamics.pose, work.dynamics.vel, t == 0.0)
 
 
 @kernel
@@ -74,9 +90,8 @@ def runner(observe: Any) -> Any:
         options: Options,
     ) -> Record:  # fmt: skip
         model, work = equations.model, equations.work
-        set_state(model, work, t, y)
-        pose, vel = work.dynamics.pose, work.dynamics.vel
-        start_films(model.ends, model.laws, model.tables, work.memory, t, pose, vel, t == 0.0)
+        if has_history(work.memory):
+            _start_films(equations, t, y)
         if t == 0.0:
             solve_state(equations, t, y)
             for k in range(len(model.ends)):
