@@ -338,6 +338,7 @@ def test_invalid_histories_are_refused(experiment_file, tmp_path, capsys, given,
     "use",
     [
         pytest.param(lambda system: linkages.simulate(system, "drake"), id="drake"),
+        pytest.param(lambda system: linkages.compare(system.replaced({"joints.A.history.step": 1e-9})), id="compare"),
         pytest.param(lambda system: linkages.simulate(system, wrt=["joints.A.viscosity"]), id="derivatives"),
         pytest.param(lambda system: linkages.simulate_batch(system, wrt=["joints.A.viscosity"]), id="batch"),
         pytest.param(lambda system: linkages.periodic_motion(system), id="periodic"),
