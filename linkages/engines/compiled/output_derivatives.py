@@ -36,10 +36,7 @@ class OutputTable:
     """
 
     def __init__(self, system: System, wanted: Sequence[str] | None, ideals: IdealMotions) -> None:
-        whole = system.whole if isinstance(system, Segmented) else system
-        own = names(system, False)
-        self._ideals = ideals
-        self.names = [name for name in names(whole, False) if name in own] if wanted is None else list(wanted)
+        self._ideals, self.names = ideals, _all_names(system) if wanted is None else list(wanted)
         self._read = packer(system, self.names)
         self._model, self._records = _copied((system.arrays, self._read(system)))
         self._view = make_view(self._model, system.tree.size)
@@ -104,6 +101,12 @@ _Spot = tuple[Array, Indices, NDArray[np.bool_]]  # an array, indices in it, and
 def _write(spots: list[_Spot], values: Array) -> None:
     for words, inside, mine in spots:
         words[inside] = values[mine]
+
+
+def _all_names(system: System) -> list[str]:
+    """Return the names of all outputs that a system has itself, of the whole linkage of rigid segments among them."""
+    whole, own = system.whole if isinstance(system, Segmented) else system, set(names(system, False))
+    return [name for name in names(whole, False) if name in own]
 
 
 def _copied(value: Any) -> Any:
