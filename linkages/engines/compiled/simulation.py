@@ -57,6 +57,8 @@ def simulate(
     AssemblyError, InputError
         If there is nothing to start from.
     """
+    if wrt:
+        system.without_history("derivatives")
     started = clock.perf_counter()
     runner = Runner(system)
     t, y, step, status = 0.0, runner.start, 0.0, Status.OK
