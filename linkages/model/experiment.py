@@ -148,8 +148,16 @@ class Experiment(Brief, Table):
 
     @property
     def sources(self) -> dict[str, str]:
-        """Return the comment after each value, by dotted path: its source."""
-        return dict(self._sources)
+        """Return the source of each value, by dotted path: the comment after it, or the origin of what replaced it.
+
+        A replaced table is the origin of its values, and a replaced component, such as ``gravity.y``, of its list.
+        """
+        found = {}
+        for path, _ in leaves(self.model_dump(exclude_unset=True)):
+            for given, source in self._sources.items():  # the latest one counts
+                if given == path or path.startswith(f"{given}.") or given.startswith(f"{path}."):
+                    found[path] = source
+        return found
 
     @property
     def texts(self) -> dict[str, Any]:
@@ -251,7 +259,7 @@ class Experiment(Brief, Table):
             return gone is not True and rest.partition(".")[0] not in gone
 
         texts = {path: text for path, text in self._texts.items() if stays(path)}
-        result._texts, result._sources = texts | _texts(data), self._sources | origins
+        result._texts, result._sources = texts | _texts(data), _later(self._sources, origins)
         return result
 
     def ideal(self) -> Experiment:
@@ -382,8 +390,13 @@ def _build(
     replaced = dict.fromkeys(overrides, origin)
     experiment = validate(Experiment, data, source, replaced)
     experiment._source = source
-    experiment._texts, experiment._sources = _texts(data), dict(sources) | replaced
+    experiment._texts, experiment._sources = _texts(data), _later(sources, replaced)
     return experiment
+
+
+def _later(sources: Mapping[str, str], others: Mapping[str, str]) -> dict[str, str]:
+    """Return sources by path, followed by later ones."""
+    return {path: source for path, source in sources.items() if path not in others} | dict(others)
 
 
 def _replace(data: dict[str, Any], overrides: Mapping[str, Any], origin: str) -> None:

@@ -247,6 +247,18 @@ def damaged(summary, path, value):
     return spoilt
 
 
+@pytest.mark.parametrize(
+    ("replaced", "path"), [("gravity.y=-1", "gravity"), ('joints.A={model = "ideal"}', "joints.A.model")]
+)
+def test_a_replaced_table_or_component_is_the_source_of_its_values(tmp_path, replaced, path):
+    out, quick = tmp_path / "out", ["--no-plots", "--no-animation", "--no-error-estimate", "--duration", "0.01"]
+    assert main(["simulate", "seven_bar.toml", "--set", replaced, *quick, "--out", str(out)]) == 0
+    assert main(["report", str(out)]) == 0
+    sources = load_results(out).sources
+    assert sources[path] == "command line"
+    assert not any(one.startswith("joints.A.") for one in sources if path == "joints.A.model" and one != path)
+
+
 def test_a_damaged_summary_is_told_or_refused_in_one_line(copy):
     """Any value replaced or removed: no page, or a page of the remaining data; never another error."""
     summary, tried, refused, told = load_results(copy).summary, 0, 0, 0
