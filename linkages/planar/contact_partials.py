@@ -10,7 +10,7 @@ import numpy as np
 from linkages.kernel import Array, clear, inlined_kernel, kernel
 from linkages.laws.parameters import MODELS
 from linkages.planar.contacts import BRISTLE, Motion, contact_action, remembered_action
-from linkages.planar.record_types import CORNER, JOURNAL, STOP
+from linkages.planar.record_types import CORNER, HISTORY, JOURNAL, ORIENTED, STOP, WORN
 
 #: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles (2), bristle state.
 INPUTS = 9
@@ -278,7 +278,7 @@ def exact_partials(
             return  # without contact there are no forces; the differences stay beside it
         _note_bounded(here, approach, seen[1])
     for i in range(INPUTS):
-        if (6 <= i < 8 and end.kind == JOURNAL) or (i == 8 and law.bristle_scale == 0.0):
+        if not _counts(end, law, i):
             continue
         change[i] = 1.0
         h = stencil_step(end, law, approach, motion, change, 0.0, room)
@@ -307,6 +307,16 @@ def exact_partials(
         change[i] = 0.0
 
 
+@inlined_kernel
+def _counts(end: np.record, law: np.record, i: int) -> bool:
+    """Whether a contact's force depends on input i."""
+    if i == 6:
+        return bool(end.kind != JOURNAL)
+    if i == 7:
+        return bool(end.kind == CORNER or end.kind == STOP or end.kind == WORN)
+    return i != 8 or law.bristle_scale != 0.0
+
+
 @kernel
 def contact_partials(end: np.record, law: np.record, table: Array, memory: Array, motion: Motion, out: Array) -> None:
     """Fill ``out`` (OUTPUTS, INPUTS) with the partial derivatives of `remembered_action`.
@@ -314,15 +324,17 @@ def contact_partials(end: np.record, law: np.record, table: Array, memory: Array
     Central differences, with a step for each input. A law is a smooth function of a few well-scaled inputs, so the
     differences are accurate to 1e-7 of its largest change (measured: films 5e-8, contact 6e-8, both together 1.4e-7),
     and laws need not supply derivatives. The rest of the Jacobian is exact.
+
+    A journal's force is the same for observers who turn at different rates. So the derivative with respect to its own
+    angular velocity follows from the others: dF/dw_j = e_y dF/dv_x - e_x dF/dv_y - dF/dw_b.
     """
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     scales = np.empty(INPUTS)
     input_scales(end, law, motion, _NEAR, scales)
+    journal = end.kind == JOURNAL or end.kind == ORIENTED or end.kind == HISTORY
     clear(out)
     for i in range(INPUTS):
-        if 6 <= i < 8 and end.kind == JOURNAL:
-            continue
-        if i == 8 and law.bristle_scale == 0.0:  # no bristles
+        if (journal and i == 5) or not _counts(end, law, i):
             continue
         h = _STEP * scales[i]
         for side in (1.0, -1.0):
@@ -345,3 +357,6 @@ def contact_partials(end: np.record, law: np.record, table: Array, memory: Array
             out[BRISTLE_RATE, i] += side * rate
         for k in range(OUTPUTS):
             out[k, i] /= 2.0 * h
+    if journal:
+        for k in range(OUTPUTS):
+            out[k, 5] = ey * out[k, 2] - ex * out[k, 3] - out[k, 4]
