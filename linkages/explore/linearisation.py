@@ -2,7 +2,7 @@
 
 x, u and y are changes from the operating point. The states x are minimal coordinates (`local_coordinates`), so closed
 loops leave no spurious poles. The inputs u are torques of drives and applied loads, the outputs y any outputs of the
-registry. Conventions are those of python-control: continuous time, G(s) = C (s I - A)^-1 B + D.
+registry. Conventions as in python-control: continuous time, G(s) = C (s I - A)^-1 B + D.
 
 A holds exact derivatives of the mechanics, and derivatives of contact laws as the integrator uses them. Forces change
 accelerations linearly, so B is exact as well. C and D are central differences, extrapolated twice.
@@ -76,7 +76,7 @@ class StateSpace(Brief):
 
     @property
     def poles(self) -> NDArray[np.complex128]:
-        """Return the eigenvalues of A (nx,) [1/s], those with the largest real part first."""
+        """Return the eigenvalues of A (nx,) [1/s], with the largest real part first."""
         found = np.linalg.eigvals(self.A).astype(np.complex128)
         return found[np.lexsort((-found.imag, -found.real))]
 

@@ -20,12 +20,12 @@ from linkages.results.trajectory import Progress, Trajectory
 from linkages.results.warnings import warning
 from linkages.system import System
 
-_TIGHTER = 0.1  # accuracy of the run that gives the errors, over that of the run
+_TIGHTER = 0.1  # accuracy of the run that gives the errors, over the accuracy of the run
 _SAFETY = 1.5  # factor on the change, because the tighter run has an error too
 _ROUNDING = 1e-11  # of the differences in derivatives, in parts of the number over the value
 _NEAR = 1e-3  # relative distance of two maxima whose order may change
 _BESIDE = 1e-4  # distance from a peak at which it is tested, in parts of the local step
-_SLOPE = 0.05  # of a parabola's own slope there: what is steeper is a kink or a jump
+_SLOPE = 0.05  # of a parabola's own slope there: a steeper output has a kink or a jump
 _STATISTICS = ("peak", "mean", "rms")
 _CHECK = 1e-3  # step of the differences that check derivatives, in parts of the value
 

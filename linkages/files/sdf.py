@@ -67,7 +67,7 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None, text: byt
 
 @lru_cache(maxsize=8)  # designs of a batch replace values of one file
 def _flat_reader(path: Path, text: bytes) -> _Reader:
-    """Read all elements of a file; readers with replaced values share those that the values do not affect."""
+    """Read all elements of a file; readers with replaced values share the elements that the values do not affect."""
     reader = _Reader(path, flattened(path, find_model(path, parse_xml(path, text))))
     with suppress(InputError):  # of a value that may be replaced
         reader.read()
@@ -106,7 +106,7 @@ def read_model(path: Path, model: ET.Element) -> RawModel:
 
 
 class _OwnJoint(NamedTuple):
-    """What the element of a joint says without the poses of other elements; names are empty if none are given."""
+    """Data of a joint's element without the poses of other elements; names are empty if none are given."""
 
     type: str
     parent: str
@@ -211,7 +211,7 @@ class _Reader:
         return {name: self._parts[name] for name in self.names[tag]}
 
     def _said(self, read: Callable[[ET.Element], Own], name: str) -> Own:
-        """Return what an element says by itself, read once."""
+        """Return an element's own data, read once."""
         key = read.__name__, name
         if key not in self._own:
             self._own[key] = read(self.elements[name])

@@ -68,7 +68,8 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
 def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: str) -> None:
     """Replace values in nested tables by dotted path, in place; strings are read as TOML values.
 
-    A number in a list has its place, from 0, as the last part of its path; that of a vector its axis: ``gravity.y``.
+    A number in a list has its place, from 0, as the last part of its path; a component of a vector its axis, as in
+    ``gravity.y``.
     """
     for path, value in overrides.items():
         parts = path.split(".")

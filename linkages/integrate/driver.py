@@ -14,7 +14,7 @@ signs      ``signs(problem, g, dg)`` fills the event functions and their rates a
 settle     ``settle(problem, t, y, event) -> (status, changed)`` is called with every new state, the first one included,
            and with the event at the end of the step, or -1; it may change y
 observe    ``observe(problem, observer, t, y, row)`` fills further columns of the record; the last evaluation of
-           the problem is that of the state, if `attempt` ends with it
+           the problem belongs to the state, if `attempt` ends with it
 ========== ==========================================================================================================
 """
 
@@ -108,7 +108,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
         Parameters
         ----------
         observer : any
-            What `observe` needs beside the problem.
+            Further argument of `observe`.
         tolerance : (n,) array
             Absolute tolerance of each entry.
         modes : (ne,) array of int

@@ -2,8 +2,8 @@
 
 Numba hands a named tuple over by value, every array as seven words or more, and counts references to each array with
 atomic operations. For the small kernels here that costs more than their arithmetic, and most of the compiler's time. A
-reference is one pointer; its attributes are those of the named tuple, loaded where they are used, nested named tuples
-as references again.
+reference is one pointer; its attributes are the fields of the named tuple, loaded where they are used, nested named
+tuples as references again.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Code that will soon be needed, compiled by processes beside: on an empty cache all processors have work.
+"""Code that will soon be needed, compiled by further processes: on an empty cache all processors have work.
 
 A *plan* is a function of a module, ``"module:function"``, that returns jobs: functions without arguments, which compile
 what they call. `expect` names a plan; nothing comes of it until so much has been compiled that the cache must be empty.
@@ -22,14 +22,14 @@ from linkages.kernel import locks
 from linkages.kernel.folder import folder
 
 _EMPTY = 4  # kernels compiled in a process after which the cache is taken for empty
-_MOST = 3  # processes beside: there are few jobs, and they share much
+_MOST = 3  # further processes: there are few jobs, and they share much
 _PAUSE = 0.1  # s, where other processes are compiling what all jobs need
 _plans: list[tuple[str, tuple[Any, ...]]] = []
 _beside: list[subprocess.Popen[bytes]] = []
 _compiled = 0  # kernels, in this process
 _loaded = 0  # others
 _known = 0  # all that there are
-_assisting = False  # whether this process is one beside
+_assisting = False  # whether this process is a further one
 _told: list[Callable[[int, int], None]] = []
 
 
@@ -100,7 +100,7 @@ def _end() -> None:
 
 
 def assist(plans: list[tuple[str, tuple[Any, ...]]], which: int) -> None:
-    """Work through plans, in a process beside: the first one from the beginning, the others from further on.
+    """Work through plans, in a further process: the first one from the beginning, the others from further on.
 
     There is one of each number for all processes that fill a cache. A job that needs what another process is compiling
     is put off until the next one is done.

@@ -148,16 +148,13 @@ class Experiment(Brief, Table):
 
     @property
     def sources(self) -> dict[str, str]:
-        """Return the source of each value, by dotted path: the comment after it, or the origin of what replaced it.
+        """Return the source of each value, by dotted path: the comment after it, or the origin of its replacement.
 
-        A replaced table is the origin of its values, and a replaced component, such as ``gravity.y``, of its list.
+        A table that was replaced has one for all its values; a component (``gravity.y``) counts as its list.
         """
-        found = {}
-        for path, _ in leaves(self.model_dump(exclude_unset=True)):
-            for given, source in self._sources.items():  # the latest one counts
-                if given == path or path.startswith(f"{given}.") or given.startswith(f"{path}."):
-                    found[path] = source
-        return found
+        lists = {path for path, value in leaves(self.model_dump(exclude_unset=True)) if isinstance(value, list)}
+        above = {path: path.rpartition(".")[0] for path in self._sources}
+        return {above[path] if above[path] in lists else path: source for path, source in self._sources.items()}
 
     @property
     def texts(self) -> dict[str, Any]:
@@ -395,8 +392,9 @@ def _build(
 
 
 def _later(sources: Mapping[str, str], others: Mapping[str, str]) -> dict[str, str]:
-    """Return sources by path, followed by later ones."""
-    return {path: source for path, source in sources.items() if path not in others} | dict(others)
+    """Return sources by path with later ones; values of replaced tables have no other source."""
+    below = tuple(f"{path}." for path in others)
+    return {path: source for path, source in sources.items() if not path.startswith(below)} | dict(others)
 
 
 def _replace(data: dict[str, Any], overrides: Mapping[str, Any], origin: str) -> None:

@@ -23,7 +23,7 @@ _NEAR = 1e-3  # lower limit of the gap that scales a displacement, in parts of t
 _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of 1 m per second
 
 
-#: Changes of the inputs of a contact of `stencil_step`: those of `Motion`, of the bristle state, and of the approach
+#: Changes of the inputs of a contact of `stencil_step`: the entries of `Motion`, the bristle state, and the approach
 #: speed.
 APPROACHING = INPUTS
 CHANGES = INPUTS + 1

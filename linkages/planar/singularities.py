@@ -22,7 +22,7 @@ from linkages.planar.workspace import Workspace
 
 _NEAR = 0.03  # conditioning of the rows below which a crossing is looked for
 _STEP = 0.04  # travel of the fastest coordinate between neighbouring states [rad, or parts of the linkage's length]
-_FAR = 2.0  # required ratio of conditioning at neighbouring states to that of the given state
+_FAR = 2.0  # required ratio of conditioning at neighbouring states to the given state's
 _CLOSED, _GOAL = 1e-12, 1e-16  # closure errors of neighbouring states, in parts of the length: largest, wanted
 #: Largest closure error of the interpolated position, in parts of the linkage's length, at which two branches count as
 #: crossing; with a larger one they pass each other.

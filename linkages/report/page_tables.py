@@ -133,7 +133,7 @@ def parameters(results: Results) -> Table:
         if path in ("mechanism", "title", "outputs"):
             continue
         si = _si_unit(results, path)
-        source = _source(results.sources.get(path, ""), si)
+        source = _source(results.source_of(path), si)
         meaning = _meaning(path, meanings).replace(f" [{bracketed(_meaning(path, meanings))}]", "")
         rows.append((path, _plain(value), _shown_unit(si), meaning, source))
     head = ("parameter", "value", "unit", "meaning", "source, from the file")

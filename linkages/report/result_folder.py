@@ -65,6 +65,13 @@ class Results:
         """Return the source of each value by dotted path."""
         return dict(self.summary["provenance"]["sources"])
 
+    def source_of(self, path: str) -> str:
+        """Return the source of the value at a dotted path, or of the table that it came with; empty if unknown."""
+        sources = self.sources
+        while path and path not in sources:
+            path = path.rpartition(".")[0]
+        return sources.get(path, "")
+
     @property
     def title(self) -> str:
         """Return the experiment's title, or its file's name."""

@@ -195,7 +195,7 @@ def _film_end(case: Case) -> Finding | None:
 
 
 def _content(case: Case) -> Finding | None:
-    """Find a film whose content a map takes as that of a steady whirl."""
+    """Find a film whose content a map takes from a steady whirl."""
     if not case.model.has_film or not case.model.feed or case.model.cavitation != "mass-conserving":
         return None
     if case.model.has_history:
@@ -252,7 +252,7 @@ RULES = (
         "film",
         "the film content of a mass-conserving film has no history: its cavities can be emptier or fuller than "
         "real ones; largest eccentricity ratio:",
-        "the map holds for motions that are slow beside the filling time (linkages bearing); a table "
+        "the map holds for motions that are slow compared with the filling time (linkages bearing); a table "
         "joints.NAME.history gives the film a history (compiled engine)",
         _content,
     ),

@@ -137,7 +137,7 @@ def _uphill(run: Trajectory, window: Bracket) -> Bracket:
 def _change(
     run: Trajectory, one: Bracket, other: Bracket, top: tuple[float, float], finer: tuple[float, float]
 ) -> float:
-    """Compare a maximum of the run with that of the tighter run: samples at equal times, and refined (time, value)."""
+    """Compare a maximum of the run and of the tighter run: samples at equal times, and refined (time, value)."""
     assert run.evaluate is not None
     shift, change = top[0] - finer[0], abs(top[1] - finer[1])
     if abs(shift) > _SHIFTED * np.diff(one.times).min(initial=np.inf):

@@ -163,7 +163,8 @@ class _Provenance(_Part):
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
         known = {path for path, _ in leaves(self.experiment.model_dump(exclude_unset=True))}
-        if missing := self.sources.keys() - known:
+        tables = {".".join(parts[:k]) for parts in (path.split(".") for path in known) for k in range(1, len(parts))}
+        if missing := self.sources.keys() - known - tables:
             raise ValueError(f"experiment.{min(missing)} has a source and no value")
         return self
 

@@ -61,7 +61,7 @@ def inputs(system: System) -> dict[str, tuple[str, str, int]]:
 
 
 def disturbed(system: System, name: str, value: float) -> Disturbed:
-    """Add a constant to an input of `inputs`; the state at t = 0 stays that of the system."""
+    """Add a constant to an input of `inputs`; the state at t = 0 stays the system's."""
     _, table, k = inputs(system)[name]
     changed: dict[str, dict[int, float]] = {"efforts": {}, "applied": {}}
     changed[table][k] = value

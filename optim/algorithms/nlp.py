@@ -54,7 +54,7 @@ _REMEDY = {
     " several starts, or loosen the constraints",
     Ending.EVALUATION_FAILED: "there is no value at the start, or around a design that was reached: start"
     " elsewhere or tighten the bounds",
-    Ending.INTERRUPTED: "the run was stopped by the user; what was found up to then is kept",
+    Ending.INTERRUPTED: "the run was stopped by the user; the results up to then are kept",
 }
 
 

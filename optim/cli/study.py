@@ -27,7 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     for action in (show, export):
         action.add_argument("file", type=Path, metavar="FILE", help="a study.sqlite")
     export.add_argument(
-        "--out", type=Path, metavar="TABLE", help=".csv or .parquet; default: evaluations.csv beside FILE"
+        "--out", type=Path, metavar="TABLE", help=".csv or .parquet; default: evaluations.csv in the folder of FILE"
     )
     sensitivity = actions.add_parser("sensitivity", help="Sobol's indices over the bounds, and one variable at a time")
     sensitivity.add_argument("file", metavar="FILE", help="study (.toml), a path or the name of a shipped one")

@@ -40,7 +40,7 @@ def _png(path: Path, width: float, height: float) -> Iterator[Figure]:
 def write_convergence(study: Study, title: str, iterations: Sequence[Iteration], nominal: Values, path: Path) -> None:
     """Draw the best value of each objective over the evaluations; replaces the figure before.
 
-    The values of the nominal design, one row, are those that the algorithm minimises.
+    The values of the nominal design, one row, are the values that the algorithm minimises.
     """
     named = "nominal" if nominal.violation[0] <= FEASIBLE else "nominal, violates constraints"
     names = list(study.file.objectives)

@@ -5,6 +5,7 @@ import json
 import math
 import random
 import re
+import shlex
 import shutil
 from copy import deepcopy as copy_of
 from functools import reduce
@@ -248,15 +249,17 @@ def damaged(summary, path, value):
 
 
 @pytest.mark.parametrize(
-    ("replaced", "path"), [("gravity.y=-1", "gravity"), ('joints.A={model = "ideal"}', "joints.A.model")]
+    ("replaced", "path", "again"),
+    [("gravity.y=-1", "gravity", "gravity=[0.0, -1.0, 0.0]"), ('joints.A={model = "ideal"}', "joints.A", "")],
 )
-def test_a_replaced_table_or_component_is_the_source_of_its_values(tmp_path, replaced, path):
+def test_a_replaced_table_or_component_is_in_the_report_and_its_command(tmp_path, replaced, path, again):
     out, quick = tmp_path / "out", ["--no-plots", "--no-animation", "--no-error-estimate", "--duration", "0.01"]
     assert main(["simulate", "seven_bar.toml", "--set", replaced, *quick, "--out", str(out)]) == 0
     assert main(["report", str(out)]) == 0
-    sources = load_results(out).sources
-    assert sources[path] == "command line"
-    assert not any(one.startswith("joints.A.") for one in sources if path == "joints.A.model" and one != path)
+    results = load_results(out)
+    assert results.source_of(f"{path}.model") == results.sources[path] == "command line"
+    assert not any(one.startswith(f"{path}.") for one in results.sources)  # of values that are no longer there
+    assert f"--set {shlex.quote(again or replaced)}" in commands(results)[0]
 
 
 def test_a_damaged_summary_is_told_or_refused_in_one_line(copy):

@@ -175,7 +175,7 @@ def simulate_batch(
         Called now and then with the part that is done, 0 to 1.
     wrt : sequence of str or Direction, optional
         Dotted paths of values, or values that several paths follow; `Batch.sensitivity` has the derivatives of the
-        statistics of each run with respect to them, as `linkages.sensitivities` has those of one run. They take several
+        statistics of each run with respect to them, as `linkages.sensitivities` for one run. They take several
         times as long as the runs.
 
     Returns

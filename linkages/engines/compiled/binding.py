@@ -26,7 +26,7 @@ from linkages.planar.contacts import (
     start_films,
 )
 
-#: Status of a run whose journal left its film, beside those of `linkages.integrate.driver`.
+#: Status of a run whose journal left its film; `linkages.integrate.driver` has the others.
 LEFT = 3
 #: Status of a run whose loops came apart; its last state is the first one with open loops.
 OPEN = 4
@@ -73,7 +73,7 @@ def _start_films(equations: Equations, t: float, y: Array) -> None:
 
 @kernel
 def observe(equations: Equations, observer: Any, t: float, y: Array, row: Array) -> None:
-    """Record what the contacts remember."""
+    """Record the contacts' memory."""
     record_memory(equations.work.memory, row)
 
 
@@ -109,7 +109,7 @@ _run = runner(observe)
 
 @kernel
 def run(equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options) -> Record:
-    """Run from (t, y), and record what the contacts remember."""
+    """Run from (t, y), and record the contacts' memory."""
     return _run(equations, None, stepper, tolerance, t, y, recorded(equations.work.memory), options)
 
 

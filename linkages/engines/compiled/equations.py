@@ -41,7 +41,7 @@ def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
 
 @inlined_kernel
 def _add_forces(equations: Equations, t: float) -> None:
-    """Fill the wrenches on the bodies of a state that is set: those of contacts and applied loads."""
+    """Fill the wrenches of contacts and applied loads on the bodies, at a state that is set."""
     model, work = equations.model, equations.work
     w = work.dynamics
     clear(w.wrench)
@@ -66,7 +66,7 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
 
 @inlined_kernel
 def _mark_solved(work: Work, t: float, y: Array) -> None:
-    """Take note that the work is that of a state."""
+    """Take note that the work belongs to a state."""
     work.solved[0] = t
     for i in range(len(y)):
         work.solved[1 + i] = y[i]
@@ -74,7 +74,7 @@ def _mark_solved(work: Work, t: float, y: Array) -> None:
 
 @inlined_kernel
 def is_solved(work: Work, t: float, y: Array) -> bool:
-    """Whether the work is that of a state; what contacts remember is changed only where it is solved anew."""
+    """Whether the work belongs to a state; the contacts' memory changes only where the state is solved again."""
     for i in range(len(y)):
         if work.solved[1 + i] != y[i]:
             return False

@@ -1,4 +1,4 @@
-"""The start and the end of a contact, differentiated: their times, what the contact remembers, jumps of derivatives."""
+"""The start and the end of a contact, differentiated: their times, the contact's memory, jumps of derivatives."""
 
 from __future__ import annotations
 

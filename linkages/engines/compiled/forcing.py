@@ -165,7 +165,7 @@ def _inertial_response(equations: Equations, variation: Variation, p: int, out: 
 
 @kernel
 def _interpolated(equations: Equations) -> bool:
-    """Whether the accelerations are interpolated near a singularity: the work is not that of the state then."""
+    """Whether the accelerations are interpolated near a singularity: the work does not belong to the state then."""
     return equations.work.dynamics.interpolated[0] > 0.0
 
 
@@ -211,7 +211,7 @@ def value_forcing(
 
 @kernel
 def _add_moved(s: ContactState) -> None:
-    """Add the changes of the contacts' forces by those of their motions to ``direct``."""
+    """Add the changes of the contacts' forces due to their motions to ``direct``."""
     for k in range(s.direct.shape[0]):
         for i in range(OUTPUTS):
             for j in range(MOTION):

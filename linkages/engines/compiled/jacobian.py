@@ -1,7 +1,7 @@
 """Jacobian of the equations of motion.
 
 The accelerations a(q, v) solve R(q, v, a) = 0, the force residual of the free joints and the accelerations of the
-closure rows. So M times their change, with the mass matrix M, is that of R at fixed a: exact derivatives of the
+closure rows. So M times their change, with the mass matrix M, is the change of R at fixed a: exact derivatives of the
 mechanics (`tangent`), and partial derivatives of the contacts' laws (`partials`). With closure rows it is solved for,
 and M is 1.
 """
@@ -202,7 +202,7 @@ def contact_inputs(model: Arrays, w: Workspace, s: Scratch, k: int) -> Any:
 
 @kernel
 def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int) -> Any:
-    """Add the change of a contact's wrenches; returns that of its bristles' rate, in lanes."""
+    """Add the change of a contact's wrenches; returns the change of its bristles' rate, in lanes."""
     w, end = work.dynamics, model.ends[k]
     b, j = end.bearing.body, end.journal.body
     ex, ey, arms = gap(w.pose, end.bearing, end.journal)

@@ -41,7 +41,7 @@ class Work(NamedTuple):
 
 
 class Equations(NamedTuple):
-    """Arguments of the right-hand side beside time and state."""
+    """Arguments of the right-hand side other than time and state."""
 
     model: Arrays
     work: Work
@@ -81,7 +81,7 @@ def start_state(system: System) -> Array:
 
 
 def error_scale(system: System) -> Array:
-    """Return what an error of each entry of the state is measured by.
+    """Return the scale of an error of each entry of the state.
 
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's

@@ -1,4 +1,4 @@
-"""Derivatives of outputs from those of the state: central differences of the formulas of all outputs."""
+"""Derivatives of outputs from derivatives of the state: central differences of the formulas of all outputs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class OutputTable:
     ----------
     system : System
     wanted : sequence of str, optional
-        Names of outputs; default: all. With rigid segments: those that the linkage of segments has itself.
+        Names of outputs; default: all. With rigid segments: outputs of the linkage of segments.
     ideals : IdealMotions
         Of the system and of neighbouring ones.
     """

@@ -36,7 +36,7 @@ class Steps(NamedTuple):
 
 @kernel
 def remember(equations: Equations, steps: Steps, k: int) -> None:
-    """Restore what the contacts remember after step k; the equations are not solved with that."""
+    """Restore the contacts' memory after step k; the equations are not solved with it."""
     equations.work.solved[0] = math.nan
     memory, row = equations.work.memory, steps.memory[k]
     nc, cells = len(memory), remembered_cells(memory.shape[1] - OIL)

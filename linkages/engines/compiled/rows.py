@@ -33,7 +33,7 @@ def restore(memory: Indices, initial: Indices, columns: Indices, words: Indices)
 
 @kernel
 def _observe(equations: Equations, job: Job, t: float, y: Array, row: Array) -> None:
-    """Record what the contacts remember, and the outputs of the state where they can be known."""
+    """Record the contacts' memory, and the outputs of the state where they can be known."""
     observe(equations, job, t, y, row)
     if knows_outputs(job) and asked(job, t, math.inf):
         if not is_solved(equations.work, t, y):

@@ -133,7 +133,7 @@ def _state_changes(
 ) -> None:  # fmt: skip
     """Fill the changes of coordinates, rates, accelerations and contacts along column j and value p at a solved state.
 
-    ``rates``, ``direction`` and the motions of the contacts are those of the state.
+    ``rates``, ``direction`` and the motions of the contacts belong to the state.
     """
     model, n = equations.model, len(equations.model.free)
     for i in range(n):

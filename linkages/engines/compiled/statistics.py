@@ -184,7 +184,7 @@ def summarise(job: Job, steps: Steps, table: Array, valid: float, out: Array) ->
             times[0] = t0
             count = 1
         for i in range(first, last):
-            if count and grid[i] == times[count - 1]:  # an event without a step: what follows it counts
+            if count and grid[i] == times[count - 1]:  # an event without a step: the state after it counts
                 count -= 1
             times[count] = grid[i]
             copy(table[i], values[count])

@@ -126,7 +126,7 @@ def _fields(model: Arrays) -> Iterator[tuple[str, range]]:
 def _note_effects(
     model: Arrays, fields: Mapping[str, range], places: Indices, laws: Indices, mechanics: Indices, kinematics: Indices
 ) -> None:
-    """Note what a value changes, whose numbers have these places; see `Variation`."""
+    """Note the changes due to a value whose numbers have these places; see `Variation`."""
     ends = np.array([place.stop for place in fields.values()])
     owners = np.searchsorted(ends, places, side="right")
     changed = {list(fields)[owner]: places[owners == owner] for owner in np.unique(owners)}

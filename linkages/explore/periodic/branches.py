@@ -186,7 +186,7 @@ class _Search(NamedTuple):
     progress: Callable[[float], None]  # called with the finished part of all branches up to the last doubling
 
     def all(self, first: float, periods: int, transient: int, doublings: int) -> list[Branch]:
-        """Trace the branch of the first motion, and those that come from period doublings."""
+        """Trace the branch of the first motion, and the branches from period doublings."""
         given = ReturnMap(self.system.replaced({self.path: first}), self.path, periods, transient, self.accuracy)
         settings = self._settings(given)
         point, settings = rescaled(solve(forced(given), given.start, first, settings), settings)

@@ -133,7 +133,7 @@ def solve_history(
 def advance_history(table: Array, oil: Array, t: float, x: float, y: float, spin: float, supply: float) -> None:
     """Move the missing volumes from the last step to time t, at which the journal is at a place.
 
-    Arguments are those of `solve_history`. The volumes of the gap change by their true amounts: the oil is balanced.
+    Arguments as for `solve_history`. The volumes of the gap change by their true amounts: the oil is balanced.
     """
     sheet = new_sheet(table)
     n, m = sheet.most.shape

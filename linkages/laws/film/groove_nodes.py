@@ -34,7 +34,7 @@ from linkages.laws.film.surface.surface_mesh import SurfaceMesh, surface_mesh
 
 #: Cells around the film and along half its length.
 CELLS = (80, 6)
-#: Eccentricity ratio below which the film content fades towards that of a full film.
+#: Eccentricity ratio below which the film content fades towards the content of a full film.
 CENTRE = 0.1
 #: Least share of the cavity that counts as full for the force.
 REST = 0.3

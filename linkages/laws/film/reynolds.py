@@ -13,7 +13,7 @@ Two rules of cavitation: *guembel* solves the whole film and drops negative pres
 complementarity problem p >= 0, h^3-Laplacian of p <= 12*(...), p * (difference) = 0. Both are homogeneous
 of degree one in (b, w), and both give a passive film, in the discrete equations too. The ring is closed:
 only an open end, or a groove that is asked for, holds the pressure at ambient. Under *reynolds* the middle of
-a long bearing (from L/D of about 2 on) fills all around, and with L/D its force tends to that of the full
+a long bearing (from L/D of about 2 on) fills all around, and with L/D its force tends to the force of the full
 film without cavitation, of which the open ends shift the pressure and nothing else.
 
 The mesh is graded: half of its circumferential lines are spread evenly in theta, half in Sommerfeld's
@@ -54,7 +54,7 @@ class Mesh(NamedTuple):
 
 
 class Pressure(NamedTuple):
-    """Pressure on a mesh, and what follows from it."""
+    """Pressure on a mesh, and the results from it."""
 
     mesh: Mesh
     p: Array  # shape (around, along), >= 0

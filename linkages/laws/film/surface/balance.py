@@ -7,7 +7,7 @@ the film content phi in [0, 1] and u = 1/2 times the surface speed over R*omega,
 
 Between two centres with the flow q the pressure falls by the integral of 12 q/h^3 - 12 u/h^2, so that
 q = u*I2/I3 - (p_right - p_left)/(12*I3), In the integral of dtheta/h^n: exact in one dimension, also where h jumps at a
-face. The content that a face carries is that of the cell upstream.
+face. A face carries the content of the cell upstream.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ class Groove(NamedTuple):
 
 
 def check_grooves(grooves: Sequence[Groove], cavity_pressure: float) -> tuple[Groove, ...]:
-    """Check grooves; return those that have an area.
+    """Check grooves; return the ones with an area.
 
     Raises
     ------

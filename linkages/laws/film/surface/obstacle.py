@@ -34,7 +34,7 @@ def obstacle(
     free : (n, m) array of bool
         Cells that are not held at p = 0.
     wet : (n, m) array of bool
-        Cells with p > 0 of a neighbouring state. Overwritten by those of the solution.
+        Cells with p > 0 of a neighbouring state. Overwritten by the cells of the solution.
 
     Returns
     -------

@@ -89,7 +89,7 @@ def solve_film(
     guess : State, optional
     history : ((n, m) array, float), optional
         Oil in the cells (`oil_volumes`) a time before, and this time in units of 1/omega: the film content follows from
-        it, for mass-conserving cavitation. Default: the content is that of a steady state.
+        it, for mass-conserving cavitation. Default: the content of a steady state.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 A step of time is one solution of the film: the oil that a cell gains over the step is what flows in (implicit Euler),
 and pressure and missing content exclude each other. So each step conserves the volume of oil to round-off, and may be
-long beside the time constants of the film. The error is of first order in the step.
+long compared with the time constants of the film. The error is of first order in the step.
 
 The frame is the bearing's; speeds of the journal are relative to the bearing. Units: time 1/omega, mass
 mu*R^4/(c^3*omega), others as in `linkages.laws.film.surface.surface_film`; omega is any reference angular velocity.
