@@ -28,6 +28,7 @@ for k in (-4, 3):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_runs_ask_for_no_index_out_of_bounds(tmp_path):
     """A kernel that does ask shows that the checks are there."""
     (tmp_path / "beyond.py").write_text(BEYOND)

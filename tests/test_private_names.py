@@ -79,6 +79,7 @@ print(*found)
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(private.OFF, reason="nothing is compiled")
 def test_a_numba_without_a_private_name_gives_the_same_digits(tmp_path):
     assert not private.problem
