@@ -76,7 +76,7 @@ def clearance_force(
     c = joint.clearance
     e, nx, ny, v_n, v_t = _polar(ex, ey, vx, vy)
     delta, radius = e - c, joint.radius - c  # radius of the journal
-    sliding = v_t + omega_j * radius - omega_b * (e + radius)
+    sliding = _sliding(joint, e, v_t, omega_b, omega_j)
     f_n, f_t, couple, rate, load = 0.0, 0.0, 0.0, 0.0, 0.0
     if joint.tilt != 0.0:  # lubricated
         f_n, f_t, couple, _, _, _ = tilted_action(joint, e, v_n, v_t, omega_b, omega_j, math.atan2(ny, nx) - angle)
@@ -119,12 +119,17 @@ def history_force(
     table, oil : arrays of float
         See `linkages.laws.film.film_history.film_with_history`.
     """
-    c = joint.clearance
     e, _, _, v_n, v_t = _polar(ex, ey, vx, vy)
-    radius = joint.radius - c
-    sliding = v_t + omega_j * radius - omega_b * (e + radius)
+    sliding = _sliding(joint, e, v_t, omega_b, omega_j)
     fx, fy, couple, content, flow = film_with_history(joint, table, oil, ex, ey, vx, vy, omega_b, omega_j, angle)
-    return fx, fy, couple, 0.0, e - c, v_n, sliding, 0.0, content, flow
+    return fx, fy, couple, 0.0, e - joint.clearance, v_n, sliding, 0.0, content, flow
+
+
+@inlined_kernel
+def _sliding(joint: np.record, e: float, v_t: float, omega_b: float, omega_j: float) -> float:
+    """Sliding speed of the journal's surface on the bearing's, at an eccentricity e [m/s]."""
+    radius = joint.radius - joint.clearance
+    return v_t + omega_j * radius - omega_b * (e + radius)
 
 
 @inlined_kernel

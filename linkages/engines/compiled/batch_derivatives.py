@@ -64,6 +64,7 @@ def differentiate_runs(
     status, done = [NO_RUN] * count, np.zeros(count)
 
     def differentiate(row: int) -> None:
+        """Fill a row of the table, unless its run failed."""
         if runs.status[row] is Status.OK:
             table[:, :, row], status[row] = _of_row(runs, row, wrt)
         done[row] = 1.0

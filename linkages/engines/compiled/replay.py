@@ -27,7 +27,7 @@ _APART = 0.1  # of a step: what others are away, at least, of which states lie o
 
 
 class Steps(NamedTuple):
-    """Steps of a run: times (nt,), states (nt, ny), and what contacts remember (nt, nm), see `record_memory`."""
+    """Steps of a run: times (nt,), states (nt, ny), and the contacts' memory (nt, nm), see `record_memory`."""
 
     times: Array
     states: Array
@@ -54,7 +54,7 @@ def recorded(memory: Array) -> int:
 
 @kernel
 def record_memory(memory: Array, row: Array) -> None:
-    """Fill ``row`` with what holds for the step that follows: approach speeds (nc,), then the oil of each film."""
+    """Fill ``row`` with the memory for the step that follows: approach speeds (nc,), then the oil of each film."""
     nc, cells = len(memory), remembered_cells(memory.shape[1] - OIL)
     for c in range(nc):
         row[c] = memory[c, APPROACH]
