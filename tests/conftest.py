@@ -11,6 +11,7 @@ from shipped import shipped
 
 import linkages
 from linkages.cli import progress
+from linkages.cli.main import main
 
 # Compiled functions are compiled at their first call: no deadline. The same examples in every run: a failure is one
 # that can be repeated; searching for new ones is `pytest --hypothesis-profile=default`.
@@ -57,3 +58,17 @@ def experiment_file(tmp_path):
 def system_of(experiment_file):
     """Make the system of an SDF text and a TOML text."""
     return lambda sdf, toml, overrides=None: linkages.load(experiment_file(sdf, toml), overrides)
+
+
+@pytest.fixture
+def refusal(tmp_path, capsys):
+    """Simulate a file with a value that is refused: status 2, nothing written, and one line, which is returned."""
+
+    def refuse(path: Path, given: str) -> str:
+        assert main(["simulate", str(path), "--set", given, "--out", str(tmp_path / "run")]) == 2
+        said = capsys.readouterr().err.strip()
+        assert len(said.splitlines()) == 1
+        assert not (tmp_path / "run").exists()
+        return said
+
+    return refuse
