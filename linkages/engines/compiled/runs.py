@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -49,6 +50,8 @@ class Runs:
         self.reached = np.full(count, np.inf)
         self._under_way: dict[int, tuple[Array, float]] = {}  # what `run_rows` fills, and the end of runs [s], by row
         self._stop = np.zeros(1, np.int64)
+        # One thread builds while the others run: threads that build at once only take the interpreter from each other.
+        self._building = threading.Lock()
 
     def make(self, threads: int | None, progress: Callable[[float], None] | None) -> None:
         """Run all designs, in threads."""
@@ -71,23 +74,28 @@ class Runs:
     def _run(self, rows: Indices) -> None:
         """Run the designs of some rows."""
         designs, covered = self.designs, self.designs.covers(self.table[rows])
-        built: dict[Any, list[tuple[int, Given, Indices]]] = {}
-        for row in rows[~covered].tolist():
-            try:
-                given, numbers = designs.build(self.table[row])
-            except InputError as problem:
-                self._fail(row, Status.BAD_INPUT, str(problem))
-            except AssemblyError as problem:
-                self._fail(row, problem.status, str(problem))
-            else:
-                built.setdefault(numbers.structure, []).append((row, given, numbers.words))
-        for group in built.values():
+        for group in self._built(rows[~covered]):
             with designs.bench(group[0][1]) as bench:
                 columns, words = bench.different(np.stack([words for _, _, words in group]))
                 self._use(bench, np.array([row for row, _, _ in group]), columns, words)
         if covered.any():
             with designs.bench() as bench:
                 self._use(bench, rows[covered], designs.columns, designs.words(self.table[rows[covered]]))
+
+    def _built(self, rows: Indices) -> list[list[tuple[int, Given, Indices]]]:
+        """Build the designs of some rows: row, system and numbers of each, those of one structure together."""
+        built: dict[Any, list[tuple[int, Given, Indices]]] = {}
+        with self._building:
+            for row in rows.tolist():
+                try:
+                    given, numbers = self.designs.build(self.table[row])
+                except InputError as problem:
+                    self._fail(row, Status.BAD_INPUT, str(problem))
+                except AssemblyError as problem:
+                    self._fail(row, problem.status, str(problem))
+                else:
+                    built.setdefault(numbers.structure, []).append((row, given, numbers.words))
+        return list(built.values())
 
     def _use(self, bench: Bench, rows: Indices, columns: Indices, words: Indices) -> None:
         """Run designs of one structure."""
