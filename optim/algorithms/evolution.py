@@ -11,11 +11,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 from scipy.optimize import Bounds, NonlinearConstraint, differential_evolution
-from scipy.stats import qmc
 
 from linkages.files.toml import NonNegative, Table
 from optim.algorithms.archive import Archive
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
+from optim.algorithms.sampling import latin_hypercube
 
 
 class DifferentialEvolution(Table):
@@ -63,7 +63,7 @@ def evolve(problem: Problem, settings: DifferentialEvolution, seed: int = 0, pro
             best, values = archive.designs[row], archive.values.take(row)
             progress(Progress(generations, settings.generations, best, values, state))
 
-    first = lower + qmc.LatinHypercube(n, rng=random).random(settings.population) * (upper - lower)
+    first = lower + latin_hypercube(settings.population, n, random) * (upper - lower)
     if problem.start is not None:
         first[0] = problem.start
     constrained = bool(problem.inequalities or problem.equalities)

@@ -23,12 +23,12 @@ from typing import Annotated, Any
 import numpy as np
 import pygad
 from pydantic import Field
-from scipy.stats import qmc
 
 from linkages.files.toml import NonNegative, Positive, Table
 from optim.algorithms.archive import Archive
 from optim.algorithms.nlp import Array, Ending, Indices, Problem, Progress, Report, Result, Values
 from optim.algorithms.pareto import pareto_front, ranks
+from optim.algorithms.sampling import latin_hypercube
 
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -173,9 +173,7 @@ class _Run:
         problem, settings = self.problem, self.settings
         self.archive = Archive(replace(problem, evaluate=self.shared))  # designs of this run
         self.generation = 0
-        first = qmc.LatinHypercube(problem.size, rng=np.random.default_rng(seed)).random(
-            settings.population + self.elites
-        )
+        first = latin_hypercube(settings.population + self.elites, problem.size, np.random.default_rng(seed))
         if problem.start is not None:
             width = np.where(problem.upper > problem.lower, problem.upper - problem.lower, 1.0)
             first[0] = np.clip((problem.start - problem.lower) / width, 0.0, 1.0)

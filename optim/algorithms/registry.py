@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import qmc
 
 from linkages import InputError
 from linkages.errors import nearest
 from linkages.files.toml import Table, validate
 from optim.algorithms.archive import Archive, by_feasibility
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
+from optim.algorithms.sampling import latin_hypercube
 
 Solver = Callable[[Problem, Any, int, Report | None], Result]
 #: Violation up to which a start's result counts as feasible when the best one is taken.
@@ -164,7 +164,7 @@ def minimise(
 
 def start_designs(problem: Problem, count: int, seed: int) -> Array:
     """Choose starts of a local method, (count, n): the nominal design or the middle, then a Latin hypercube."""
-    sample = qmc.LatinHypercube(problem.size, rng=np.random.default_rng(seed)).random(count - 1)
+    sample = latin_hypercube(count - 1, problem.size, np.random.default_rng(seed))
     return np.vstack([problem.first, problem.lower + sample * (problem.upper - problem.lower)])
 
 

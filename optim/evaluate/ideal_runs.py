@@ -7,7 +7,6 @@ A journal with play leans where the force presses it; where the direction of the
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from linkages import AssemblyError, Status, System, ideal
 from linkages.outputs.columns import Columns
@@ -49,6 +48,8 @@ def _signal(columns: Columns, times: Array, name: str) -> Array:
 
 def turning_rate(fx: Array, fy: Array, times: Array) -> Array:
     """Rate of the angle of a vector from samples of its components, by splines; infinite where it vanishes [rad/s]."""
+    from scipy.interpolate import CubicSpline  # a tenth of a second, for few studies
+
     ax, ay = (CubicSpline(times, f)(times, 1) for f in (fx, fy))
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray((fx * ay - fy * ax) / (fx**2 + fy**2))

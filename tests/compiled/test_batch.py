@@ -152,6 +152,13 @@ viscosity = 0.1
     assert np.isfinite(batch.maximum[0]).all()
 
 
+@pytest.mark.parametrize(("path", "good"), [("joints.A.viscosity", 0.4), ("solver.max_step", 1e-3)])
+def test_a_failure_in_the_first_row_is_a_row_too(press, path, good):
+    """Also where the experiment has no value of its own, as for the longest step."""
+    status = [simulate_batch(press, [path], rows).status for rows in ([[good], [-1.0]], [[-1.0], [good]])]
+    assert status == [[Status.OK, Status.BAD_INPUT], [Status.BAD_INPUT, Status.OK]]
+
+
 def test_bad_requests_are_refused_before_any_run(press):
     with pytest.raises(InputError, match="did you mean"):
         simulate_batch(press, ["joints.A.viscosit"], [[0.4]])

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from hock_schittkowski import EXAMPLES, SEVERAL_OPTIMA
 from multiobjective import problem, zdt
+from scipy.stats import qmc
 
 from linkages import InputError, RunError
 from optim.algorithms.evolution import DifferentialEvolution
 from optim.algorithms.gradient import ReducedGradient
 from optim.algorithms.nlp import Ending, Values
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings, start_designs
+from optim.algorithms.sampling import latin_hypercube
 from optim.algorithms.snopt import Snopt
 
 BY_NUMBER = {example.number: example for example in (*EXAMPLES, *SEVERAL_OPTIMA)}
@@ -193,6 +195,14 @@ def test_starts_are_the_nominal_design_and_a_latin_hypercube():
     cells = np.floor((starts[1:] + 1.0) / 3.0 * 4.0).astype(int)
     assert np.array_equal(np.sort(cells, axis=0), np.repeat(np.arange(4)[:, None], 3, axis=1))
     assert np.array_equal(starts, start_designs(bowl(), 5, seed=7))
+
+
+@pytest.mark.parametrize(("count", "size"), [(1, 1), (7, 3), (40, 12)])
+def test_the_latin_hypercube_is_scipys(count, size):
+    ours, theirs = (np.random.default_rng(3) for _ in range(2))
+    expected = qmc.LatinHypercube(size, rng=theirs).random(count)
+    assert np.array_equal(latin_hypercube(count, size, ours), expected)
+    assert ours.random() == theirs.random()
 
 
 def test_progress_of_several_starts_is_one():

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -234,7 +235,30 @@ def simulate_batch(
 
 
 def _check_paths(system: System, variables: Sequence[str], table: Array) -> None:
-    """See that all paths exist: values out of range are the designs' own failures."""
+    """See that all paths exist: values out of range are the designs' own failures.
+
+    A path exists if the system takes its own value there; if it has none, the first, least or largest one given, or 1.
+    """
     for name, column in zip(variables, table.T, strict=True):
-        finite = column[np.isfinite(column)]
-        system.replaced({name: float(finite[0]) if len(finite) else 1.0})
+        if not _has_value(system, name):
+            first: InputError | None = None
+            finite = column[np.isfinite(column)]
+            for value in [*finite[:1].tolist(), *([finite.min(), finite.max()] if len(finite) else []), 1.0]:
+                try:
+                    system.replaced({name: float(value)})
+                    break
+                except InputError as problem:
+                    first = first or problem
+            else:
+                raise cast(InputError, first)
+
+
+@lru_cache(maxsize=64)  # a search makes many batches of one system
+def _has_value(system: System, path: str) -> bool:
+    """Whether a system has a number at a path, which can be replaced."""
+    try:
+        value = system.value(path)
+    except InputError:
+        return False
+    system.replaced({path: value})
+    return True
