@@ -6,12 +6,13 @@ each of them is in memory, so that compiled code can write other ones there.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.arrays import Indices
-from linkages.kernel.by_reference import Packed, lay, reference_to
+from linkages.arrays import Array, Indices
+from linkages.kernel.by_reference import Packed, lay, packed, reference_to
 
 
 class Contents(NamedTuple):
@@ -93,3 +94,61 @@ def _place(value: Any, words: bytearray, moved: list[tuple[int, int]], where: li
         else:
             where.append(np.array([spot // 8]))
     return begin
+
+
+class Duplicate:
+    """A copy of a named tuple, whose numbers are replaced by their places in `contents`.
+
+    Parameters
+    ----------
+    value : named tuple
+        As for `contents`; its numbers outside arrays stay.
+
+    Attributes
+    ----------
+    value : named tuple
+        The copy.
+    initial : (n,) array
+        Its first numbers, as floats.
+    """
+
+    def __init__(self, value: Any) -> None:
+        self.value = _copied(value)
+        self.initial = contents(self.value).words.view(np.float64)
+        self._words = _views(self.value)
+        self._ends = np.cumsum([len(words) for words in self._words])
+
+    def writer(self, places: Indices) -> Callable[[Array], None]:
+        """Return a function that writes numbers into these places."""
+        owners = np.searchsorted(self._ends, places, side="right")
+        found = [(self._words[k], k, owners == k) for k in np.unique(owners).tolist()]
+        spots = [(words, places[mine] - self._ends[k] + len(words), mine) for words, k, mine in found]
+
+        def write(numbers: Array) -> None:
+            for words, inside, mine in spots:
+                words[inside] = numbers[mine]
+
+        return write
+
+
+def _copied(value: Any) -> Any:
+    """Copy a named tuple with its arrays."""
+    if isinstance(value, np.ndarray):
+        return np.array(value, order="C", subok=True)
+    if isinstance(value, Packed):
+        return packed(_copied(value.unpacked))
+    if isinstance(value, tuple):
+        parts = map(_copied, value)
+        return value._make(parts) if hasattr(value, "_make") else tuple(parts)
+    return value
+
+
+def _views(value: Any) -> list[Array]:
+    """List the arrays of a named tuple as floats in the order of `contents`; a number is an array of one entry."""
+    if isinstance(value, np.ndarray):
+        return [np.asarray(value).reshape(-1).view(np.float64)] if value.size else [np.zeros(0)]
+    if isinstance(value, Packed):
+        return _views(value.unpacked)
+    if isinstance(value, tuple):
+        return [part for item in value for part in _views(item)]
+    return [] if isinstance(value, bool | np.bool_) else [np.zeros(1)]

@@ -8,6 +8,7 @@ from linkages.engines.compiled.model import error_scale, start_state
 from linkages.engines.compiled.neighbours import Neighbours, neighbours
 from linkages.engines.compiled.runner import Runner, join
 from linkages.engines.compiled.sensitivity import Differentiation
+from linkages.engines.compiled.start_derivatives import start_derivatives
 from linkages.engines.compiled.variation import INERTIAL
 from linkages.kernel.block import contents
 
@@ -43,6 +44,31 @@ def test_one_system_gives_the_derivatives_of_all_proportional_numbers():
         _compare(near, system, value)
         assert not near.derivative(start_state).any()
         assert near.systems == [], value  # none of its own
+
+
+def test_one_system_gives_the_derivatives_of_lengths_and_speeds_too():
+    """The place of the slider in the world is the sum of both lengths."""
+    system = linkages.load(linkages.find_file("seven_bar.toml"))
+    lengths = ["sdf.frames.link2_C.pose.x", "sdf.frames.link6_D.pose.x"]
+    both = linkages.Direction("both", 1.0, dict(zip(lengths, (1.0, -2.0), strict=True)))
+    values = [*LINEAR, "drives.O1.speed", "gravity.x", *lengths, both]
+    for near, value in zip(neighbours(system, values), values, strict=True):
+        _compare(near, system, value)
+        assert near.systems == [], value
+
+
+@pytest.mark.parametrize("path", ["sdf.frames.link2_C.pose.x", "drives.O1.speed"])
+@pytest.mark.parametrize("offset", [[0.0, 0.0], [1e-4, -2e-4]])
+def test_the_start_follows_a_value_as_the_starts_of_assembled_systems_do(path, offset):
+    system = linkages.load(linkages.find_file("seven_bar.toml"), {"joints.A.offset": offset})
+    value = system.value(path)
+    step = 1e-3 * value
+    near = [start_state(system.replaced({path: value + k * step})) for k in (-2, -1, 1, 2)]
+    expected = ((near[0] - near[3]) / 12 + (near[2] - near[1]) * 2 / 3) / step
+    found = start_derivatives(system, neighbours(system, [path, "sdf.links.link2.mass"]))
+    assert np.abs(expected).max() > 0.0
+    assert np.abs(found[:, 0] - expected).max() < 1e-8 * np.abs(expected).max()
+    assert not found[:, 1].any()
 
 
 def test_values_with_other_numbers_have_their_own_systems():

@@ -20,6 +20,7 @@ It may import whatever lies below the engines, and not the Drake engine.
 | event_derivatives   | start and end of a contact, differentiated                                                   |
 | run_derivatives     | a run, differentiated at its steps and at any times                                          |
 | neighbours          | systems at neighbouring values, and derivatives of their numbers                             |
+| start_derivatives   | derivatives of the state at t = 0                                                            |
 | output_derivatives  | derivatives of outputs                                                                       |
 | sensitivity         | `differentiate`: derivatives of a finished run                                               |
 | statistics          | extremes, mean and rms of outputs over windows, values at their ends                         |

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,7 +36,8 @@ _UPWARD = (0, 1, 2, 3, 4), (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4)
 _DOWNWARD = (0, -1, -2, -3, -4), (25 / 12, -4.0, 3.0, -4 / 3, 1 / 4)
 _INTEGER = 1e-290  # an integer, read as a float, is smaller
 
-_SPREAD = np.random.default_rng(0).random(1000)  # of the steps of values that are moved together, in parts of `_STEP`
+_MANY = 50  # values that are moved together
+_SPREAD = 1e-3 * (1.0 + np.random.default_rng(0).random(_MANY))  # their steps, in parts of their magnitudes
 
 _Stencil = tuple[tuple[int, ...], tuple[float, ...]]
 
@@ -50,55 +52,84 @@ class Rates(NamedTuple):
 class Together:
     """A system in which the values at several paths are moved at once, each by another part of itself.
 
-    A number that is proportional to one of the values changes by the same part: so it is known to which value the
-    number belongs, and one system is sufficient for all such values. The parts have generic ratios between 1 and 2,
-    which products and powers of values do not match.
+    A number that is proportional to a value changes by the same part; the coordinate of a point changes by the step of
+    a length, its half, or the sum or difference of two steps. So it is known to which values the number belongs, and
+    one system is sufficient for all such values. The steps have generic ratios, which products and powers of values do
+    not match.
 
     Parameters
     ----------
     system : System
-    paths : sequence of str
-
-    Raises
-    ------
-    InputError, AssemblyError
-        If the moved values are not valid.
+    values : dict of str to float
+        Their numbers by path.
     """
 
-    def __init__(self, system: System, paths: Sequence[str]) -> None:
-        self._system, self._paths = system, list(paths)
-        self._values = np.array([system.value(path) for path in paths])
-        self._parts = _STEP * (1.0 + _SPREAD[: len(paths)])
-        moved = self._values * (1.0 + self._parts)
-        self._parts = moved / self._values - 1.0  # after rounding
-        self._moved = system.replaced(dict(zip(paths, map(float, moved), strict=True)))
-        self._latest: tuple[Any, tuple[Indices, Array, Indices] | None] | None = None
+    def __init__(self, system: System, values: Mapping[str, float]) -> None:
+        self._system, self._paths, self._values = system, list(values), np.array(list(values.values()))
+        units = [magnitude_of(path, value) for path, value in values.items()]
+        self._new = self._values + _SPREAD[: len(values)] * units
+        self._steps = self._new - self._values  # after rounding
+        self._latest: tuple[Any, tuple[Indices, Array] | None] | None = None
+
+    @cached_property
+    def _moved(self) -> System | None:
+        """The system; None near a limit of a value."""
+        with suppress(InputError):
+            return self._system.replaced(dict(zip(self._paths, self._new.tolist(), strict=True)))
+        return None
+
+    def covers(self, along: Mapping[str, float]) -> bool:
+        """Tell whether some paths are among these."""
+        return along.keys() <= set(self._paths)
 
     def rates(self, make: Callable[[System], Any], along: Mapping[str, float]) -> Rates | None:
-        """Differentiate as `Neighbours.rates` along the rates of some paths; None if any number is not proportional."""
+        """Differentiate as `Neighbours.rates` along the rates of some paths; None if an owner is unknown."""
         if self._latest is None or self._latest[0] is not make:
-            self._latest = make, self._changes(contents(make(self._system)), contents(make(self._moved)))
+            self._latest = make, self._changes(make)
         if self._latest[1] is None:
             return None
-        places, here, owners = self._latest[1]
-        rates = np.array([along.get(path, 0.0) for path in self._paths])[owners] * here / self._values[owners]
+        rates = self._latest[1][1] @ [along.get(path, 0.0) for path in self._paths]
         mine = rates != 0.0
-        return Rates(places[mine], rates[mine])
-
-    def _changes(self, own: Contents, other: Contents) -> tuple[Indices, Array, Indices] | None:
-        """Return the places of numbers that change, they themselves, and the index of the path of each."""
-        if own.structure != other.structure:
-            return None
-        places, (here, there) = _changed(own, [other])
-        with np.errstate(divide="ignore"):
-            apart = np.abs((there / here - 1.0)[:, None] - self._parts)
-        owners = np.argmin(apart, axis=1)
-        known = not len(places) or apart.min(axis=1).max() <= _ROUNDING
-        return (places, here, owners) if known else None
+        return Rates(self._latest[1][0][mine], rates[mine])
 
     def still(self, numbers: Callable[[System], Array]) -> bool:
         """Tell whether no value changes an array of numbers."""
-        return np.array_equal(numbers(self._system), numbers(self._moved))
+        return self._moved is not None and np.array_equal(numbers(self._system), numbers(self._moved))
+
+    def _changes(self, make: Callable[[System], Any]) -> tuple[Indices, Array] | None:
+        """Return the places of numbers that change, (n,), and their derivatives, (n, np)."""
+        with suppress(InputError, AssemblyError):  # the value's own systems tell
+            if self._moved is not None:
+                own, other = contents(make(self._system)), contents(make(self._moved))
+                if own.structure == other.structure:
+                    places, numbers = _changed(own, [other])
+                    rates = self._differences(*numbers)
+                    return None if rates is None else (places, rates)
+        return None
+
+    def _differences(self, here: Array, there: Array) -> Array | None:
+        """Differentiate numbers (n,) with respect to the values, (n, np)."""
+        count, rates = len(self._paths), np.zeros((len(here), len(self._paths)))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            apart = np.abs((there / here - 1.0)[:, None] - self._steps / self._values)
+            owners, unknown = np.argmin(apart, axis=1), ~(apart.min(axis=1) <= _ROUNDING)
+            rates[np.arange(len(here)), owners] = here / self._values[owners]
+        rates[unknown] = 0.0
+        if unknown.any():
+            one, (first, second) = np.eye(count), np.triu_indices(count, 1)
+            slopes = np.concatenate([one, one / 2, one[first] + one[second], one[first] - one[second]])
+            slopes = np.concatenate([slopes, -slopes])
+            apart = np.abs(slopes @ self._steps - (there - here)[unknown, None])
+            fits = apart <= _ROUNDING * np.abs(here[unknown, None])
+            if not np.all(fits.sum(axis=1) == 1):
+                return None
+            rates[unknown] = slopes[np.argmax(fits, axis=1)]
+        return rates
+
+
+def magnitude_of(path: str, value: float) -> float:
+    """Return the magnitude of a value: its own, or that of its unit if it is zero."""
+    return _UNITS.get(value_unit(path), _UNIT) if abs(value) <= _ZERO else abs(value)
 
 
 def _changed(own: Contents, others: Sequence[Contents]) -> tuple[Indices, Array]:
@@ -121,21 +152,18 @@ def _changed(own: Contents, others: Sequence[Contents]) -> tuple[Indices, Array]
 
 
 def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighbours]:
-    """Return the systems near a system for each of several values, with one for all that joints' laws and masses need.
+    """Return the systems near a system for each of several values, with few for all values together.
 
     Raises
     ------
     InputError
         See `Neighbours`.
     """
-    paths = [[value] if isinstance(value, str) else list(value.rates) for value in values]
-    able = [all(keeps_start(path) and abs(system.value(path)) > _ZERO for path in each) for each in paths]
-    together = None
-    wanted = list(dict.fromkeys(path for each, fits in zip(paths, able, strict=True) if fits for path in each))
-    if 1 < len(wanted) <= len(_SPREAD):
-        with suppress(InputError, AssemblyError):  # near a limit of a value
-            together = Together(system, wanted)
-    return [Neighbours(system, value, together if fits else None) for value, fits in zip(values, able, strict=True)]
+    paths = {path for value in values for path in ([value] if isinstance(value, str) else value.rates)}
+    every = {path: system.value(path) for path in sorted(paths)}
+    proportional = {path: value for path, value in every.items() if keeps_start(path) and abs(value) > _ZERO}
+    shared = [Together(system, dict(islice(each.items(), _MANY))) for each in (every, proportional)]
+    return [Neighbours(system, value, shared) for value in values]
 
 
 class Neighbours:
@@ -149,13 +177,15 @@ class Neighbours:
     system : System
     value : str or Direction
         A dotted path, see `linkages.System.replaced`; or a value that several paths follow.
-    together : Together, optional
-        Its paths among others.
+    together : sequence of Together
+        Systems for several values, which are used if they are sufficient for this one.
 
     Attributes
     ----------
     magnitude : float
         Of the value.
+    along : mapping of str to float
+        Paths that follow the value, and their rates.
 
     Raises
     ------
@@ -163,16 +193,13 @@ class Neighbours:
         If there is no number at the path, or no neighbouring value is valid.
     """
 
-    def __init__(self, system: System, value: str | Direction, together: Together | None = None) -> None:
+    def __init__(self, system: System, value: str | Direction, together: Sequence[Together] = ()) -> None:
         along = Direction(value, system.value(value), {value: 1.0}) if isinstance(value, str) else value
-        path, self._value, self._rates = along
-        self.system, self.path = system, path
-        self._along = {each: (system.value(each), rate) for each, rate in self._rates.items()}
-        small = abs(self._value) <= _ZERO
-        self.magnitude = _UNITS.get(value_unit(path), _UNIT) if small else abs(self._value)
+        self.path, self._value, self.along = along
+        self.system, self.magnitude = system, magnitude_of(self.path, self._value)
         self._built, self._together = {0: system}, together
         self.systems: list[System] = []
-        if together is None:
+        if not together:
             self._begin()
 
     def _begin(self) -> None:
@@ -192,10 +219,10 @@ class Neighbours:
 
     def _use(self, stencil: _Stencil) -> None:
         """Build the systems of a stencil."""
-        step = _STEP * self.magnitude
+        step, value = _STEP * self.magnitude, self.system.value
         for k in stencil[0]:
             if k not in self._built:
-                found = self.system.replaced({path: x + k * step * rate for path, (x, rate) in self._along.items()})
+                found = self.system.replaced({path: value(path) + k * step * by for path, by in self.along.items()})
                 _ = found.assembly  # a failure leads to another stencil
                 self._built[k] = found
         self.systems, self.weights = [self._built[k] for k in stencil[0]], np.array(stencil[1]) / step
@@ -206,7 +233,7 @@ class Neighbours:
         Errors are compared with each number's change; if `together`, with the largest one along the last axis.
         """
         if not self.systems:
-            if self._together is not None and self._together.still(numbers):
+            if any(each.still(numbers) for each in self._together if each.covers(self.along)):
                 return 0.0 * numbers(self.system)
             self._begin()
         here, found = numbers(self.system), [numbers(one) for one in self.systems]
@@ -247,10 +274,9 @@ class Neighbours:
             If the value changes integers, or shapes of arrays.
         """
         if not self.systems:
-            if self._together is not None:
-                with suppress(InputError):  # the value's own systems tell
-                    if (found := self._together.rates(make, self._rates)) is not None:
-                        return found
+            for each in self._together:
+                if each.covers(self.along) and (found := each.rates(make, self.along)) is not None:
+                    return found
             self._begin()
         kept: dict[int, Contents] = {}
 

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.engines.compiled.neighbours import Neighbours
-from linkages.kernel import Array, Indices
-from linkages.kernel.block import contents
-from linkages.kernel.by_reference import Packed, packed
+from linkages.kernel import Array
+from linkages.kernel.block import Duplicate, contents
 from linkages.outputs.columns import Columns, columns
 from linkages.outputs.formulas import OF_FORCES, make_view, tabulate
 from linkages.outputs.registry import JITTER, names, packer
@@ -38,11 +35,10 @@ class OutputTable:
     def __init__(self, system: System, wanted: Sequence[str] | None, ideals: IdealMotions) -> None:
         self._ideals, self.names = ideals, _all_names(system) if wanted is None else list(wanted)
         self._read = packer(system, self.names)
-        self._model, self._records = _copied((system.arrays, self._read(system)))
-        self._view = make_view(self._model, system.tree.size)
-        self._words = _views((self._model, self._records))
-        self._initial = contents((self._model, self._records)).words.view(np.float64)
-        self._first = len(self._initial) - len(contents((self._records,)).words)  # place of the records
+        self._numbers = Duplicate((system.arrays, self._read(system)))
+        model, self._records = self._numbers.value
+        self._view = make_view(model, system.tree.size)
+        self._first = len(self._numbers.initial) - len(contents((self._records,)).words)  # place of the records
         self._with_forces = bool(np.isin(self._records["kind"], OF_FORCES).any())
         self._jitter = [k for k, one in enumerate(self._records) if one["jitter"]]
 
@@ -64,12 +60,13 @@ class OutputTable:
         places = np.concatenate([arrays.places, self._first + records.places])
         rates = np.concatenate([arrays.rates, records.rates])
         h = _STEP / self._largest(near, change, model)
-        result, spots = np.zeros((len(self.names), len(times))), self._spots(places)
+        result, initial = np.zeros((len(self.names), len(times))), self._numbers.initial[places]
+        write = self._numbers.writer(places)
         for side in (-1.0, 1.0):
-            _write(spots, self._initial[places] + side * h * rates)
+            write(initial + side * h * rates)
             moved = [np.ascontiguousarray(x + side * h * dx) for x, dx in zip(state, change, strict=True)]
             result += side / (2.0 * h) * self._table(times, moved)
-        _write(spots, self._initial[places])
+        write(initial)
         if self._jitter:
             plain = [self.names[k].removesuffix(JITTER) for k in self._jitter]
             result[self._jitter] -= near.derivative(lambda one: self._ideals(one, times, plain), together=True)
@@ -87,49 +84,11 @@ class OutputTable:
         tabulate(self._records, self._with_forces, self._view, np.asarray(times, np.float64), *moved, out)  # type: ignore[call-arg]
         return out
 
-    def _spots(self, places: Indices) -> list[_Spot]:
-        """Find the arrays in which places of `contents` are, and where."""
-        ends = np.cumsum([len(words) for words in self._words])
-        owners = np.searchsorted(ends, places, side="right")
-        found = ((k, owners == k) for k in np.unique(owners))
-        return [(self._words[k], places[mine] - ends[k] + len(self._words[k]), mine) for k, mine in found]
-
-
-_Spot = tuple[Array, Indices, NDArray[np.bool_]]  # an array, indices in it, and which of the places these are
-
-
-def _write(spots: list[_Spot], values: Array) -> None:
-    for words, inside, mine in spots:
-        words[inside] = values[mine]
-
 
 def _all_names(system: System) -> list[str]:
     """Return the names of all outputs that a system has itself, of the whole linkage of rigid segments among them."""
     whole, own = system.whole if isinstance(system, Segmented) else system, set(names(system, False))
     return [name for name in names(whole, False) if name in own]
-
-
-def _copied(value: Any) -> Any:
-    """Copy a named tuple with its arrays."""
-    if isinstance(value, np.ndarray):
-        return np.array(value, order="C", subok=True)
-    if isinstance(value, Packed):
-        return packed(_copied(value.unpacked))
-    if isinstance(value, tuple):
-        parts = map(_copied, value)
-        return value._make(parts) if hasattr(value, "_make") else tuple(parts)
-    return value
-
-
-def _views(value: Any) -> list[Array]:
-    """List the arrays of a named tuple as floats in the order of `contents`; a number is an array of one entry."""
-    if isinstance(value, np.ndarray):
-        return [np.asarray(value).reshape(-1).view(np.float64)] if value.size else [np.zeros(0)]
-    if isinstance(value, Packed):
-        return _views(value.unpacked)
-    if isinstance(value, tuple):
-        return [part for item in value for part in _views(item)]
-    return [] if isinstance(value, bool | np.bool_) else [np.zeros(1)]
 
 
 class IdealMotions:

@@ -12,8 +12,9 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from linkages.engines.compiled.job import Given, model_of
-from linkages.engines.compiled.model import Equations, error_scale, make_memory, make_work, start_state
+from linkages.engines.compiled.model import Equations, make_memory, make_work
 from linkages.engines.compiled.neighbours import Neighbours, unscaled
+from linkages.engines.compiled.start_derivatives import start_derivatives
 from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.block import Block, contents
 from linkages.kernel.by_reference import packed
@@ -91,9 +92,11 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     memory, own = block.memory.view(np.float64), contents(model).words.view(np.float64)
     none = pack(system, ())
     whole = model is system.arrays  # no sections of links are left out
-    changes = [near.arrays if whole else near.rates(lambda one: unscaled(model_of(one, none))) for near in nearby]
-    scale = error_scale(system)
-    starts = [near.derivative(lambda one: start_state(one) / scale, True) * scale for near in nearby]
+
+    def reduced(one: System) -> Arrays:
+        return unscaled(model_of(one, none))
+
+    changes = [near.arrays if whole else near.rates(reduced) for near in nearby]
     laws, mechanics, kinematics = (np.zeros((len(nearby), *more), np.int64) for more in ((nc,), (), ()))
     fields = dict(_fields(model))
     for p, change in enumerate(changes):
@@ -111,7 +114,7 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         mechanics,
         kinematics,
     )
-    return packed(variation), np.reshape(starts, (-1, len(scale))).T.copy()
+    return packed(variation), start_derivatives(system, nearby)
 
 
 def _fields(model: Arrays) -> Iterator[tuple[str, range]]:
