@@ -523,6 +523,19 @@ def test_a_circle_is_closed_and_a_branch_without_an_end_is_lost():
         assert trace(problem, start, (-2.0, 2.0), settings, lambda p: Seen(np.array([0.5 + 0.0j])), 500).end == end
 
 
+def test_a_branch_with_short_steps_is_not_closed():
+    """The first points are nearer to the start than half the longest step."""
+
+    def cubic(u, p):
+        return Residual(np.array([u[0] ** 3 + u[0] - p]), np.array([[3.0 * u[0] ** 2 + 1.0]]), np.array([-1.0]))
+
+    settings = Settings(np.array([1.0]), 1.0, np.array([1.0]), tolerance=1e-12, first=1e-4)
+    start = solve(cubic, np.array([0.0]), 0.0, settings)
+    found = trace(cubic, start, (-1.0, 1.0), settings, lambda p: Seen(np.array([0.5 + 0.0j])), 500)
+    assert found.end == LIMIT
+    assert np.linalg.norm([found.points[6].u[0], found.points[6].p]) < 0.5 * settings.most
+
+
 def test_steps_do_not_depend_on_unknowns_that_change_with_the_value_along_the_whole_branch():
     """The rod turns with the drive: its rate changes by many clearances in the time of the motion."""
     given = {"transient": 3, "doublings": 0, "step": 0.25, "accuracy": 1e-9, "tolerance": 1e-5}

@@ -177,11 +177,12 @@ def _motion(motion: PeriodicMotion) -> dict[str, Any]:
 
 def format_branches(found: Branches, units: dict[str, str]) -> str:
     """Format branches and bifurcations as lines of text."""
-    from linkages.explore.periodic.tracing import ENDS, LOST, MOST
+    from linkages.explore.periodic.tracing import CLOSED, ENDS, LOST, MOST
 
     lines = [f"{found.path} from {found.low:g} to {found.high:g}"]
     for k, branch in enumerate(found.branches):
         source = "" if branch.source is None else f", from a period doubling of branch {branch.source[0] + 1}"
+        source += f"; {ENDS[CLOSED]}" if CLOSED in branch.ends else ""
         lines += ["", f"branch {k + 1}: period of {branch.periods} drive period(s), {_extent(branch)}{source}"]
         lines += [f"  {_line(event.kind, event.motion, event.multiplier)}" for event in branch.events]
     worst = max(motion.residual for branch in found.branches for motion in branch.motions)

@@ -79,11 +79,11 @@ def trace(
     """
     points, found, end = [start], list[Bifurcation](), LOST
     for point in follow(problem, start, *limits, settings):
-        found += _between(problem, points[-1], point, settings, look)
+        before = points[-1]
+        found += _between(problem, before, point, settings, look)
         points.append(point)
         report(point)
-        same_way = point.tangent @ start.tangent > 0.0  # not behind a fold
-        if len(points) > 5 and same_way and _distance(point, start, settings) < 0.5 * settings.most:
+        if _passed(start, before, point, settings):
             end = CLOSED
         elif point.p in limits:
             end = LIMIT
@@ -156,7 +156,13 @@ def _sign(holds: Callable[[Point], bool]) -> Callable[[Point], float]:
     return lambda point: 1.0 if holds(point) else -1.0
 
 
-def _distance(point: Point, other: Point, settings: Settings) -> float:
-    """Compute the distance of two points in scaled unknowns."""
-    apart = np.append((point.u - other.u) / settings.scale, (point.p - other.p) / settings.scale_p)
-    return float(np.linalg.norm(apart))
+def _passed(start: Point, before: Point, point: Point, settings: Settings) -> bool:
+    """Check whether a branch returned to its start between two points: in the same direction, and near it."""
+    behind, ahead = (_apart(each, start, settings) for each in (before, point))
+    passes = behind @ start.tangent < 0.0 <= ahead @ start.tangent and point.tangent @ start.tangent > 0.0
+    return bool(passes and np.linalg.norm(ahead) <= np.linalg.norm(ahead - behind))
+
+
+def _apart(point: Point, other: Point, settings: Settings) -> Array:
+    """Return the way from another point to a point, in scaled unknowns."""
+    return np.append((point.u - other.u) / settings.scale, (point.p - other.p) / settings.scale_p)
