@@ -187,6 +187,15 @@ def test_where_there_is_no_terminal_progress_is_a_line_within_two_seconds_and_th
     assert capsys.readouterr().err == "run: 97.50%\n"
 
 
+def test_a_sign_of_life_names_the_finished_amount(monkeypatch, capsys):
+    """Where a single motion of a branch takes minutes, as with a small clearance."""
+    monkeypatch.setattr(progress._silence, "stage", "")
+    progress.progress_bar("branches")(0.04)
+    assert progress._silence.stage == "branches: 4.00%"
+    progress.progress_bar("branches")(1.0)
+    assert progress._silence.stage == "results"
+
+
 def test_a_command_that_says_nothing_shows_a_sign_of_life_unless_it_is_quiet(monkeypatch, capsys):
     monkeypatch.setattr(progress, "_FIRST", 0.0)
     monkeypatch.setattr(progress, "_GRACE", 0.0)

@@ -141,6 +141,7 @@ def _lines(name: str, total: float) -> Advance:
         nonlocal first
         first = first or (time.monotonic(), done)
         passed, gained = time.monotonic() - first[0], done - first[1]
+        begin_stage(f"{name}: {done / total:.2%}")  # which the heartbeat repeats while an amount takes long
         if done >= total:
             begin_stage("results")
         elif done > 0.0 and _silence.rest() <= 0.0:
