@@ -432,6 +432,29 @@ def test_the_command_writes_branches_and_a_sweep(experiment_file, tmp_path, caps
         assert said in capsys.readouterr().err
 
 
+def test_an_interrupted_search_keeps_the_motions_up_to_then(experiment_file, tmp_path, monkeypatch, capsys):
+    """A motion with many impacts takes seconds, a branch of them hours."""
+    file = str(experiment_file(SLIDES, SHAKER))
+    words = ["continue", file, "--vary", "stops.end.limit=-3e-3:-2.8e-3", "--no-plots", "--step", "0.2"]
+    words += ["--transient", "40", "--doublings", "0"]
+    assert main([*words, "--out", str(tmp_path / "whole")]) == 0
+    told = []
+
+    def interrupt(done):
+        told.append(done)
+        if len(told) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("linkages.cli.continue_.stages", lambda *_: lambda name: interrupt)
+    assert main([*words, "--sweep", "2", "--out", str(tmp_path / "part")]) == 130
+    assert capsys.readouterr().err.endswith("interrupted; the motions up to then are written\n")
+    whole, part = (json.loads((tmp_path / name / "branches.json").read_text()) for name in ("whole", "part"))
+    assert whole["branches"][0]["ends"] == ["limit"]
+    assert part["branches"][0]["ends"] == ["interrupted"]
+    assert part["branches"][0]["motions"] == whole["branches"][0]["motions"][:3]
+    assert len(told) == 2
+
+
 RADIUS, CLEARANCE, VISCOSITY, ROTOR = 0.05, 1e-4, 0.03, 50.0
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import cmath
 import math
+import sys
 from typing import TYPE_CHECKING, Any
 
 from linkages.cli.folders import output_folder, results_folder
 from linkages.cli.options import add_file, add_settings, load_system, written
 from linkages.cli.progress import stages
-from linkages.errors import InputError
+from linkages.errors import InputError, Status
 from linkages.files.writing import json_text
 
 if TYPE_CHECKING:
@@ -105,8 +106,8 @@ def run(options: argparse.Namespace) -> int:
     keys = ("periods", "transient", "doublings", "step", "accuracy", "tolerance")
     settings = {key: getattr(options, key) for key in keys}
     found = branches(system, path, low, high, start, names, **settings, progress=bars("branches"), origin="--vary")
-    points = None
-    if options.sweep:
+    points, whole = None, found.status is Status.OK
+    if options.sweep and whole:
         values = [low + (high - low) * k / (options.sweep - 1) for k in range(options.sweep)]
         turns = (8 * options.periods, options.transient)
         points = sweep(system, path, values, names, *turns, progress=bars("sweep"), origin="--vary")
@@ -124,7 +125,9 @@ def run(options: argparse.Namespace) -> int:
     if not options.quiet:
         print(format_branches(found, units))
         print(f"\n{written(out, outputs.names)}")
-    return 0
+    if not whole:
+        print("interrupted; the motions up to then are written", file=sys.stderr)
+    return 0 if whole else 130
 
 
 def content(found: Branches, units: dict[str, str]) -> dict[str, Any]:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from linkages.brief import Brief, counted
-from linkages.errors import InputError
+from linkages.errors import InputError, Status
 from linkages.explore.periodic.continuation import Point, Settings, rescaled, solve
 from linkages.explore.periodic.motion import PeriodicMotion, made, monodromy
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
 from linkages.explore.periodic.return_map import ReturnMap, least_clearance
 from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE
 from linkages.explore.periodic.shooting import forced
-from linkages.explore.periodic.tracing import Bifurcation, Seen, Trace, doubled, trace, turned
+from linkages.explore.periodic.tracing import INTERRUPTED, Bifurcation, Seen, Trace, doubled, trace, turned
 from linkages.model.experiment import ARGUMENT
 from linkages.outputs.registry import pack
 from linkages.system import System
@@ -73,13 +72,17 @@ class Branch:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Branches(Brief):
-    """All branches found from one motion, over the value at `path` from `low` to `high`."""
+    """All branches found from one motion, over the value at `path` from `low` to `high`.
+
+    The `status` is ``INTERRUPTED`` if the search was: the branches then end with the motions up to then.
+    """
 
     path: str
     low: float
     high: float
     outputs: tuple[str, ...]
     branches: tuple[Branch, ...]
+    status: Status = Status.OK
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         points = sum(len(branch.motions) for branch in self.branches)
@@ -138,6 +141,7 @@ def branches(
     Returns
     -------
     Branches
+        Ctrl-C after the first motion ends the search, not the call: `Branches.status` tells it.
 
     Raises
     ------
@@ -165,14 +169,16 @@ def branches(
     search = _Search(
         system, path, low, high, step, accuracy, tolerance, tuple(outputs), progress or (lambda done: None)
     )
-    return Branches(path, low, high, tuple(outputs), tuple(search.all(first, periods, transient, doublings)))
+    found = tuple(search.all(first, periods, transient, doublings))
+    return Branches(path, low, high, tuple(outputs), found, Status.INTERRUPTED if search.interrupted else Status.OK)
 
 
 #: Return map and traces of a branch, and where it comes from.
 _Level = tuple[ReturnMap, list[Trace], tuple[int, int] | None]
 
 
-class _Search(NamedTuple):
+@dataclass
+class _Search:
     """The branches of one call of `branches`."""
 
     system: System
@@ -184,6 +190,7 @@ class _Search(NamedTuple):
     tolerance: float
     outputs: tuple[str, ...]
     progress: Callable[[float], None]  # called with the finished part of all branches up to the last doubling
+    interrupted: bool = False  # nothing is then traced any more
 
     def all(self, first: float, periods: int, transient: int, doublings: int) -> list[Branch]:
         """Trace the branch of the first motion, and the branches from period doublings."""
@@ -193,14 +200,15 @@ class _Search(NamedTuple):
         ends = [turned(point)] * (first > self.low) + [point] * (first < self.high)
         share = 1.0 / (doublings + 1.0)
         below_first = share * (first - self.low) / self._range
-        lines = [self._trace(given, end, settings, k * below_first, share) for k, end in enumerate(ends)]
+        lines = [self._trace(given, ends[0], settings, 0.0, share)]
+        lines += [self._trace(given, end, settings, below_first, share) for end in ends[1:] if not self.interrupted]
         level: list[_Level] = [(given, lines, None)]
         found: list[Branch] = []
         for depth in range(doublings + 1):
             below: list[_Level] = []
             for of, traces, source in level:
                 found.append(self._branch(of, traces, source))
-                if depth < doublings:
+                if depth < doublings and not self.interrupted:
                     below += self._switched(of, traces, len(found) - 1, settings, (depth + 1.0) * share, share)
             level = below
         return found
@@ -218,6 +226,8 @@ class _Search(NamedTuple):
                 line = new[1]
                 rejoined += [found.point.p for found in line.bifurcations if found.kind == FOLD]
                 yield new[0], [line], (index, k)
+            if self.interrupted:
+                return
 
     @property
     def _range(self) -> float:
@@ -236,15 +246,19 @@ class _Search(NamedTuple):
         def report(point: Point) -> None:
             self.progress(_SHOWN * (done + share * abs(point.p - start) / self._range))
 
-        limits = (self.low, self.high)
-        return trace(forced(given), point, limits, settings, _seen, _MOST, report)
+        found = trace(forced(given), point, (self.low, self.high), settings, _seen, _MOST, report)
+        self.interrupted |= found.end == INTERRUPTED
+        return found
 
     def _doubled(
         self, event: Bifurcation, periods: int, settings: Settings, done: float, share: float
     ) -> tuple[ReturnMap, Trace] | None:
         """Trace the branch that begins at a period doubling; None if its start is not found."""
-        given = self._map(event.point, 2 * periods)
-        first = doubled(forced(given), event, monodromy(event.point), settings)
+        try:
+            given = self._map(event.point, 2 * periods)
+            first = doubled(forced(given), event, monodromy(event.point), settings)
+        except KeyboardInterrupt:
+            self.interrupted, first = True, None
         return None if first is None else (given, self._trace(given, first, settings, done, share))
 
     def _map(self, point: Point, periods: int) -> ReturnMap:

@@ -12,13 +12,14 @@ from linkages.arrays import Array
 from linkages.explore.periodic.continuation import Point, Problem, Settings, follow, locate, step
 from linkages.explore.periodic.multipliers import FOLD, GRAZING, Multipliers, crossing, kind
 
-LIMIT, CLOSED, MOST, LOST = "limit", "closed", "most", "lost"
+LIMIT, CLOSED, MOST, LOST, INTERRUPTED = "limit", "closed", "most", "lost", "interrupted"
 #: Why a branch ends.
 ENDS = {
     LIMIT: "the value reached a limit of its range",
     CLOSED: "it returned to its first motion",
     MOST: "it has the largest number of motions",
     LOST: "Newton's method found no further motion at the smallest step",
+    INTERRUPTED: "the search was interrupted",
 }
 
 _LOCATED = 1e-8  # scaled arclength to which bifurcations are located
@@ -63,6 +64,8 @@ def trace(
 ) -> Trace:
     """Follow a branch from a point along its tangent, and locate the bifurcations between its points.
 
+    At `KeyboardInterrupt` the branch ends with the last point.
+
     Parameters
     ----------
     problem : callable
@@ -78,20 +81,29 @@ def trace(
         Called with each point.
     """
     points, found, end = [start], list[Bifurcation](), LOST
-    for point in follow(problem, start, *limits, settings):
-        before = points[-1]
-        found += _between(problem, before, point, settings, look)
-        points.append(point)
-        report(point)
-        if _passed(start, before, point, settings):
-            end = CLOSED
-        elif point.p in limits:
-            end = LIMIT
-        elif len(points) > most:
-            end = MOST
-        if end in (CLOSED, MOST):
-            break
+    try:
+        for point in follow(problem, start, *limits, settings):
+            before = points[-1]
+            found += _between(problem, before, point, settings, look)
+            points.append(point)
+            report(point)
+            end = _ending(start, before, point, limits, settings, len(points) > most)
+            if end in (CLOSED, MOST):
+                break
+    except KeyboardInterrupt:
+        end = INTERRUPTED
     return Trace(points, found, end)
+
+
+def _ending(
+    start: Point, before: Point, point: Point, limits: tuple[float, float], settings: Settings, many: bool
+) -> str:
+    """Return why a branch ends at a point, or would if no further one were found."""
+    if _passed(start, before, point, settings):
+        return CLOSED
+    if point.p in limits:
+        return LIMIT
+    return MOST if many else LOST
 
 
 def turned(point: Point) -> Point:
