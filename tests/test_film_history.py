@@ -20,6 +20,7 @@ from linkages.laws.film.history_cells import MISSING, PLACE_X, PLACE_Y, cells_of
 from linkages.laws.film.surface import Bearing, Groove, Journal, at_rest, follow, move, surface_mesh
 from linkages.laws.film.surface.balance import Thickness, make_balance
 from linkages.laws.film.surface.surface_film import content_at_centres, solve_film
+from linkages.live.session import Session
 
 CELLS = (36, 4)
 GROOVES = (Groove(math.pi, math.radians(20.0), 0.8),)
@@ -338,6 +339,7 @@ def test_invalid_histories_are_refused(experiment_file, refusal, given, text):
         pytest.param(lambda system: linkages.largest_exponent(system, revolutions=2, transient=1), id="exponent"),
         pytest.param(lambda system: linkages.linearise(system), id="linear"),
         pytest.param(check_wears, id="wear"),
+        pytest.param(Session, id="live page"),
     ],
 )
 def test_analyses_that_do_not_follow_the_content_refuse_it(rotor, use):

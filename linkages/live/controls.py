@@ -20,7 +20,7 @@ from linkages.system import System
 
 _MODELS = ("ideal", "lubricated", "dry", "mixed")
 _FIRST = ("clearance", "viscosity", "oil.temperature", "contact.restitution", "friction.coefficient")
-_DECADE = ("clearance", "viscosity", "stiffness", "youngs_modulus", "density", "coefficient_of_wear")
+_DECADE = ("clearance", "viscosity", "stiffness", "youngs_modulus", "density")
 _FACTOR = 10.0  # range of a positive property of oil or material: value over factor to value times factor
 _MASS = 5.0  # the same for masses and moments of inertia
 _SHARES = ("restitution", "coefficient", "static", "film_limit", "share")
@@ -209,7 +209,7 @@ def _range(system: System, path: str, value: float) -> tuple[float, float, bool]
     key, unit = path.rpartition(".")[2], value_unit(path)
     if path == "solver.accuracy":
         return 1e-9, 1e-3, True
-    if value > 0.0 and (key in _DECADE or unit in ("Pa", "Pa s")):
+    if value > 0.0 and (key in _DECADE or unit in ("Pa", "Pa s", "m2/N")):
         return _round(value / _FACTOR), _round(value * _FACTOR), True
     if value > 0.0 and (key in ("mass", "inertia") or unit in ("kg", "kg m2")):
         return _round(value / _MASS), _round(value * _MASS), True

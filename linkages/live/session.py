@@ -63,9 +63,15 @@ class Session:
         As loaded from its file, with the values of the command line.
     limit : float
         Longest time of a run [s].
+
+    Raises
+    ------
+    InputError
+        If a film has a history: each run starts anew, so it would not show the steady content.
     """
 
     def __init__(self, system: System, limit: float = 20.0) -> None:
+        system.without_history("the live page")
         self.system, self.limit = system, limit
         self._ratios: dict[str, tuple[float, float]] = {}
         self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values of the last request, values of that run

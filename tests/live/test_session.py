@@ -214,6 +214,13 @@ def test_ranges_contain_the_values_and_first_controls_are_those_of_the_machine()
         assert any(control.path.endswith(".clearance") and control.first for control in numbers)
 
 
+def test_a_wear_coefficient_has_a_range_of_decades():
+    """It is a number of 1e-15 m2/N, no share from 0 to 1."""
+    control = controls(loaded("slider_crank_wear"))["joints.B.wear.coefficient"]
+    assert control.logarithmic
+    assert control.high == pytest.approx(10.0 * control.value)
+
+
 def test_given_ranges_come_first():
     system = loaded("seven_bar")
     path, ends = parse_range("sdf.links.link2.mass=100 g:0.4")
