@@ -40,7 +40,7 @@ print(result.x[0], result.values.objectives[0, 0], result.status, result.status.
 _RULES = r"""
 Common rules:
 
-- A whole population is evaluated in one call. Gradient methods evaluate a gradient as one population of 2 n designs.
+- A whole population is evaluated in one call. Gradient methods evaluate a gradient by differences as one population of 2 n designs.
 - No design is evaluated twice in a run (`optim/algorithms/archive.py`).
 - Failed evaluations, and values that are not finite, are worse than any other and never end a run. If nothing can be evaluated, at the start of a local method or anywhere, the
   status is `evaluation-failed`.

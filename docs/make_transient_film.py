@@ -176,7 +176,7 @@ forces of the map and of the transient film over a period, over the largest forc
 
 {table}
 
-The filling time is in units of $1/\\omega$. At low frequency the deviation of the two meshes remains, 1 to 2 %. Twice
+The filling time is in units of $1/\\omega$. At low frequency the deviation of the two meshes remains, 0.2 to 2 %. Twice
 as many cells in both directions, or three times as many steps, change an error of 6 % to 6.7 and 6.2 %.
 
 ![Error of the map over the product of frequency and filling time](figures/transient_film_errors.png)
@@ -249,9 +249,9 @@ and by {largest} % at most, where a line of cells fills.
 - Along any orbit of one bearing, and for one loaded journal with a mass: any grooves, holes, supply and cavity pressure, any $L/D$. A step takes
   about 3 ms on the mesh of this page along an orbit, several times as long with the journal's equation of motion.
 - In the runs of a machine on the compiled engine: any lubricated joints with grooves and holes and a cavity at ambient pressure; runs, batches, sweeps, sections, design studies
-  without derivatives, the heat balance. A solution takes 0.04 ms on the mesh of this page, 200 times as long as a map; a turn of the press with the starved film takes about
+  (gradient methods take differences), the heat balance. A solution takes 0.04 ms on the mesh of this page, 200 times as long as a map; a turn of the press with the starved film takes about
   two seconds of processor time, with the fed film about one.
-- Drake, derivatives, periodic motions, Lyapunov exponents, linear models, wear and a start in equilibrium use the maps: they refuse a `history` in one line.
+- Drake, derivatives, periodic motions, Lyapunov exponents, linear models, wear, the live page and a start in equilibrium use the maps: they refuse a `history` in one line.
 
 ## Evidence
 

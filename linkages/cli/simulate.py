@@ -27,8 +27,8 @@ _EXAMPLES = """examples:
 
 #: The first line of a run.
 _ENGINE = {
-    "compiled": "engine: compiled; --engine drake runs the same model on Drake, ten to some hundred times slower",
-    "drake": "engine: drake; --engine compiled runs the same model ten to some hundred times faster",
+    "compiled": "engine: compiled; --engine drake runs the same model on Drake, ten to a thousand times slower",
+    "drake": "engine: drake; --engine compiled runs the same model ten to a thousand times faster",
 }
 
 

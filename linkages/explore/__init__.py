@@ -1,4 +1,6 @@
-"""Nonlinear dynamics of driven linkages, and comparison of the two engines. It may import all lower folders.
+"""Studies of one linkage: nonlinear dynamics, linear models, derivatives, bearings, wear, comparison of the engines.
+
+It may import all lower folders.
 
 | module            | responsibility                                                                          |
 |-------------------|-----------------------------------------------------------------------------------------|

@@ -34,7 +34,7 @@ _LEAST = 1e-9  # least acceleration by a unit input, over the usual one, that li
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StateSpace(Brief):
-    """A linear model; made by `linearise`: nx states, nu inputs, no outputs.
+    """A linear model; made by `linearise`: nx states, nu inputs, ``no`` outputs.
 
     Attributes
     ----------

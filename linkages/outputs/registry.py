@@ -109,6 +109,7 @@ def _beside(quantities: dict[str, Quantity], *chosen: str) -> dict[str, Quantity
     """Choose the quantities of a contact other than a journal bearing, with suitable descriptions."""
     words = {
         "fx": "force on the point along x_P",
+        "fy": "force on the point along y_P",
         "penetration": "depth of the point beyond the wall, negative: its distance from it",
         "sliding": "speed of the point along the wall",
         "load": "normal force",

@@ -54,7 +54,7 @@ class ReducedGradient(Table):
     feasibility: Positive = Field(1e-9, description="tolerance of the constraints, relative to their scales")
     step: Positive = Field(1e-6, description="of the central differences, relative to the bounds")
     derivatives: Source = Field(DIFFERENCES, description=SOURCES)
-    starts: int = Field(1, ge=1, description="the nominal design and so many more less one, a Latin hypercube")
+    starts: int = Field(1, ge=1, description="number of starts: the nominal design, then designs of a Latin hypercube")
 
 
 def reduced_gradient(

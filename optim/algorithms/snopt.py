@@ -34,7 +34,7 @@ class Snopt(Table):
     feasibility: Positive = Field(1e-8, description="major feasibility tolerance, of the scaled constraints")
     step: Positive = Field(1e-6, description="of the central differences, relative to the bounds")
     derivatives: Source = Field(DIFFERENCES, description=SOURCES)
-    starts: int = Field(1, ge=1, description="the nominal design and so many more less one, a Latin hypercube")
+    starts: int = Field(1, ge=1, description="number of starts: the nominal design, then designs of a Latin hypercube")
 
 
 def snopt(problem: Problem, settings: Snopt, seed: int = 0, progress: Report | None = None) -> Result:

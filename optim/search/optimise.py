@@ -58,7 +58,7 @@ def optimise(
     -------
     dict
         The content of ``result.json``, SI units; relative quantities are multiples of the nominal design's. See
-        docs/optimisation.md.
+        docs/study_files.md.
 
     Raises
     ------

@@ -30,7 +30,7 @@ _OF_RUNS = 0.1  # part of the time of a batch with derivatives that its runs tak
 
 @dataclass(frozen=True, repr=False)
 class Batch(Brief):
-    """Summaries of m runs: nw windows, no outputs.
+    """Summaries of m runs in nw windows; the number of outputs is ``no``.
 
     Attributes
     ----------

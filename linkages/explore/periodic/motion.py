@@ -67,7 +67,7 @@ class PeriodicMotion(Brief):
 
     @property
     def stable(self) -> bool | None:
-        """Check whether all multipliers lie inside the unit circle; None if one is on it, or unknown."""
+        """Check whether all multipliers lie inside the unit circle; None if the largest is on it, or unknown."""
         largest = float(np.abs(self.multipliers).max(initial=0.0))
         return None if not abs(largest - 1.0) > _UNDECIDED else largest < 1.0
 
