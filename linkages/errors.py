@@ -155,8 +155,9 @@ _REMEDY = {
     Status.LOOP_OPEN: "a loop of ideal joints opened by more than a millionth of the linkage's size: tighten"
     " solver.accuracy; near a dead point change the lengths, or drive another joint",
     Status.JOURNAL_LEFT_BEARING: "the film is thinner than a ten-thousandth of the clearance (finite film: than"
-    " a thousandth, with grooves a hundredth, where its map ends; tilted: an end of the journal can touch) and cannot carry the load: raise the"
-    ' viscosity, lower the clearance or the speed, or allow contact with model = "mixed"',
+    " a thousandth, with grooves a hundredth, where its map ends; tilted: an end of the journal can touch) and cannot"
+    " carry the load: raise the viscosity, lower the clearance or the speed, or allow contact with"
+    ' model = "mixed"',
     Status.STEP_SIZE_COLLAPSE: "the integrator cannot meet its tolerance: loosen the accuracy, or check the"
     " parameters for values that make the system extremely stiff",
     Status.TOO_MANY_STEPS: "the steps are too short to reach the end: check the units (SI: metres, kilograms, radians"

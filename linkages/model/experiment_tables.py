@@ -512,5 +512,7 @@ class Solver(Table):
         " dormand_prince_5_4 (Drake: runge_kutta5)",
     )
     accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-7, description="relative accuracy [1]")
-    max_step: Positive | None = Field(None, description="largest step; default on Drake 2e-3, with possible contacts 2e-5; compiled engine: none [s]")
+    max_step: Positive | None = Field(
+        None, description="largest step; default on Drake 2e-3, with possible contacts 2e-5; compiled engine: none [s]"
+    )
     stabilisation: NonNegative = Field(50.0, description="Drake: decay rate of drive and loop errors [1/s]")

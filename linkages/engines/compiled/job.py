@@ -30,7 +30,7 @@ END, LONGEST, ACCURACY, LEAST, MOST = range(5)
 
 
 class Given(NamedTuple):
-    """All numbers of a design that a run and its statistics read: ny entries of the state, nw windows, ``no`` outputs."""
+    """All numbers of a design that a run and its statistics read: ny state entries, nw windows, ``no`` outputs."""
 
     start: Array  # state at t = 0, (ny,)
     tolerance: Array  # of each entry of the state, per step, (ny,)
