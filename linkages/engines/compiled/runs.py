@@ -22,6 +22,7 @@ from linkages.system.ideal_motion import cause
 
 _AT_ONCE = 32  # most runs in one call of compiled code
 _PARTS = 4  # calls for each thread, at least
+_PATIENCE = 0.3  # longest time that a thread waits to build alone [s]: a design may need a film map of seconds
 
 
 class Runs:
@@ -85,8 +86,11 @@ class Runs:
     def _built(self, rows: Indices) -> list[list[tuple[int, Given, Indices]]]:
         """Build the designs of some rows: row, system and numbers of each, those of one structure together."""
         built: dict[Any, list[tuple[int, Given, Indices]]] = {}
-        with self._building:
+        alone = len(rows) > 0 and self._building.acquire(timeout=_PATIENCE)
+        try:
             for row in rows.tolist():
+                if self._stop[0]:
+                    break
                 try:
                     given, numbers = self.designs.build(self.table[row])
                 except InputError as problem:
@@ -95,6 +99,9 @@ class Runs:
                     self._fail(row, problem.status, str(problem))
                 else:
                     built.setdefault(numbers.structure, []).append((row, given, numbers.words))
+        finally:
+            if alone:
+                self._building.release()
         return list(built.values())
 
     def _use(self, bench: Bench, rows: Indices, columns: Indices, words: Indices) -> None:
