@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -191,6 +191,7 @@ class _Search:
     outputs: tuple[str, ...]
     progress: Callable[[float], None]  # called with the finished part of all branches up to the last doubling
     interrupted: bool = False  # nothing is then traced any more
+    known: dict[int, tuple[Point, PeriodicMotion]] = field(default_factory=dict)  # by the identity of the point
 
     def all(self, first: float, periods: int, transient: int, doublings: int) -> list[Branch]:
         """Trace the branch of the first motion, and the branches from period doublings."""
@@ -244,6 +245,7 @@ class _Search:
         start = point.p
 
         def report(point: Point) -> None:
+            self._motion(given, point)  # not at the end, which an interruption should reach soon
             self.progress(_SHOWN * (done + share * abs(point.p - start) / self._range))
 
         found = trace(forced(given), point, (self.low, self.high), settings, _seen, _MOST, report)
@@ -274,8 +276,12 @@ class _Search:
         return Branch(given.periods, source, motions, events, tuple(trace.end for trace in traces))
 
     def _motion(self, given: ReturnMap, point: Point) -> PeriodicMotion:
-        motion = made(given, point, point.p)
-        return replace(motion, outputs=motion.section(self.outputs)) if self.outputs else motion
+        """Return the motion of a point with its outputs, computed once."""
+        if id(point) not in self.known:
+            motion = made(given, point, point.p)
+            motion = replace(motion, outputs=motion.section(self.outputs)) if self.outputs else motion
+            self.known[id(point)] = point, motion
+        return self.known[id(point)][1]
 
 
 def _seen(point: Point) -> Seen:
