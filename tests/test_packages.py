@@ -24,15 +24,7 @@ def test_unknown_name_is_an_attribute_error():
         linkages.simulat_  # noqa: B018 - the access raises
 
 
-@pytest.mark.slow
-def test_type_checker_sees_the_types_of_public_functions(tmp_path, monkeypatch):
-    from mypy import api
-
-    monkeypatch.chdir(tmp_path)
-    script = Path("script.py")
-    script.write_text(
-        'import linkages\n\nrun: int = linkages.simulate(linkages.load(linkages.find_file("seven_bar.toml")))\n'
-    )
-    found, problems, status = api.run([str(script), "--follow-imports=silent", "--ignore-missing-imports"])
-    assert status == 1, problems
-    assert 'expression has type "Trajectory", variable has type "int"' in found
+@pytest.mark.parametrize("name", ["linkages", "optim"])
+def test_type_checkers_read_the_types_of_the_packages(name):
+    """By this file; mypy checks in `typed_use.py`, with the packages, that it sees the types of public functions."""
+    assert (Path(importlib.import_module(name).__file__).parent / "py.typed").exists()
