@@ -114,6 +114,9 @@ def test_the_figures_of_a_run(name, drawn, tmp_path):
 def test_the_figures_of_the_robot(drawn, tmp_path):
     assert main(["modes", "three_rrr.toml", "--no-animation", "--out", str(tmp_path / "robot")]) == 0
     assert len(drawn) == 12
+    written = list((tmp_path / "robot").glob("fig*.png"))
+    assert {path.name[:5] for path in written} == {f"fig{number:02d}" for number in range(5, 13)}  # of the paper
+    assert all(path.stat().st_size > 10_000 for path in written)
     for file, figure in drawn.items():
         check(figure, file)
 

@@ -196,18 +196,14 @@ def test_vibration_is_an_option(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 
 @pytest.mark.slow
-def test_command_writes_all_figures_and_repeats_itself(tmp_path: Path) -> None:
-    """A short motion, twice: the same bytes of modes.json, and every figure of the paper."""
+def test_command_repeats_itself(tmp_path: Path) -> None:
+    """A short motion, twice: the same bytes of modes.json. `test_figures` draws every figure of the paper."""
     text = (data_folder() / "three_rrr.toml").read_text().replace("duration  = 12.566370614359172", "duration  = 1.5")
     (tmp_path / "three_rrr.sdf").write_text((data_folder() / "three_rrr.sdf").read_text())
     (tmp_path / "short.toml").write_text(text)
     first, second = tmp_path / "first", tmp_path / "second"
-    assert main(["modes", str(tmp_path / "short.toml"), "--out", str(first)]) == 0
-    options = ["--no-plots", "--no-animation", "--out", str(second)]
-    assert main(["modes", str(tmp_path / "short.toml"), *options]) == 0
+    words = ["modes", str(tmp_path / "short.toml"), "--no-plots", "--out"]
+    assert main([*words, str(first)]) == 0
+    assert main([*words, str(second), "--no-animation"]) == 0
     assert (first / "modes.json").read_bytes() == (second / "modes.json").read_bytes()
-    names = {path.name[:5] for path in first.glob("fig*.png")}
-    assert names == {f"fig{number:02d}" for number in range(5, 13)}
-    for path in first.glob("*.png"):
-        assert path.stat().st_size > 10_000
     assert (first / "animation.html").exists()
