@@ -178,6 +178,9 @@ def test_a_command_struck_at_any_moment_leaves_whole_files_and_can_be_repeated(n
         if name == "simulate" and left and left["summary.json"]["status"] == "interrupted":
             assert status in (130, 143)
             assert left["summary.json"]["duration"] == left["trajectory.npz"][-1] < 0.05
+        elif name == "sweep" and status in (130, 143) and left:
+            parts = zip(left["sweep.json"]["points"], whole["sweep.json"]["points"], strict=True)
+            assert all(one["status"] == "interrupted" or one["outputs"] == other["outputs"] for one, other in parts)
         elif left:
             assert left == whole
         hidden = [path.name for path in out.iterdir() if "partial" in path.name]

@@ -282,6 +282,34 @@ def test_every_value_of_vary_is_checked_under_its_own_name(tmp_path, capsys):
     assert capsys.readouterr().err.startswith("error: --vary: joints.B.clearance: is ")
 
 
+def test_an_interrupted_sweep_keeps_the_values_that_are_finished(monkeypatch):
+    monkeypatch.setattr("linkages.engines.threads._LOOK", 1e-3)
+    system, speeds = shipped("slider_crank_dry"), np.linspace(100.0, 300.0, 40)
+
+    def interrupted_at(part):
+        def look(done):
+            if done >= part:
+                raise KeyboardInterrupt
+
+        settings = {"horizons": True, "threads": 1, "progress": look}
+        return sweep(system, "drives.O.speed", speeds, ["B.force"], 1, **settings)
+
+    whole = interrupted_at(2.0)
+    assert whole.status is Status.OK
+    assert all(point.horizon is not None for point in whole.points)
+    among_sections, among_horizons = interrupted_at(0.3), interrupted_at(0.75)
+    assert among_sections.status is among_horizons.status is Status.INTERRUPTED
+    assert all(point.horizon is None for point in among_sections.points)
+    assert any(point.section is not None for point in among_sections.points)
+    for found in (among_sections, among_horizons):
+        for one, other in zip(found.points, whole.points, strict=True):
+            if one.status is not Status.INTERRUPTED:
+                assert one.section.strobe["B.force"].tobytes() == other.section.strobe["B.force"].tobytes()
+                assert one.horizon in (None, other.horizon)
+    with pytest.raises(KeyboardInterrupt):
+        interrupted_at(0.0)
+
+
 def test_sweep_keeps_the_runs_that_fail():
     system = shipped("slider_crank_lubricated")
     viscosity = system.value("joints.B.viscosity")

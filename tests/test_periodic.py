@@ -447,7 +447,7 @@ def test_an_interrupted_search_keeps_the_motions_up_to_then(experiment_file, tmp
 
     monkeypatch.setattr("linkages.cli.continue_.stages", lambda *_: lambda name: interrupt)
     assert main([*words, "--sweep", "2", "--out", str(tmp_path / "part")]) == 130
-    assert capsys.readouterr().err.endswith("interrupted; the motions up to then are written\n")
+    assert capsys.readouterr().err.endswith("interrupted; the results up to then are written\n")
     whole, part = (json.loads((tmp_path / name / "branches.json").read_text()) for name in ("whole", "part"))
     assert whole["branches"][0]["ends"] == ["limit"]
     assert part["branches"][0]["ends"] == ["interrupted"]

@@ -111,6 +111,7 @@ def run(options: argparse.Namespace) -> int:
         values = [low + (high - low) * k / (options.sweep - 1) for k in range(options.sweep)]
         turns = (8 * options.periods, options.transient)
         points = sweep(system, path, values, names, *turns, progress=bars("sweep"), origin="--vary")
+        whole = points.status is Status.OK
     units = {name: unit(system, name) for name in names}
     result = content(found, units)
     with (outputs := results_folder(out, "continue")) as folder:
@@ -126,7 +127,7 @@ def run(options: argparse.Namespace) -> int:
         print(format_branches(found, units))
         print(f"\n{written(out, outputs.names)}")
     if not whole:
-        print("interrupted; the motions up to then are written", file=sys.stderr)
+        print("interrupted; the results up to then are written", file=sys.stderr)
     return 0 if whole else 130
 
 

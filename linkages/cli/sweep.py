@@ -97,9 +97,13 @@ def run(options: argparse.Namespace) -> int:
     if not options.quiet:
         print(format_sweep(result, units))
         print(f"\n{written(out, outputs.names)}")
-    failed = [point for point in result.points if point.status is not Status.OK]
+    failed = [point for point in result.points if point.status not in (Status.OK, Status.INTERRUPTED)]
     for point in failed:
         print(f"{path} = {point.value:g}: {point.status.value}; {point.status.remedy}", file=sys.stderr)
+    if result.status is Status.INTERRUPTED:
+        done = sum(point.status is not Status.INTERRUPTED for point in result.points)
+        print(f"interrupted; the sections of {done} of {counted(len(values), 'value')} are written", file=sys.stderr)
+        return 130
     return int(bool(failed))
 
 

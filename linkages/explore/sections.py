@@ -98,7 +98,9 @@ def stroboscopic(
     """
     (case,) = checked([system], names, revolutions, transient, drive)
     _ = case[0].assembly
-    (section,) = sections([case], names, revolutions, transient, progress=progress)
+    (section,), interrupted = sections([case], names, revolutions, transient, progress=progress)
+    if interrupted:
+        raise KeyboardInterrupt
     if isinstance(section, Status):
         raise RunError(f"{section.value}; {section.remedy}")
     return section
@@ -129,13 +131,24 @@ def sections(
     transient: int,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
-) -> list[Section | Status]:
-    """Compute the section of each case of `checked`, in threads; the status instead if a run could not begin."""
+) -> tuple[list[Section | Status], bool]:
+    """Compute the section of each case of `checked`, in threads; the status instead if a run could not begin.
+
+    Returns them and whether Ctrl-C ended the runs: the cases that are not finished have the status ``INTERRUPTED``. If
+    none is finished, `KeyboardInterrupt` is raised.
+    """
     periods = np.array([period for _, period in cases])
     ends = periods[:, None] * (transient + 1.0 + np.arange(revolutions))
     windows = np.stack([ends - periods[:, None], ends], axis=-1)
     runs = Runs(Systems([case for case, _ in cases], tuple(names), windows), np.arange(float(len(cases)))[:, None])
-    runs.make(threads, progress)
+    interrupted = False
+    try:
+        runs.make(threads, progress)
+    except KeyboardInterrupt:
+        if not runs.began.any():
+            raise
+        runs.give_up()
+        interrupted = True
     result: list[Section | Status] = []
     for k, status in enumerate(runs.status):
         if not runs.began[k]:
@@ -145,7 +158,7 @@ def sections(
         columns = [runs.found[k, :count, :, STATISTICS.index(what)] for what in ("last", "minimum", "maximum")]
         strobe, low, high = (dict(zip(names, table.T, strict=True)) for table in columns)
         result.append(Section(float(periods[k]), ends[k, :count], strobe, low, high, status))
-    return result
+    return result, interrupted
 
 
 def recorded(flow: Flow, start: float, period: float, names: Sequence[str], revolutions: int) -> Section:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.engines.threads import in_threads
@@ -34,13 +32,15 @@ class Point:
 class Sweep(Brief):
     """Sections of outputs at every value of the variable `path`, in the order of the values.
 
-    `transient` revolutions were discarded before each.
+    `transient` revolutions were discarded before each. The `status` is ``INTERRUPTED`` if the sweep was: some values
+    then have no section or no horizon.
     """
 
     path: str
     names: tuple[str, ...]
     transient: int
     points: tuple[Point, ...]
+    status: Status = Status.OK
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         values = [point.value for point in self.points]
@@ -91,7 +91,8 @@ def sweep(
     Returns
     -------
     Sweep
-        A section for each value, in their order.
+        A section for each value, in their order. Ctrl-C ends the sweep, not the call: values that are not finished have
+        the status ``INTERRUPTED``, and `Sweep.status` tells it.
 
     Raises
     ------
@@ -113,21 +114,22 @@ def sweep(
     wanted = [k for k, case in enumerate(systems) if horizons and case.experiment.can_touch]
     share = 0.5 if wanted else 1.0  # a horizon takes about the same time again
     look = None if progress is None else lambda done: progress(share * done)
-    found = sections(cases, names, revolutions, transient, threads, look)
-    wanted = [k for k in wanted if isinstance(found[k], Section)]
-    ended = np.zeros(len(wanted))
+    found, interrupted = sections(cases, names, revolutions, transient, threads, look)
+    known: dict[int, float] = {}
+    if not interrupted and (wanted := [k for k in wanted if isinstance(found[k], Section)]):
+        watch = None if progress is None else lambda: progress(1.0 - share * (1.0 - len(known) / len(wanted)))
 
-    def turns(k: int) -> float:
-        known = horizon(systems[wanted[k]], transient + revolutions, drive)
-        ended[k] = 1.0
-        return known
+        def turns(k: int) -> None:
+            known[wanted[k]] = horizon(systems[wanted[k]], transient + revolutions, drive)
 
-    watch = None if progress is None else lambda: progress(1.0 - share * (1.0 - float(ended.mean())))
-    known = dict(zip(wanted, in_threads(turns, len(wanted), threads, watch if wanted else None), strict=True))
+        try:
+            in_threads(turns, len(wanted), threads, watch)
+        except KeyboardInterrupt:
+            interrupted = True
     points = []
     for k, (value, section) in enumerate(zip(map(float, values), found, strict=True)):
         if isinstance(section, Status):
             points.append(Point(value, None, section))
         else:
             points.append(Point(value, section, section.status, known.get(k)))
-    return Sweep(path, tuple(names), transient, tuple(points))
+    return Sweep(path, tuple(names), transient, tuple(points), Status.INTERRUPTED if interrupted else Status.OK)

@@ -64,6 +64,11 @@ class Runs:
         look = None if progress is None else lambda: progress(self._done())
         in_threads(lambda k: self._run(parts[k]), len(parts), threads, look, self._end)
 
+    def give_up(self) -> None:
+        """Mark the runs that have not ended as interrupted."""
+        for row in np.flatnonzero(~self._ended).tolist():
+            self._fail(row, Status.INTERRUPTED, Status.INTERRUPTED.value)
+
     def _done(self) -> float:
         """Return the part of all runs that is done."""
         parts = sum(float(np.minimum(ended[:, 1] / end, 1.0).sum()) for ended, end in [*self._under_way.values()])
