@@ -281,7 +281,7 @@ model does not matter.
 
 ## Limits
 
-The heat balance is a lumped model. The maps of the films are quasi-static: the film content is that of a steady motion at each place. With
+The heat balance is a lumped model. The maps of the films are quasi-static: they have the film content of a steady motion at each place. With
 this groove the real film has [less oil](transient_film.md#the-press) and moves farther. The true temperature of the supply and the
 conductance of the links are unknown; the range from fed to sealed shows their influence.
 """

@@ -184,7 +184,7 @@ as many cells in both directions, or three times as many steps, change an error 
 - A change of the speed alone leaves the content of the steady film as it is: the map is exact, as long as the speed keeps its sign.
 - The filling time depends on the place. Where a groove lies in the loaded zone little oil flows in, and the time is long: a map is not sufficient
   for an orbit that carries the load past the groove.
-- Below an eccentricity ratio of about 0.3 the map has an error of its own (7 % at 0.2), because its content fades to that of a full film at the centre.
+- Below an eccentricity ratio of about 0.3 the map has an error of its own (7 % at 0.2), because its content fades to the content of a full film at the centre.
 
 ## In a machine
 
@@ -200,7 +200,7 @@ groove     = {{angle = "0 deg", extent = "20 deg", length = 0.8, pressure = "0.2
 history    = {{content = 1.0}}   # at the start; {{}} takes all defaults
 ```
 
-[The list of keys](experiment.md) has the film step and the number of cells. The outputs are those of a finite film, and `A.film_content`, the share of the gap that is filled with oil.
+[The list of keys](experiment.md) has the film step and the number of cells. The run has the outputs of a finite film, and `A.film_content`, the share of the gap that is filled with oil.
 
 The state is the volume $D$ that is missing in the gap $W$ of each cell. It changes by
 
@@ -226,7 +226,7 @@ film content is {content}: the groove replaces less oil than the ends lose, and 
 ![Journal of joint A with the map and with history](figures/transient_film_press.png)
 
 The joint forces of the press hardly depend on its films ([the press step by step](press_films.md)). Its orbits, smallest films and
-temperatures do: with this groove those of the map are estimates only. Grooves opposite the load or ahead of the loaded zone have
+temperatures do: with this groove the values of the map are estimates only. Grooves opposite the load or ahead of the loaded zone have
 filling times of 2.5 to 10 (table above).
 
 Without supply pressure, turn {turns}:

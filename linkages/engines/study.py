@@ -65,7 +65,8 @@ def simulate(
     Raises
     ------
     InputError
-        If the engine or an output is unknown, or a path has no number or no derivative.
+        If the engine or an output is unknown, a path has no number or no derivative, `outputs` or `wrt` are given for
+        Drake, or a film has a history on Drake or with `wrt`.
     AssemblyError
         If the linkage cannot be assembled at t = 0.
 

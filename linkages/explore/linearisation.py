@@ -130,7 +130,8 @@ def linearise(
     Raises
     ------
     InputError
-        If a drive prescribes a motion, nothing can move, a name is unknown, or a dry contact is closed.
+        If a drive prescribes a motion, nothing can move, a name is unknown, a dry contact is closed, or a film has a
+        history.
     RunError
         If the run fails before the time, or no equilibrium is found.
 

@@ -89,7 +89,7 @@ def largest_exponent(
     Raises
     ------
     InputError, AssemblyError
-        See `linkages.engines.study.simulate`; also if the linkage has no free coordinate.
+        See `linkages.engines.study.simulate`; also if the linkage has no free coordinate, or a film has a history.
     RunError
         If a trajectory fails.
 

@@ -94,7 +94,7 @@ def sensitivities(
     wrt : sequence of str
         Dotted paths of values.
     outputs : sequence of str, optional
-        Default: those of `simulate_batch`.
+        Default: the outputs of `simulate_batch`.
     error_estimate : bool
         Whether to repeat the run at a ten times tighter accuracy.
     check : bool
@@ -109,7 +109,7 @@ def sensitivities(
     Raises
     ------
     InputError
-        If a path or an output is not valid.
+        If a path or an output is not valid, or a film has a history.
     RunError
         If the run does not reach its end.
 

@@ -101,7 +101,7 @@ def periodic_motion(
     Raises
     ------
     InputError
-        If the drives have no common period, or determine the whole motion.
+        If the drives have no common period or determine the whole motion, or a film has a history.
     RunError
         If a run fails, or Newton's method does not converge.
 

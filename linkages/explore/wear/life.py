@@ -87,7 +87,7 @@ def wear_life(
     Raises
     ------
     InputError
-        If no joint wears, or a value is not valid.
+        If no joint wears, a film has a history, or a value is not valid.
     AssemblyError
         If the linkage cannot be assembled.
 
