@@ -188,8 +188,8 @@ def simulate_batch(
     Raises
     ------
     InputError
-        If a path, an output or a window is not valid for the nominal experiment, a path of `wrt` has no derivative, or a
-        film has a history with `wrt`.
+        If a path, an output or a window is not valid for the nominal experiment, a path of `wrt` has no derivative, or
+        a film has a history with `wrt`.
     RunError
         If the threads cannot be started.
     MemoryError
