@@ -8,7 +8,6 @@ from flexible_machines import MACHINES, bent_machine
 
 import linkages
 from linkages.engines import engine
-from linkages.results.summary import judge
 from linkages.system.rigid_segments import segmented
 
 # of a run: in dry joints until the second impact has begun, or well into the first if that continues
