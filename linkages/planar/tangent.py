@@ -3,7 +3,8 @@
 A direction changes the coordinates by dq, the rates by dq, or the bristles alone. If it changes the coordinates, the
 change of the poses is a velocity field with the rates dq: (turn, dx, dy) of each body, and a vector fixed to a body
 changes by turn x vector. If it changes the rates, the velocities change by this field. Accelerations of the coordinates
-are constant. Several directions are treated at once, in lanes (`linkages.kernel.simd`).
+are constant. A direction along a value changes numbers of rigid bodies, contacts and gravity, and the prescribed
+motions. Several directions are treated at once, in lanes (`linkages.kernel.simd`).
 """
 
 from __future__ import annotations
@@ -43,6 +44,12 @@ def body_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
     _kinematics(bodies, work, s)
 
 
+@kernel
+def value_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
+    """Set the changes of poses, velocities and accelerations of rigid bodies with numbers and prescribed motions."""
+    _all_kinematics(bodies, work, s)
+
+
 @inlined_kernel
 def _body_tangent(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None:
     """Set the changes of body i from its parent's."""
@@ -50,7 +57,8 @@ def _body_tangent(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None:
     dq, changed, dpose, dvel, dacc = s.dq, s.changed, s.dpose, s.dvel, s.dacc
     body = bodies.records[i]
     p = body.mount.body
-    touched = s.touched[p] > 0.0 or (body.dof >= 0 and changed[body.dof] > 0.0)
+    moves = s.moves[0] > 0.0
+    touched = moves or s.touched[p] > 0.0 or (body.dof >= 0 and changed[body.dof] > 0.0)
     for k in range(body.eta, body.eta + body.modes):
         s.deta[k], s.drate[k] = dq[k], 0.0
         touched = touched or changed[k] > 0.0
@@ -65,6 +73,9 @@ def _body_tangent(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None:
     w, turn, dw = vel[p, 0], dpose[p, 0], dvel[p, 0]
     rx, ry = offset(pose, p, i)
     drx, dry = -turn * ry, turn * rx
+    if moves:
+        mx, my = turned(pose, p, s.dbody[i, 0], s.dbody[i, 1])
+        drx, dry = drx + mx, dry + my
     if body.type == PRISMATIC:
         ux, uy = turned(pose, p, body.ux, body.uy)
         drx, dry = drx + ux * dq[body.dof], dry + uy * dq[body.dof]
@@ -77,14 +88,23 @@ def _body_tangent(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None:
         twist, dtwist = 2.0 * w * rate, 2.0 * rate * dw
         dvx, dvy = dvx + dux * rate, dvy + duy * rate
         dax, day = dax + (dux * second - dtwist * uy - twist * duy), day + (duy * second + dtwist * ux + twist * dux)
+    dalpha = dacc[p, 0]
+    if moves and body.driven >= 0:
+        faster, sooner = s.ddrive[body.dof, 0], s.ddrive[body.dof, 1]
+        if body.type == REVOLUTE:
+            dw, dalpha = dw + body.sign * faster, dalpha + body.sign * sooner
+        else:
+            ux, uy = turned(pose, p, body.ux, body.uy)
+            dvx, dvy = dvx + ux * faster, dvy + uy * faster
+            dax, day = dax + ux * sooner - 2.0 * w * uy * faster, day + uy * sooner + 2.0 * w * ux * faster
     if body.type == REVOLUTE:
         turn = turn + body.sign * dq[body.dof]
     dpose[i, 0], dpose[i, 1], dpose[i, 2] = turn, dpose[p, 1] + drx, dpose[p, 2] + dry
     dvel[i, 0], dvel[i, 1], dvel[i, 2] = dw, dvx, dvy
-    dacc[i, 0], dacc[i, 1], dacc[i, 2] = dacc[p, 0], dax, day
+    dacc[i, 0], dacc[i, 1], dacc[i, 2] = dalpha, dax, day
 
 
-_kinematics = forward(_body_tangent)
+_kinematics, _all_kinematics = forward(_body_tangent), forward(_body_tangent, moving=False)
 
 
 @kernel
@@ -123,11 +143,18 @@ def inertial_tangents(bodies: Bodies, gravity: Array, work: Workspace, s: Scratc
         m, w, alpha, turn = body.mass, vel[i, 0], acc[i, 0], dpose[i, 0]
         dw, dalpha = dvel[i, 0], dacc[i, 0]
         dcx, dcy = -turn * cy, turn * cx
-        fx = m * (acc[i, 1] - alpha * cy - w * w * cx - gravity[0])
-        fy = m * (acc[i, 2] + alpha * cx - w * w * cy - gravity[1])
+        if s.moves[0] > 0.0:
+            mx, my = turned(pose, i, s.dbody[i, 3], s.dbody[i, 4])
+            dcx, dcy = dcx + mx, dcy + my
+        ax, ay = acc[i, 1] - alpha * cy - w * w * cx - gravity[0], acc[i, 2] + alpha * cx - w * w * cy - gravity[1]
+        fx, fy = m * ax, m * ay
         dfx = m * (dacc[i, 1] - dalpha * cy - alpha * dcy - 2.0 * w * dw * cx - w * w * dcx)
         dfy = m * (dacc[i, 2] + dalpha * cx + alpha * dcx - 2.0 * w * dw * cy - w * w * dcy)
-        dbias[i, 0] = body.inertia * dalpha + dcx * fy - dcy * fx + cx * dfy - cy * dfx
+        dbias[i, 0] = body.inertia * dalpha + dcx * fy - dcy * fx
+        if s.moves[0] > 0.0:
+            dfx, dfy = dfx + s.dbody[i, 2] * ax - m * s.dgravity[0], dfy + s.dbody[i, 2] * ay - m * s.dgravity[1]
+            dbias[i, 0] += s.dbody[i, 5] * alpha
+        dbias[i, 0] += cx * dfy - cy * dfx
         dbias[i, 1], dbias[i, 2] = dfx, dfy
 
 

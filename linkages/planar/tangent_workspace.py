@@ -21,6 +21,10 @@ MODE_PRODUCTS = record_type(
 )  # fmt: skip
 
 
+#: Numbers of a rigid body that a direction can change: mount x, y, mass, mass centre x, y, moment of inertia.
+BODY_NUMBERS = 6
+
+
 class Scratch(NamedTuple):
     """Arrays of a Jacobian and of `linkages.kernel.simd.WIDTH` directions at a time."""
 
@@ -45,6 +49,12 @@ class Scratch(NamedTuple):
     dwrench: Lanes  # of applied wrenches
     dtau: Lanes  # of generalised forces, (n,)
     drows: Lanes  # of the rows' accelerations, (nr,)
+    moves: Array  # 1 where the directions change numbers of the model too, (1,)
+    dbody: Lanes  # changes of `BODY_NUMBERS` along the directions, (nb, 6)
+    dmarker: Lanes  # of the coordinates of a contact's markers in their bodies, (nc, 4)
+    dlaw: Lanes  # of a contact's force at a given motion, (nc, OUTPUTS)
+    dgravity: Lanes  # (2,)
+    ddrive: Lanes  # of prescribed rates and accelerations, (n, 2)
     tau: Array  # of one direction: changes of generalised forces, accelerations, (n,)
     da: Array
     bias: Array  # zero bias forces, (nb, 3)
@@ -60,6 +70,8 @@ def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
     fixed: list[Any] = [np.zeros(shape) for shape in ((nc, OUTPUTS, INPUTS), (nc, BOUNDS), tree, (n, n), n, nb)]
     records = np.zeros(nb, SECTION_RATES), np.zeros((nb, nm), MODE_PRODUCTS)
     lanes = (nb,), (nb,), (n,), (nc,), (n,), (n,), tree, tree, tree, tree, tree, (n,), (nr,)
+    numbers = (nb, BODY_NUMBERS), (nc, 4), (nc, OUTPUTS), (2,), (n, 2)
     single = (n,), (n,), tree, (n,), (nr, nr), (nr,)
-    made = [*fixed, *records, *(lane_array(*shape) for shape in lanes), *map(np.zeros, single)]
+    made = [*fixed, *records, *(lane_array(*shape) for shape in lanes), np.zeros(1)]
+    made += [*(lane_array(*shape) for shape in numbers), *map(np.zeros, single)]
     return Scratch._make([*made, tuple(np.zeros(tree) for _ in range(3))])

@@ -9,7 +9,7 @@ from linkages.engines.compiled.neighbours import Neighbours, neighbours
 from linkages.engines.compiled.runner import Runner, join
 from linkages.engines.compiled.sensitivity import Differentiation
 from linkages.engines.compiled.start_derivatives import start_derivatives
-from linkages.engines.compiled.variation import INERTIAL
+from linkages.engines.compiled.variation import EXACT
 from linkages.kernel.block import contents
 
 LINEAR = [
@@ -90,19 +90,31 @@ def test_rounding_is_no_change():
 
 
 @pytest.mark.parametrize(
-    "value", ["sdf.links.link6.mass", "sdf.links.link6.inertia", "gravity.y", "sdf.links.link6.com.x"]
-)
-def test_linear_mechanics_agree_with_differences(value, monkeypatch):
-    """Masses and gravity have a formula; differences of the force residual give the same derivatives."""
-    system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.05, "solver.accuracy": 1e-10})
+    ("name", "values"),
+    [
+        (
+            "seven_bar.toml",
+            [
+                "sdf.links.link6.mass", "sdf.links.link6.inertia", "gravity.y", "sdf.links.link6.com.x",
+                "sdf.frames.link2_C.pose.x", "sdf.frames.link6_D.pose.x", "drives.O1.speed",
+            ],
+        ),
+        ("slider_crank_guide.toml", ["sdf.frames.rod_B.pose.x", "drives.O.speed", "sdf.links.slider.mass"]),
+        ("slider_crank_lubricated.toml", ["sdf.frames.rod_B.pose.x", "sdf.frames.crank_A.pose.x", "gravity.x"]),
+    ],
+)  # fmt: skip
+def test_exact_derivatives_of_mechanics_agree_with_differences(name, values, monkeypatch):
+    """Numbers of rigid bodies, of markers, of gravity and of drives; differences of the force residual give the same."""
+    system = linkages.load(linkages.find_file(name), {"duration": 0.01, "solver.accuracy": 1e-10})
     runner, found = Runner(system), []
     steps = join([runner.run(0.0, runner.start, 0.0, 10**6)])
-    for kind in (INERTIAL, 1):
-        monkeypatch.setattr("linkages.engines.compiled.variation.INERTIAL", kind)
-        found.append(Differentiation(runner, steps, [value]).at_steps().states[:, :, -1])
-    assert np.abs(found[0]).max() > 0.0
-    assert np.abs(found[0] - found[1]).max() < 1e-8 * np.abs(found[0]).max()
-    assert (found[0] == found[1]).all() == (value == "sdf.links.link6.com.x")  # where there is no formula
+    for kind in (EXACT, 1):
+        monkeypatch.setattr("linkages.engines.compiled.variation.EXACT", kind)
+        found.append(Differentiation(runner, steps, values).at_steps().states[:, :, -len(values) :])
+    for value, exact, other in zip(values, *np.moveaxis(found, -1, 1), strict=True):
+        assert np.abs(exact).max() > 0.0
+        assert np.abs(exact - other).max() < 1e-8 * np.abs(exact).max(), value
+        assert (exact != other).any(), value
 
 
 def test_the_length_that_scales_errors_does_not_change_with_a_value():

@@ -14,6 +14,7 @@ from linkages.engines.compiled.equations import set_state
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.variation import Variation, move
 from linkages.kernel import Array, clear, kernel
+from linkages.kernel.simd import WIDTH
 from linkages.planar.arrays import Arrays
 from linkages.planar.contact_partials import (
     CHANGES,
@@ -57,10 +58,12 @@ class ContactState(NamedTuple):
     seen: Array  # (3, 3)
     plus: Array  # residuals, (k,)
     minus: Array
+    columns: Array  # of the Jacobian, (ny, WIDTH)
+    drive: Array  # changes of prescribed coordinates, rates and accelerations, (3, nd)
 
 
-def make_contact_state(nc: int, k: int) -> ContactState:
-    """Make the arrays for nc contacts and k entries of the residual."""
+def make_contact_state(nc: int, ny: int, k: int, nd: int) -> ContactState:
+    """Make the arrays for nc contacts, ny entries of the state, k of the residual, and nd prescribed coordinates."""
     return ContactState(
         np.zeros((nc, MOTION)),
         np.zeros((nc, OUTPUTS)),
@@ -73,6 +76,8 @@ def make_contact_state(nc: int, k: int) -> ContactState:
         np.zeros((3, 3)),
         np.zeros(k),
         np.zeros(k),
+        np.zeros((ny, WIDTH)),
+        np.zeros((3, nd)),
     )
 
 

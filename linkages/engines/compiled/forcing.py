@@ -2,8 +2,9 @@
 
 The residual R(y, y') of `linkages.engines.compiled.equations.residual` has the derivative M df/dx with respect to any
 value x, at a state with the derivatives y' = f(y). A value acts in two ways: on the laws of contacts
-(`linkages.engines.compiled.contact_changes`), and on everything else. The rest is differentiated by central differences
-with forces of contacts that do not follow their motions: a step of a length would otherwise close a thin film.
+(`linkages.engines.compiled.contact_changes`), and on everything else. The mechanics of rigid bodies in a tree has exact
+derivatives, of several values at once. Otherwise the rest is differentiated by central differences with forces of
+contacts that do not follow their motions: a step of a length would otherwise close a thin film.
 """
 
 from __future__ import annotations
@@ -20,17 +21,22 @@ from linkages.engines.compiled.contact_changes import (
     value_motions,
 )
 from linkages.engines.compiled.equations import set_state
+from linkages.engines.compiled.jacobian import value_columns
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.variation import INERTIAL, Variation, move
+from linkages.engines.compiled.variation import Variation, move
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, kernel
+from linkages.kernel.simd import WIDTH, lanes, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import APPROACHING, OUTPUTS
+from linkages.planar.contact_partials import APPROACHING, FOURTH, OUTPUTS, PLACES, POINTS, WEIGHTS
 from linkages.planar.contacts import APPROACH, PENETRATION, add_contact, contact_motion
 from linkages.planar.loads import load_wrenches
-from linkages.planar.markers import turned
+from linkages.planar.motion import evaluate_motions
 from linkages.planar.newton_euler import force_residual, generalised_force
 from linkages.planar.singularities import smooth_dynamics
+from linkages.planar.tangent_workspace import Scratch
+
+_FAR = 1e-3  # step of differences of the fourth order of drives, in parts of a value's magnitude
 
 
 @kernel
@@ -135,38 +141,94 @@ def _central(
 
 
 @kernel
-def _inertial_response(equations: Equations, variation: Variation, p: int, out: Array) -> None:
-    """Fill ``out`` as `value_forcing` for a value in whose numbers the forces that the motion needs are linear.
-
-    They are masses, moments of inertia, or gravity, of rigid bodies. The equations are solved.
-    """
-    model, at = equations.model, equations.work.dynamics
-    moved, w, unit = variation.equations.model, variation.equations.work.dynamics, variation.unit[p]
-    clear(w.wrench)
-    clear(w.tau)
-    move(variation, p, unit)
-    gx, gy = (moved.gravity[0] - model.gravity[0]) / unit, (moved.gravity[1] - model.gravity[1]) / unit
-    for i in range(1, len(model.bodies.records)):
-        body, other = model.bodies.records[i], moved.bodies.records[i]
-        mass, inertia = (other.mass - body.mass) / unit, (other.inertia - body.inertia) / unit
-        cx, cy = turned(at.pose, i, body.cx, body.cy)
-        alpha, square = at.acc[i, 0], at.vel[i, 0] * at.vel[i, 0]
-        fx = mass * (at.acc[i, 1] - alpha * cy - square * cx - model.gravity[0]) - body.mass * gx
-        fy = mass * (at.acc[i, 2] + alpha * cx - square * cy - model.gravity[1]) - body.mass * gy
-        w.wrench[i, 0] = -(inertia * alpha + cx * fy - cy * fx)
-        w.wrench[i, 1] = -fx
-        w.wrench[i, 2] = -fy
-    move(variation, p, 0.0)
-    generalised_force(model.bodies, at.pose, w.wrench, w.tau)
-    clear(out)
-    for i in range(len(model.free)):
-        out[i] = w.tau[model.free[i]]
-
-
-@kernel
 def _interpolated(equations: Equations) -> bool:
     """Whether the accelerations are interpolated near a singularity: the work does not belong to the state then."""
     return equations.work.dynamics.interpolated[0] > 0.0
+
+
+@kernel
+def add_forcing(
+    equations: Equations, variation: Variation, t: float, y: Array, dy: Array, s: ContactState, first: int, out: Array
+) -> None:
+    """Add the derivatives of the residual with respect to all values to the columns of ``out`` from the first one on.
+
+    Arguments as of `value_forcing`; `exact_jacobian` has been called at the state. ``out`` is (k, m).
+    """
+    exact = not _interpolated(equations)
+    for p in range(len(variation.unit)):
+        if variation.mechanics[p] == 1 or not exact or not len(variation.lanes):
+            value_forcing(equations, variation, p, t, y, dy, s, s.plus)
+            for i in range(len(out)):
+                out[i, first + p] += s.plus[i]
+    if exact:
+        for group in range(len(variation.lanes)):
+            _add_lanes(equations, variation, group, t, s, first, out)
+
+
+@kernel
+def _add_lanes(
+    equations: Equations, variation: Variation, group: int, t: float, s: ContactState, first: int, out: Array
+) -> None:
+    """Add the derivatives with respect to the values of a group of lanes: exact but for the laws of contacts."""
+    x, n = equations.work.scratch, len(equations.model.free)
+    set_numbers(variation, group, t, s, x)
+    for column in range(WIDTH):
+        p = variation.lanes[group, column]
+        for k in range(s.direct.shape[0]):
+            if p >= 0 and variation.laws[p, k]:
+                clear(s.change)
+                law_change(equations, variation, p, k, s)
+                for i in range(OUTPUTS):
+                    x.dlaw[k, i] = with_lane(x.dlaw[k, i], column, s.found[i])
+    value_columns(equations, t, WIDTH, s.columns)
+    for column in range(WIDTH):
+        p = variation.lanes[group, column]
+        if p >= 0:
+            for i in range(len(out)):
+                out[i, first + p] += s.columns[n + i, column]
+
+
+@kernel
+def set_numbers(variation: Variation, group: int, t: float, s: ContactState, x: Scratch) -> None:
+    """Set the changes of numbers of bodies, markers, gravity and prescribed motions with a group of values."""
+    for i in range(len(x.dbody)):
+        copy(variation.bodies[group, i], x.dbody[i])
+    for i in range(len(x.dmarker)):
+        copy(variation.markers[group, i], x.dmarker[i])
+    copy(variation.gravity[group], x.dgravity)
+    driven = variation.equations.model.driven
+    for i in range(len(driven)):
+        place = driven[i]
+        x.dq[place] = x.ddrive[place, 0] = x.ddrive[place, 1] = lanes(0.0, 0.0, 0.0, 0.0)
+    for column in range(WIDTH):
+        p = variation.lanes[group, column]
+        if p >= 0 and variation.drives[p]:
+            drive_changes(variation, p, t, s.drive)
+            for i in range(len(driven)):
+                place = driven[i]
+                x.dq[place] = with_lane(x.dq[place], column, s.drive[0, i])
+                for k in range(2):
+                    x.ddrive[place, k] = with_lane(x.ddrive[place, k], column, s.drive[1 + k, i])
+
+
+@kernel
+def drive_changes(variation: Variation, p: int, t: float, out: Array) -> None:
+    """Fill ``out`` (3, nd) with the changes of prescribed coordinates, rates and accelerations with value p.
+
+    Motions are linear in most values.
+    """
+    model, work, h = variation.equations.model, variation.equations.work, _FAR * variation.unit[p]
+    clear(out)
+    for point in range(POINTS):
+        weight = WEIGHTS[FOURTH, point] / h
+        if weight != 0.0:
+            move(variation, p, (PLACES[FOURTH] + point) * h)
+            evaluate_motions((model.motion, model.motion_c, model.motion_n), t, work.value, work.rate, work.second)
+            for i in range(len(model.driven)):
+                out[0, i] += weight * work.value[i]
+                out[1, i] += weight * work.rate[i]
+                out[2, i] += weight * work.second[i]
+    move(variation, p, 0.0)
 
 
 @kernel
@@ -178,9 +240,6 @@ def value_forcing(
     The equations are solved at (t, y) with the derivatives ``dy`` of rates and other entries; ``s`` is filled by
     `note_contacts` and `note_partials`.
     """
-    if variation.mechanics[p] == INERTIAL and not len(equations.model.rows) and not _interpolated(equations):
-        _inertial_response(equations, variation, p, out)
-        return
     clear(s.direct)
     once = variation.kinematics[p] and not len(equations.model.rows) and not is_fine(equations)
     if once:

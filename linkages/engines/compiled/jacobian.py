@@ -38,7 +38,14 @@ from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_t
 from linkages.planar.newton_euler import inertial_forces, joint_wrenches
 from linkages.planar.record_types import CORNER
 from linkages.planar.singularities import solve_neighbour
-from linkages.planar.tangent import body_tangents, inertial_tangents, rate_tangents, residual_tangents, row_tangents
+from linkages.planar.tangent import (
+    body_tangents,
+    inertial_tangents,
+    rate_tangents,
+    residual_tangents,
+    row_tangents,
+    value_tangents,
+)
 from linkages.planar.tangent_workspace import Scratch
 from linkages.planar.workspace import Workspace
 
@@ -118,6 +125,23 @@ def _fill(equations: Equations, t: float, y: Array, exact: bool, mass: Array, ou
 
 
 @kernel
+def value_columns(equations: Equations, t: float, count: int, out: Array) -> None:
+    """Fill ``out`` (ny, count) with the changes of the residual along numbers of the model, as `exact_jacobian`.
+
+    `exact_jacobian` has been called at this state; the scratch has the changes of the numbers.
+    """
+    model, s = equations.model, equations.work.scratch
+    s.moves[0] = 1.0
+    value_tangents(model.bodies, equations.work.dynamics, s)
+    _fill_columns(equations, s, t, 0, count, out)
+    s.moves[0] = 0.0
+    for each in (s.dlaw, s.dpose, s.dvel, s.dacc):  # of driven bodies, which directions of coordinates do not move
+        clear(each)
+    clear(s.touched)
+    clear(s.dq)
+
+
+@kernel
 def _fill_columns(equations: Equations, s: Scratch, t: float, first: int, count: int, out: Array) -> None:
     """Fill the lines of rates and bristles in some columns of the Jacobian, those of the tangents in `s`."""
     model, work = equations.model, equations.work
@@ -185,12 +209,25 @@ def _add_loads_tangent(equations: Equations, s: Scratch, t: float, count: int) -
 
 
 @inlined_kernel
+def _gap_changes(model: Arrays, w: Workspace, s: Scratch, k: int) -> Any:
+    """Compute a contact's gap and the arms of its markers, and the changes of both."""
+    end = model.ends[k]
+    ex, ey, arms = gap(w.pose, end.bearing, end.journal)
+    dex, dey, moved = gap_tangent(s.dpose, end.bearing, end.journal, arms)
+    if s.moves[0] > 0.0:
+        ax, ay = turned(w.pose, end.bearing.body, s.dmarker[k, 0], s.dmarker[k, 1])
+        bx, by = turned(w.pose, end.journal.body, s.dmarker[k, 2], s.dmarker[k, 3])
+        dex, dey = dex + bx - ax, dey + by - ay
+        moved = moved[0] + ax, moved[1] + ay, moved[2] + bx, moved[3] + by
+    return ex, ey, arms, dex, dey, moved
+
+
+@inlined_kernel
 def contact_inputs(model: Arrays, w: Workspace, s: Scratch, k: int) -> Any:
     """Compute the changes of the inputs of `linkages.planar.contact_partials`, in lanes."""
     end = model.ends[k]
     b, j = end.bearing.body, end.journal.body
-    _, _, arms = gap(w.pose, end.bearing, end.journal)
-    dex, dey, moved = gap_tangent(s.dpose, end.bearing, end.journal, arms)
+    _, _, arms, dex, dey, moved = _gap_changes(model, w, s, k)
     dvx, dvy = gap_rate_tangent(w.vel, s.dvel, end.bearing, end.journal, arms, moved)
     turn = s.dpose[b, 0]
     frame = turn, s.dpose[j, 0]  # change of the last two entries of `Motion`
@@ -205,10 +242,9 @@ def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int) -> Any:
     """Add the change of a contact's wrenches; returns the change of its bristles' rate, in lanes."""
     w, end = work.dynamics, model.ends[k]
     b, j = end.bearing.body, end.journal.body
-    ex, ey, arms = gap(w.pose, end.bearing, end.journal)
-    dex, dey, moved = gap_tangent(s.dpose, end.bearing, end.journal, arms)
+    ex, ey, arms, dex, dey, moved = _gap_changes(model, w, s, k)
     inputs = contact_inputs(model, w, s, k)
-    dfx, dfy, dcouple, drate = 0.0, 0.0, 0.0, 0.0
+    dfx, dfy, dcouple, drate = s.dlaw[k, FORCE_X], s.dlaw[k, FORCE_Y], s.dlaw[k, COUPLE], s.dlaw[k, BRISTLE_RATE]
     for i in range(INPUTS):
         dfx += s.partials[k, FORCE_X, i] * inputs[i]
         dfy += s.partials[k, FORCE_Y, i] * inputs[i]

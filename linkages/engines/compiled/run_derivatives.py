@@ -9,21 +9,21 @@ import numpy as np
 from linkages.engines.compiled.contact_changes import law_change, note_contacts
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.event_derivatives import begin_or_end, motions_along
+from linkages.engines.compiled.forcing import drive_changes
 from linkages.engines.compiled.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import Steps, remember, replay
 from linkages.engines.compiled.step_derivatives import Column, advance, close_columns, linearise
-from linkages.engines.compiled.variation import Variation, move
+from linkages.engines.compiled.variation import Variation
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import Array, Indices, kernel
-from linkages.planar.contact_partials import APPROACHING, FOURTH, PLACES, POINTS, RESULTS, WEIGHTS
+from linkages.kernel import Array, Indices, clear, kernel
+from linkages.planar.contact_partials import APPROACHING, RESULTS
 from linkages.planar.contacts import BRISTLE_RATE, CLOSING, COUPLE, EX, EY, FX, FY, LOAD, PENETRATION, SLIDING
-from linkages.planar.motion import evaluate_motions, last_start
+from linkages.planar.motion import last_start
 
 #: Places of the results of a contact in `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
 _PLACES = (FX, FY, COUPLE, BRISTLE_RATE, PENETRATION, CLOSING, SLIDING, LOAD)
-_FAR = 1e-3  # step of differences of the fourth order of drives, in parts of a value's magnitude
 #: Status of the columns after a step: known; not known, because a step was singular or Newton's method failed; not
 #: known, because a contact began without speed.
 KNOWN, SINGULAR, GRAZED = 0, 1, 2
@@ -139,11 +139,13 @@ def _state_changes(
     for i in range(n):
         place = model.free[i]
         dq[place], dv[place], da[place] = c.before[i, j], c.before[n + i, j], c.rates[i, j]
+    drive = c.contacts.drive
+    clear(drive)
+    if variation.drives[p]:
+        drive_changes(variation, p, t, drive)
     for i in range(len(model.driven)):
         place = model.driven[i]
-        dq[place], dv[place], da[place] = 0.0, 0.0, 0.0
-    if variation.kinematics[p] and len(model.driven):
-        _drive_changes(variation, p, t, dq, dv, da)
+        dq[place], dv[place], da[place] = drive[0, i], drive[1, i], drive[2, i]
     for i in range(len(model.ends)):
         copy(c.direction[j, i], c.contacts.change)
         c.contacts.change[APPROACHING] = c.remembered[i, j]
@@ -151,23 +153,6 @@ def _state_changes(
         contacts[i, EX], contacts[i, EY] = c.direction[j, i, 0], c.direction[j, i, 1]
         for result in range(RESULTS):
             contacts[i, _PLACES[result]] = c.contacts.found[result]
-
-
-@kernel
-def _drive_changes(variation: Variation, p: int, t: float, dq: Array, dv: Array, da: Array) -> None:
-    """Fill the changes of the prescribed coordinates with value p: their motions are linear in most values."""
-    model, work, h = variation.equations.model, variation.equations.work, _FAR * variation.unit[p]
-    for point in range(POINTS):
-        weight = WEIGHTS[FOURTH, point] / h
-        if weight != 0.0:
-            move(variation, p, (PLACES[FOURTH] + point) * h)
-            evaluate_motions((model.motion, model.motion_c, model.motion_n), t, work.value, work.rate, work.second)
-            for i in range(len(model.driven)):
-                place = model.driven[i]
-                dq[place] += weight * work.value[i]
-                dv[place] += weight * work.rate[i]
-                da[place] += weight * work.second[i]
-    move(variation, p, 0.0)
 
 
 @kernel

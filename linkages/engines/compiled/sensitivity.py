@@ -97,8 +97,7 @@ class Differentiation:
         self._kinks, self._ideals = kinks(system), IdealMotions()
 
     def _column(self, m: int) -> Column:
-        ny, model = len(self.runner.start), self.runner.model
-        return make_column(ny, ny - len(model.free), len(model.ends), m, self.runner.implicit)
+        return make_column(len(self.runner.start), self.runner.model, m, self.runner.implicit)
 
     def at_steps(self, start: Array | None = None, remembered: Array | None = None) -> Sensitivity:
         """Differentiate at the steps; see `differentiate`."""

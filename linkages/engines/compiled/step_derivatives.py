@@ -13,7 +13,7 @@ import numpy as np
 
 from linkages.engines.compiled.contact_changes import ContactState, make_contact_state, note_contacts, note_partials
 from linkages.engines.compiled.equations import derivatives, set_state, solve_state
-from linkages.engines.compiled.forcing import approach_forcing, value_forcing
+from linkages.engines.compiled.forcing import add_forcing, approach_forcing
 from linkages.engines.compiled.jacobian import exact_jacobian
 from linkages.engines.compiled.kinks import Kinked, make_kinked, set_bounds, set_sides, shortened
 from linkages.engines.compiled.methods import attempt
@@ -27,6 +27,7 @@ from linkages.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 from linkages.kernel import Array, Indices, clear, kernel
 from linkages.kernel.simd import LaneArray as Lanes
 from linkages.kernel.simd import lane, lane_array
+from linkages.planar.arrays import Arrays
 from linkages.planar.closure_rows import row_rate, row_value
 from linkages.planar.contact_partials import CHANGES
 from linkages.planar.contacts import PENETRATION
@@ -67,8 +68,9 @@ class Column(NamedTuple):
     kinked: Kinked
 
 
-def make_column(ny: int, k: int, nc: int, m: int, implicit: bool) -> Column:
-    """Make the arrays for ny entries of the state, k of them rates and others, nc contacts and m columns."""
+def make_column(ny: int, model: Arrays, m: int, implicit: bool) -> Column:
+    """Make the arrays for ny entries of the state of a model and m columns."""
+    k, nc = ny - len(model.free), len(model.ends)
     stages = 3 if implicit else 6
     return Column(
         np.zeros((ny, m)), np.zeros((ny, m)), np.zeros((k, m)), np.zeros((nc, m)),
@@ -76,7 +78,7 @@ def make_column(ny: int, k: int, nc: int, m: int, implicit: bool) -> Column:
         np.zeros((stages, k, m)), np.zeros((ny, ny)), np.full(1, np.nan), np.zeros(ny), np.zeros(ny), np.zeros(k),
         np.zeros((max(m, 1), nc, CHANGES)),
         np.zeros(k, np.int64), lane_array(ny), lane_array(stages * k),
-        make_contact_state(nc, k), make_kinked(nc),
+        make_contact_state(nc, ny, k, len(model.driven)), make_kinked(nc),
     )  # fmt: skip
 
 
@@ -100,10 +102,7 @@ def linearise(equations: Equations, variation: Variation, t: float, c: Column, s
             for j in range(m):
                 for i in range(k):
                     forcing[i, j] += c.own[i] * c.remembered[contact, j]
-    for p in range(np_):
-        value_forcing(equations, variation, p, t, c.y, rates, c.contacts, c.own)
-        for i in range(k):
-            forcing[i, m - np_ + p] += c.own[i]
+    add_forcing(equations, variation, t, c.y, rates, c.contacts, m - np_, forcing)
 
 
 @kernel

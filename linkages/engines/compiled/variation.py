@@ -13,23 +13,28 @@ import numpy as np
 
 from linkages.engines.compiled.job import Given, model_of
 from linkages.engines.compiled.model import Equations, make_memory, make_work
-from linkages.engines.compiled.neighbours import Neighbours, unscaled
+from linkages.engines.compiled.neighbours import Neighbours, Rates, unscaled
 from linkages.engines.compiled.start_derivatives import start_derivatives
 from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.block import Block, contents
 from linkages.kernel.by_reference import packed
+from linkages.kernel.simd import WIDTH, LaneArray
+from linkages.kernel.simd import LaneArray as Lanes
 from linkages.outputs.registry import pack
 from linkages.planar.arrays import Arrays
 from linkages.planar.record_types import BODY, ENDS, MARKER
 from linkages.system import System
 
-INERTIAL = 2
+EXACT = 2
 _INERTIAL = ("mass", "cx", "cy", "inertia")  # the last fields of a body: they move nothing
 assert (BODY.names or ())[-len(_INERTIAL) :] == _INERTIAL
-_CENTRE = (-3, -2)  # the mass centre among them, from the end
+_WORDS, _LAST = BODY.itemsize // 8, len(_INERTIAL)
+#: Words of `BODY` that have exact derivatives, in the order of `linkages.planar.tangent_workspace.BODY_NUMBERS`.
+_OF_BODY = 1, 2, *range(_WORDS - _LAST, _WORDS)
 _MARKERS = tuple(range(1, 1 + 2 * len(MARKER.names or ())))  # of the ends of a contact: its law does not read them
+assert (BODY.names or ())[0] == "mount"
 assert (ENDS.names or ())[1:3] == ("bearing", "journal")
-_WORDS = BODY.itemsize // 8
+_OF_ENDS = 2, 3, 5, 6  # coordinates among them
 
 
 class Variation(NamedTuple):
@@ -54,10 +59,17 @@ class Variation(NamedTuple):
     laws : (np, nc) array of int
         1 where the value changes the law of a contact.
     mechanics : (np,) array of int
-        1 where it changes anything else; `INERTIAL` where it changes only masses and moments of inertia, or only
-        gravity, and all bodies are rigid.
+        1 where it changes anything else; `EXACT` where the mechanics has exact derivatives with respect to the changed
+        numbers: of rigid bodies without closure rows, of markers of contacts, of gravity and prescribed motions.
     kinematics : (np,) array of int
         1 where it may move the ends of contacts at given coordinates, or prescribed coordinates.
+    drives : (np,) array of int
+        1 where it changes a prescribed motion.
+    lanes : (ng, WIDTH) array of int
+        Values without mechanics or with exact one, side by side; -1: none.
+    bodies, markers, gravity : (ng, nb, BODY_NUMBERS), (ng, nc, 4), (ng, 2) lanes
+        Derivatives of numbers of bodies, of coordinates of the markers of contacts, and of gravity with respect to
+        these values.
     """
 
     equations: Equations
@@ -70,6 +82,11 @@ class Variation(NamedTuple):
     laws: Indices
     mechanics: Indices
     kinematics: Indices
+    drives: Indices
+    lanes: Indices
+    bodies: Lanes
+    markers: Lanes
+    gravity: Lanes
 
 
 @kernel
@@ -97,10 +114,10 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         return unscaled(model_of(one, none))
 
     changes = [near.arrays if whole else near.rates(reduced) for near in nearby]
-    laws, mechanics, kinematics = (np.zeros((len(nearby), *more), np.int64) for more in ((nc,), (), ()))
+    laws, mechanics, kinematics, drives = (np.zeros((len(nearby), *more), np.int64) for more in ((nc,), (), (), ()))
     fields = dict(_fields(model))
     for p, change in enumerate(changes):
-        _note_effects(model, fields, change.places, laws[p], mechanics[p : p + 1], kinematics[p : p + 1])
+        _note_effects(model, fields, change.places, laws[p], mechanics[p : p + 1], kinematics[p : p + 1], drives[p:])
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
     variation = Variation(
         cast(Equations, block),
@@ -113,8 +130,30 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         laws,
         mechanics,
         kinematics,
+        drives,
+        *_side_by_side(model, fields, changes, mechanics),
     )
     return packed(variation), start_derivatives(system, nearby)
+
+
+def _side_by_side(
+    model: Arrays, fields: Mapping[str, range], changes: Sequence[Rates], mechanics: Indices
+) -> tuple[Indices, Lanes, Lanes, Lanes]:
+    """Return the values that are differentiated in lanes, and the derivatives of numbers; see `Variation`."""
+    able = np.flatnonzero(mechanics != 1) if not len(model.rows) else np.zeros(0, np.int64)
+    groups, nb, nc = -(-len(able) // WIDTH), len(model.bodies.records), len(model.ends)
+    lanes, numbers = np.full(groups * WIDTH, -1), np.zeros((groups * WIDTH, fields["gravity"].stop))
+    lanes[: len(able)] = able
+    for row, p in zip(numbers, able, strict=False):
+        row[changes[p].places] = changes[p].rates
+    shapes = [("bodies", nb, _WORDS, _OF_BODY), ("ends", nc, -1, _OF_ENDS), ("gravity", 1, 2, (0, 1))]
+    made = []
+    for name, lines, words, kept in shapes:
+        start = fields[name].start
+        words = words if words > 0 else len(fields[name]) // max(nc, 1)
+        part = numbers[:, start : start + lines * words].reshape(groups, WIDTH, lines, words)[..., list(kept)]
+        made.append(np.ascontiguousarray(np.moveaxis(part, 1, -1)).view(LaneArray))
+    return lanes.reshape(groups, WIDTH), made[0], made[1], made[2][:, 0].copy().view(LaneArray)
 
 
 def _fields(model: Arrays) -> Iterator[tuple[str, range]]:
@@ -127,25 +166,26 @@ def _fields(model: Arrays) -> Iterator[tuple[str, range]]:
 
 
 def _note_effects(
-    model: Arrays, fields: Mapping[str, range], places: Indices, laws: Indices, mechanics: Indices, kinematics: Indices
-) -> None:
+    model: Arrays, fields: Mapping[str, range], places: Indices, laws: Indices, mechanics: Indices, kinematics: Indices,
+    drives: Indices,
+) -> None:  # fmt: skip
     """Note the changes due to a value whose numbers have these places; see `Variation`."""
     ends = np.array([place.stop for place in fields.values()])
     owners = np.searchsorted(ends, places, side="right")
     changed = {list(fields)[owner]: places[owners == owner] for owner in np.unique(owners)}
     changed = {name: inside - fields[name].start for name, inside in changed.items() if name not in ("limits", "stiff")}
+    exact = not len(model.rows) and not model.bodies.shapes.shape[2]
     for name in ("laws", "tables", "ends"):  # a line for each contact
         if name in changed:
             line, word = np.divmod(changed[name], len(fields[name]) // len(laws))
             laws[line if name != "ends" else line[~np.isin(word, _MARKERS)]] = 1
+            exact = exact and (name != "ends" or bool(np.isin(word, _OF_ENDS).all()))
     inside = changed.get("bodies", np.zeros(0, np.int64))
-    field = np.where(
-        inside < model.bodies.records.size * _WORDS, inside % _WORDS - _WORDS, 0
-    )  # of a body, from its end
-    inertial = bool(np.all((-len(_INERTIAL) <= field) & (field < 0)))
+    of_records, word = inside < model.bodies.records.size * _WORDS, inside % _WORDS
+    exact = exact and bool(np.all(of_records & np.isin(word, _OF_BODY)))
     if changed.keys() - {"laws", "tables"}:
-        linear = changed.keys() <= {"bodies"} and inertial and not np.isin(field, _CENTRE).any()
-        linear = (linear or changed.keys() == {"gravity"}) and not model.bodies.shapes.shape[2]
-        mechanics[0] = INERTIAL if linear else 1
-    if not inertial or changed.keys() & {"ends", "motion", "motion_c"}:
+        known = {"laws", "tables", "ends", "bodies", "gravity", "motion", "motion_c", "joints"}
+        mechanics[0] = EXACT if exact and changed.keys() <= known else 1
+    drives[0] = int(bool(changed.keys() & {"motion", "motion_c"}))
+    if drives[0] or "ends" in changed or not np.all(of_records & (word >= _WORDS - _LAST)):
         kinematics[0] = 1
