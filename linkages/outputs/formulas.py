@@ -234,36 +234,58 @@ def tabulate(
     view : View
         View of the model with work arrays; see `make_view`.
     """
-    model, w = view.model, view.state
-    bodies, powered = model.bodies, model.powered_bodies
-    loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-    torques = (model.torque, model.torque_c, model.torque_n)
-    np_ = len(powered)
-    value, rate, second = np.zeros(np_), np.zeros(np_), np.zeros(np_)
+    w, powered = view.state, np.zeros((3, len(view.model.powered_bodies)))
     for i in range(len(times)):
         copy(q[i], w.q)
         copy(v[i], w.v)
         copy(a[i], w.a)
         for k in range(contacts.shape[1]):
             copy(contacts[i, k], view.contacts[k])
-        body_states(bodies, w.q, w.v, w.pose, w.vel)
-        body_accelerations(bodies, w.pose, w.vel, w.v, w.a, w.acc)
-        if len(loads[0]):
-            load_outputs(loads, times[i], w.pose, w.vel, view.loads)
-        if with_forces:
-            clear(w.wrench)
-            add_known_contacts(model.ends, view.contacts, w.pose, w.wrench)
-            if len(loads[0]):
-                load_wrenches(loads, times[i], w.pose, w.vel, w.wrench)
-            evaluate_motions(torques, times[i], value, rate, second)
-            for k in range(np_):
-                w.tau[bodies.records[powered[k]].dof] = value[k]
-            inertial_forces(bodies, w, model.gravity, w.bias, w.modal_bias)
-            if len(model.rows):
-                row_reactions(model, w)
-            joint_forces(model, w, view.contacts, view.forces, view.efforts)
+        _complete(view, with_forces, times[i], powered)
         for k in range(len(outputs)):
             out[k, i] = output_value(outputs[k], view)
+
+
+@kernel
+def add_moved(
+    outputs: Records, with_forces: bool, view: View, times: Array, q: Array, v: Array, a: Array, contacts: Array,
+    dq: Array, dv: Array, da: Array, dcontacts: Array, h: float, weight: float, out: Array,
+) -> None:  # fmt: skip
+    """Add the outputs of `tabulate`, at h times a change of coordinates and contacts, times a weight, to ``out``."""
+    w, powered = view.state, np.zeros((3, len(view.model.powered_bodies)))
+    for i in range(len(times)):
+        for k in range(len(w.q)):
+            w.q[k], w.v[k], w.a[k] = q[i, k] + h * dq[i, k], v[i, k] + h * dv[i, k], a[i, k] + h * da[i, k]
+        for k in range(contacts.shape[1]):
+            for j in range(WIDTH):
+                view.contacts[k, j] = contacts[i, k, j] + h * dcontacts[i, k, j]
+        _complete(view, with_forces, times[i], powered)
+        for k in range(len(outputs)):
+            out[k, i] += weight * output_value(outputs[k], view)
+
+
+@kernel
+def _complete(view: View, with_forces: bool, t: float, powered: Array) -> None:
+    """Fill a view whose coordinates and contacts are set; ``powered`` (3, np) is to work in."""
+    model, w = view.model, view.state
+    bodies = model.bodies
+    loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
+    body_states(bodies, w.q, w.v, w.pose, w.vel)
+    body_accelerations(bodies, w.pose, w.vel, w.v, w.a, w.acc)
+    if len(loads[0]):
+        load_outputs(loads, t, w.pose, w.vel, view.loads)
+    if with_forces:
+        clear(w.wrench)
+        add_known_contacts(model.ends, view.contacts, w.pose, w.wrench)
+        if len(loads[0]):
+            load_wrenches(loads, t, w.pose, w.vel, w.wrench)
+        evaluate_motions((model.torque, model.torque_c, model.torque_n), t, powered[0], powered[1], powered[2])
+        for k in range(powered.shape[1]):
+            w.tau[bodies.records[model.powered_bodies[k]].dof] = powered[0, k]
+        inertial_forces(bodies, w, model.gravity, w.bias, w.modal_bias)
+        if len(model.rows):
+            row_reactions(model, w)
+        joint_forces(model, w, view.contacts, view.forces, view.efforts)
 
 
 def make_view(model: Arrays, n: int) -> View:

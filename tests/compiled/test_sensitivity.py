@@ -15,7 +15,7 @@ from linkages.engines.drop import CLEARANCE, GRAVITY, MASS, drop
 
 def _end(system):
     runner = Runner(system)
-    return runner, runner.run(0.0, runner.start, 0.0, 10**6)
+    return runner, runner.run(0.0, runner.start, 0.0, 10**6, stages=True)
 
 
 def _agree(name, overrides, step, limit, path):

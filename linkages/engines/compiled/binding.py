@@ -11,10 +11,11 @@ from linkages.engines.compiled.equations import derivatives, outside, set_state,
 from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.projection import project_state
-from linkages.engines.compiled.replay import Steps, record_memory, recorded, replay
+from linkages.engines.compiled.replay import STAGES, Steps, record_memory, recorded, replay
 from linkages.integrate.driver import DONE, Options, Record, driver
 from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import Array, kernel, lazy_kernel
+from linkages.kernel.simd import lane
 from linkages.planar.closure import LOOSE, loop_error
 from linkages.planar.contacts import (
     APPROACH,
@@ -72,9 +73,14 @@ def _start_films(equations: Equations, t: float, y: Array) -> None:
 
 
 @kernel
-def observe(equations: Equations, observer: Any, t: float, y: Array, row: Array) -> None:
-    """Record the contacts' memory."""
-    record_memory(equations.work.memory, row)
+def _observe(equations: Equations, stepper: Stepper, t: float, y: Array, row: Array) -> None:
+    """Record the contacts' memory and, in a longer row, the increments of the stages of the step that ends here."""
+    memory = equations.work.memory
+    record_memory(memory, row)
+    first = recorded(memory)
+    for i in range((len(row) - first) // STAGES):
+        for stage in range(STAGES):
+            row[first + STAGES * i + stage] = lane(stepper.z[i], stage)
 
 
 def runner(observe: Any) -> Any:
@@ -104,13 +110,16 @@ def runner(observe: Any) -> Any:
     return run
 
 
-_run = runner(observe)
+_run = runner(_observe)
 
 
 @kernel
-def run(equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options) -> Record:
-    """Run from (t, y), and record the contacts' memory."""
-    return _run(equations, None, stepper, tolerance, t, y, recorded(equations.work.memory), options)
+def run(
+    equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options, stages: bool
+) -> Record:
+    """Run from (t, y), and record the contacts' memory; with ``stages``, increments of an implicit method's stages."""
+    width = recorded(equations.work.memory) + (STAGES * len(y) if stages else 0)
+    return _run(equations, stepper, stepper, tolerance, t, y, width, options)
 
 
 @kernel

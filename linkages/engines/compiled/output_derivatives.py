@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from linkages.engines.compiled.neighbours import Neighbours
-from linkages.kernel import Array
+from linkages.kernel import Array, kernel
 from linkages.kernel.block import Duplicate, contents
+from linkages.kernel.compile import bound
 from linkages.outputs.columns import Columns, columns
-from linkages.outputs.formulas import OF_FORCES, make_view, tabulate
+from linkages.outputs.formulas import OF_FORCES, add_moved, make_view
 from linkages.outputs.registry import JITTER, names, packer
 from linkages.planar.arrays import Arrays
+from linkages.planar.contacts import EX, EY
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.rigid_segments import Segmented
@@ -40,6 +42,7 @@ class OutputTable:
         self._view = make_view(model, system.tree.size)
         self._first = len(self._numbers.initial) - len(contents((self._records,)).words)  # place of the records
         self._with_forces = bool(np.isin(self._records["kind"], OF_FORCES).any())
+        self._add: Callable[..., None] | None = None
         self._jitter = [k for k, one in enumerate(self._records) if one["jitter"]]
 
     def derivatives(
@@ -59,30 +62,35 @@ class OutputTable:
         arrays, records = near.arrays, near.rates(self._read)
         places = np.concatenate([arrays.places, self._first + records.places])
         rates = np.concatenate([arrays.rates, records.rates])
-        h = _STEP / self._largest(near, change, model)
+        h = _STEP / _largest(change[0] / min(1.0, model.size), change[3], model.laws["clearance"], 1.0 / near.magnitude)
         result, initial = np.zeros((len(self.names), len(times))), self._numbers.initial[places]
         write = self._numbers.writer(places)
+        given = self._records, self._with_forces, self._view, np.asarray(times, np.float64), *state, *change
+        if self._add is None:
+            self._add = bound(add_moved, *given, h, 1.0, result)
         for side in (-1.0, 1.0):
             write(initial + side * h * rates)
-            moved = [np.ascontiguousarray(x + side * h * dx) for x, dx in zip(state, change, strict=True)]
-            result += side / (2.0 * h) * self._table(times, moved)
+            self._add(*given, side * h, 0.5 * side / h, result)
         write(initial)
         if self._jitter:
             plain = [self.names[k].removesuffix(JITTER) for k in self._jitter]
             result[self._jitter] -= near.derivative(lambda one: self._ideals(one, times, plain), together=True)
         return dict(zip(self.names, result, strict=True))
 
-    @staticmethod
-    def _largest(near: Neighbours, change: Sequence[Array], model: Arrays) -> float:
-        """Largest change: of the value over its magnitude, of an angle, of a journal over its clearance."""
-        found = [np.array(1.0 / near.magnitude), np.abs(change[0]) / min(1.0, model.size)]
-        found += [np.abs(change[3][:, k, :2]) / law["clearance"] for k, law in enumerate(model.laws)]
-        return max(float(np.max(x, initial=0.0, where=np.isfinite(x))) for x in found)
 
-    def _table(self, times: Array, moved: Sequence[Array]) -> Array:
-        out = np.empty((len(self.names), len(times)))
-        tabulate(self._records, self._with_forces, self._view, np.asarray(times, np.float64), *moved, out)  # type: ignore[call-arg]
-        return out
+@kernel
+def _largest(turns: Array, contacts: Array, clearances: Array, least: float) -> float:
+    """Largest of angles (nt, n), of displacements of journals in contacts (nt, nc, WIDTH) over clearances; not NaN."""
+    found = least
+    for i in range(len(turns)):
+        for k in range(turns.shape[1]):
+            if abs(turns[i, k]) > found:
+                found = abs(turns[i, k])
+        for k in range(contacts.shape[1]):
+            for j in (EX, EY):
+                if abs(contacts[i, k, j]) > found * clearances[k]:
+                    found = abs(contacts[i, k, j]) / clearances[k]
+    return found
 
 
 def _all_names(system: System) -> list[str]:

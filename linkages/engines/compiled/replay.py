@@ -26,8 +26,16 @@ _MOST = 1000  # attempts within one step of a run, where Newton's method does no
 _APART = 0.1  # of a step: what others are away, at least, of which states lie on one curve with its own
 
 
+#: Stages of the implicit method.
+STAGES = 3
+
+
 class Steps(NamedTuple):
-    """Steps of a run: times (nt,), states (nt, ny), and the contacts' memory (nt, nm), see `record_memory`."""
+    """Steps of a run: times (nt,), states (nt, ny), and memory (nt, nm).
+
+    The memory has that of the contacts, see `record_memory`. If the run was asked for them, increments (ny, STAGES) of
+    the stages of the step that ends at each time follow.
+    """
 
     times: Array
     states: Array

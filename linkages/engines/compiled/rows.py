@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from linkages.engines.budget import WINDOW
-from linkages.engines.compiled.binding import OPEN, observe, runner
+from linkages.engines.compiled.binding import OPEN, runner
 from linkages.engines.compiled.equations import is_solved, solve_state
 from linkages.engines.compiled.job import ACCURACY, END, LEAST, LONGEST, MOST, Job
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.replay import Steps, recorded
+from linkages.engines.compiled.replay import Steps, record_memory, recorded
 from linkages.engines.compiled.statistics import asked, knows_outputs, look, summarise
 from linkages.integrate.driver import DONE, PAUSED, Options, Record
 from linkages.integrate.stepper import copy
@@ -34,7 +34,7 @@ def restore(memory: Indices, initial: Indices, columns: Indices, words: Indices)
 @kernel
 def _observe(equations: Equations, job: Job, t: float, y: Array, row: Array) -> None:
     """Record the contacts' memory, and the outputs of the state where they can be known."""
-    observe(equations, job, t, y, row)
+    record_memory(equations.work.memory, row)
     if knows_outputs(job) and asked(job, t, math.inf):
         if not is_solved(equations.work, t, y):
             solve_state(equations, t, y)

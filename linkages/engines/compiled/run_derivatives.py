@@ -70,7 +70,7 @@ def differentiate_run(
     count : int
         Number of times at which the columns are known.
     """
-    nt, nc, model, work = len(steps.times), steps.memory.shape[1], equations.model, equations.work
+    nt, nc, model, work = len(steps.times), len(equations.model.ends), equations.model, equations.work
     deep, touches = np.zeros(nc), model.touching.any()
     for k in range(nt):
         t, y = steps.times[k], steps.states[k]

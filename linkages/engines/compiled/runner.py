@@ -74,7 +74,9 @@ class Runner:
         """Pickle the system and the contacts' memory; addresses hold in one process only."""
         return _restored, (self.system, self.memory, self.modes)
 
-    def run(self, t: float, y: Array, first: float, most: int, end: float | None = None) -> Record:
+    def run(
+        self, t: float, y: Array, first: float, most: int, end: float | None = None, stages: bool = False
+    ) -> Record:
         """Run from a state, at most up to the last step with closed loops.
 
         Parameters
@@ -89,12 +91,14 @@ class Runner:
             Steps after which the run pauses.
         end : float, optional
             Default the experiment's duration [s].
+        stages : bool
+            Whether to record the stages of an implicit method, from which derivatives are computed faster.
         """
         limits = self._limits
         last, longest, accuracy = (float(limits[k]) for k in (END, LONGEST, ACCURACY))
         options = Options(last if end is None else end, first, longest, most, 0.0, self._landing, accuracy)
         with deferred():
-            record = run(self._equations, self._stepper, self.tolerance, t, y, options)
+            record = run(self._equations, self._stepper, self.tolerance, t, y, options, stages and self.implicit)
         if record.status == OPEN and len(record.times) > 1:
             times, states, observed = record.times[:-1], record.states[:-1], record.observed[:-1]
             return record._replace(times=times, states=states, observed=observed)

@@ -1,7 +1,7 @@
 """A step of a finished run, differentiated: columns of derivatives of the state.
 
-Each step is repeated from the recorded state, to a smaller residual, and its equations are differentiated at the stages
-(`linkages.integrate.sensitivity`). The sizes of the steps are fixed.
+The equations of each step are differentiated at its stages (`linkages.integrate.sensitivity`). The run has recorded the
+stages; otherwise the step is repeated from the recorded state, to a smaller residual. The sizes of the steps are fixed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from linkages.engines.compiled.jacobian import exact_jacobian
 from linkages.engines.compiled.kinks import Kinked, make_kinked, set_bounds, set_sides, shortened
 from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.replay import Steps, around, remember
+from linkages.engines.compiled.replay import STAGES, Steps, around, recorded, remember
 from linkages.engines.compiled.variation import Variation, move
 from linkages.integrate.implicit import set_last_step
 from linkages.integrate.sensitivity import collocation_sensitivity, explicit_sensitivity
@@ -26,7 +26,7 @@ from linkages.integrate.stepper import INVERTED, Stepper, copy, restart
 from linkages.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 from linkages.kernel import Array, Indices, clear, kernel
 from linkages.kernel.simd import LaneArray as Lanes
-from linkages.kernel.simd import lane, lane_array
+from linkages.kernel.simd import lane, lane_array, lanes
 from linkages.planar.arrays import Arrays
 from linkages.planar.closure_rows import row_rate, row_value
 from linkages.planar.contact_partials import CHANGES
@@ -132,13 +132,22 @@ def advance(
 ) -> bool:  # fmt: skip
     """Take the columns ``before`` from the start of step k to time t within it; False if they cannot be had.
 
-    The step is divided at kinks, and graded near the start and the end of a contact.
+    The step is divided at kinks, and graded near the start and the end of a contact. A whole step whose stages were
+    recorded is not repeated.
     """
     start = steps.times[k]
     remember(equations, steps, k)
     if not t > start:
         return True
-    points, y = around(steps.times, k), steps.states[k].copy()
+    y = steps.states[k].copy()
+    if _recall(equations, steps, k, t, s) and not len(limits):
+        if not _attempted(equations, variation, s, start, t - start, y, c):
+            return False
+        for i in range(len(y)):
+            copy(c.after[i], c.before[i])
+        c.ended[0] = t
+        return True
+    points = around(steps.times, k)
     copy(tolerance, s.scale)
     restart(s)
     if equations.implicit and c.ended[0] == start:
@@ -175,6 +184,19 @@ def advance(
     if now < t:
         return False
     c.ended[0] = t
+    return True
+
+
+@kernel
+def _recall(equations: Equations, steps: Steps, k: int, t: float, s: Stepper) -> bool:
+    """Take the stages of a whole step from the record of the run; False if it has none."""
+    first = recorded(equations.work.memory)
+    if t != steps.times[k + 1] or steps.memory.shape[1] == first:
+        return False
+    row = steps.memory[k + 1]
+    for i in range(steps.states.shape[1]):
+        at = first + STAGES * i
+        s.z[i] = lanes(row[at], row[at + 1], row[at + 2], 0.0)
     return True
 
 
