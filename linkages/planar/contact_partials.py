@@ -291,7 +291,7 @@ def exact_partials(
             _note_bounded(high, approach, seen[2])
             step, kind = place_stencil(h, bounds, seen)
             if kind == FOURTH and step == h:  # with the values at one step, which are known
-                for k in range(OUTPUTS):
+                for k in range(RESULTS):
                     found[k] = WEIGHTS[FOURTH, 3] * (high[k] - low[k]) / h
                 for side in (-2.0, 2.0):
                     weight = WEIGHTS[FOURTH, 4 if side > 0.0 else 0] / h
@@ -302,7 +302,7 @@ def exact_partials(
             _fill_differences(end, law, table, approach, bristle, motion, change, h, FOURTH, found)
         else:
             clear(found)
-        for k in range(OUTPUTS):
+        for k in range(RESULTS):
             out[k, i] = found[k]
         change[i] = 0.0
 
@@ -319,14 +319,14 @@ def _counts(end: np.record, law: np.record, i: int) -> bool:
 
 @kernel
 def contact_partials(end: np.record, law: np.record, table: Array, memory: Array, motion: Motion, out: Array) -> None:
-    """Fill ``out`` (OUTPUTS, INPUTS) with the partial derivatives of `remembered_action`.
+    """Fill ``out`` (RESULTS, INPUTS) with the partial derivatives of `remembered_action`.
 
     Central differences, with a step for each input. A law is a smooth function of a few well-scaled inputs, so the
     differences are accurate to 1e-7 of its largest change (measured: films 5e-8, contact 6e-8, both together 1.4e-7),
     and laws need not supply derivatives. The rest of the Jacobian is exact.
 
-    A journal's force is the same for observers who turn at different rates. So the derivative with respect to its own
-    angular velocity follows from the others: dF/dw_j = e_y dF/dv_x - e_x dF/dv_y - dF/dw_b.
+    Results of a journal are the same for observers who turn at different rates. So the derivative with respect to its
+    own angular velocity follows from the others: dF/dw_j = e_y dF/dv_x - e_x dF/dv_y - dF/dw_b.
     """
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     scales = np.empty(INPUTS)
@@ -350,13 +350,11 @@ def contact_partials(end: np.record, law: np.record, table: Array, memory: Array
                 ny + (s if i == 7 else 0.0),
             )
             z = memory[BRISTLE] + (s if i == 8 else 0.0)
-            fx, fy, couple, rate, _, _, _, _, _, _ = remembered_action(end, law, table, memory, z, moved)
-            out[FORCE_X, i] += side * fx
-            out[FORCE_Y, i] += side * fy
-            out[COUPLE, i] += side * couple
-            out[BRISTLE_RATE, i] += side * rate
-        for k in range(OUTPUTS):
+            found = remembered_action(end, law, table, memory, z, moved)
+            for k in range(RESULTS):
+                out[k, i] += side * found[k]
+        for k in range(RESULTS):
             out[k, i] /= 2.0 * h
     if journal:
-        for k in range(OUTPUTS):
+        for k in range(RESULTS):
             out[k, 5] = ey * out[k, 2] - ex * out[k, 3] - out[k, 4]

@@ -89,7 +89,7 @@ def _body_tangent(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None:
         dvx, dvy = dvx + dux * rate, dvy + duy * rate
         dax, day = dax + (dux * second - dtwist * uy - twist * duy), day + (duy * second + dtwist * ux + twist * dux)
     dalpha = dacc[p, 0]
-    if moves and body.driven >= 0:
+    if moves and body.dof >= 0:
         faster, sooner = s.ddrive[body.dof, 0], s.ddrive[body.dof, 1]
         if body.type == REVOLUTE:
             dw, dalpha = dw + body.sign * faster, dalpha + body.sign * sooner

@@ -9,7 +9,7 @@ import numpy as np
 from linkages.kernel import Array, Records, record_type
 from linkages.kernel.simd import LaneArray as Lanes
 from linkages.kernel.simd import lane_array
-from linkages.planar.contact_partials import BOUNDS, INPUTS, OUTPUTS
+from linkages.planar.contact_partials import BOUNDS, INPUTS, OUTPUTS, RESULTS
 
 #: Velocity and acceleration of a section relative to its beam's frame, without turning; v.H v of the modal rates.
 SECTION_RATES = record_type(vx="f8", vy="f8", ax="f8", ay="f8", shortening="f8")
@@ -28,7 +28,7 @@ BODY_NUMBERS = 6
 class Scratch(NamedTuple):
     """Arrays of a Jacobian and of `linkages.kernel.simd.WIDTH` directions at a time."""
 
-    partials: Array  # of the contacts, (nc, OUTPUTS, INPUTS); see `linkages.planar.contact_partials`
+    partials: Array  # of the contacts, (nc, RESULTS, INPUTS); see `linkages.planar.contact_partials`
     bounds: Array  # of the contacts' speeds, (nc, BOUNDS); see the same, infinite without any
     force: Array  # wrench that each body gets through its joint at the state, (nb, 3)
     mass: Array  # mass matrix of all coordinates, (n, n); rows and columns of driven ones are 0
@@ -54,7 +54,7 @@ class Scratch(NamedTuple):
     dmarker: Lanes  # of the coordinates of a contact's markers in their bodies, (nc, 4)
     dlaw: Lanes  # of a contact's force at a given motion, (nc, OUTPUTS)
     dgravity: Lanes  # (2,)
-    ddrive: Lanes  # of prescribed rates and accelerations, (n, 2)
+    ddrive: Lanes  # of rates and accelerations of coordinates, (n, 2)
     tau: Array  # of one direction: changes of generalised forces, accelerations, (n,)
     da: Array
     bias: Array  # zero bias forces, (nb, 3)
@@ -67,7 +67,7 @@ class Scratch(NamedTuple):
 def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
     """Make the arrays for nb bodies of nm modes, n coordinates, nr closure rows and nc contacts, all zero."""
     tree = nb, 3
-    fixed: list[Any] = [np.zeros(shape) for shape in ((nc, OUTPUTS, INPUTS), (nc, BOUNDS), tree, (n, n), n, nb)]
+    fixed: list[Any] = [np.zeros(shape) for shape in ((nc, RESULTS, INPUTS), (nc, BOUNDS), tree, (n, n), n, nb)]
     records = np.zeros(nb, SECTION_RATES), np.zeros((nb, nm), MODE_PRODUCTS)
     lanes = (nb,), (nb,), (n,), (nc,), (n,), (n,), tree, tree, tree, tree, tree, (n,), (nr,)
     numbers = (nb, BODY_NUMBERS), (nc, 4), (nc, OUTPUTS), (2,), (n, 2)

@@ -13,6 +13,7 @@ import numpy as np
 from linkages.engines.compiled.equations import set_state
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.variation import Variation, move
+from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, kernel
 from linkages.kernel.simd import WIDTH
 from linkages.planar.arrays import Arrays
@@ -49,7 +50,8 @@ class ContactState(NamedTuple):
 
     motion: Array  # (nc, MOTION)
     force: Array  # (nc, OUTPUTS)
-    partials: Array  # of the force, (nc, OUTPUTS, INPUTS)
+    partials: Array  # of the results, (nc, RESULTS, INPUTS)
+    laws: Array  # changes of the results along values that change the law, at fixed motion, (np, nc, RESULTS)
     direct: Array  # change of the force along a value, at fixed coordinates, (nc, OUTPUTS)
     moved: Array  # change of the motion along a value, at fixed coordinates, (nc, CHANGES)
     change: Array  # to work in, (CHANGES,)
@@ -62,12 +64,13 @@ class ContactState(NamedTuple):
     drive: Array  # changes of prescribed coordinates, rates and accelerations, (3, nd)
 
 
-def make_contact_state(nc: int, ny: int, k: int, nd: int) -> ContactState:
-    """Make the arrays for nc contacts, ny entries of the state, k of the residual, and nd prescribed coordinates."""
+def make_contact_state(nc: int, np_: int, ny: int, k: int, nd: int) -> ContactState:
+    """Make the arrays for nc contacts, np values, ny entries of the state, k of the residual, nd driven coordinates."""
     return ContactState(
         np.zeros((nc, MOTION)),
         np.zeros((nc, OUTPUTS)),
-        np.zeros((nc, OUTPUTS, INPUTS)),
+        np.zeros((nc, RESULTS, INPUTS)),
+        np.zeros((np_, nc, RESULTS)),
         np.zeros((nc, OUTPUTS)),
         np.zeros((nc, CHANGES)),
         np.zeros(CHANGES),
@@ -98,7 +101,7 @@ def note_partials(equations: Equations, s: ContactState) -> None:
     """Take the partial derivatives of the contacts' forces from the Jacobian of the same state."""
     partials = equations.work.scratch.partials
     for k in range(partials.shape[0]):
-        for i in range(OUTPUTS):
+        for i in range(RESULTS):
             for j in range(INPUTS):
                 s.partials[k, i, j] = partials[k, i, j]
 
@@ -164,6 +167,14 @@ def _add_pair(
             add_contact_change(end, law, table, approach, bristle, motion, s.change, side * h, side * weight, s.found)
     if p >= 0:
         move(variation, p, 0.0)
+
+
+@kernel
+def own_change(equations: Equations, variation: Variation, p: int, k: int, s: ContactState) -> None:
+    """Fill ``found``, and keep it in ``laws``, with the change of all results of contact k along value p alone."""
+    clear(s.change)
+    law_change(equations, variation, p, k, s)
+    copy(s.found, s.laws[p, k])
 
 
 @kernel

@@ -18,15 +18,16 @@ from linkages.engines.compiled.contact_changes import (
     far,
     is_fine,
     law_change,
+    own_change,
     value_motions,
 )
 from linkages.engines.compiled.equations import set_state
 from linkages.engines.compiled.jacobian import value_columns
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.variation import Variation, move
+from linkages.engines.compiled.variation import Variation, is_exact, move
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, kernel
-from linkages.kernel.simd import WIDTH, lanes, with_lane
+from linkages.kernel.simd import WIDTH, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.planar.contact_partials import APPROACHING, FOURTH, OUTPUTS, PLACES, POINTS, WEIGHTS
 from linkages.planar.contacts import APPROACH, PENETRATION, add_contact, contact_motion
@@ -156,7 +157,7 @@ def add_forcing(
     """
     exact = not _interpolated(equations)
     for p in range(len(variation.unit)):
-        if variation.mechanics[p] == 1 or not exact or not len(variation.lanes):
+        if not (exact and is_exact(variation, p)):
             value_forcing(equations, variation, p, t, y, dy, s, s.plus)
             for i in range(len(out)):
                 out[i, first + p] += s.plus[i]
@@ -176,11 +177,11 @@ def _add_lanes(
         p = variation.lanes[group, column]
         for k in range(s.direct.shape[0]):
             if p >= 0 and variation.laws[p, k]:
-                clear(s.change)
-                law_change(equations, variation, p, k, s)
+                own_change(equations, variation, p, k, s)
                 for i in range(OUTPUTS):
                     x.dlaw[k, i] = with_lane(x.dlaw[k, i], column, s.found[i])
     value_columns(equations, t, WIDTH, s.columns)
+    clear_numbers(x)
     for column in range(WIDTH):
         p = variation.lanes[group, column]
         if p >= 0:
@@ -191,15 +192,13 @@ def _add_lanes(
 @kernel
 def set_numbers(variation: Variation, group: int, t: float, s: ContactState, x: Scratch) -> None:
     """Set the changes of numbers of bodies, markers, gravity and prescribed motions with a group of values."""
+    x.moves[0] = 1.0
     for i in range(len(x.dbody)):
         copy(variation.bodies[group, i], x.dbody[i])
     for i in range(len(x.dmarker)):
         copy(variation.markers[group, i], x.dmarker[i])
     copy(variation.gravity[group], x.dgravity)
     driven = variation.equations.model.driven
-    for i in range(len(driven)):
-        place = driven[i]
-        x.dq[place] = x.ddrive[place, 0] = x.ddrive[place, 1] = lanes(0.0, 0.0, 0.0, 0.0)
     for column in range(WIDTH):
         p = variation.lanes[group, column]
         if p >= 0 and variation.drives[p]:
@@ -209,6 +208,17 @@ def set_numbers(variation: Variation, group: int, t: float, s: ContactState, x: 
                 x.dq[place] = with_lane(x.dq[place], column, s.drive[0, i])
                 for k in range(2):
                     x.ddrive[place, k] = with_lane(x.ddrive[place, k], column, s.drive[1 + k, i])
+
+
+@kernel
+def clear_numbers(x: Scratch) -> None:
+    """Undo `set_numbers`, and the changes of driven bodies, which directions of coordinates do not move."""
+    x.moves[0] = 0.0
+    for each in (x.dlaw, x.dpose, x.dvel, x.dacc):
+        clear(each)
+    clear(x.touched)
+    clear(x.dq)
+    clear(x.ddrive)
 
 
 @kernel
@@ -249,8 +259,7 @@ def value_forcing(
         _add_moved(s)
     for k in range(s.direct.shape[0]):
         if variation.laws[p, k]:
-            clear(s.change)
-            law_change(equations, variation, p, k, s)
+            own_change(equations, variation, p, k, s)
             for i in range(OUTPUTS):
                 s.direct[k, i] += s.found[i]
     if variation.mechanics[p]:

@@ -131,14 +131,8 @@ def value_columns(equations: Equations, t: float, count: int, out: Array) -> Non
     `exact_jacobian` has been called at this state; the scratch has the changes of the numbers.
     """
     model, s = equations.model, equations.work.scratch
-    s.moves[0] = 1.0
     value_tangents(model.bodies, equations.work.dynamics, s)
     _fill_columns(equations, s, t, 0, count, out)
-    s.moves[0] = 0.0
-    for each in (s.dlaw, s.dpose, s.dvel, s.dacc):  # of driven bodies, which directions of coordinates do not move
-        clear(each)
-    clear(s.touched)
-    clear(s.dq)
 
 
 @kernel

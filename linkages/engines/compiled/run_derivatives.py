@@ -18,7 +18,7 @@ from linkages.engines.compiled.variation import Variation
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import Array, Indices, clear, kernel
-from linkages.planar.contact_partials import APPROACHING, RESULTS
+from linkages.planar.contact_partials import APPROACHING, INPUTS, RESULTS
 from linkages.planar.contacts import BRISTLE_RATE, CLOSING, COUPLE, EX, EY, FX, FY, LOAD, PENETRATION, SLIDING
 from linkages.planar.motion import last_start
 
@@ -42,6 +42,7 @@ def differentiate_run(
     states: Array,
     memory: Array,
     rates: Array,
+    contacts: Array,
     event: Indices,
     times: Array,
 ) -> tuple[int, int]:
@@ -59,6 +60,8 @@ def differentiate_run(
         Filled with the columns after each step.
     rates : (nt, k, m) array
         Filled with the rates of the columns where the last stage gives them; the others stay as they are.
+    contacts : (nt, np, nc, WIDTH) array
+        Filled with the changes of the contacts along the values there, unless contacts can touch.
     event : (nt,) array of int
         Filled with the contact that begins (k + 1) or ends (-k - 1) at each time; 0 without.
     times : (nt, m) array
@@ -99,6 +102,8 @@ def differentiate_run(
         if smooth:
             for i in range(len(c.rates)):
                 copy(c.rates[i], rates[k, i])
+            if not len(limits) and not work.dynamics.interpolated[0] > 0.0:
+                _contacts_along(equations, variation, t, c, contacts[k])
         for i in range(len(c.before)):
             copy(c.before[i], states[k, i])
         for i in range(nc):
@@ -127,26 +132,43 @@ def _column_rates(equations: Equations, variation: Variation, t: float, y: Array
 
 
 @kernel
-def _state_changes(
-    equations: Equations, variation: Variation, p: int, j: int, t: float, y: Array, c: Column, dq: Array, dv: Array,
-    da: Array, contacts: Array,
-) -> None:  # fmt: skip
-    """Fill the changes of coordinates, rates, accelerations and contacts along column j and value p at a solved state.
+def _contacts_along(equations: Equations, variation: Variation, t: float, c: Column, out: Array) -> None:
+    """Fill ``out`` (np, nc, WIDTH) with the changes of the contacts at the last stage of a linearised step."""
+    s, first = c.contacts, c.before.shape[1] - len(variation.unit)
+    motions_along(equations, variation, t, c.y, c.before, first, s, c.direction)
+    clear(out)
+    for p in range(len(out)):
+        for k in range(out.shape[1]):
+            along = c.direction[first + p, k]
+            out[p, k, EX], out[p, k, EY] = along[0], along[1]
+            for result in range(RESULTS):
+                total = s.laws[p, k, result]
+                for i in range(INPUTS):
+                    total += s.partials[k, result, i] * along[i]
+                out[p, k, _PLACES[result]] = total
 
-    ``rates``, ``direction`` and the motions of the contacts belong to the state.
-    """
-    model, n = equations.model, len(equations.model.free)
+
+@kernel
+def _set_changes(
+    equations: Equations, variation: Variation, p: int, j: int, t: float, c: Column, dq: Array, dv: Array, da: Array
+) -> None:
+    """Fill the changes of coordinates, rates and accelerations along column j, with known ``rates``, and value p."""
+    model, n, drive = equations.model, len(equations.model.free), c.contacts.drive
     for i in range(n):
         place = model.free[i]
         dq[place], dv[place], da[place] = c.before[i, j], c.before[n + i, j], c.rates[i, j]
-    drive = c.contacts.drive
     clear(drive)
     if variation.drives[p]:
         drive_changes(variation, p, t, drive)
     for i in range(len(model.driven)):
         place = model.driven[i]
         dq[place], dv[place], da[place] = drive[0, i], drive[1, i], drive[2, i]
-    for i in range(len(model.ends)):
+
+
+@kernel
+def _set_contacts(equations: Equations, variation: Variation, p: int, j: int, c: Column, contacts: Array) -> None:
+    """Fill the changes of contacts along column j, whose ``direction`` belongs to a solved state, and value p."""
+    for i in range(len(equations.model.ends)):
         copy(c.direction[j, i], c.contacts.change)
         c.contacts.change[APPROACHING] = c.remembered[i, j]
         law_change(equations, variation, p, i, c.contacts)
@@ -158,13 +180,14 @@ def _state_changes(
 @kernel
 def differentiate_states(
     equations: Equations, variation: Variation, s: Stepper, tolerance: Array, steps: Steps, limits: Array, c: Column,
-    states: Array, memory: Array, rates: Array, times: Array, dq: Array, dv: Array, da: Array, contacts: Array,
+    states: Array, memory: Array, rates: Array, noted: Array, times: Array, dq: Array, dv: Array, da: Array,
+    contacts: Array,
 ) -> None:  # fmt: skip
     """Fill the derivatives of a run's coordinates and contacts at any times with respect to np values.
 
     Parameters
     ----------
-    states, memory, rates : arrays
+    states, memory, rates, noted : arrays
         From `differentiate_run`; NaN where columns are not known.
     times : (nt,) array
     dq, dv, da : (np, nt, n) arrays
@@ -179,7 +202,17 @@ def differentiate_states(
             copy(states[k, row], c.before[row])
         for row in range(c.remembered.shape[0]):
             copy(memory[k, row], c.remembered[row])
-        known = c.before[0, 0] == c.before[0, 0]
+        known, first = c.before[0, 0] == c.before[0, 0], m - nv
+        at_step = known and t == steps.times[k] and rates[k, 0, 0] == rates[k, 0, 0]
+        if at_step:
+            for row in range(rates.shape[1]):
+                copy(rates[k, row], c.rates[row])
+        if at_step and not len(limits) and nv > 0 and (noted.shape[2] == 0 or noted[k, 0, 0, 0] == noted[k, 0, 0, 0]):
+            for p in range(nv):
+                _set_changes(equations, variation, p, first + p, t, c, dq[p, i], dv[p, i], da[p, i])
+                for contact in range(noted.shape[2]):
+                    copy(noted[k, p, contact], contacts[p, i, contact])
+            continue
         if known:
             known = advance(equations, variation, s, tolerance, steps, k, t, limits, c)
         replay(equations, s, tolerance, steps, t, y)
@@ -189,19 +222,16 @@ def differentiate_states(
         if known and len(limits):
             set_sides_here(equations, limits, c.kinked)
             set_bounds(limits, equations.model.touching, c.kinked, equations.work.scratch.bounds)
-        if known and t == steps.times[k] and rates[k, 0, 0] == rates[k, 0, 0]:
-            for row in range(rates.shape[1]):
-                copy(rates[k, row], c.rates[row])
+        if at_step:
             note_contacts(equations, c.contacts)
         elif known:
             known = _column_rates(equations, variation, t, y, c)
         if known:
-            motions_along(equations, variation, t, y, c.before, m - nv, c.direction)
+            motions_along(equations, variation, t, y, c.before, first, c.contacts, c.direction)
         for p in range(nv):
             if known:
-                _state_changes(
-                    equations, variation, p, m - nv + p, t, y, c, dq[p, i], dv[p, i], da[p, i], contacts[p, i]
-                )
+                _set_changes(equations, variation, p, first + p, t, c, dq[p, i], dv[p, i], da[p, i])
+                _set_contacts(equations, variation, p, first + p, c, contacts[p, i])
             else:
                 for q in range(dq.shape[2]):
                     dq[p, i, q], dv[p, i, q], da[p, i, q] = math.nan, math.nan, math.nan

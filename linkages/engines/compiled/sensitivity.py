@@ -43,6 +43,8 @@ class Sensitivity(NamedTuple):
         Derivatives of the approach speeds that contacts remember.
     rates : (nt, k, m) array
         Rates of the derivatives of rates and other entries; NaN where the end of the step does not give them.
+    contacts : (nt, np, nc, WIDTH) array
+        Derivatives of the contacts' results along the values, as of `rates`.
     event : (nt,) array of int
         Contact that begins, counted from 1, or ends, less than 0; 0 without.
     event_times : (nt, m) array
@@ -57,6 +59,7 @@ class Sensitivity(NamedTuple):
     states: Array
     memory: Array
     rates: Array
+    contacts: Array
     event: Indices
     event_times: Array
     status: int
@@ -97,7 +100,7 @@ class Differentiation:
         self._kinks, self._ideals = kinks(system), IdealMotions()
 
     def _column(self, m: int) -> Column:
-        return make_column(len(self.runner.start), self.runner.model, m, self.runner.implicit)
+        return make_column(len(self.runner.start), self.runner.model, m, len(self._nearby), self.runner.implicit)
 
     def at_steps(self, start: Array | None = None, remembered: Array | None = None) -> Sensitivity:
         """Differentiate at the steps; see `differentiate`."""
@@ -110,11 +113,13 @@ class Differentiation:
             column.remembered[:] = remembered
         k = ny - len(runner.model.free)
         states, memory, rates = (np.full((nt, size, m), np.nan) for size in (ny, nc, k))
+        contacts = np.full((nt, len(self._nearby), nc, WIDTH), np.nan)
         event, times, rate = np.zeros(nt, np.int64), np.full((nt, m), np.nan), float(runner.system.motion_rate)
         status, known = differentiate_run(
-            *self._numbers, packed(self.steps), rate, self._kinks, packed(column), states, memory, rates, event, times
-        )
-        return Sensitivity(self.steps.times, states, memory, rates, event, times, status, known)
+            *self._numbers, packed(self.steps), rate, self._kinks, packed(column), states, memory, rates, contacts,
+            event, times,
+        )  # fmt: skip
+        return Sensitivity(self.steps.times, states, memory, rates, contacts, event, times, status, known)
 
     @cached_property
     def columns(self) -> Sensitivity:
@@ -137,7 +142,7 @@ class Differentiation:
         out = dq, dv, da, np.zeros((count, nt, nc, WIDTH))
         differentiate_states(
             *self._numbers, packed(self.steps), self._kinks, packed(self._column(found.states.shape[2])), found.states,
-            found.memory, found.rates, np.asarray(times, dtype=np.float64), *out,
+            found.memory, found.rates, found.contacts, np.asarray(times, dtype=np.float64), *out,
         )  # fmt: skip
         return out
 

@@ -68,8 +68,8 @@ class Column(NamedTuple):
     kinked: Kinked
 
 
-def make_column(ny: int, model: Arrays, m: int, implicit: bool) -> Column:
-    """Make the arrays for ny entries of the state of a model and m columns."""
+def make_column(ny: int, model: Arrays, m: int, np_: int, implicit: bool) -> Column:
+    """Make the arrays for ny entries of the state of a model and m columns, the last np along values."""
     k, nc = ny - len(model.free), len(model.ends)
     stages = 3 if implicit else 6
     return Column(
@@ -78,7 +78,7 @@ def make_column(ny: int, model: Arrays, m: int, implicit: bool) -> Column:
         np.zeros((stages, k, m)), np.zeros((ny, ny)), np.full(1, np.nan), np.zeros(ny), np.zeros(ny), np.zeros(k),
         np.zeros((max(m, 1), nc, CHANGES)),
         np.zeros(k, np.int64), lane_array(ny), lane_array(stages * k),
-        make_contact_state(nc, ny, k, len(model.driven)), make_kinked(nc),
+        make_contact_state(nc, np_, ny, k, len(model.driven)), make_kinked(nc),
     )  # fmt: skip
 
 

@@ -66,7 +66,8 @@ class Variation(NamedTuple):
     drives : (np,) array of int
         1 where it changes a prescribed motion.
     lanes : (ng, WIDTH) array of int
-        Values without mechanics or with exact one, side by side; -1: none.
+        Values that change no mechanics or with exact derivatives, side by side; -1: none. No line unless the linkage is
+        a tree of rigid bodies.
     bodies, markers, gravity : (ng, nb, BODY_NUMBERS), (ng, nc, 4), (ng, 2) lanes
         Derivatives of numbers of bodies, of coordinates of the markers of contacts, and of gravity with respect to
         these values.
@@ -87,6 +88,12 @@ class Variation(NamedTuple):
     bodies: Lanes
     markers: Lanes
     gravity: Lanes
+
+
+@kernel
+def is_exact(variation: Variation, p: int) -> bool:
+    """Whether value p is in the lanes."""
+    return p >= 0 and len(variation.lanes) > 0 and variation.mechanics[p] != 1
 
 
 @kernel
@@ -140,7 +147,8 @@ def _side_by_side(
     model: Arrays, fields: Mapping[str, range], changes: Sequence[Rates], mechanics: Indices
 ) -> tuple[Indices, Lanes, Lanes, Lanes]:
     """Return the values that are differentiated in lanes, and the derivatives of numbers; see `Variation`."""
-    able = np.flatnonzero(mechanics != 1) if not len(model.rows) else np.zeros(0, np.int64)
+    rigid_tree = not len(model.rows) and not model.bodies.shapes.shape[2]
+    able = np.flatnonzero(mechanics != 1) if rigid_tree else np.zeros(0, np.int64)
     groups, nb, nc = -(-len(able) // WIDTH), len(model.bodies.records), len(model.ends)
     lanes, numbers = np.full(groups * WIDTH, -1), np.zeros((groups * WIDTH, fields["gravity"].stop))
     lanes[: len(able)] = able
