@@ -24,7 +24,7 @@ from linkages.engines.compiled.contact_changes import (
 from linkages.engines.compiled.equations import set_state
 from linkages.engines.compiled.jacobian import value_columns
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.variation import Variation, is_exact, move
+from linkages.engines.compiled.variation import EXACT, Variation, is_exact, move
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, kernel
 from linkages.kernel.simd import WIDTH, with_lane
@@ -172,7 +172,13 @@ def _add_lanes(
 ) -> None:
     """Add the derivatives with respect to the values of a group of lanes: exact but for the laws of contacts."""
     x, n = equations.work.scratch, len(equations.model.free)
-    set_numbers(variation, group, t, s, x)
+    moved = False
+    for column in range(WIDTH):
+        p = variation.lanes[group, column]
+        moved = moved or (p >= 0 and variation.mechanics[p] == EXACT)
+    clear_numbers(x)
+    if moved:
+        set_numbers(variation, group, t, s, x)
     for column in range(WIDTH):
         p = variation.lanes[group, column]
         for k in range(s.direct.shape[0]):

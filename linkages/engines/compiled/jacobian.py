@@ -131,7 +131,8 @@ def value_columns(equations: Equations, t: float, count: int, out: Array) -> Non
     `exact_jacobian` has been called at this state; the scratch has the changes of the numbers.
     """
     model, s = equations.model, equations.work.scratch
-    value_tangents(model.bodies, equations.work.dynamics, s)
+    if s.moves[0] > 0.0:
+        value_tangents(model.bodies, equations.work.dynamics, s)
     _fill_columns(equations, s, t, 0, count, out)
 
 

@@ -78,6 +78,14 @@ class Together:
             return self._system.replaced(dict(zip(self._paths, self._new.tolist(), strict=True)))
         return None
 
+    @cached_property
+    def _slopes(self) -> tuple[Array, Array]:
+        """Slopes of coordinates of points (m, np), and the changes of such coordinates (m,)."""
+        one, (first, second) = np.eye(len(self._paths)), np.triu_indices(len(self._paths), 1)
+        slopes = np.concatenate([one, one / 2, one[first] + one[second], one[first] - one[second]])
+        slopes = np.concatenate([slopes, -slopes])
+        return slopes, slopes @ self._steps
+
     def covers(self, along: Mapping[str, float]) -> bool:
         """Tell whether some paths are among these."""
         return along.keys() <= set(self._paths)
@@ -109,17 +117,15 @@ class Together:
 
     def _differences(self, here: Array, there: Array) -> Array | None:
         """Differentiate numbers (n,) with respect to the values, (n, np)."""
-        count, rates = len(self._paths), np.zeros((len(here), len(self._paths)))
+        rates = np.zeros((len(here), len(self._paths)))
         with np.errstate(divide="ignore", invalid="ignore"):
             apart = np.abs((there / here - 1.0)[:, None] - self._steps / self._values)
             owners, unknown = np.argmin(apart, axis=1), ~(apart.min(axis=1) <= _ROUNDING)
             rates[np.arange(len(here)), owners] = here / self._values[owners]
         rates[unknown] = 0.0
         if unknown.any():
-            one, (first, second) = np.eye(count), np.triu_indices(count, 1)
-            slopes = np.concatenate([one, one / 2, one[first] + one[second], one[first] - one[second]])
-            slopes = np.concatenate([slopes, -slopes])
-            apart = np.abs(slopes @ self._steps - (there - here)[unknown, None])
+            slopes, changes = self._slopes
+            apart = np.abs(changes - (there - here)[unknown, None])
             fits = apart <= _ROUNDING * np.abs(here[unknown, None])
             if not np.all(fits.sum(axis=1) == 1):
                 return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import cast
 
 import numpy as np
 
@@ -67,7 +68,7 @@ class OutputTable:
         write = self._numbers.writer(places)
         given = self._records, self._with_forces, self._view, np.asarray(times, np.float64), *state, *change
         if self._add is None:
-            self._add = bound(add_moved, *given, h, 1.0, result)
+            self._add = cast(Callable[..., None], bound(add_moved, *given, h, 1.0, result))
         for side in (-1.0, 1.0):
             write(initial + side * h * rates)
             self._add(*given, side * h, 0.5 * side / h, result)

@@ -6,8 +6,10 @@ differentiated through the assembly, and a contact's stiffness through its mater
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple, cast
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -17,7 +19,7 @@ from linkages.engines.compiled.neighbours import Neighbours, Rates, unscaled
 from linkages.engines.compiled.start_derivatives import start_derivatives
 from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.block import Block, contents
-from linkages.kernel.by_reference import packed
+from linkages.kernel.by_reference import Packed, packed
 from linkages.kernel.simd import WIDTH, LaneArray
 from linkages.kernel.simd import LaneArray as Lanes
 from linkages.outputs.registry import pack
@@ -30,11 +32,23 @@ _INERTIAL = ("mass", "cx", "cy", "inertia")  # the last fields of a body: they m
 assert (BODY.names or ())[-len(_INERTIAL) :] == _INERTIAL
 _WORDS, _LAST = BODY.itemsize // 8, len(_INERTIAL)
 #: Words of `BODY` that have exact derivatives, in the order of `linkages.planar.tangent_workspace.BODY_NUMBERS`.
-_OF_BODY = 1, 2, *range(_WORDS - _LAST, _WORDS)
-_MARKERS = tuple(range(1, 1 + 2 * len(MARKER.names or ())))  # of the ends of a contact: its law does not read them
+_OF_BODY = [1, 2, *range(_WORDS - _LAST, _WORDS)]
+_MARKERS = list(range(1, 1 + 2 * len(MARKER.names or ())))  # of the ends of a contact: its law does not read them
 assert (BODY.names or ())[0] == "mount"
 assert (ENDS.names or ())[1:3] == ("bearing", "journal")
-_OF_ENDS = 2, 3, 5, 6  # coordinates among them
+_OF_ENDS = [2, 3, 5, 6]  # coordinates among them
+#: Effects of a number: on the law of a contact; on the mechanics; without exact derivatives of it; on the motions of
+#: contacts at given coordinates; on prescribed motions.
+_LAW, _MECHANICS, _ROUGH, _KINEMATICS, _DRIVES = 1, 2, 4, 8, 16
+#: Effects of the numbers of some fields of a model; others have effects on the mechanics, without exact derivatives.
+_OF_FIELDS = {
+    ("limits", "stiff"): 0,
+    ("laws", "tables"): _LAW,
+    ("gravity", "joints"): _MECHANICS,
+    ("motion", "motion_c"): _MECHANICS | _KINEMATICS | _DRIVES,
+    ("bodies",): _MECHANICS | _ROUGH | _KINEMATICS,
+    ("ends",): _MECHANICS | _ROUGH | _KINEMATICS | _LAW,
+}
 
 
 class Variation(NamedTuple):
@@ -121,10 +135,14 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         return unscaled(model_of(one, none))
 
     changes = [near.arrays if whole else near.rates(reduced) for near in nearby]
-    laws, mechanics, kinematics, drives = (np.zeros((len(nearby), *more), np.int64) for more in ((nc,), (), (), ()))
-    fields = dict(_fields(model))
-    for p, change in enumerate(changes):
-        _note_effects(model, fields, change.places, laws[p], mechanics[p : p + 1], kinematics[p : p + 1], drives[p:])
+    fields = _fields(model)
+    effects, contacts = _effects(model, fields)
+    found = np.array([np.bitwise_or.reduce(effects[one.places], initial=0) for one in changes], np.int64)
+    laws = np.zeros((len(nearby), nc), np.int64)
+    for line, one in zip(laws, changes, strict=True):
+        line[contacts[one.places[(effects[one.places] & _LAW) > 0]]] = 1
+    mechanics = np.where(found & _MECHANICS, np.where(found & _ROUGH, 1, EXACT), 0)
+    kinematics, drives = ((found & effect > 0).astype(np.int64) for effect in (_KINEMATICS, _DRIVES))
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
     variation = Variation(
         cast(Equations, block),
@@ -144,56 +162,60 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
 
 
 def _side_by_side(
-    model: Arrays, fields: Mapping[str, range], changes: Sequence[Rates], mechanics: Indices
+    model: Arrays, fields: Mapping[str, slice], changes: Sequence[Rates], mechanics: Indices
 ) -> tuple[Indices, Lanes, Lanes, Lanes]:
     """Return the values that are differentiated in lanes, and the derivatives of numbers; see `Variation`."""
-    rigid_tree = not len(model.rows) and not model.bodies.shapes.shape[2]
-    able = np.flatnonzero(mechanics != 1) if rigid_tree else np.zeros(0, np.int64)
+    able = np.flatnonzero(mechanics != 1)[: len(mechanics) if _is_rigid_tree(model) else 0]
+    able = able[np.argsort(mechanics[able], kind="stable")]  # values that change laws alone together
     groups, nb, nc = -(-len(able) // WIDTH), len(model.bodies.records), len(model.ends)
     lanes, numbers = np.full(groups * WIDTH, -1), np.zeros((groups * WIDTH, fields["gravity"].stop))
     lanes[: len(able)] = able
     for row, p in zip(numbers, able, strict=False):
         row[changes[p].places] = changes[p].rates
-    shapes = [("bodies", nb, _WORDS, _OF_BODY), ("ends", nc, -1, _OF_ENDS), ("gravity", 1, 2, (0, 1))]
-    made = []
-    for name, lines, words, kept in shapes:
+
+    def kept(name: str, *shape: int, words: list[int]) -> Lanes:
         start = fields[name].start
-        words = words if words > 0 else len(fields[name]) // max(nc, 1)
-        part = numbers[:, start : start + lines * words].reshape(groups, WIDTH, lines, words)[..., list(kept)]
-        made.append(np.ascontiguousarray(np.moveaxis(part, 1, -1)).view(LaneArray))
-    return lanes.reshape(groups, WIDTH), made[0], made[1], made[2][:, 0].copy().view(LaneArray)
+        part = numbers[:, start : start + math.prod(shape)].reshape(groups, WIDTH, *shape)[..., words]
+        return np.ascontiguousarray(np.moveaxis(part, 1, -1)).view(LaneArray)
+
+    bodies, markers = kept("bodies", nb, _WORDS, words=_OF_BODY), kept("ends", nc, ENDS.itemsize // 8, words=_OF_ENDS)
+    return lanes.reshape(groups, WIDTH), bodies, markers, kept("gravity", 2, words=[0, 1])
 
 
-def _fields(model: Arrays) -> Iterator[tuple[str, range]]:
-    """Fields of a model, and their places in its `contents`."""
-    start = 0
-    for name, value in model._asdict().items():
-        end = start + len(contents((value,)).words)
-        yield name, range(start, end)
-        start = end
+def _fields(model: Arrays) -> dict[str, slice]:
+    """Return the places of the fields of a model in its `contents`."""
+    ends = np.cumsum([0, *map(_count, model)]).tolist()
+    return {name: slice(*part) for name, part in zip(model._fields, pairwise(ends), strict=True)}
 
 
-def _note_effects(
-    model: Arrays, fields: Mapping[str, range], places: Indices, laws: Indices, mechanics: Indices, kinematics: Indices,
-    drives: Indices,
-) -> None:  # fmt: skip
-    """Note the changes due to a value whose numbers have these places; see `Variation`."""
-    ends = np.array([place.stop for place in fields.values()])
-    owners = np.searchsorted(ends, places, side="right")
-    changed = {list(fields)[owner]: places[owners == owner] for owner in np.unique(owners)}
-    changed = {name: inside - fields[name].start for name, inside in changed.items() if name not in ("limits", "stiff")}
-    exact = not len(model.rows) and not model.bodies.shapes.shape[2]
+def _count(value: Any) -> int:
+    """Count the numbers of a value."""
+    if isinstance(value, np.ndarray):
+        return value.nbytes // 8
+    if isinstance(value, Packed):
+        return _count(value.unpacked)
+    return sum(map(_count, value)) if isinstance(value, tuple) else 1
+
+
+def _effects(model: Arrays, fields: Mapping[str, slice]) -> tuple[Indices, Indices]:
+    """Return the effects of each number of a model, as a sum of the constants, and the contact whose law it changes."""
+    nc, nb = len(model.ends), len(model.bodies.records)
+    effects, contacts = np.full(fields["size"].stop, _MECHANICS | _ROUGH), np.zeros(fields["size"].stop, np.int64)
+    for names, effect in _OF_FIELDS.items():
+        for name in names:
+            effects[fields[name]] = effect
     for name in ("laws", "tables", "ends"):  # a line for each contact
-        if name in changed:
-            line, word = np.divmod(changed[name], len(fields[name]) // len(laws))
-            laws[line if name != "ends" else line[~np.isin(word, _MARKERS)]] = 1
-            exact = exact and (name != "ends" or bool(np.isin(word, _OF_ENDS).all()))
-    inside = changed.get("bodies", np.zeros(0, np.int64))
-    of_records, word = inside < model.bodies.records.size * _WORDS, inside % _WORDS
-    exact = exact and bool(np.all(of_records & np.isin(word, _OF_BODY)))
-    if changed.keys() - {"laws", "tables"}:
-        known = {"laws", "tables", "ends", "bodies", "gravity", "motion", "motion_c", "joints"}
-        mechanics[0] = EXACT if exact and changed.keys() <= known else 1
-    drives[0] = int(bool(changed.keys() & {"motion", "motion_c"}))
-    if drives[0] or "ends" in changed or not np.all(of_records & (word >= _WORDS - _LAST)):
-        kinematics[0] = 1
+        contacts[fields[name]] = np.repeat(np.arange(nc), _count(getattr(model, name)) // max(nc, 1))
+    ends = effects[fields["ends"]].reshape(nc, -1)
+    ends[:, _MARKERS] &= ~_LAW
+    ends[:, _OF_ENDS] &= ~_ROUGH
+    bodies = effects[fields["bodies"]][: nb * _WORDS].reshape(nb, _WORDS)
+    bodies[:, _OF_BODY] &= ~_ROUGH
+    bodies[:, -_LAST:] &= ~_KINEMATICS
+    if not _is_rigid_tree(model):
+        effects[(effects & _MECHANICS) > 0] |= _ROUGH
+    return effects, contacts
+
+
+def _is_rigid_tree(model: Arrays) -> bool:
+    return not len(model.rows) and not model.bodies.shapes.shape[2]
