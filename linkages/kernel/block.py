@@ -139,7 +139,7 @@ def _copied(value: Any) -> Any:
         return packed(_copied(value.unpacked))
     if isinstance(value, tuple):
         parts = map(_copied, value)
-        return value._make(parts) if hasattr(value, "_make") else tuple(parts)
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
     return value
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from linkages.kernel import Array, clear, inlined_kernel, kernel
+from linkages.laws.film.films import MAPPED
 from linkages.laws.parameters import MODELS
 from linkages.planar.contacts import BRISTLE, Motion, contact_action, remembered_action
 from linkages.planar.record_types import CORNER, HISTORY, JOURNAL, ORIENTED, STOP, WORN
@@ -49,10 +50,11 @@ WEIGHTS = np.array(
 PLACES = (-2, 0, -4, -2)
 POINTS = 5
 FOURTH, SECOND = 0, 3  # kinds of central differences: lines of `WEIGHTS`
-# Step of differences of the fourth order, in parts of the smallest scale over its change: with a film, whose table has
-# kinks; and of dry contacts, where it is longer and follows the penetration closely, because the penetration, a small
-# difference of lengths, has few digits.
-_WIDE, _WIDE_DRY = 1e-4, 1e-3
+# Step of differences of the fourth order, in parts of the smallest scale over its change: with a film; with a film that
+# a map gives, whose third derivatives jump at the nodes, so that the error is proportional to the step; and of dry
+# contacts, where it is longer and follows the penetration closely, because the penetration, a small difference of
+# lengths, has few digits.
+_WIDE, _WIDE_MAPPED, _WIDE_DRY = 1e-4, 1e-5, 1e-3
 _DEEP = 2.0  # factor of the penetration as a scale of dry contacts; with 3, differences cross kinks of friction
 _NEAR_DRY = 1e-9  # lower limit of the penetration as a scale of dry contacts, in parts of the clearance
 _DRY = MODELS["dry"]
@@ -118,7 +120,8 @@ def stencil_step(
     input_scales(end, law, motion, _NEAR_DRY if dry else _NEAR, room)
     if dry:
         room[0], room[1] = _DEEP * room[0], _DEEP * room[1]
-    return (_WIDE_DRY if dry else _WIDE) * _reach(law, approach, change, value, room)
+    step = _WIDE_DRY if dry else (_WIDE_MAPPED if law.film == MAPPED else _WIDE)
+    return step * _reach(law, approach, change, value, room)
 
 
 @kernel
