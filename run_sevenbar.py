@@ -1,4 +1,4 @@
-"""Runs the seven-bar press mechanism with lubricated play in joints A and B: ``python run_sevenbar.py --help``."""
+"""Runs the seven-bar press mechanism with lubricated clearance in joints A and B: ``python run_sevenbar.py --help``."""
 
 import sys
 

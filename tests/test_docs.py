@@ -208,3 +208,22 @@ def test_example_of_a_public_function_is_right(name, no_laws_stay):
     for example in examples:
         runner.run(example)
     assert runner.summarize(verbose=False).failed == 0
+
+
+@pytest.mark.slow
+def test_examples_of_all_other_docstrings_are_right(no_laws_stay):
+    """Also of functions that only this package calls; without the Drake engine, whose import takes seconds."""
+    public = {name.replace(":", ".") for name in public_functions()}
+    modules = [
+        importlib.import_module(found.name)
+        for package in ("linkages", "optim")
+        for found in pkgutil.walk_packages(pkgutil.resolve_name(package).__path__, f"{package}.")
+        if ".drake" not in found.name
+    ]
+    examples = [one for module in modules for one in doctest.DocTestFinder().find(module) if one.examples]
+    others = [one for one in examples if one.name not in public]
+    runner = doctest.DocTestRunner()
+    for example in others:
+        runner.run(example)
+    assert len(others) > 20
+    assert runner.summarize(verbose=False).failed == 0

@@ -149,7 +149,7 @@ def period_of(system: System, drive: str | None = None) -> float:
     >>> import linkages
     >>> from linkages.explore.flow import period_of
     >>> round(period_of(linkages.load(linkages.find_file("slider_crank_dry.toml"))), 6)
-    0.012566
+    0.012
     """
     experiment = system.experiment
     moving = {name: d for name, d in experiment.drives.items() if d.prescribed and (d.speed or d.varies)}

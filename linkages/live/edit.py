@@ -35,12 +35,12 @@ def edited(experiment: Experiment, values: Mapping[str, Any], target: Path, orig
 
     Examples
     --------
-    >>> import linkages, pathlib
+    >>> import linkages
     >>> from linkages.live.edit import edited
     >>> experiment = linkages.load_experiment(linkages.find_file("seven_bar.toml"))
-    >>> text = edited(experiment, {"joints.A.clearance": 2e-4}, pathlib.Path("thin.toml"))
+    >>> text = edited(experiment, {"joints.A.clearance": 2e-4}, experiment.source.with_name("thin.toml"))
     >>> [line for line in text.splitlines() if "live page" in line]
-    ['clearance = 0.0002 # live page; before: 0.0003']
+    ['clearance    = 0.0002 # live page; before: 0.3e-3']
     """
     document = tomlkit.parse(experiment.source.read_text(encoding="utf-8"))
     for path, given in values.items():

@@ -44,8 +44,8 @@ def program(given: Formula, inputs: Mapping[str, int]) -> Program:
     Examples
     --------
     >>> from linkages.model.functions import formula, program
-    >>> program(formula("2*t"), {"t": 0}).steps.tolist()
-    [[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [16.0, 0.0, 1.0]]
+    >>> program(formula("2*t"), {"t": 0}).steps.tolist()  # a number, the time, their product
+    [[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [17.0, 0.0, 1.0]]
     """
     steps: dict[tuple[float, float, float], int] = {}  # each step once: generated formulas repeat terms
 

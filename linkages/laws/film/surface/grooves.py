@@ -35,8 +35,8 @@ class Groove(NamedTuple):
     Examples
     --------
     >>> from linkages.laws.film.surface.grooves import Groove
-    >>> Groove(angle=3.14159, extent=0.35, length=0.8).span
-    (2.96659, 3.31659)
+    >>> Groove(angle=3.0, extent=0.5, length=0.8).span
+    (2.75, 3.25)
     """
 
     angle: float
