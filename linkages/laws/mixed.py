@@ -25,18 +25,22 @@ import numpy as np
 from linkages.kernel import kernel
 
 _LOW, _HIGH = -6.0, 10.0  # range of the fit of ln F_5/2
-_DEGREE = 40
+_PIECES, _DEGREE = 16, 10
 
 
 def _fit() -> np.ndarray:
-    """Chebyshev coefficients of ln F_5/2 on [_LOW, _HIGH], by quadrature with s = u + x^2."""
+    """Coefficients of ln F_5/2 in each piece of [_LOW, _HIGH], powers of -1 to 1, the highest first.
+
+    F_5/2 by quadrature with s = u + x^2, at Chebyshev's nodes of each piece.
+    """
     x, weight = np.polynomial.legendre.leggauss(120)
     x, weight = 2.25 * (x + 1.0), 2.25 * weight
     nodes = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
-    u = 0.5 * (_HIGH - _LOW) * (nodes + 1.0) + _LOW
-    power = x**2 * (2.0 * u[:, None] + x**2) / 2.0
+    u = _LOW + (_HIGH - _LOW) / _PIECES * (np.arange(_PIECES)[:, None] + 0.5 * (nodes + 1.0))
+    power = x**2 * (2.0 * u[..., None] + x**2) / 2.0
     values = (2.0 * x**6 * np.exp(-power) / math.sqrt(2.0 * math.pi)) @ weight
-    return np.polynomial.chebyshev.chebfit(nodes, np.log(values) - 0.5 * u**2, _DEGREE)
+    fitted = np.polynomial.chebyshev.chebfit(nodes, (np.log(values) - 0.5 * u**2).T, _DEGREE)
+    return np.array([np.polynomial.chebyshev.cheb2poly(piece)[::-1] for piece in fitted.T])
 
 
 _COEFFICIENTS = _fit()
@@ -61,7 +65,7 @@ def mix(film: float, dry: float, delta: float, transition: float) -> float:
 def gauss_five_halves(u: float) -> float:
     """Evaluate F_5/2(u) of Greenwood and Tripp.
 
-    A Chebyshev fit of ln F_5/2 on [-6, 10], relative error below 1e-9; the moments of the full normal
+    A fit of ln F_5/2 in pieces of [-6, 10], relative error below 1e-11; the moments of the full normal
     distribution below -6 (relative error below 2e-6 there), zero above 10 (F_5/2 < 1e-25).
     """
     if u >= _HIGH:
@@ -69,11 +73,12 @@ def gauss_five_halves(u: float) -> float:
     if u < _LOW:
         r = 1.0 / (u * u)
         return (-u) ** 2.5 * (1.0 + r * (15.0 / 8.0 + r * (-15.0 / 128.0)))
-    t = (2.0 * u - (_HIGH + _LOW)) / (_HIGH - _LOW)
-    b1, b2 = 0.0, 0.0
-    for k in range(_DEGREE, 0, -1):
-        b1, b2 = 2.0 * t * b1 - b2 + _COEFFICIENTS[k], b1
-    return math.exp(t * b1 - b2 + _COEFFICIENTS[0])
+    place = (u - _LOW) * (_PIECES / (_HIGH - _LOW))
+    piece = min(int(place), _PIECES - 1)
+    t, total = 2.0 * (place - piece) - 1.0, _COEFFICIENTS[piece, 0]
+    for k in range(1, _DEGREE + 1):
+        total = total * t + _COEFFICIENTS[piece, k]
+    return math.exp(total)
 
 
 def asperity_pressure(
