@@ -2,7 +2,7 @@
 
 | kind     | request                       | reply                                                                 |
 |----------|-------------------------------|-----------------------------------------------------------------------|
-| start    |                               | title, version, controls, the values given at the start               |
+| start    |                               | title, versions, controls, names of the file and of the folder        |
 | run      | values, restart               | see `linkages.live.session.Session.compute`                           |
 | picture  | values                        | see `linkages.live.session.Session.picture`                           |
 | numbers  |                               | the table of that run, see `linkages.live.view.numbers_for`           |

@@ -54,7 +54,7 @@ class Archive:
         return len(self._rows)
 
     def best(self, tolerance: float = 0.0) -> int:
-        """Row of the best design by the first objective and the rules of feasibility."""
+        """Return the row of the best design by the first objective and the rules of feasibility."""
         return int(by_feasibility(self.values, tolerance)[0])
 
     @contextmanager

@@ -27,12 +27,12 @@ class Ending(enum.StrEnum):
 
     @property
     def words(self) -> str:
-        """Text for readers."""
+        """Return a text for readers."""
         return _WORDS[self]
 
     @property
     def remedy(self) -> str:
-        """Advice for the user, in one sentence."""
+        """Return the advice for the user, in one sentence."""
         return _REMEDY[self]
 
 
@@ -84,22 +84,22 @@ class Values:
 
     @property
     def violation(self) -> Array:
-        """Sum of all violated constraints, (m,); zero where feasible, infinite where the evaluation failed."""
+        """Return the sum of all violated constraints, (m,); zero if feasible, infinite if the evaluation failed."""
         total = np.maximum(self.inequalities, 0.0).sum(axis=1) + np.abs(self.equalities).sum(axis=1)
         return np.where(self.failed, np.inf, total)
 
     def feasible(self, tolerance: float = 0.0) -> NDArray[np.bool_]:
-        """Where every constraint holds within a tolerance, in its own unit, (m,)."""
+        """Tell where every constraint holds within a tolerance, in its own unit, (m,)."""
         residuals = np.hstack([self.inequalities, np.abs(self.equalities)])
         return ~self.failed & (residuals.max(axis=1, initial=0.0) <= tolerance)
 
     def take(self, rows: Any) -> Values:
-        """Values of some of the designs, by a list or array of indices, or a mask."""
+        """Return the values of some designs, by a list or array of indices, or a mask."""
         return Values(*(column[rows] for column in vars(self).values()))
 
     @staticmethod
     def join(parts: Sequence[Values]) -> Values:
-        """Values of several populations, one below the other."""
+        """Join the values of several populations, one below the other."""
         return Values(*map(np.concatenate, zip(*(vars(part).values() for part in parts), strict=True)))
 
 
@@ -133,12 +133,12 @@ class Problem:
 
     @property
     def size(self) -> int:
-        """Number of variables."""
+        """Return the number of variables."""
         return len(self.lower)
 
     @property
     def first(self) -> Array:
-        """Where a local method begins: the start, within the bounds; without one their middle."""
+        """Return the point where a local method begins: the start, within the bounds; without one their middle."""
         start = (self.lower + self.upper) / 2.0 if self.start is None else self.start
         return np.clip(np.asarray(start, dtype=float), self.lower, self.upper)
 

@@ -48,7 +48,7 @@ def pareto_front(values: Values, tolerance: float = 0.0) -> Indices:
 
 
 def hypervolume(objectives: Array, reference: Array) -> float:
-    """Volume that a front dominates, up to a reference point that is worse in every objective.
+    """Compute the volume that a front dominates, up to a reference point that is worse in every objective.
 
     By slices along the last objective (E. Zitzler, L. Thiele, Multiobjective evolutionary algorithms, IEEE
     Transactions on Evolutionary Computation 3 (1999) 257-271 define the measure).
@@ -77,7 +77,7 @@ def hypervolume(objectives: Array, reference: Array) -> float:
 
 
 def knee(objectives: Array) -> int | None:
-    """Row of a front that lies farthest from the plane through its extremes, towards the better side.
+    """Find the row of a front that lies farthest from the plane through its extremes, towards the better side.
 
     Each objective is measured by its range on the front (I. Das, On characterizing the "knee" of the Pareto
     curve, Structural Optimization 18 (1999) 107-115).

@@ -52,10 +52,10 @@ class Evaluations(Brief):
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Where a run, or a formula, gave no value, (m,)."""
+        """Tell where a run, or a formula, gave no value, (m,)."""
         return np.array([status not in (OK, INFEASIBLE) for status in self.status], dtype=bool)
 
     @property
     def unrun(self) -> NDArray[np.bool_]:
-        """Where a design was not run because it is infeasible, (m,)."""
+        """Tell where a design was not run because it is infeasible, (m,)."""
         return np.array([status == INFEASIBLE for status in self.status], dtype=bool)

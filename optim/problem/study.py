@@ -87,38 +87,38 @@ class Study(Brief):
 
     @property
     def title(self) -> str:
-        """One line for tables and figures."""
+        """Return one line for tables and figures."""
         return self.file.title or self.source.stem
 
     @property
     def quantities(self) -> list[tuple[str, str, Objective | Constraint]]:
-        """Every objective, then every constraint: table, name, quantity."""
+        """Return every objective, then every constraint: table, name, quantity."""
         return [("objectives", name, objective) for name, objective in self.file.objectives.items()] + [
             ("constraints", name, constraint) for name, constraint in self.file.constraints.items()
         ]
 
     @property
     def signs(self) -> list[float]:
-        """For each objective -1 if it is maximised, else 1."""
+        """Return for each objective -1 if it is maximised, else 1."""
         return [-1.0 if objective.maximise else 1.0 for objective in self.file.objectives.values()]
 
     def label(self, name: str) -> str:
-        """Name of an objective or constraint, with its unit."""
+        """Return the name of an objective or constraint, with its unit."""
         quantity = next(quantity for _, key, quantity in self.quantities if key == name)
         unit = "of nominal" if quantity.relative else quantity.unit
         return f"{name} [{unit}]" if unit else name
 
     def variable_label(self, path: str) -> str:
-        """Path of a variable, with its unit."""
+        """Return the path of a variable, with its unit."""
         unit = value_unit(path)
         return f"{path} [{unit}]" if unit not in ("", "1") else path
 
     def named(self, design: Array) -> dict[str, float]:
-        """Values of everything that formulas may name: constants and, for this design (n,), variables."""
+        """Return the values of all names in formulas: constants and, for this design (n,), variables."""
         return dict(self.file.constants) | dict(zip(self.names, map(float, design), strict=True))
 
     def row(self, design: Array, point: OperatingPoint) -> list[float]:
-        """Values of a point's `paths` for a design (n,)."""
+        """Return the values of a point's `paths` for a design (n,)."""
         named = self.named(design)
         return [*map(float, design), *(link(named) for link in point.links)]
 

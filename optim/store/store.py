@@ -127,7 +127,7 @@ class Store:
         self._insert("evaluations", rows, elapsed)
 
     def evaluations(self) -> tuple[Array, Evaluations]:
-        """Every design (m, n), in the order of asking, and its evaluation."""
+        """Return every design (m, n), in the order of the requests, and its evaluation."""
         rows = self._rows(f"SELECT {COLUMNS['evaluations']} FROM evaluations ORDER BY id")
         *blobs, status, reason = ([row[k] for row in rows] for k in range(5))
         widths = (len(names) for names in (self.variables, self.objectives, self.constraints))
@@ -140,7 +140,7 @@ class Store:
         return sum(n for _, n in rows), {status: n for status, n in rows if status != OK}
 
     def iteration(self, step: int) -> Iteration | None:
-        """Return an iteration, if it is there."""
+        """Return an iteration, if it is stored."""
         return next(iter(self._iterations("WHERE step = ?", step)), None)
 
     def add_iteration(self, row: Iteration, elapsed: float) -> None:
@@ -149,7 +149,7 @@ class Store:
         self._insert("iterations", [values], elapsed)
 
     def iterations(self) -> list[Iteration]:
-        """Every iteration, in order."""
+        """Return every iteration, in order."""
         return self._iterations("ORDER BY step")
 
     def _rows(self, query: str, *arguments: Any) -> list[Any]:
