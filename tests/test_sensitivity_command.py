@@ -3,6 +3,7 @@
 import json
 
 from linkages.cli.main import main
+from linkages.model.experiment import value_unit
 
 _RUN = ("sensitivity", "slider_crank_lubricated.toml", "--duration", "0.002", "--output", "slider.ax", "--quiet")
 
@@ -20,8 +21,19 @@ def test_the_command_writes_derivatives_that_agree_with_differences(tmp_path):
         assert error < 1e-3 * abs(rate)
     for path, value in details["values"].items():
         for key, number in details["numbers"].items():
-            assert details["errors"][path][key] >= 1e-11 * abs(number / value) if value else True
+            assert details["errors"][path][key] >= 1e-11 * abs(number / (value or 10.0))  # gravity of 10 m/s2
     assert (tmp_path / "tornado.png").exists()
+
+
+def test_a_value_of_zero_is_checked_with_a_step_of_its_unit(tmp_path):
+    """The journal's start in the middle: a step of a part of 1 m would leave the clearance of 0.5 mm."""
+    path = "joints.B.offset.0"
+    options = ("--check", "--set", "joints.B.offset=[0.0, 0.0]", "--set", "solver.accuracy=1e-9", "--no-plots")
+    assert main([*_RUN, "--wrt", path, *options, "--out", str(tmp_path)]) == 0
+    rate = json.loads((tmp_path / "sensitivity.json").read_text())[path]["slider.ax.peak"]
+    difference = json.loads((tmp_path / "details.json").read_text())["differences"][path]["slider.ax.peak"]
+    assert abs(rate - difference) < 1e-3 * abs(rate)
+    assert value_unit(path) == "m"
 
 
 def test_bad_input_gives_one_line_and_writes_nothing(tmp_path, capsys):

@@ -11,6 +11,7 @@ import numpy as np
 
 from linkages.brief import Brief, counted
 from linkages.engines.compiled.batch import simulate_batch
+from linkages.engines.compiled.neighbours import magnitude_of
 from linkages.engines.study import simulate
 from linkages.errors import InputError, RunError, Status
 from linkages.outputs.registry import default_outputs
@@ -22,12 +23,12 @@ from linkages.system import System
 
 _TIGHTER = 0.1  # accuracy of the run that gives the errors, over the accuracy of the run
 _SAFETY = 1.5  # factor on the change, because the tighter run has an error too
-_ROUNDING = 1e-11  # of the differences in derivatives, in parts of the number over the value
+_ROUNDING = 1e-11  # of the differences in derivatives, in parts of the number over the value's magnitude
 _NEAR = 1e-3  # relative distance of two maxima whose order may change
 _BESIDE = 1e-4  # distance from a peak at which it is tested, in parts of the local step
 _SLOPE = 0.05  # of a parabola's own slope there: a steeper output has a kink or a jump
 _STATISTICS = ("peak", "mean", "rms")
-_CHECK = 1e-3  # step of the differences that check derivatives, in parts of the value
+_CHECK = 1e-3  # step of the differences that check derivatives, in parts of the value, or of its unit if it is zero
 
 
 @dataclass(frozen=True, repr=False)
@@ -142,7 +143,7 @@ def _errors(found: _Differentiated, finer: _Differentiated, path: str, value: fl
     errors: dict[str, float | None] = dict.fromkeys(found.numbers)
     for key, rate in found.derivatives[path].items():
         if rate is not None and (other := finer.derivatives[path][key]) is not None:
-            rounding = _ROUNDING * abs(found.numbers[key] / value) if value else 0.0
+            rounding = _ROUNDING * abs(found.numbers[key]) / magnitude_of(path, value)
             errors[key] = max(_SAFETY * abs(rate - other), rounding)
     return errors
 
@@ -150,7 +151,7 @@ def _errors(found: _Differentiated, finer: _Differentiated, path: str, value: fl
 def _differences(system: System, path: str, names: Sequence[str]) -> dict[str, float]:
     """Differences of the fourth order of the peaks of runs, by key; NaN where a run fails."""
     value = system.value(path)
-    step = _CHECK * (abs(value) or 1.0)
+    step = _CHECK * magnitude_of(path, value)
     batch = simulate_batch(system, [path], [[value + k * step] for k in (-2, -1, 1, 2)], names)
     slopes = np.array([1 / 12, -2 / 3, 2 / 3, -1 / 12]) @ batch.peak[:, 0] / step
     return {f"{name}.peak": float(slope) for name, slope in zip(names, slopes, strict=True)}
@@ -186,7 +187,7 @@ class _Differentiated:
         rates = self.run.sensitivity
         if rates.status != OK:
             what = f"derivatives end at t = {rates.until:.6g} s: {MEANING[rates.status]}"
-            remedy = "give a duration up to there; derivatives of numbers of the whole run are null"
+            remedy = "give a duration up to there; derivatives of means, works and later peaks are null"
             yield warning("derivatives", rates.until, what, remedy)
 
 

@@ -376,7 +376,7 @@ def value_unit(path: str) -> str:
         return _OF_MACHINE.get(parts[-1], "")
     named = ".".join(["NAME" if k == 1 and len(parts) > 2 else part for k, part in enumerate(parts)])
     known = dict(keys())
-    meaning = known.get(path, known.get(named, known.get(path.rpartition(".")[0], "")))
+    meaning = known.get(path, known.get(named, known.get(named.rpartition(".")[0], "")))
     return bracketed(meaning)
 
 
