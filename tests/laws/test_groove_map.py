@@ -30,9 +30,9 @@ rules = pytest.mark.parametrize("rule", GROOVED_CAVITATIONS)
 
 
 @cache
-def small(rule, grooves=(GROOVE,)):
+def small(rule, grooves=(GROOVE,), nodes=NODES):
     """A map with few nodes."""
-    return build_map(MapCase(SLENDERNESS, rule, grooves, NODES, CELLS))
+    return build_map(MapCase(SLENDERNESS, rule, grooves, nodes, CELLS))
 
 
 def motion(eps, y):
@@ -55,9 +55,10 @@ def steady(eps, alpha, rule, grooves=(GROOVE,), cells=CELLS, pressure=0.0):
 @rules
 def test_a_map_holds_the_solver_s_values_at_its_nodes(rule, grooves):
     """Also those that are mirror images of what was solved, which has other cells."""
-    table = small(rule, grooves)
+    nodes = NODES if len(grooves) == 1 else (11, 18, 12)  # all are solved without symmetry
+    table = small(rule, grooves, nodes)
     for i, j, k in ((3, 2, 2), (3, 17, 11), (9, 6, 0)):
-        eps, y, alpha = float(ratios(table)[i]), 2.0 * math.pi * j / NODES[1], 2.0 * math.pi * k / NODES[2]
+        eps, y, alpha = float(ratios(table)[i]), 2.0 * math.pi * j / nodes[1], 2.0 * math.pi * k / nodes[2]
         placed = tuple(g._replace(angle=g.angle - grooves[0].angle) for g in grooves)
         exact = solve_grooved(eps, SLENDERNESS, placed, alpha, rule, np.array([y]), CELLS)[0]
         f_n, f_t, extent, flow = map_quantities(eps, *motion(eps, y), alpha, table)

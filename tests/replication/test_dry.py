@@ -41,7 +41,7 @@ def test_every_dry_study_has_a_distribution(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "periods"), [("sixbar_jitter", 2), ("sevenbar_jitter", 2)])
+@pytest.mark.parametrize(("name", "periods"), [("sixbar_jitter", 1), ("sevenbar_jitter", 2)])
 def test_the_robust_objective_is_that_of_other_start_angles(name, periods):
     """Six angles between the measured ones, fewer periods: the change of the median has the sign of the interval, and half its size."""
     later = peaks(name, phases(6, 0.3), periods)[:, :, 1:, 0]
