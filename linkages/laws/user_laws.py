@@ -308,6 +308,9 @@ def _check(function: Any, *arguments: str) -> Any:
 
 def _reason(error: Exception) -> str:
     """Shorten an error to one line; numba's errors begin with the stage of its compiler."""
+    if isinstance(error, KeyError):  # the record that the compiler sees has the declared and needed numbers alone
+        remedy = "declare a parameter of this name, or give the name in `needs`"
+        return f"reads joint.{error.args[0]}, which it neither declares nor needs; {remedy}"
     lines = re.sub(r"\x1b\[\d*m", "", str(error)).splitlines()
     text = next((line.strip() for line in lines if line.strip() and not line.startswith("Failed in")), "")
     returns = re.match(r"No conversion from (.*) to (.*) for ", text)

@@ -131,7 +131,7 @@ def test_a_force_that_reads_what_its_law_neither_declares_nor_needs_is_refused()
     def force(delta, ddelta, ddelta0, joint):
         return joint.stiffness * delta
 
-    with pytest.raises(ValueError, match="stiffness"):
+    with pytest.raises(ValueError, match=r"reads joint\.stiffness, which it neither declares nor needs; declare"):
         laws.register_contact("unfit", force, parameters=OWN)
     laws.register_contact("fit", force, parameters=OWN, needs=["stiffness"])
     with pytest.raises(InputError, match="give youngs_modulus or stiffness"):
