@@ -44,7 +44,7 @@ class Study(Brief):
         Engine of the run.
     run : Trajectory
     ideal : Trajectory
-        Motion of the linkage with every joint ideal; see `linkages.ideal`.
+        Motion of the linkage with every joint ideal and every link rigid; see `linkages.ideal`.
     tighter : Trajectory or None
         The run repeated at a ten times tighter tolerance.
     heat : dict of str to JointHeat

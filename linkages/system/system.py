@@ -106,7 +106,7 @@ class System(Unassembled):
         return System(mechanism, experiment, (self._twin or self) if same_start else None, _memory=self._memory)
 
     def ideal(self) -> System:
-        """Return the system with every joint ideal.
+        """Return the system with every joint ideal and every link rigid.
 
         Examples
         --------

@@ -116,7 +116,7 @@ def add_linkage(
     AssemblyError
         If the linkage cannot be assembled.
     InputError
-        If a flexible link has settings that rigid segments do not support.
+        If a flexible link has settings that rigid segments do not support, or a film has a history.
     """
     system.without_history("Drake")
     system = _in_segments(system) if system.tree.flexible else system
