@@ -161,6 +161,7 @@ def test_the_command_writes_numbers_and_figures(tmp_path, capsys):
         (["--tilt", "0.1, 0"], "the journal touches the bearing"),
         (["--cavitation", "mass-conserving"], "add a groove, set a cavity pressure below 0, or choose"),
         (["--groove", "angle=0"], "extent: is missing"),
+        (["--groove", "angle=180, extent=20 deg"], 'must be within a turn; give degrees with their unit: "180 deg"'),
         (["--groove", "angle=0, extent=1 kg"], "must be measured in rad"),
         (["--film", "short", "--groove", "angle=0, extent=1"], "choose film finite"),
         (["--speed", "quick"], 'is "quick"; give a number'),

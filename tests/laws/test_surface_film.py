@@ -226,6 +226,7 @@ def test_a_tilted_journal_feels_a_moment_that_rights_it():
     [
         (Groove(0.0, 0.3, 1.2), 0.0, "from 0 to 1, the length of the bearing"),
         (Groove(0.0, 7.0), 0.0, "from 0 to a turn"),
+        (Groove(180.0, 0.3), 0.0, "angle 180 rad: must be within a turn; give degrees with their unit"),
         (Groove(0.0, TURN), 0.0, "covers the whole bearing"),
         (Groove(0.0, 0.3, 0.5, -2e5), -1e5, "must not be below the cavity pressure"),
         (Groove(0.0, 0.3, 0.5, 0.0, 0.4), 0.0, "reaches beyond the bearing"),

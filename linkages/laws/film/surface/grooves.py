@@ -87,6 +87,8 @@ def check_grooves(grooves: Sequence[Groove], cavity_pressure: float) -> tuple[Gr
 def _faults(groove: Groove, cavity_pressure: float) -> Iterable[str]:
     if not all(map(math.isfinite, groove[:5])):
         yield "a number is not finite"
+    if abs(groove.angle) > _TURN * (1.0 + 1e-12):
+        yield f'angle {groove.angle:g} rad: must be within a turn; give degrees with their unit: "{groove.angle:g} deg"'
     if not 0.0 <= groove.extent <= _TURN * (1.0 + 1e-12):
         yield f"extent {groove.extent:g} rad: must be from 0 to a turn"
     if not 0.0 <= groove.length <= 1.0:
