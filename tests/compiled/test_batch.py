@@ -168,6 +168,10 @@ def test_bad_requests_are_refused_before_any_run(press):
         simulate_batch(press, outputs=["slider7.axx"])
     with pytest.raises(InputError, match="windows"):
         simulate_batch(press, windows=[[0.3, 0.1]])
+    with pytest.raises(InputError, match="windows: end at 9 s, after the duration of"):
+        simulate_batch(press, windows=[[0.0, 9.0]])
+    with pytest.raises(InputError, match="values: are no table of numbers"):
+        simulate_batch(press, ["joints.A.film"], [["long"]])
     with pytest.raises(InputError, match="columns"):
         simulate_batch(press, ["joints.A.viscosity"], [[0.4, 0.3]])
 

@@ -210,17 +210,9 @@ def simulate_batch(
     >>> batch.sensitivity[path]["mean"].round(3).tolist()  # m/m: runs, windows, outputs
     [[[1.0]]]
     """
-    experiment = system.experiment
-    table = np.zeros((1, 0)) if values is None else np.array(values, dtype=np.float64, ndmin=2)
-    if table.shape[1] != len(variables):
-        raise InputError(
-            "argument", "values", f"have {table.shape[1]} columns for {len(variables)} variables; give as many"
-        )
+    table, spans = _table_of(values, variables), _spans_of(windows, variables, system.experiment.duration)
     names = tuple(outputs) if outputs is not None else default_outputs(system)
     pack(system, names)
-    spans = np.array([[0.0, experiment.duration]] if windows is None else windows, dtype=np.float64, ndmin=2)
-    if spans.shape[1] != 2 or not np.all((spans[:, 0] >= 0) & (spans[:, 0] < spans[:, 1])):
-        raise InputError("argument", "windows", "must be pairs of times, each a start at or after 0 and a later end")
     _check_paths(system, variables, table)
     if wrt:
         system.without_history("derivatives")
@@ -233,6 +225,30 @@ def simulate_batch(
         return batch
     found = differentiate_runs(runs, wrt, threads, progress and (lambda part: progress(share + (1.0 - share) * part)))
     return replace(batch, sensitivity=found.rates, sensitivity_status=found.status)
+
+
+def _table_of(values: Any, variables: Sequence[str]) -> Array:
+    """Return the values of the runs, (m, nv)."""
+    try:
+        table = np.zeros((1, 0)) if values is None else np.array(values, dtype=np.float64, ndmin=2)
+    except (TypeError, ValueError) as problem:
+        raise InputError("argument", "values", f"are no table of numbers: {problem}") from None
+    if table.shape[1] != len(variables):
+        raise InputError(
+            "argument", "values", f"have {table.shape[1]} columns for {len(variables)} variables; give as many"
+        )
+    return table
+
+
+def _spans_of(windows: Any, variables: Sequence[str], duration: float) -> Array:
+    """Return the times of the windows, (nw, 2); the whole run by default."""
+    spans = np.array([[0.0, duration]] if windows is None else windows, dtype=np.float64, ndmin=2)
+    if spans.shape[1] != 2 or not np.all((spans[:, 0] >= 0) & (spans[:, 0] < spans[:, 1])):
+        raise InputError("argument", "windows", "must be pairs of times, each a start at or after 0 and a later end")
+    if "duration" not in variables and spans.max(initial=0.0) > duration * (1.0 + 1e-12):
+        problem = f"end at {spans.max():g} s, after the duration of {duration:g} s; give a longer duration"
+        raise InputError("argument", "windows", problem)
+    return spans
 
 
 def _check_paths(system: System, variables: Sequence[str], table: Array) -> None:
