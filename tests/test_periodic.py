@@ -581,3 +581,7 @@ def test_what_has_no_period_is_refused(oscillator):
         branches(oscillator, "stops.end.limit", 2.0, 1.0)
     with pytest.raises(InputError, match="whole motion"):
         periodic_motion(shipped("slider_crank_dry", joints={}))
+    with pytest.raises(InputError, match="periods: is 0; it must be 1 or more"):
+        periodic_motion(oscillator, periods=0)
+    with pytest.raises(InputError, match="step: is 0; it must be greater than 0"):  # it would never end
+        branches(oscillator, "stops.end.limit", 1.0, 2.0, step=0.0)

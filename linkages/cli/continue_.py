@@ -213,12 +213,11 @@ def _line(kind: str, motion: PeriodicMotion, multiplier: complex) -> str:
 
 def _check(options: argparse.Namespace) -> None:
     """Reject numbers out of range."""
-    for key, least in (("periods", 1), ("transient", 0), ("doublings", 0)):
-        if getattr(options, key) < least:
-            raise InputError(f"--{key}", str(getattr(options, key)), f"must be {least} or more")
-    for key in ("step", "accuracy", "tolerance"):
-        if not 0.0 < getattr(options, key) <= 1.0:
-            raise InputError(f"--{key}", f"{getattr(options, key):g}", "must be greater than 0, and at most 1")
+    from linkages.explore.periodic.settings import fault
+
+    for key in ("periods", "transient", "doublings", "step", "accuracy", "tolerance"):
+        if problem := fault(key, getattr(options, key)):
+            raise InputError(f"--{key}", f"{getattr(options, key):g}", problem)
     if options.sweep != 0 and options.sweep < 2:
         raise InputError("--sweep", str(options.sweep), "must be 2 or more")
     if options.duration is not None:

@@ -105,6 +105,8 @@ def largest_exponent(
     experiment = system.experiment
     system.without_history("the Lyapunov exponent")
     period = period_of(system, drive)
+    if renormalisations < 1:
+        raise InputError("argument", "renormalisations", f"is {renormalisations}; it must be 1 or more")
     accuracy = min(experiment.solver.accuracy, _ACCURACY * distance)
     total = transient + revolutions
     tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})

@@ -67,10 +67,9 @@ def _sensitivity(options: argparse.Namespace) -> int:
     from optim.problem.load import load_study
     from optim.problem.shipped import find_study
     from optim.report.result import write_json
-    from optim.search.sensitivity import format_sensitivity, sensitivity
+    from optim.search.sensitivity import check_samples, format_sensitivity, sensitivity
 
-    if options.samples < 2 or options.samples & (options.samples - 1):
-        raise InputError("--samples", str(options.samples), "must be a power of two, 2 at least")
+    check_samples(options.samples, "--samples")
     if options.threads is not None and options.threads < 1:
         raise InputError("--threads", str(options.threads), "must be at least 1")
     study = load_study(find_study(options.file))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import bootstrap, qmc
 
-from linkages import RunError
+from linkages import InputError, RunError
 from linkages.files.versions import versions
 from optim.evaluate.evaluations import finite
 from optim.evaluate.evaluator import Evaluator
@@ -133,6 +133,18 @@ def inert(found: Array) -> NDArray[np.bool_]:
     return ((high - low) <= CONSTANT * np.maximum(np.abs(low), np.abs(high))).T
 
 
+def check_samples(samples: int, source: str = "samples") -> None:
+    """Check the number of Sobol points.
+
+    Raises
+    ------
+    InputError
+        If it is no power of two: other numbers are not balanced.
+    """
+    if samples < 2 or samples & (samples - 1):
+        raise InputError(source, str(samples), "must be a power of two, 2 at least")
+
+
 def sensitivity(
     study: Study, samples: int = 256, seed: int | None = None, evaluator: Evaluator | None = None
 ) -> dict[str, Any]:
@@ -155,6 +167,8 @@ def sensitivity(
 
     Raises
     ------
+    InputError
+        If `samples` is no power of two.
     RunError
         As `sobol`; or if quantities are relative to a nominal design that failed.
 
@@ -167,6 +181,7 @@ def sensitivity(
     >>> [path for path, entry in variables.items() if entry["inert"]]
     ['sdf.links.crank4.mass', 'sdf.links.crank4.inertia']
     """
+    check_samples(samples)
     evaluate = Evaluator(study) if evaluator is None else evaluator
     seed = study.file.seed if seed is None else seed
     nominal = evaluate(study.nominal[None])

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.stats import sobol_indices, uniform
 
-from linkages import RunError
+from linkages import InputError, RunError
 from linkages.cli.main import exit_status
 from optim.cli import study as command
 from optim.evaluate.evaluator import Evaluator
 from optim.problem.load import load_study
 from optim.problem.shipped import find_study
-from optim.search.sensitivity import inert, one_at_a_time, sobol
+from optim.search.sensitivity import inert, one_at_a_time, sensitivity, sobol
 
 A, B = 7.0, 0.1
 LOWER, UPPER = np.full(3, -math.pi), np.full(3, math.pi)
@@ -153,3 +153,8 @@ def test_command(tmp_path, capsys, invented_engine):
         assert run("sensitivity", file, *arguments, "--out", tmp_path / "no") == 2
         assert message in capsys.readouterr().err
         assert not (tmp_path / "no").exists()
+
+
+def test_a_number_of_points_that_is_not_balanced_is_refused():
+    with pytest.raises(InputError, match="samples: 3: must be a power of two"):
+        sensitivity(load_study(find_study("sevenbar_force")), samples=3)

@@ -13,7 +13,7 @@ from linkages.explore.periodic.continuation import Point, Settings, rescaled, so
 from linkages.explore.periodic.motion import PeriodicMotion, made, monodromy
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
 from linkages.explore.periodic.return_map import ReturnMap, least_clearance
-from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE
+from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE, check_settings
 from linkages.explore.periodic.shooting import forced
 from linkages.explore.periodic.tracing import INTERRUPTED, Bifurcation, Seen, Trace, doubled, trace, turned
 from linkages.model.experiment import ARGUMENT
@@ -146,7 +146,7 @@ def branches(
     Raises
     ------
     InputError
-        If path or range is not valid; see also `linkages.periodic_motion`.
+        If path, range or a setting is not valid; see also `linkages.periodic_motion`.
     RunError
         If the first motion is not found.
 
@@ -160,6 +160,8 @@ def branches(
     """
     if not low < high:
         raise InputError(origin, path, f"the range {low:g} to {high:g} is empty; give low < high")
+    numbers = {"periods": periods, "transient": transient, "doublings": doublings}
+    check_settings(**numbers, step=step, accuracy=accuracy, tolerance=tolerance)
     first = low if start is None else start
     if not low <= first <= high:
         raise InputError(origin, path, f"the first motion's value {first:g} is not from {low:g} to {high:g}")

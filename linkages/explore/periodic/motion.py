@@ -13,7 +13,7 @@ from linkages.brief import Brief, counted
 from linkages.explore.periodic.continuation import Point, Settings, solve
 from linkages.explore.periodic.multipliers import Multipliers
 from linkages.explore.periodic.return_map import Passage, ReturnMap, least_clearance
-from linkages.explore.periodic.settings import ACCURACY, TOLERANCE
+from linkages.explore.periodic.settings import ACCURACY, TOLERANCE, check_settings
 from linkages.explore.periodic.shooting import Return, forced
 from linkages.explore.sections import Section
 from linkages.system import System
@@ -101,7 +101,8 @@ def periodic_motion(
     Raises
     ------
     InputError
-        If the drives have no common period or determine the whole motion, or a film has a history.
+        If the drives have no common period or determine the whole motion, a film has a history, or a number is out of
+        its range.
     RunError
         If a run fails, or Newton's method does not converge.
 
@@ -113,6 +114,7 @@ def periodic_motion(
     >>> motion.stable, round(motion.period, 6)
     (True, 0.012)
     """
+    check_settings(periods=periods, transient=transient, accuracy=accuracy, tolerance=tolerance)
     found = ReturnMap(system, None, periods, transient, accuracy)
     sizes = found.sizes(least_clearance(system))
     settings = Settings(sizes, 1.0, np.minimum(found.error, sizes), tolerance)

@@ -2,8 +2,32 @@
 
 from __future__ import annotations
 
+from linkages.errors import InputError
+
 #: Accuracy of the runs, and tolerance of the residual over the usual change of a state (some clearances). A run's steps
 #: change with its start, so the return map is not smooth below about a thousand times the accuracy.
 ACCURACY, TOLERANCE = 1e-11, 1e-7
 #: Largest step along a branch, over the range of the value (and, of the states, over their usual change).
 STEP = 0.05
+#: Smallest whole numbers.
+LEAST = {"periods": 1, "transient": 0, "doublings": 0}
+
+
+def fault(key: str, number: float) -> str | None:
+    """Return the error of a setting out of its range; None if it is valid."""
+    if key in LEAST:
+        return None if number >= LEAST[key] else f"must be {LEAST[key]} or more"
+    return None if 0.0 < number <= 1.0 else "must be greater than 0, and at most 1"
+
+
+def check_settings(**numbers: float) -> None:
+    """Check settings.
+
+    Raises
+    ------
+    InputError
+        If one is out of its range.
+    """
+    for key, number in numbers.items():
+        if problem := fault(key, number):
+            raise InputError("argument", key, f"is {number:g}; it {problem}")
