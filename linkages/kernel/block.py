@@ -6,7 +6,6 @@ each of them is in memory, so that compiled code can write other ones there.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -97,58 +96,41 @@ def _place(value: Any, words: bytearray, moved: list[tuple[int, int]], where: li
 
 
 class Duplicate:
-    """A copy of a named tuple, whose numbers are replaced by their places in `contents`.
+    """A copy of a named tuple whose arrays are parts of one array.
 
     Parameters
     ----------
     value : named tuple
-        As for `contents`; its numbers outside arrays stay.
+        As for `contents`; its numbers outside arrays are copied as they are.
 
     Attributes
     ----------
     value : named tuple
         The copy.
+    numbers : (n,) array
+        Its numbers in the order of `contents`, as floats: other numbers written here are those of the copy's arrays.
     initial : (n,) array
-        Its first numbers, as floats.
+        Its first numbers.
     """
 
     def __init__(self, value: Any) -> None:
-        self.value = _copied(value)
-        self.initial = contents(self.value).words.view(np.float64)
-        self._words = _views(self.value)
-        self._ends = np.cumsum([len(words) for words in self._words])
-
-    def writer(self, places: Indices) -> Callable[[Array], None]:
-        """Return a function that writes numbers into these places."""
-        owners = np.searchsorted(self._ends, places, side="right")
-        found = [(self._words[k], k, owners == k) for k in np.unique(owners).tolist()]
-        spots = [(words, places[mine] - self._ends[k] + len(words), mine) for words, k, mine in found]
-
-        def write(numbers: Array) -> None:
-            for words, inside, mine in spots:
-                words[inside] = numbers[mine]
-
-        return write
+        self.initial = contents(value).words.view(np.float64)
+        self.numbers = self.initial.copy()
+        self.value, _ = _part_of(self.numbers, value, 0)
 
 
-def _copied(value: Any) -> Any:
-    """Copy a named tuple with its arrays."""
+def _part_of(numbers: Array, value: Any, start: int) -> tuple[Any, int]:
+    """Return the copy of a value whose arrays are parts of the numbers from a place on, and the next place."""
     if isinstance(value, np.ndarray):
-        return np.array(value, order="C", subok=True)
+        end = start + value.nbytes // 8
+        return numbers[start:end].view(value.dtype).reshape(value.shape).view(type(value)), end
     if isinstance(value, Packed):
-        return packed(_copied(value.unpacked))
+        copy, end = _part_of(numbers, value.unpacked, start)
+        return packed(copy), end
     if isinstance(value, tuple):
-        parts = map(_copied, value)
-        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    return value
-
-
-def _views(value: Any) -> list[Array]:
-    """List the arrays of a named tuple as floats in the order of `contents`; a number is an array of one entry."""
-    if isinstance(value, np.ndarray):
-        return [np.asarray(value).reshape(-1).view(np.float64)] if value.size else [np.zeros(0)]
-    if isinstance(value, Packed):
-        return _views(value.unpacked)
-    if isinstance(value, tuple):
-        return [part for item in value for part in _views(item)]
-    return [] if isinstance(value, bool | np.bool_) else [np.zeros(1)]
+        parts = []
+        for item in value:
+            part, start = _part_of(numbers, item, start)
+            parts.append(part)
+        return (type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)), start
+    return value, start if isinstance(value, bool | np.bool_) else start + 1

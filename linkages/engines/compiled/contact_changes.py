@@ -50,7 +50,6 @@ class ContactState(NamedTuple):
 
     motion: Array  # (nc, MOTION)
     force: Array  # (nc, OUTPUTS)
-    partials: Array  # of the results, (nc, RESULTS, INPUTS)
     laws: Array  # changes of the results along values that change the law, at fixed motion, (np, nc, RESULTS)
     direct: Array  # change of the force along a value, at fixed coordinates, (nc, OUTPUTS)
     moved: Array  # change of the motion along a value, at fixed coordinates, (nc, CHANGES)
@@ -69,7 +68,6 @@ def make_contact_state(nc: int, np_: int, ny: int, k: int, nd: int) -> ContactSt
     return ContactState(
         np.zeros((nc, MOTION)),
         np.zeros((nc, OUTPUTS)),
-        np.zeros((nc, RESULTS, INPUTS)),
         np.zeros((np_, nc, RESULTS)),
         np.zeros((nc, OUTPUTS)),
         np.zeros((nc, CHANGES)),
@@ -94,16 +92,6 @@ def note_contacts(equations: Equations, s: ContactState) -> None:
         found = work.contacts[k]
         s.force[k, 0], s.force[k, 1], s.force[k, 2] = found[FX], found[FY], found[COUPLE]
         s.force[k, 3] = found[BRISTLE_RATE]
-
-
-@kernel
-def note_partials(equations: Equations, s: ContactState) -> None:
-    """Take the partial derivatives of the contacts' forces from the Jacobian of the same state."""
-    partials = equations.work.scratch.partials
-    for k in range(partials.shape[0]):
-        for i in range(RESULTS):
-            for j in range(INPUTS):
-                s.partials[k, i, j] = partials[k, i, j]
 
 
 @kernel

@@ -254,7 +254,7 @@ def value_forcing(
     """Fill ``out`` (k,) with the derivative of the residual with respect to value p.
 
     The equations are solved at (t, y) with the derivatives ``dy`` of rates and other entries; ``s`` is filled by
-    `note_contacts` and `note_partials`.
+    `note_contacts`, and `exact_jacobian` has been called at the state.
     """
     clear(s.direct)
     once = variation.kinematics[p] and not len(equations.model.rows) and not is_fine(equations)
@@ -262,7 +262,7 @@ def value_forcing(
         clear(s.moved)
     elif variation.kinematics[p]:
         value_motions(equations, variation, p, t, y, s.moved)
-        _add_moved(s)
+        _add_moved(equations, s)
     for k in range(s.direct.shape[0]):
         if variation.laws[p, k]:
             own_change(equations, variation, p, k, s)
@@ -273,7 +273,7 @@ def value_forcing(
         _central(equations, variation, p, t, y, dy, s, h, once, out)
         if once:
             clear(s.direct)
-            _add_moved(s)
+            _add_moved(equations, s)
             force_response(equations, variation, t, y, dy, s, s.plus)
             for i in range(len(out)):
                 out[i] += s.plus[i]
@@ -284,12 +284,13 @@ def value_forcing(
 
 
 @kernel
-def _add_moved(s: ContactState) -> None:
+def _add_moved(equations: Equations, s: ContactState) -> None:
     """Add the changes of the contacts' forces due to their motions to ``direct``."""
+    partials = equations.work.scratch.partials
     for k in range(s.direct.shape[0]):
         for i in range(OUTPUTS):
             for j in range(MOTION):
-                s.direct[k, i] += s.partials[k, i, j] * s.moved[k, j]
+                s.direct[k, i] += partials[k, i, j] * s.moved[k, j]
 
 
 @kernel

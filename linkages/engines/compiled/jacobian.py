@@ -220,9 +220,15 @@ def _gap_changes(model: Arrays, w: Workspace, s: Scratch, k: int) -> Any:
 @inlined_kernel
 def contact_inputs(model: Arrays, w: Workspace, s: Scratch, k: int) -> Any:
     """Compute the changes of the inputs of `linkages.planar.contact_partials`, in lanes."""
+    return _inputs(model, w, s, k, _gap_changes(model, w, s, k))
+
+
+@inlined_kernel
+def _inputs(model: Arrays, w: Workspace, s: Scratch, k: int, changes: Any) -> Any:
+    """Compute `contact_inputs` from the changes of the gap."""
     end = model.ends[k]
     b, j = end.bearing.body, end.journal.body
-    _, _, arms, dex, dey, moved = _gap_changes(model, w, s, k)
+    _, _, arms, dex, dey, moved = changes
     dvx, dvy = gap_rate_tangent(w.vel, s.dvel, end.bearing, end.journal, arms, moved)
     turn = s.dpose[b, 0]
     frame = turn, s.dpose[j, 0]  # change of the last two entries of `Motion`
@@ -237,8 +243,9 @@ def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int) -> Any:
     """Add the change of a contact's wrenches; returns the change of its bristles' rate, in lanes."""
     w, end = work.dynamics, model.ends[k]
     b, j = end.bearing.body, end.journal.body
-    ex, ey, arms, dex, dey, moved = _gap_changes(model, w, s, k)
-    inputs = contact_inputs(model, w, s, k)
+    changes = _gap_changes(model, w, s, k)
+    ex, ey, arms, dex, dey, moved = changes
+    inputs = _inputs(model, w, s, k, changes)
     dfx, dfy, dcouple, drate = s.dlaw[k, FORCE_X], s.dlaw[k, FORCE_Y], s.dlaw[k, COUPLE], s.dlaw[k, BRISTLE_RATE]
     for i in range(INPUTS):
         dfx += s.partials[k, FORCE_X, i] * inputs[i]

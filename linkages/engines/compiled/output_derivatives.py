@@ -65,14 +65,13 @@ class OutputTable:
         rates = np.concatenate([arrays.rates, records.rates])
         h = _STEP / _largest(change[0] / min(1.0, model.size), change[3], model.laws["clearance"], 1.0 / near.magnitude)
         result, initial = np.zeros((len(self.names), len(times))), self._numbers.initial[places]
-        write = self._numbers.writer(places)
         given = self._records, self._with_forces, self._view, np.asarray(times, np.float64), *state, *change
         if self._add is None:
             self._add = cast(Callable[..., None], bound(add_moved, *given, h, 1.0, result))
         for side in (-1.0, 1.0):
-            write(initial + side * h * rates)
+            self._numbers.numbers[places] = initial + side * h * rates
             self._add(*given, side * h, 0.5 * side / h, result)
-        write(initial)
+        self._numbers.numbers[places] = initial
         if self._jitter:
             plain = [self.names[k].removesuffix(JITTER) for k in self._jitter]
             result[self._jitter] -= near.derivative(lambda one: self._ideals(one, times, plain), together=True)

@@ -134,7 +134,7 @@ def _column_rates(equations: Equations, variation: Variation, t: float, y: Array
 @kernel
 def _contacts_along(equations: Equations, variation: Variation, t: float, c: Column, out: Array) -> None:
     """Fill ``out`` (np, nc, WIDTH) with the changes of the contacts at the last stage of a linearised step."""
-    s, first = c.contacts, c.before.shape[1] - len(variation.unit)
+    s, partials, first = c.contacts, equations.work.scratch.partials, c.before.shape[1] - len(variation.unit)
     motions_along(equations, variation, t, c.y, c.before, first, s, c.direction)
     clear(out)
     for p in range(len(out)):
@@ -144,7 +144,7 @@ def _contacts_along(equations: Equations, variation: Variation, t: float, c: Col
             for result in range(RESULTS):
                 total = s.laws[p, k, result]
                 for i in range(INPUTS):
-                    total += s.partials[k, result, i] * along[i]
+                    total += partials[k, result, i] * along[i]
                 out[p, k, _PLACES[result]] = total
 
 

@@ -76,17 +76,17 @@ def _follower(system: System) -> Callable[[Neighbours], Array | None]:
         if all(map(keeps_start, near.along)):
             return found
         rates = near.rates(_closure)
-        write, initial, h = numbers.writer(rates.places), numbers.initial[rates.places], _STEP * near.magnitude
+        initial, h = numbers.initial[rates.places], _STEP * near.magnitude
         closed = True
         for side in (-1.0, 1.0):
-            write(initial + side * h * rates.rates)
+            numbers.numbers[rates.places] = initial + side * h * rates.rates
             q, v = assembly.q.copy(), np.zeros(tree.size)
             q[moved], v[moved] = places, speeds
             closed = closed and bool(close(bodies, rows, offset, free, tree.extent, q))
             consistent_rates(bodies, rows, free, q, v, still)
             state = np.concatenate([q[tree.free_dofs], v[tree.free_dofs]])
             found[: len(state)] += side / (2.0 * h) * state
-        write(initial)
+        numbers.numbers[rates.places] = initial
         return found if closed else None
 
     return differentiate

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.contact_changes import ContactState, make_contact_state, note_contacts, note_partials
+from linkages.engines.compiled.contact_changes import ContactState, make_contact_state, note_contacts
 from linkages.engines.compiled.equations import derivatives, set_state, solve_state
 from linkages.engines.compiled.forcing import add_forcing, approach_forcing
 from linkages.engines.compiled.jacobian import exact_jacobian
@@ -90,7 +90,6 @@ def linearise(equations: Equations, variation: Variation, t: float, c: Column, s
     derivatives(equations, t, c.y, c.dy)
     note_contacts(equations, c.contacts)
     exact_jacobian(equations, t, c.y, c.mass[stage], c.full)
-    note_partials(equations, c.contacts)
     rates, forcing = c.dy[n - k :], c.forcing[stage]
     for i in range(k):
         for j in range(n):

@@ -17,7 +17,7 @@ from linkages.engines.compiled.job import Given, model_of
 from linkages.engines.compiled.model import Equations, make_memory, make_work
 from linkages.engines.compiled.neighbours import Neighbours, Rates, unscaled
 from linkages.engines.compiled.start_derivatives import start_derivatives
-from linkages.kernel import Array, Indices, kernel
+from linkages.kernel import Array, Indices, inlined_kernel, kernel
 from linkages.kernel.block import Block, contents
 from linkages.kernel.by_reference import Packed, packed
 from linkages.kernel.simd import WIDTH, LaneArray
@@ -104,7 +104,7 @@ class Variation(NamedTuple):
     gravity: Lanes
 
 
-@kernel
+@inlined_kernel
 def is_exact(variation: Variation, p: int) -> bool:
     """Whether value p is in the lanes."""
     return p >= 0 and len(variation.lanes) > 0 and variation.mechanics[p] != 1
