@@ -37,7 +37,7 @@ from linkages.planar.newton_euler import force_residual, generalised_force
 from linkages.planar.singularities import smooth_dynamics
 from linkages.planar.tangent_workspace import Scratch
 
-_FAR = 1e-3  # step of differences of the fourth order of drives, in parts of a value's magnitude
+_SHORT = 1e-5  # step of differences of the fourth order of drives, in parts of a value: phases grow with time
 
 
 @kernel
@@ -233,7 +233,7 @@ def drive_changes(variation: Variation, p: int, t: float, out: Array) -> None:
 
     Motions are linear in most values.
     """
-    model, work, h = variation.equations.model, variation.equations.work, _FAR * variation.unit[p]
+    model, work, h = variation.equations.model, variation.equations.work, _SHORT * variation.unit[p]
     clear(out)
     for point in range(POINTS):
         weight = WEIGHTS[FOURTH, point] / h

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from linkages.engines.compiled.model import Equations, make_memory, make_work
 from linkages.engines.compiled.neighbours import Neighbours, Rates, unscaled
 from linkages.engines.compiled.start_derivatives import start_derivatives
 from linkages.kernel import Array, Indices, inlined_kernel, kernel
-from linkages.kernel.block import Block, contents
+from linkages.kernel.block import Duplicate
 from linkages.kernel.by_reference import Packed, packed
 from linkages.kernel.simd import WIDTH, LaneArray
 from linkages.kernel.simd import LaneArray as Lanes
@@ -57,9 +57,8 @@ class Variation(NamedTuple):
     Attributes
     ----------
     equations : Equations
-        In a block of memory.
+        With a model whose arrays are parts of the next one.
     memory : (nw,) array
-        Of that block, as numbers.
     first : (np + 1,) array of int
         First of the changed numbers of each value, in the next three arrays.
     places : array of int
@@ -126,8 +125,7 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         If a value has no derivative.
     """
     model, nc = given.model, len(given.model.ends)
-    block = Block(Equations(model, make_work(model, make_memory(model), np.full(nc, -1)), given.implicit))
-    memory, own = block.memory.view(np.float64), contents(model).words.view(np.float64)
+    moved = Duplicate(model)
     none = pack(system, ())
     whole = model is system.arrays  # no sections of links are left out
 
@@ -145,11 +143,11 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     kinematics, drives = ((found & effect > 0).astype(np.int64) for effect in (_KINEMATICS, _DRIVES))
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
     variation = Variation(
-        cast(Equations, block),
-        memory,
+        packed(Equations(moved.value, make_work(model, make_memory(model), np.full(nc, -1)), given.implicit)),
+        moved.numbers,
         np.cumsum([0, *(len(one.places) for one in changes)]),
-        np.ascontiguousarray(block.where[places]),
-        own[places],
+        places,
+        moved.initial[places],
         np.concatenate([np.zeros(0), *(one.rates for one in changes)]),
         np.array([near.magnitude for near in nearby]),
         laws,
