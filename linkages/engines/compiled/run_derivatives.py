@@ -59,8 +59,8 @@ def differentiate_run(
     states, memory : (nt, ny, m), (nt, nc, m) arrays
         Filled with the columns after each step.
     rates : (nt, k, m) array
-        Filled with the rates of the columns where the last stage gives them; the others stay as they are.
-    contacts : (nt, np, nc, WIDTH) array
+        Filled with the rates of the columns where the last stage gives them, NaN elsewhere.
+    contacts : (np, nt, nc, WIDTH) array
         Filled with the changes of the contacts along the values there, unless contacts can touch.
     event : (nt,) array of int
         Filled with the contact that begins (k + 1) or ends (-k - 1) at each time; 0 without.
@@ -99,11 +99,11 @@ def differentiate_run(
                 solve_state(equations, t, y)
                 smooth = False
             deep[i] = now
-        if smooth:
-            for i in range(len(c.rates)):
-                copy(c.rates[i], rates[k, i])
-            if not len(limits) and not work.dynamics.interpolated[0] > 0.0:
-                _contacts_along(equations, variation, t, c, contacts[k])
+        for i in range(len(c.rates)):
+            for j in range(c.rates.shape[1]):
+                rates[k, i, j] = c.rates[i, j] if smooth else math.nan
+        if smooth and not len(limits) and not work.dynamics.interpolated[0] > 0.0:
+            _contacts_along(equations, variation, t, c, k, contacts)
         for i in range(len(c.before)):
             copy(c.before[i], states[k, i])
         for i in range(nc):
@@ -132,20 +132,19 @@ def _column_rates(equations: Equations, variation: Variation, t: float, y: Array
 
 
 @kernel
-def _contacts_along(equations: Equations, variation: Variation, t: float, c: Column, out: Array) -> None:
-    """Fill ``out`` (np, nc, WIDTH) with the changes of the contacts at the last stage of a linearised step."""
+def _contacts_along(equations: Equations, variation: Variation, t: float, c: Column, step: int, out: Array) -> None:
+    """Fill ``out`` (np, nt, nc, WIDTH) with the changes of the contacts at the last stage of a linearised step."""
     s, partials, first = c.contacts, equations.work.scratch.partials, c.before.shape[1] - len(variation.unit)
     motions_along(equations, variation, t, c.y, c.before, first, s, c.direction)
-    clear(out)
     for p in range(len(out)):
-        for k in range(out.shape[1]):
+        for k in range(out.shape[2]):
             along = c.direction[first + p, k]
-            out[p, k, EX], out[p, k, EY] = along[0], along[1]
+            out[p, step, k, EX], out[p, step, k, EY] = along[0], along[1]
             for result in range(RESULTS):
                 total = s.laws[p, k, result]
                 for i in range(INPUTS):
                     total += partials[k, result, i] * along[i]
-                out[p, k, _PLACES[result]] = total
+                out[p, step, k, _PLACES[result]] = total
 
 
 @kernel
@@ -207,11 +206,11 @@ def differentiate_states(
         if at_step:
             for row in range(rates.shape[1]):
                 copy(rates[k, row], c.rates[row])
-        if at_step and not len(limits) and nv > 0 and (noted.shape[2] == 0 or noted[k, 0, 0, 0] == noted[k, 0, 0, 0]):
+        if at_step and not len(limits) and nv > 0 and (noted.shape[2] == 0 or noted[0, k, 0, 0] == noted[0, k, 0, 0]):
             for p in range(nv):
                 _set_changes(equations, variation, p, first + p, t, c, dq[p, i], dv[p, i], da[p, i])
                 for contact in range(noted.shape[2]):
-                    copy(noted[k, p, contact], contacts[p, i, contact])
+                    copy(noted[p, k, contact], contacts[p, i, contact])
             continue
         if known:
             known = advance(equations, variation, s, tolerance, steps, k, t, limits, c)

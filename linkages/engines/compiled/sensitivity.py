@@ -43,8 +43,8 @@ class Sensitivity(NamedTuple):
         Derivatives of the approach speeds that contacts remember.
     rates : (nt, k, m) array
         Rates of the derivatives of rates and other entries; NaN where the end of the step does not give them.
-    contacts : (nt, np, nc, WIDTH) array
-        Derivatives of the contacts' results along the values, as of `rates`.
+    contacts : (np, nt, nc, WIDTH) array
+        Derivatives of the contacts along the values; the first of a step is NaN where its end does not give them.
     event : (nt,) array of int
         Contact that begins, counted from 1, or ends, less than 0; 0 without.
     event_times : (nt, m) array
@@ -112,13 +112,15 @@ class Differentiation:
         if remembered is not None:
             column.remembered[:] = remembered
         k = ny - len(runner.model.free)
-        states, memory, rates = (np.full((nt, size, m), np.nan) for size in (ny, nc, k))
-        contacts = np.full((nt, len(self._nearby), nc, WIDTH), np.nan)
+        states, memory, rates = (np.empty((nt, size, m)) for size in (ny, nc, k))
+        contacts = np.zeros((len(self._nearby), nt, nc, WIDTH))
+        contacts[:, :, :1, 0] = np.nan
         event, times, rate = np.zeros(nt, np.int64), np.full((nt, m), np.nan), float(runner.system.motion_rate)
         status, known = differentiate_run(
             *self._numbers, packed(self.steps), rate, self._kinks, packed(column), states, memory, rates, contacts,
             event, times,
         )  # fmt: skip
+        states[known:], memory[known:], rates[known:] = np.nan, np.nan, np.nan
         return Sensitivity(self.steps.times, states, memory, rates, contacts, event, times, status, known)
 
     @cached_property
@@ -138,8 +140,9 @@ class Differentiation:
         """Differentiate coordinates, rates, accelerations (np, nt, n) and contacts (np, nt, nc, WIDTH)."""
         model, count, nt, found = self.runner.model, len(self._nearby), len(times), self.columns
         n, nc = len(model.free) + len(model.driven), len(model.ends)
-        dq, dv, da = (np.zeros((count, nt, n)) for _ in range(3))
-        out = dq, dv, da, np.zeros((count, nt, nc, WIDTH))
+        dq, dv, da = (np.empty((count, nt, n)) for _ in range(3))
+        noted = found.contacts if np.array_equal(times, self.steps.times) else np.zeros((count, nt, nc, WIDTH))
+        out = dq, dv, da, noted
         differentiate_states(
             *self._numbers, packed(self.steps), self._kinks, packed(self._column(found.states.shape[2])), found.states,
             found.memory, found.rates, found.contacts, np.asarray(times, dtype=np.float64), *out,
