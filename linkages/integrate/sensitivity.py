@@ -67,14 +67,16 @@ def collocation_sensitivity(tableau: Tableau) -> Any:
         matrix, pivots = np.empty((count * k, count * k)), np.empty(count * k, np.int64)
         for i in range(count):
             for j in range(count):
+                shift, gain = back[i, j] / h, h * a[i, j]
                 for row in range(k):
+                    line = matrix[i * k + row, j * k : (j + 1) * k]
                     for column in range(k):
-                        value = back[i, j] / h * mass[i, row, column]
-                        if i == j:
-                            value -= jacobian[i, row, m + column]
-                        if column < m:
-                            value -= h * a[i, j] * jacobian[i, row, column]
-                        matrix[i * k + row, j * k + column] = value
+                        line[column] = shift * mass[i, row, column]
+                    if i == j:
+                        for column in range(k):
+                            line[column] -= jacobian[i, row, m + column]
+                    for column in range(m):
+                        line[column] -= gain * jacobian[i, row, column]
         if not factorise(matrix, pivots):
             return False
         last = (count - 1) * k

@@ -117,6 +117,36 @@ def test_exact_derivatives_of_mechanics_agree_with_differences(name, values, mon
         assert (exact != other).any(), value
 
 
+SPRUNG = """
+[springs.S]
+point = "slider"
+anchor = [0.3, 0.0]
+stiffness = 4530.0
+free_length = 0.07785
+damping = 2.0
+"""
+
+
+def test_values_with_and_without_exact_derivatives_share_a_run(tmp_path):
+    """The stiffness of a spring has no exact derivative, the speed of a drive with its spring has."""
+    text = linkages.find_file("slider_crank_lubricated.toml").read_text()
+    (tmp_path / "sprung.toml").write_text(
+        text.replace('"slider_crank.sdf"', f'"{linkages.find_file("slider_crank.sdf")}"') + SPRUNG
+    )
+    system = linkages.load(tmp_path / "sprung.toml", {"duration": 0.002, "solver.accuracy": 1e-12})
+    values, outputs = ["springs.S.stiffness", "sdf.frames.rod_B.pose.x", "drives.O.speed"], ["B.fy", "slider.x"]
+    run, times = linkages.simulate(system, outputs=outputs, wrt=values), np.linspace(0.0, 0.002, 5)[1:]
+    for value, step in zip(values, (1e-2, 1e-3, 1e-3), strict=True):  # the spring is weak
+        h = step * system.value(value)
+        near = [linkages.simulate(system.replaced({value: system.value(value) + k * h})) for k in (-2, -1, 1, 2)]
+        columns = [one.evaluate(times) for one in near]
+        for name in outputs:
+            before, lower, upper, after = (column[name] for column in columns)
+            expected = ((before - after) / 12 + (upper - lower) * 2 / 3) / h
+            found = run.sensitivity.evaluate(times)[value][name]
+            assert np.abs(found - expected).max() < 2e-6 * np.abs(expected).max(), (value, name)
+
+
 def test_the_length_that_scales_errors_does_not_change_with_a_value():
     """The diagonal of the box around the joints has a kink where a corner moves to another joint."""
     arrays = (system := linkages.load(linkages.find_file("four_bar_dry.toml"))).arrays

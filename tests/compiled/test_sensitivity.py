@@ -47,6 +47,20 @@ def test_lubricated_slider_crank_agrees_with_differences_of_runs(path, step):
     assert not found.event.any()
 
 
+def test_recorded_stages_and_repeated_steps_give_the_same_derivatives():
+    system = linkages.load(
+        linkages.find_file("slider_crank_lubricated.toml"), {"duration": 0.002, "solver.accuracy": 1e-11}
+    )
+    paths, found = ["joints.B.clearance", "sdf.frames.rod_B.pose.x"], []
+    for stages in (False, True):
+        runner = Runner(system)
+        steps = join([runner.run(0.0, runner.start, 0.0, 10**6, stages=stages)])
+        found.append(differentiate(runner, steps, paths).states)
+    assert (found[0] != found[1]).any()
+    scale = np.abs(found[0]).max(axis=0)
+    assert np.all(np.abs(found[1] - found[0]).max(axis=0) < 1e-7 * scale + 1e-12)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("path", ["joints.B1.clearance", "joints.B1.viscosity"])
 def test_a_robot_with_films_of_a_map_agrees_with_differences_of_runs(path):

@@ -149,21 +149,25 @@ class Differentiation:
         )  # fmt: skip
         return out
 
-    def outputs(self, times: Array, names: Sequence[str] | None = None) -> dict[str, Columns]:
-        """Compute the derivatives of outputs at any times of the run, by path."""
+    def outputs(
+        self, times: Array, names: Sequence[str] | None = None, states: Sequence[Array] | None = None
+    ) -> dict[str, Columns]:
+        """Compute the derivatives of outputs at any times of the run, by path; with the states there if known."""
         table = OutputTable(self.runner.system, names, self._ideals)
-        state, changes = self.runner.evaluate(self.steps, times), self.changes(times)
+        state, changes = states or self.runner.evaluate(self.steps, times), self.changes(times)
         return {
             near.path: table.derivatives(near, times, state, change, self.runner.model)
             for near, *change in zip(self._nearby, *changes, strict=True)
         }
 
-    def derivatives(self, times: Array, names: Sequence[str] | None = None) -> Derivatives:
-        """Return the derivatives of outputs, by default of all, at times of the run."""
+    def derivatives(
+        self, times: Array, names: Sequence[str] | None = None, states: Sequence[Array] | None = None
+    ) -> Derivatives:
+        """Return the derivatives of outputs, by default of all, at times of the run; with the states there if known."""
         found = self.columns
         until = float(self.steps.times[found.known - 1]) if found.known else -np.inf
         return Derivatives(
-            self.outputs(times, names), _STATUS[found.status], until, lambda times: self.outputs(times, names)
+            self.outputs(times, names, states), _STATUS[found.status], until, lambda times: self.outputs(times, names)
         )
 
 

@@ -90,6 +90,7 @@ def simulate(
     if outputs is not None and len(loops.rows):
         outputs = tuple(dict.fromkeys([*outputs, *(f"q.{name}" for name in system.tree.coordinates)]))
     replay = Replay(runner, steps, outputs)
+    replay.keeps = bool(wrt)
     provenance = {
         "engine": "compiled",
         "method": method(system, "compiled"),
@@ -100,9 +101,11 @@ def simulate(
     }
     times = np.unique(steps.times[steps.times <= end])
     run = sample(times, replay, status, provenance, loops)
-    return (
-        run if not wrt else replace(run, sensitivity=Differentiation(runner, steps, wrt).derivatives(run.time, outputs))
-    )
+    if not wrt:
+        return run
+    found = Differentiation(runner, steps, wrt).derivatives(run.time, outputs, replay.states(run.time))
+    replay.forget()
+    return replace(run, sensitivity=found)
 
 
 def longest_step(system: System) -> float | None:
@@ -111,10 +114,18 @@ def longest_step(system: System) -> float | None:
 
 
 class Replay:
-    """Columns at any times of a run; see `linkages.engines.compiled.replay`."""
+    """Columns at any times of a run; see `linkages.engines.compiled.replay`.
+
+    Attributes
+    ----------
+    keeps : bool
+        Whether it keeps the latest states.
+    """
 
     def __init__(self, runner: Runner, steps: Steps, outputs: Sequence[str] | None = None) -> None:
         self.runner, self.steps, self.outputs, self._packed = runner, steps, outputs, packed(steps)
+        self.keeps = False
+        self._latest: tuple[Array, tuple[Array, Array, Array, Array]] | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the steps; addresses hold in one process only."""
@@ -122,5 +133,17 @@ class Replay:
 
     def __call__(self, times: Array) -> Columns:
         """Compute the columns at the given times."""
-        q, v, a, contacts = self.runner.evaluate(self._packed, times)
-        return columns(self.runner.system, times, q, v, a, contacts, self.outputs)
+        return columns(self.runner.system, times, *self.states(times), self.outputs)
+
+    def states(self, times: Array) -> tuple[Array, Array, Array, Array]:
+        """Compute coordinates, rates, accelerations and contacts, see `Runner.evaluate`, unless they are kept."""
+        if self._latest is not None and np.array_equal(self._latest[0], times):
+            return self._latest[1]
+        found = self.runner.evaluate(self._packed, times)
+        if self.keeps:
+            self._latest = times, found
+        return found
+
+    def forget(self) -> None:
+        """Keep no states any more."""
+        self.keeps, self._latest = False, None
