@@ -168,7 +168,9 @@ def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighb
     paths = {path for value in values for path in ([value] if isinstance(value, str) else value.rates)}
     every = {path: system.value(path) for path in sorted(paths)}
     proportional = {path: value for path, value in every.items() if keeps_start(path) and abs(value) > _ZERO}
-    shared = [Together(system, dict(islice(each.items(), _MANY))) for each in (every, proportional)]
+    free_of_laws = {path: value for path, value in every.items() if not path.startswith("joints.")}
+    groups = [dict(islice(each.items(), _MANY)) for each in (every, proportional, free_of_laws)]
+    shared = [Together(system, each) for k, each in enumerate(groups) if each not in groups[:k]]
     return [Neighbours(system, value, shared) for value in values]
 
 
