@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -135,7 +135,13 @@ class Together:
 
 def magnitude_of(path: str, value: float) -> float:
     """Return the magnitude of a value: its own, or that of its unit if it is zero."""
-    return _UNITS.get(value_unit(path), _UNIT) if abs(value) <= _ZERO else abs(value)
+    return _unit(path) if abs(value) <= _ZERO else abs(value)
+
+
+@lru_cache(1000)
+def _unit(path: str) -> float:
+    """Return the magnitude of a value of zero."""
+    return _UNITS.get(value_unit(path), _UNIT)
 
 
 def _changed(own: Contents, others: Sequence[Contents]) -> tuple[Indices, Array]:
