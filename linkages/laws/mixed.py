@@ -39,8 +39,7 @@ def _fit() -> np.ndarray:
     u = _LOW + (_HIGH - _LOW) / _PIECES * (np.arange(_PIECES)[:, None] + 0.5 * (nodes + 1.0))
     power = x**2 * (2.0 * u[..., None] + x**2) / 2.0
     values = (2.0 * x**6 * np.exp(-power) / math.sqrt(2.0 * math.pi)) @ weight
-    fitted = np.polynomial.chebyshev.chebfit(nodes, (np.log(values) - 0.5 * u**2).T, _DEGREE)
-    return np.array([np.polynomial.chebyshev.cheb2poly(piece)[::-1] for piece in fitted.T])
+    return np.linalg.solve(np.vander(nodes), (np.log(values) - 0.5 * u**2).T).T.copy()
 
 
 _COEFFICIENTS = _fit()
