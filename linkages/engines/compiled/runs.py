@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from linkages.integrate.driver import DONE
 from linkages.kernel import Array, Indices
 from linkages.system.ideal_motion import cause
 
-_AT_ONCE = 32  # most runs in one call of compiled code
+_AT_ONCE = 16  # most runs in one call of compiled code
 _PARTS = 4  # calls for each thread, at least
 _PATIENCE = 0.3  # longest time that a thread waits to build alone [s]: a design may need a film map of seconds
 
@@ -80,34 +81,42 @@ class Runs:
     def _run(self, rows: Indices) -> None:
         """Run the designs of some rows."""
         designs, covered = self.designs, self.designs.covers(self.table[rows])
-        for group in self._built(rows[~covered]):
-            with designs.bench(group[0][1]) as bench:
-                columns, words = bench.different(np.stack([words for _, _, words in group]))
-                self._use(bench, np.array([row for row, _, _ in group]), columns, words)
+        with ExitStack() as benches:
+            for prepared in self._prepared(rows[~covered], benches):
+                self._use(*prepared)
         if covered.any():
             with designs.bench() as bench:
                 self._use(bench, rows[covered], designs.columns, designs.words(self.table[rows[covered]]))
 
-    def _built(self, rows: Indices) -> list[list[tuple[int, Given, Indices]]]:
-        """Build the designs of some rows: row, system and numbers of each, those of one structure together."""
-        built: dict[Any, list[tuple[int, Given, Indices]]] = {}
+    def _prepared(self, rows: Indices, benches: ExitStack) -> list[tuple[Bench, Indices, Indices, Indices]]:
+        """Build the designs of some rows; return the arguments of `_use` for the designs of each structure."""
         alone = len(rows) > 0 and self._building.acquire(timeout=_PATIENCE)
         try:
-            for row in rows.tolist():
-                if self._stop[0]:
-                    break
-                try:
-                    given, numbers = self.designs.build(self.table[row])
-                except InputError as problem:
-                    self._fail(row, Status.BAD_INPUT, str(problem))
-                except AssemblyError as problem:
-                    self._fail(row, problem.status, str(problem))
-                else:
-                    built.setdefault(numbers.structure, []).append((row, given, numbers.words))
+            result = []
+            for group in self._built(rows).values():
+                bench = benches.enter_context(self.designs.bench(group[0][1]))
+                columns, words = bench.different(np.stack([words for _, _, words in group]))
+                result.append((bench, np.array([row for row, _, _ in group]), columns, words))
+            return result
         finally:
             if alone:
                 self._building.release()
-        return list(built.values())
+
+    def _built(self, rows: Indices) -> dict[Any, list[tuple[int, Given, Indices]]]:
+        """Build the designs of some rows: row, system and numbers of each, by structure."""
+        built: dict[Any, list[tuple[int, Given, Indices]]] = {}
+        for row in rows.tolist():
+            if self._stop[0]:
+                break
+            try:
+                given, numbers = self.designs.build(self.table[row])
+            except InputError as problem:
+                self._fail(row, Status.BAD_INPUT, str(problem))
+            except AssemblyError as problem:
+                self._fail(row, problem.status, str(problem))
+            else:
+                built.setdefault(numbers.structure, []).append((row, given, numbers.words))
+        return built
 
     def _use(self, bench: Bench, rows: Indices, columns: Indices, words: Indices) -> None:
         """Run designs of one structure."""
