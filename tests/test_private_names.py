@@ -61,8 +61,8 @@ def test_private_attributes_of_numba_are_used_nowhere_else():
     assert foreign <= set(private.NAMES), foreign - set(private.NAMES)
 
 
-#: Kernels of every kind: named tuples by reference, laws at their addresses, lazy kernels of films; lanes, methods by closures.
-#: A contact at B, and steps of van der Pol's oscillator. All kernels of a run take minutes to compile plainly.
+#: Kernels of every kind: named tuples by reference, laws at their addresses, lazy kernels of films; lanes, methods by
+#: closures. A contact at B, and steps of van der Pol's oscillator. All kernels of a run take minutes to compile plainly.
 COMPUTED = """
 import numpy as np
 from ivp_problems import VAN_DER_POL, take_steps
