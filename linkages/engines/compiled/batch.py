@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -213,10 +212,13 @@ def simulate_batch(
     table, spans = _table_of(values, variables), _spans_of(windows, variables, system.experiment.duration)
     names = tuple(outputs) if outputs is not None else default_outputs(system)
     pack(system, names)
-    _check_paths(system, variables, table)
+    designs = designs_of(system, tuple(variables), names, spans.tobytes())
+    if not designs.checked:  # a search makes many batches of the same designs
+        _check_paths(system, variables, table)
+        designs.checked = True
     if wrt:
         system.without_history("derivatives")
-    runs = Runs(designs_of(system, tuple(variables), names, spans.tobytes()), table)
+    runs = Runs(designs, table)
     share = _OF_RUNS if wrt else 1.0
     runs.make(threads, progress and (lambda part: progress(share * part)))
     statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
@@ -257,25 +259,21 @@ def _check_paths(system: System, variables: Sequence[str], table: Array) -> None
     A path exists if the system takes its own value there; if it has none, the first, least or largest one given, or 1.
     """
     for name, column in zip(variables, table.T, strict=True):
-        if not _has_value(system, name):
-            first: InputError | None = None
-            finite = column[np.isfinite(column)]
-            for value in [*finite[:1].tolist(), *([finite.min(), finite.max()] if len(finite) else []), 1.0]:
-                try:
-                    system.replaced({name: float(value)})
-                    break
-                except InputError as problem:
-                    first = first or problem
-            else:
-                raise cast(InputError, first)
+        first: InputError | None = None
+        finite = column[np.isfinite(column)]
+        for value in [*_own(system, name), *finite[:1], *([finite.min(), finite.max()] if len(finite) else []), 1.0]:
+            try:
+                system.replaced({name: float(value)})
+                break
+            except InputError as problem:
+                first = first or problem
+        else:
+            raise cast(InputError, first)
 
 
-@lru_cache(maxsize=64)  # a search makes many batches of one system
-def _has_value(system: System, path: str) -> bool:
-    """Whether a system has a number at a path, which can be replaced."""
+def _own(system: System, path: str) -> list[float]:
+    """Return the number of a system at a path; none if it has no value there."""
     try:
-        value = system.value(path)
+        return [system.value(path)]
     except InputError:
-        return False
-    system.replaced({path: value})
-    return True
+        return []

@@ -31,11 +31,14 @@ class Designs:
     ----------
     columns : (k,) array of int
         Indices in `contents` of the numbers that values replace.
+    checked : bool
+        Whether the paths of the variables are known to exist.
     """
 
     def __init__(self, system: System, variables: tuple[str, ...], outputs: tuple[str, ...], windows: Array) -> None:
         self.system, self.variables, self.outputs, self.windows = system, variables, outputs, windows
         self.columns, self._source = np.zeros((2, 0), np.int64)
+        self.checked = False
         self._low, self._high = np.full((2, len(variables)), np.nan)
         self._compared = False  # whether it is known which values are numbers, within the limits at least
         self._numbers = np.zeros(len(variables), bool)  # variables whose values are
