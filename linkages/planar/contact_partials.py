@@ -10,6 +10,7 @@ import numpy as np
 from linkages.kernel import Array, clear, inlined_kernel, kernel
 from linkages.laws.film.films import MAPPED
 from linkages.laws.parameters import MODELS
+from linkages.planar import contacts
 from linkages.planar.contacts import BRISTLE, Motion, contact_action, remembered_action
 from linkages.planar.record_types import CORNER, HISTORY, JOURNAL, ORIENTED, STOP, WORN
 
@@ -20,6 +21,7 @@ FORCE_X, FORCE_Y, COUPLE, BRISTLE_RATE = range(4)
 OUTPUTS = 4
 
 _STEP = 6e-6  # in parts of an input's scale: the cube root of the rounding error minimises the error of the differences
+_FORWARD = 1e-8  # the same for forward differences: the square root of the rounding error
 _NEAR = 1e-3  # lower limit of the gap that scales a displacement, in parts of the clearance
 _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of 1 m per second
 
@@ -57,7 +59,7 @@ FOURTH, SECOND = 0, 3  # kinds of central differences: lines of `WEIGHTS`
 _WIDE, _WIDE_MAPPED, _WIDE_DRY = 1e-4, 1e-5, 1e-3
 _DEEP = 2.0  # factor of the penetration as a scale of dry contacts; with 3, differences cross kinks of friction
 _NEAR_DRY = 1e-9  # lower limit of the penetration as a scale of dry contacts, in parts of the clearance
-_DRY = MODELS["dry"]
+_DRY, _LUBRICATED = MODELS["dry"], MODELS["lubricated"]
 _EMPTY = 1e-9  # smallest room between bounds, in steps
 
 
@@ -321,27 +323,40 @@ def _counts(end: np.record, law: np.record, i: int) -> bool:
 
 
 @kernel
-def contact_partials(end: np.record, law: np.record, table: Array, memory: Array, motion: Motion, out: Array) -> None:
+def contact_partials(
+    end: np.record, law: np.record, table: Array, memory: Array, motion: Motion, central: bool, contact: Array,
+    out: Array,
+) -> None:  # fmt: skip
     """Fill ``out`` (RESULTS, INPUTS) with the partial derivatives of `remembered_action`.
 
-    Central differences, with a step for each input. A law is a smooth function of a few well-scaled inputs, so the
-    differences are accurate to 1e-7 of its largest change (measured: films 5e-8, contact 6e-8, both together 1.4e-7),
-    and laws need not supply derivatives. The rest of the Jacobian is exact.
+    Differences with a step for each input: laws need not supply derivatives. The rest of the Jacobian is exact. A law
+    is a smooth function of a few well-scaled inputs, so that central differences are accurate to 1e-7 of its largest
+    change (measured: films 5e-8, contact 6e-8, both together 1.4e-7). Forward differences take half as many evaluations
+    and are accurate to 1e-6 for films, more than Newton's method needs; they are taken of the outputs only. Where
+    bodies can touch, differences are central: the penetration, a small difference of lengths, has too few digits.
 
     Results of a journal are the same for observers who turn at different rates. So the derivative with respect to its
     own angular velocity follows from the others: dF/dw_j = e_y dF/dv_x - e_x dF/dv_y - dF/dw_b.
+
+    Parameters
+    ----------
+    central : bool
+        Whether to take central differences of a film too.
+    contact : (WIDTH,) array
+        The contact's quantities at this motion, see `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
     """
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     scales = np.empty(INPUTS)
     input_scales(end, law, motion, _NEAR, scales)
+    central = central or law.model != _LUBRICATED
     journal = end.kind == JOURNAL or end.kind == ORIENTED or end.kind == HISTORY
     clear(out)
     for i in range(INPUTS):
         if (journal and i == 5) or not _counts(end, law, i):
             continue
-        h = _STEP * scales[i]
-        for side in (1.0, -1.0):
-            s = side * h
+        h = (_STEP if central else _FORWARD) * scales[i]
+        for side in range(2 if central else 1):
+            s = h if side == 0 else -h
             moved = (
                 ex + (s if i == 0 else 0.0),
                 ey + (s if i == 1 else 0.0),
@@ -354,10 +369,17 @@ def contact_partials(end: np.record, law: np.record, table: Array, memory: Array
             )
             z = memory[BRISTLE] + (s if i == 8 else 0.0)
             found = remembered_action(end, law, table, memory, z, moved)
-            for k in range(RESULTS):
-                out[k, i] += side * found[k]
+            for k in range(RESULTS if central else OUTPUTS):
+                out[k, i] += found[k] if side == 0 else -found[k]
+        if central:
+            h *= 2.0
+        else:
+            out[FORCE_X, i] -= contact[contacts.FX]
+            out[FORCE_Y, i] -= contact[contacts.FY]
+            out[COUPLE, i] -= contact[contacts.COUPLE]
+            out[BRISTLE_RATE, i] -= contact[contacts.BRISTLE_RATE]
         for k in range(RESULTS):
-            out[k, i] /= 2.0 * h
+            out[k, i] /= h
     if journal:
         for k in range(RESULTS):
             out[k, 5] = ey * out[k, 2] - ex * out[k, 3] - out[k, 4]

@@ -9,7 +9,7 @@ import numpy as np
 from linkages.kernel import Array, Records, record_type
 from linkages.kernel.simd import LaneArray as Lanes
 from linkages.kernel.simd import lane_array
-from linkages.planar.contact_partials import BOUNDS, INPUTS, OUTPUTS, RESULTS
+from linkages.planar.contact_partials import INPUTS, OUTPUTS, RESULTS, no_bounds
 
 #: Velocity and acceleration of a section relative to its beam's frame, without turning; v.H v of the modal rates.
 SECTION_RATES = record_type(vx="f8", vy="f8", ax="f8", ay="f8", shortening="f8")
@@ -65,13 +65,14 @@ class Scratch(NamedTuple):
 
 
 def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
-    """Make the arrays for nb bodies of nm modes, n coordinates, nr closure rows and nc contacts, all zero."""
+    """Make the arrays for nb bodies of nm modes, n coordinates, nr rows and nc contacts, all zero, without bounds."""
     tree = nb, 3
-    fixed: list[Any] = [np.zeros(shape) for shape in ((nc, RESULTS, INPUTS), (nc, BOUNDS), tree, (n, n), n, nb)]
+    fixed: list[Any] = [np.zeros(shape) for shape in (tree, (n, n), n, nb)]
+    laws = np.zeros((nc, RESULTS, INPUTS)), np.tile(no_bounds(), (nc, 1))
     records = np.zeros(nb, SECTION_RATES), np.zeros((nb, nm), MODE_PRODUCTS)
     lanes = (nb,), (nb,), (n,), (nc,), (n,), (n,), tree, tree, tree, tree, tree, (n,), (nr,)
     numbers = (nb, BODY_NUMBERS), (nc, 4), (nc, OUTPUTS), (2,), (n, 2)
     single = (n,), (n,), tree, (n,), (nr, nr), (nr,)
-    made = [*fixed, *records, *(lane_array(*shape) for shape in lanes), np.zeros(1)]
+    made = [*laws, *fixed, *records, *(lane_array(*shape) for shape in lanes), np.zeros(1)]
     made += [*(lane_array(*shape) for shape in numbers), *map(np.zeros, single)]
     return Scratch._make([*made, tuple(np.zeros(tree) for _ in range(3))])

@@ -54,14 +54,15 @@ from linkages.planar.workspace import Workspace
 def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
     """Fill ``mass``, of rates and bristles (ny - n, ny - n), and ``out`` (ny, ny) with its product with df/dy.
 
-    f is `linkages.engines.compiled.equations.derivatives`; lines of positions are those of df/dy.
+    f is `linkages.engines.compiled.equations.derivatives`; lines of positions are those of df/dy. The laws are
+    differentiated by forward differences, which is enough for Newton's method.
     """
     _fill(equations, t, y, False, mass, out)
 
 
 @lazy_kernel
 def exact_jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
-    """Fill the same as `jacobian`, for derivatives of a run: with `exact_partials` where the bounds say so."""
+    """Fill the same as `jacobian`, with central differences, or `exact_partials` where the bounds say so."""
     _fill(equations, t, y, True, mass, out)
 
 
@@ -80,7 +81,7 @@ def _fill(equations: Equations, t: float, y: Array, exact: bool, mass: Array, ou
         if exact and (s.bounds[k, FINE] > 0.0 or is_bounded(s.bounds[k])):
             exact_partials(end, law, table, approach, bristle, motion, s.bounds[k], s.partials[k])
         else:
-            contact_partials(end, law, table, work.memory[k], motion, s.partials[k])
+            contact_partials(end, law, table, work.memory[k], motion, exact, work.contacts[k], s.partials[k])
     if w.interpolated[0] > 0.0:
         solve_neighbour(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
         work.solved[0] = math.nan

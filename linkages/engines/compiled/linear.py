@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.engines.compiled.equations import derivatives, set_state
-from linkages.engines.compiled.jacobian import jacobian
+from linkages.engines.compiled.jacobian import exact_jacobian
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.runner import Runner
 from linkages.kernel import Array, kernel
@@ -82,7 +82,7 @@ class Linear(NamedTuple):
 @kernel
 def _fill(equations: Equations, t: float, y: Array, dy: Array, mass: Array, out: Array, masses: Array) -> None:
     derivatives(reference(equations), t, y, dy)
-    jacobian(reference(equations), t, y, mass, out)
+    exact_jacobian(reference(equations), t, y, mass, out)
     mass_matrix(equations.model.bodies, reference(equations.work.dynamics), masses)
 
 
