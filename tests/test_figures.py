@@ -4,15 +4,15 @@ import re
 
 import numpy as np
 import pytest
+from matplotlib import image
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 import linkages
 import optim
 from linkages.cli.main import main
 from linkages.plots.frequency_response import bode_figure
 from linkages.plots.histories import forces_figure, write_figures
-from linkages.plots.style import engineering
+from linkages.plots.style import engineering, figure_style, write_png
 
 SHIPPED = (
     "seven_bar", "seven_bar_dry", "seven_bar_mixed", "seven_bar_rig", "four_bar_dry", "five_bar_dry", "six_bar_dry",
@@ -27,24 +27,22 @@ COUNTS = {"revolutions", "cycles", "evaluations", "elements in each link"}
 _TOLERANCE = 1.5  # pixels by which a text may extend beyond the picture
 
 
-class Drawn(dict):
-    """Figures by the name of their file."""
-
-    def take(self, figure, path, **_):
-        FigureCanvasAgg(figure).draw()
-        self[str(path).rpartition("/")[2]] = figure
-
-
 @pytest.fixture
 def drawn(monkeypatch):
-    found = Drawn()
-    save = Figure.savefig
+    """Figures by the name of their file."""
+    found, last = {}, []
+    draw, save = FigureCanvasAgg.draw, image.imsave
 
-    def keep(figure, path, **options):
-        found.take(figure, path)
-        return save(figure, path, **options)
+    def note(canvas):
+        last[:] = [canvas.figure]
+        draw(canvas)
 
-    monkeypatch.setattr(Figure, "savefig", keep)
+    def keep(path, pixels, **options):
+        found[str(path).rpartition("/")[2]] = last[0]
+        return save(path, pixels, **options)
+
+    monkeypatch.setattr(FigureCanvasAgg, "draw", note)
+    monkeypatch.setattr(image, "imsave", keep)
     return found
 
 
@@ -164,6 +162,14 @@ def test_the_figures_of_derivatives_and_of_a_frequency_response(drawn, tmp_path)
     check(figure, "bode.png")
     units = [text.get_text().split(" ", 3)[-1] for text in figure.legends[0].texts]
     assert units == ["[m/(N m)]", "[(m/s²)/(N m)]"]
+
+
+def test_a_picture_has_the_bytes_that_matplotlib_saves(tmp_path):
+    study = linkages.study(linkages.load(linkages.find_file("seven_bar.toml"), {"duration": SHORT}))
+    with figure_style():
+        write_png(forces_figure(study), tmp_path / "ours.png")
+        forces_figure(study).savefig(tmp_path / "theirs.png")
+    assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "theirs.png").read_bytes()
 
 
 def test_a_difference_beyond_its_panel_is_stated():

@@ -121,9 +121,10 @@ def run(options: argparse.Namespace) -> int:
         (folder / "bearing.json").write_text(json_text(content, 1), encoding="utf-8")
         if not options.no_plots and point.film is not None:
             from linkages.plots.bearings import chart_figure, pressure_figure
+            from linkages.plots.style import write_png
 
-            pressure_figure(point).savefig(folder / "bearing_pressure.png")
-            chart_figure(point, chart(point.case, progress_bar("chart"))).savefig(folder / "bearing_chart.png")
+            write_png(pressure_figure(point), folder / "bearing_pressure.png")
+            write_png(chart_figure(point, chart(point.case, progress_bar("chart"))), folder / "bearing_chart.png")
     print(format_bearing(point, content))
     print(f"\n{written(out, results.names)}")
     return 0

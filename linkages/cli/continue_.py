@@ -118,11 +118,11 @@ def run(options: argparse.Namespace) -> int:
         (folder / "branches.json").write_text(json_text(result), encoding="utf-8")
         if not options.no_plots:
             from linkages.plots.branches import branches_figure
-            from linkages.plots.style import axis_label, engineering
+            from linkages.plots.style import axis_label, engineering, write_png
 
             shown, factor = engineering(value_unit(path), max(abs(low), abs(high)))
             figure = branches_figure(found, units, axis_label(path, shown), factor, points)
-            figure.savefig(folder / "branches.png")
+            write_png(figure, folder / "branches.png")
     if not options.quiet:
         print(format_branches(found, units))
         print(f"\n{written(out, outputs.names)}")

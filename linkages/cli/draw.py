@@ -31,6 +31,7 @@ def run(options: argparse.Namespace) -> int:
     from linkages.model.mechanism import faults_of_values, load_mechanism
     from linkages.plots.drawing import draw, page, svg
     from linkages.plots.drawing.raster import picture
+    from linkages.plots.style import write_png
     from linkages.system import System, load
 
     file, values = find_file(options.file, ".toml", ".sdf"), set_values(options)
@@ -43,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
     drawing, out = draw(system), output_folder(options, f"{file.stem}_drawing", "draw")
     print("\n".join([drawing.title, *(f"  {text}" for text in (*drawing.facts, *drawing.doubts))]))
     with (results := results_folder(out, "draw")) as folder:
-        picture(drawing).savefig(folder / "drawing.png")
+        write_png(picture(drawing), folder / "drawing.png")
         (folder / "drawing.svg").write_text(svg(drawing), encoding="utf-8")
         (folder / "drawing.html").write_text(page(drawing), encoding="utf-8")
     print(f"\n{written(out, results.names)}")

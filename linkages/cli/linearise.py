@@ -76,8 +76,9 @@ def run(options: argparse.Namespace) -> int:
         found.save(folder / "linear.npz")
         if not options.no_plots and response.size:
             from linkages.plots.frequency_response import bode_figure
+            from linkages.plots.style import write_png
 
-            bode_figure(found, frequencies, response).savefig(folder / "bode.png")
+            write_png(bode_figure(found, frequencies, response), folder / "bode.png")
     if not options.quiet:
         print(format_model(result))
         print(f"\n{written(out, outputs.names)}")

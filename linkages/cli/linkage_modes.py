@@ -35,10 +35,11 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
         (folder / "modes.json").write_text(json_text(result, 1), encoding="utf-8")
         if not options.no_plots:
             from linkages.plots.mode_figures import frequencies_figure, shapes_figure
+            from linkages.plots.style import write_png
 
-            shapes_figure(found, count).savefig(folder / "mode_shapes.png")
+            write_png(shapes_figure(found, count), folder / "mode_shapes.png")
             if over is not None:
-                frequencies_figure(over).savefig(folder / "mode_frequencies.png")
+                write_png(frequencies_figure(over), folder / "mode_frequencies.png")
     print(format_modes(result))
     print(f"\n{written(out, outputs.names)}")
     return 0

@@ -53,9 +53,10 @@ def run(options: argparse.Namespace) -> int:
         (folder / "sensitivity.json").write_text(json_text(found.derivatives, 1), encoding="utf-8")
         (folder / "details.json").write_text(json_text(_details(found), 1), encoding="utf-8")
         if not options.no_plots:
+            from linkages.plots.style import write_png
             from linkages.plots.tornado import tornado_figure
 
-            tornado_figure(found).savefig(folder / "tornado.png")
+            write_png(tornado_figure(found), folder / "tornado.png")
     if not options.quiet:
         print(format_sensitivities(found, system))
         print(f"\n{written(out, outputs.names)}")

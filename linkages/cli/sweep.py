@@ -90,10 +90,10 @@ def run(options: argparse.Namespace) -> int:
         (folder / "sweep.json").write_text(json_text(_content(result, units)), encoding="utf-8")
         if not options.no_plots:
             from linkages.plots.attractors import bifurcation_figure
-            from linkages.plots.style import axis_label, engineering
+            from linkages.plots.style import axis_label, engineering, write_png
 
             shown, factor = engineering(value_unit(path), max(map(abs, values)))
-            bifurcation_figure(result, units, axis_label(path, shown), scale=factor).savefig(folder / "sweep.png")
+            write_png(bifurcation_figure(result, units, axis_label(path, shown), scale=factor), folder / "sweep.png")
     if not options.quiet:
         print(format_sweep(result, units))
         print(f"\n{written(out, outputs.names)}")

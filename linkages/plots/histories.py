@@ -14,7 +14,7 @@ from linkages.outputs.registry import unit
 from linkages.plots.guides import guides_figure
 from linkages.plots.journals import contacts_figure, orbits_figure
 from linkages.plots.links import links_figure
-from linkages.plots.style import COLORS, add_legend, axis_label, engineering, figure_style
+from linkages.plots.style import COLORS, add_legend, axis_label, engineering, figure_style, write_png
 from linkages.results.summary import Study
 
 _RUN, _IDEAL = COLORS[:2]
@@ -76,7 +76,7 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
         figures["drive_torques"] = torques_figure
     with figure_style():
         for name, draw in figures.items():
-            draw(study).savefig(folder / f"{name}.png")
+            write_png(draw(study), folder / f"{name}.png")
     return [folder / f"{name}.png" for name in figures]
 
 

@@ -8,7 +8,10 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Okabe and Ito's palette: distinct to colour-blind readers, and in grey.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -46,6 +49,16 @@ def figure_style() -> AbstractContextManager[None]:
     import matplotlib as mpl
 
     return mpl.rc_context(_STYLE)
+
+
+def write_png(figure: Figure, path: Path) -> None:
+    """Write a figure as a PNG file: the bytes of `Figure.savefig`, which draws every figure twice."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.image import imsave
+
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    imsave(path, canvas.buffer_rgba(), format="png", dpi=figure.dpi)
 
 
 def engineering(unit: str, largest: float) -> tuple[str, float]:

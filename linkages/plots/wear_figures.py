@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from linkages.arrays import Array
 from linkages.files.magnitudes import rounded
 from linkages.files.writing import file_name
-from linkages.plots.style import COLORS, figure_style, typeset
+from linkages.plots.style import COLORS, figure_style, typeset, write_png
 
 SIDES = ("bearing", "journal")
 _MOST = 8  # most profiles in one drawing
@@ -30,8 +30,8 @@ def write_figures(found: Mapping[str, Any], folder: Path) -> None:
     folder : Path
     """
     for name in found["joints"]:
-        profile_figure(found, name).savefig(folder / f"wear_{file_name(name)}.png")
-    history_figure(found).savefig(folder / "wear_history.png")
+        write_png(profile_figure(found, name), folder / f"wear_{file_name(name)}.png")
+    write_png(history_figure(found), folder / "wear_history.png")
 
 
 def profile_figure(found: Mapping[str, Any], joint: str) -> Figure:

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from linkages.files.writing import whole
 from linkages.model.experiment import value_unit
-from linkages.plots.style import COLORS, axis_label, figure_style, typeset
+from linkages.plots.style import COLORS, axis_label, figure_style, typeset, write_png
 from optim.algorithms import pareto
 from optim.algorithms.nlp import Values
 from optim.evaluate.limits import FEASIBLE
@@ -34,7 +34,7 @@ def _png(path: Path, width: float, height: float) -> Iterator[Figure]:
         figure = Figure(figsize=(width, height), layout="constrained")
         yield figure
         with whole(path) as partial:
-            figure.savefig(partial, format="png")
+            write_png(figure, partial)
 
 
 def write_convergence(study: Study, title: str, iterations: Sequence[Iteration], nominal: Values, path: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from linkages.plots.style import COLORS, LINES, figure_style
+from linkages.plots.style import COLORS, LINES, figure_style, write_png
 from linkages.plots.three_rrr import parameter_maps
 from linkages.plots.three_rrr.parameter_maps import panels
 from linkages.plots.three_rrr.robot_lines import OUTLINE, draw_pose, shape_lines
@@ -45,7 +45,7 @@ def write_figures(results: RobotResults, folder: Path, progress: Callable[[float
     with figure_style():
         for index, (name, draw) in enumerate(jobs):
             path = folder / f"{name}.png"
-            draw(results).savefig(path)
+            write_png(draw(results), path)
             written.append(path)
             if progress is not None:
                 progress((index + 1) / len(jobs))
