@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
     from linkages.model.plausibility import doubts
     from linkages.report.terminal import format_judgement, format_table
     from linkages.results.impacts import write_impacts
-    from linkages.results.summary import judge, summarize
+    from linkages.results.summary import judge, unjudged
 
     if options.exaggerate is not None and not options.exaggerate >= 0.0:
         raise InputError("--exaggerate", str(options.exaggerate), "must be zero or positive")
@@ -77,15 +77,15 @@ def run(options: argparse.Namespace) -> int:
     say(f"{_ENGINE[options.engine]}\n")
     result = study(system, options.engine, False, progress)
     begin_stage("results")
-    summary = summarize(result)
+    summary = unjudged(result)
     say(format_table(summary))
     runs = {"the run": result.run, "the ideal linkage": result.ideal}
     with (results := results_folder(out, "simulate")) as folder:
         if not options.no_error_estimate:
             result = estimate_error(result, progress)
-            summary |= judge(result, summary)
             if result.tighter is not None:
                 runs["the run that estimates the errors"] = result.tighter
+        summary |= judge(result, summary)
         for line in format_judgement(summary):
             say(line)
         if options.verbose:

@@ -175,6 +175,12 @@ def summarize(study: Study) -> dict[str, Any]:
     >>> summary["status"], round(summary["joints"]["A"]["force"]["peak"], 2)
     ('ok', 3.32)
     """
+    summary = unjudged(study)
+    return summary | judge(study, summary)
+
+
+def unjudged(study: Study) -> dict[str, Any]:
+    """Make the contents of ``summary.json`` without errors and warnings, which `judge` adds."""
     system, tree = study.system, study.system.tree
     quality = system.assembly.quality
     whole = numbers(system, study.run, study.meaningless, study.contacts)
@@ -201,7 +207,9 @@ def summarize(study: Study) -> dict[str, Any]:
         "motion": {key: getattr(motion, key) for key in ("kind", "why", "period", "periods", "since")},
         "start_up": study.start_up,
         "report": study.reported,
-        **judge(study, whole | {"windows": windows}),
+        "error": {},
+        "warnings": [],
+        "windows": windows,
         "provenance": {
             "versions": versions(),
             "experiment": system.experiment.model_dump(exclude_unset=True, exclude_none=True)
@@ -234,7 +242,7 @@ def judge(study: Study, whole: dict[str, Any]) -> dict[str, Any]:
     ----------
     study : Study
     whole : dict
-        Result of `summarize` for the same run.
+        Result of `unjudged` or `summarize` for the same run.
 
     Returns
     -------
