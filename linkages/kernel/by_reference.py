@@ -137,14 +137,16 @@ _layouts: dict[Any, _Layout] = {}
 
 
 def _key(value: Any, items: list[Any]) -> Any:
-    """Return the key of a value's layout; add its numbers, arrays and packed values to the items."""
+    """Return the key of a value's layout; add its numbers, arrays with entries and packed values to the items."""
+    if isinstance(value, np.ndarray):
+        if value.size:
+            items.append(value)
+        return type(value), value.dtype, value.shape, value.strides, value.flags.num
     if isinstance(value, tuple):
         return type(value), *[_key(item, items) for item in value]
     if isinstance(value, bool | np.bool_):
         return bool, bool(value)
     items.append(value)
-    if isinstance(value, np.ndarray):
-        return type(value), value.dtype, value.shape, value.strides, value.flags.num
     return value._numba_type_ if isinstance(value, Packed) else type(value)
 
 
@@ -204,7 +206,8 @@ def packed(value: T) -> T:
 def lay(value: Any, words: bytearray, spots: list[tuple[int, Any]]) -> None:
     """Add a value as numba lays it out: arrays as structures without owners, each on a multiple of its size.
 
-    ``spots`` gets the place of each number, of each array's address, and of each packed value's.
+    ``spots`` gets the place of each number, of each packed value's address, and of the address of each array with
+    entries; nobody reads the others.
     """
     if isinstance(value, bool | np.bool_):
         words.append(int(value))
@@ -218,8 +221,9 @@ def lay(value: Any, words: bytearray, spots: list[tuple[int, Any]]) -> None:
         lengths, strides = value.shape, value.strides
         if isinstance(value, LaneArray):
             lengths, strides = lengths[:-1], strides[:-1]
-        spots.append((len(words) + _ADDRESS, value))
-        structure = 0, 0, value.size, value.itemsize, _address(value), *lengths, *strides
+        if value.size:
+            spots.append((len(words) + _ADDRESS, value))
+        structure = 0, 0, value.size, value.itemsize, _address(value) if value.size else 0, *lengths, *strides
         words.extend(struct.pack(f"{len(structure)}q", *structure))
     else:
         spots.append((len(words), value))
@@ -228,10 +232,10 @@ def lay(value: Any, words: bytearray, spots: list[tuple[int, Any]]) -> None:
 
 
 def _address(array: Any) -> int:
-    """Return the address of an array's contents; NumPy's own way takes five times as long."""
+    """Return the address of an array's contents; NumPy's own way takes five times as long, except for records."""
     try:
-        return addressof(c_char.from_buffer(array))
-    except (TypeError, ValueError, BufferError):  # read-only, empty, or with gaps
+        return int(array.ctypes.data) if array.dtype.names else addressof(c_char.from_buffer(array))
+    except (TypeError, ValueError, BufferError):  # read-only, or with gaps
         return int(array.ctypes.data)
 
 
