@@ -116,6 +116,7 @@ def _code(code: CodeType) -> Iterator[bytes]:
             yield repr(constant).encode()
 
 
+@cache  # kernels share functions
 def _global_names(code: CodeType) -> set[str]:
     """Global names that a function reads, those of functions within it too; no names of attributes."""
     inner = (_global_names(constant) for constant in code.co_consts if isinstance(constant, CodeType))
