@@ -173,9 +173,8 @@ class ClearanceJoints(LeafSystem):
     # -- outputs -----------------------------------------------------------------------------------
 
     def _evaluate(self, context: Context, output: BasicVector) -> None:
-        forces = np.empty(self._size + WIDTH * len(self._laws))
-        self._joint_forces(self._placed, self._rooms.work, self._memory(context), self._state.Eval(context), forces)
-        output.SetFromVector(forces)
+        memory, state, forces = self._memory(context), self._state.Eval(context), output.get_mutable_value()
+        self._joint_forces(self._placed, self._rooms.work, memory, state, forces)
 
     def _give_force(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._evaluation.Eval(context)[: self._size])

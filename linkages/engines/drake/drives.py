@@ -99,25 +99,24 @@ class Drives(LeafSystem):
         error = loop_errors(self._tree.bodies, self._tree.loop_rows, q[None, :])[0]
         return bool(error > LOOSE * self._tree.extent)
 
-    def _solve(self, context: Context) -> tuple[Array, Array]:
-        """Compute the forces on the plant and of the drives, at every evaluation of the derivatives."""
+    def _solve(self, context: Context, force: Array) -> Array:
+        """Fill in the forces on the plant (nv,), at every evaluation of the derivatives; return the drives' (nd,)."""
         applied, added = self._applied.Eval(context), {}  # a port returns a copy
         for k, (place, port) in self._powers.items():
             if port.HasValue(context):
                 added[k] = port.Eval(context)[0]
                 applied[place] += added[k]
-        force, drive = np.empty(self._size), np.empty(len(self.joints))
-        t, state = context.get_time(), self._state.Eval(context)
+        t, state, drive = context.get_time(), self._state.Eval(context), np.empty(len(self.joints))
         self._drive_forces(self._placed, self._rooms.work, t, state, applied, force, drive)
         for k, more in added.items():
             drive[k] += more
-        return force, drive
+        return drive
 
     def _give_speed(self, place: int, context: Context, output: BasicVector) -> None:
         output.SetAtIndex(0, self._state.Eval(context)[place])
 
     def _give_force(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._solve(context)[0])
+        self._solve(context, output.get_mutable_value())
 
     def _give_torques(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._solve(context)[1])
+        output.SetFromVector(self._solve(context, np.empty(self._size)))
