@@ -310,11 +310,31 @@ def exact_partials(
         for k in range(RESULTS):
             out[k, i] = found[k]
         change[i] = 0.0
+    _fill_own_turn(end, motion, out)
+
+
+@inlined_kernel
+def _is_journal(end: np.record) -> bool:
+    return bool(end.kind == JOURNAL or end.kind == ORIENTED or end.kind == HISTORY)
+
+
+@inlined_kernel
+def _fill_own_turn(end: np.record, motion: Motion, out: Array) -> None:
+    """Fill the derivatives of a journal's results with respect to its own angular velocity from the others.
+
+    The results are the same for observers who turn at different rates: dF/dw_j = e_y dF/dv_x - e_x dF/dv_y - dF/dw_b.
+    """
+    if _is_journal(end):
+        ex, ey, _, _, _, _, _, _ = motion
+        for k in range(RESULTS):
+            out[k, 5] = ey * out[k, 2] - ex * out[k, 3] - out[k, 4]
 
 
 @inlined_kernel
 def _counts(end: np.record, law: np.record, i: int) -> bool:
-    """Whether a contact's force depends on input i."""
+    """Whether differences with respect to input i are needed."""
+    if i == 5:
+        return not _is_journal(end)
     if i == 6:
         return bool(end.kind != JOURNAL)
     if i == 7:
@@ -335,9 +355,6 @@ def contact_partials(
     and are accurate to 1e-6 for films, more than Newton's method needs; they are taken of the outputs only. Where
     bodies can touch, differences are central: the penetration, a small difference of lengths, has too few digits.
 
-    Results of a journal are the same for observers who turn at different rates. So the derivative with respect to its
-    own angular velocity follows from the others: dF/dw_j = e_y dF/dv_x - e_x dF/dv_y - dF/dw_b.
-
     Parameters
     ----------
     central : bool
@@ -349,10 +366,9 @@ def contact_partials(
     scales = np.empty(INPUTS)
     input_scales(end, law, motion, _NEAR, scales)
     central = central or law.model != _LUBRICATED
-    journal = end.kind == JOURNAL or end.kind == ORIENTED or end.kind == HISTORY
     clear(out)
     for i in range(INPUTS):
-        if (journal and i == 5) or not _counts(end, law, i):
+        if not _counts(end, law, i):
             continue
         h = (_STEP if central else _FORWARD) * scales[i]
         for side in range(2 if central else 1):
@@ -380,6 +396,4 @@ def contact_partials(
             out[BRISTLE_RATE, i] -= contact[contacts.BRISTLE_RATE]
         for k in range(RESULTS):
             out[k, i] /= h
-    if journal:
-        for k in range(RESULTS):
-            out[k, 5] = ey * out[k, 2] - ex * out[k, 3] - out[k, 4]
+    _fill_own_turn(end, motion, out)
