@@ -22,7 +22,7 @@ from linkages.kernel import Array, Indices
 from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
-from linkages.planar.contact_partials import FINE, FRICTION_SPEED, no_bounds
+from linkages.planar.contact_partials import FINE, FRICTION_SPEED
 from linkages.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
 
@@ -93,7 +93,6 @@ class Differentiation:
         ny, n = len(runner.start), len(runner.model.free)
         equations = runner.aside()
         bounds = equations.work.scratch.bounds
-        bounds[:] = no_bounds()
         bounds[:, FRICTION_SPEED] = friction_speeds(system)
         bounds[:, FINE] = system.experiment.solver.accuracy < _COARSE
         self._numbers = packed(equations), self._variation, packed(make_stepper(ny, n)), runner.tolerance
