@@ -192,6 +192,9 @@ def test_spectrum_of_two_tones_and_its_integral():
     assert found.frequency[np.argmax(found.density)] == pytest.approx(12.0, abs=0.6)
     power = np.trapezoid(found.density, found.frequency)
     assert power == pytest.approx(3.0**2 / 2 + 1.0 / 2, rel=0.02)  # variances of the tones; the mean is gone
+    for window in ("zz", "kaiser"):  # the second one needs a parameter
+        with pytest.raises(InputError, match=rf'argument: window: "{window}" is unknown or needs parameters'):
+            spectrum(run, "x", window=window)
 
 
 def test_sweep_does_not_depend_on_the_number_of_threads():

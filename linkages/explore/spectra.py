@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import welch
+from scipy.signal import get_window, welch
 
 from linkages.arrays import Array
 from linkages.brief import Brief
@@ -52,7 +52,7 @@ def spectrum(
     segments : int
         Averaged segments, overlapping by half: more give a smoother density with less resolution.
     window : str
-        Window of `scipy.signal.get_window`.
+        Name of a window of `scipy.signal.get_window` without parameters.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def spectrum(
     Raises
     ------
     InputError
-        If the time range, the column or the number of samples is invalid.
+        If the time range, the column, the number of samples or the window is invalid.
 
     Examples
     --------
@@ -77,6 +77,12 @@ def spectrum(
         raise InputError("argument", "start", f"is {start:g} s; the run lasts from 0 to {end:g} s")
     if segments < 1 or samples < 8 * segments:
         raise InputError("argument", "samples", f"{samples} are too few for {segments} segments; 8 for each")
+    try:
+        get_window(window, 8)
+    except ValueError:
+        known = 'such as "boxcar", "hann", "hamming" or "blackman"'
+        reason = f'"{window}" is unknown or needs parameters; allowed are windows of scipy.signal without any, {known}'
+        raise InputError("argument", "window", reason) from None
     times = np.linspace(start, end, samples, endpoint=False)
     _ = run[name]  # raises if the column is unknown
     values = dense(run)(times)[name]
