@@ -54,11 +54,8 @@ def figure_style() -> AbstractContextManager[None]:
 def write_png(figure: Figure, path: Path) -> None:
     """Write a figure as a PNG file: the bytes of `Figure.savefig`, which draws every figure twice."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.image import imsave
 
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    imsave(path, canvas.buffer_rgba(), format="png", dpi=figure.dpi)
+    FigureCanvasAgg(figure).print_png(path)
 
 
 def engineering(unit: str, largest: float) -> tuple[str, float]:
