@@ -54,7 +54,7 @@ from linkages.planar.workspace import Workspace
 def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
     """Fill ``mass``, of rates and bristles (ny - n, ny - n), and ``out`` (ny, ny) with its product with df/dy.
 
-    f is `linkages.engines.compiled.equations.derivatives`; lines of positions are those of df/dy. The laws are
+    f is `linkages.engines.compiled.equations.derivatives`; lines of positions are those of df/dy. Films are
     differentiated by forward differences, which is enough for Newton's method.
     """
     _fill(equations, t, y, False, mass, out)
