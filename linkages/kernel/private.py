@@ -8,10 +8,10 @@
 | _reduce                 | compiled code as bytes                            | plain kernels                         |
 | _rebuild                | compiled code from bytes                          | plain kernels                         |
 | consts                  | which environments of numba's functions are empty | none                                  |
-| get_llvm_str            | symbols that compiled code calls                  | plain kernels                         |
 | dumps                   | pickles of numba's types and environments         | plain kernels                         |
 | rtsys                   | numba's runtime, called by restored code          | plain kernels                         |
 | refresh                 | numba's C functions, called by restored code      | plain kernels                         |
+| cpu_target              | what numba's runtime and C functions belong to    | plain kernels                         |
 | AttributeTemplate       | attributes of references to named tuples          | none                                  |
 | _numba_type_            | types of packed named tuples, found quickly       | none                                  |
 | _nrt                    | no reference counts in kernels that own no array  | LINKAGES_KERNELS=plain                |
@@ -29,11 +29,13 @@ import pickle
 import re
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from functools import cache
+from threading import RLock
+from typing import Any, NamedTuple, cast
 
 import numba
 from llvmlite import binding
-from numba import config, types
+from numba import config
 from numba.core.typing.templates import AttributeTemplate
 
 __all__ = ["COUNTED", "INLINED", "NAMES", "OFF", "UNCOUNTED", "AttributeTemplate", "Stored", "c_function", "problem"]
@@ -46,6 +48,7 @@ problem = "LINKAGES_KERNELS is plain" if os.environ.get("LINKAGES_KERNELS") == "
 try:
     from numba.core.ccallback import CFunc
     from numba.core.compiler import CompileResult
+    from numba.core.registry import cpu_target
     from numba.core.runtime.nrt import rtsys
     from numba.core.serialize import dumps
 
@@ -75,47 +78,100 @@ class Stored:
 
     def __init__(self, content: bytes = b"", symbols: Any = (), counts: bool = False) -> None:
         self.content, self.symbols, self.counts = content, set(symbols), counts
+        self._result: Any = None  # of the compilation
 
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Return the code, None if the function is to be compiled."""
         if not self.content:
             return None
-        rtsys.initialize(context)
-        if any(binding.address_of_symbol(symbol) is None for symbol in self.symbols):
-            context.refresh()  # imports half of numba, which few kernels need
+        self._load_runtime()
         return CompileResult._rebuild(context, *pickle.loads(self.content))
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Keep the code, unless it refers to a function that no other process can find."""
-        with suppress(TypeError, AttributeError, pickle.PicklingError):
-            *parts, environments = result._replace(type_annotation="")._reduce()
-            read = tuple(one for one in environments if one.consts)  # the others would import numba's modules alone
-            self.content = dumps((*parts, read))
-        text = result.library.get_llvm_str()  # only now it is all there
-        declared = re.findall(r'^declare [^@]*@"?([^"( ]+)', text, re.M)
-        self.symbols = {symbol for symbol in declared if not symbol.startswith("llvm.")}
-        self.counts = re.search(r"call .*@NRT_", text) is not None
+        """Keep what was compiled."""
+        self._result = result
 
     def flush(self) -> None:
         """Do nothing: the code fits its fingerprint."""
 
+    def keep(self, text: str) -> None:
+        """Keep the code, unless it refers to a function that no other process can find; `text` is LLVM's language."""
+        with suppress(TypeError, AttributeError, pickle.PicklingError):
+            *parts, environments = self._result._replace(type_annotation="")._reduce()
+            read = tuple(one for one in environments if one.consts)  # the others would import numba's modules alone
+            self.content = dumps((*parts, read))
+        self._note(text)
+
+    def keep_object_code(self, name: str, text: str) -> None:
+        """Keep the object code of the C function with this name, unless it reads Python's objects."""
+        (_, _, (code, _)), *_, environments = self._result._reduce()
+        if not any(one.consts for one in environments):
+            self.content = pickle.dumps((name, code))
+        self._note(text)
+
+    def object_code(self) -> tuple[str, bytes]:
+        """Return name and object code of the C function, all that it calls being loaded."""
+        self._load_runtime()
+        return cast(tuple[str, bytes], pickle.loads(self.content))
+
+    def _note(self, text: str) -> None:
+        """Take note of what the code calls."""
+        declared = re.findall(r'^declare [^@]*@"?([^"( ]+)', text, re.M)
+        self.symbols = {symbol for symbol in declared if not symbol.startswith("llvm.")}
+        self.counts = re.search(r"call .*@NRT_", text) is not None
+
+    def _load_runtime(self) -> None:
+        """Load numba's runtime, and its C functions if the code calls one that is not loaded."""
+        rtsys.initialize(cpu_target.target_context)
+        if any(binding.address_of_symbol(symbol) is None for symbol in self.symbols):
+            cpu_target.target_context.refresh()  # imports half of numba, which few kernels need
+
 
 def c_function(function: Callable[..., Any], stored: Stored, kinds: Any, result: Any, **options: Any) -> Any:
-    """Compile or restore a C function; its attribute `address` is its address."""
+    """Compile or load a C function; its attribute `address` is its address."""
+    if stored.content:
+        return restored(stored)
     made: Any = CFunc(function, (kinds, result), {}, options)
     made._cache = stored
     made.compile()
+    stored.keep_object_code(made.native_name, made.inspect_llvm())
     return made
 
 
 def python_function(function: Callable[..., Any], stored: Stored, kinds: Any, **options: Any) -> Any:
-    """Compile or restore a function that Python calls with arguments of these types."""
+    """Compile or load a function that Python calls with arguments of these types."""
     made: Any = numba.njit(nogil=True, **options)(function)
-    made._cache = stored
+    made._cache, fresh = stored, not stored.content
     made.compile(kinds)
+    if fresh:
+        stored.keep(*made.inspect_llvm().values())
     return made
 
 
-def restored(stored: Stored) -> Any:
-    """Restore a C function without the Python function."""
-    return c_function(lambda: None, stored, (), types.none)
+class CFunction(NamedTuple):
+    """A C function that was loaded."""
+
+    address: int
+
+
+_loaded: dict[str, CFunction] = {}  #: by name
+_loading = RLock()
+
+
+def restored(stored: Stored) -> CFunction:
+    """Load the object code of a C function, without the Python function."""
+    name, code = stored.object_code()
+    with _loading:  # two threads may want the same one
+        if name not in _loaded:
+            engine = _engine()
+            engine.add_object_file(binding.object_file.ObjectFileRef.from_data(code))
+            engine.finalize_object()
+            _loaded[name] = CFunction(engine.get_function_address(name))
+        return _loaded[name]
+
+
+@cache
+def _engine() -> Any:
+    """Return LLVM's engine that holds the C functions."""
+    machine = binding.Target.from_default_triple().create_target_machine(jit=True)
+    return binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
