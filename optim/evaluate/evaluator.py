@@ -107,9 +107,12 @@ class Evaluator:
         return engines
 
     def _request(self, point: OperatingPoint, designs: Array) -> Request:
-        values = np.array([self.study.row(design, point) for design in designs])
+        values, limits = (
+            np.array([self.study.row(design, point) for design in table])
+            for table in (designs, (self.study.lower, self.study.upper))
+        )
         windows = np.vstack([point.windows[name] for name in self._used])
-        return Request(point, values, self.outputs, windows, self.threads)
+        return Request(point, values, limits, self.outputs, windows, self.threads)
 
     def _rows(self, term: Term, point: OperatingPoint) -> slice:
         """Windows of a term in a request."""

@@ -36,6 +36,8 @@ class Request:
     point : OperatingPoint
     values : (m, np) array
         Values of the point's paths.
+    limits : (2, np) array
+        Least and greatest values in the study.
     outputs : tuple of str
         Names of `linkages.outputs.registry`.
     windows : (nw, 2) array
@@ -46,6 +48,7 @@ class Request:
 
     point: OperatingPoint
     values: Array
+    limits: Array
     outputs: tuple[str, ...]
     windows: Array
     threads: int | None
@@ -71,7 +74,13 @@ def run_compiled(request: Request) -> Statistics:
     point = request.point
     with _ONE_AT_A_TIME:
         found = simulate_batch(
-            point.system, point.paths, request.values, request.outputs, request.windows, request.threads
+            point.system,
+            point.paths,
+            request.values,
+            request.outputs,
+            request.windows,
+            request.threads,
+            limits=request.limits,
         )
     values = np.stack([found.statistics[name] for name in STATISTICS])
     return Statistics(values, [state.value for state in found.status], found.reason)

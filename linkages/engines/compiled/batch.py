@@ -153,6 +153,7 @@ def simulate_batch(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
     wrt: Sequence[str | Direction] = (),
+    limits: Any = None,
 ) -> Batch:
     """Run a system many times with different values, in parallel threads.
 
@@ -177,6 +178,9 @@ def simulate_batch(
         Dotted paths of values, or values that several paths follow; `Batch.sensitivity` has the derivatives of the
         statistics of each run with respect to them, as `linkages.sensitivities` for one run. They take several
         times as long as the runs.
+    limits : (2, nv) array_like, optional
+        Least and greatest values of this batch and later ones with the same system, variables, outputs and windows, for
+        instance the bounds of an optimisation. Later batches then start sooner; the results are the same.
 
     Returns
     -------
@@ -220,7 +224,8 @@ def simulate_batch(
         system.without_history("derivatives")
     runs = Runs(designs, table)
     share = _OF_RUNS if wrt else 1.0
-    runs.make(threads, progress and (lambda part: progress(share * part)))
+    bounds = None if limits is None else _table_of(limits, variables, "limits")
+    runs.make(threads, progress and (lambda part: progress(share * part)), bounds)
     statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
     batch = Batch(tuple(variables), table, names, spans, statistics, runs.status, runs.reason, runs.steps)
     if not wrt:
@@ -229,15 +234,15 @@ def simulate_batch(
     return replace(batch, sensitivity=found.rates, sensitivity_status=found.status)
 
 
-def _table_of(values: Any, variables: Sequence[str]) -> Array:
+def _table_of(values: Any, variables: Sequence[str], name: str = "values") -> Array:
     """Return the values of the runs, (m, nv)."""
     try:
         table = np.zeros((1, 0)) if values is None else np.array(values, dtype=np.float64, ndmin=2)
     except (TypeError, ValueError) as problem:
-        raise InputError("argument", "values", f"are no table of numbers: {problem}") from None
+        raise InputError("argument", name, f"are no table of numbers: {problem}") from None
     if table.shape[1] != len(variables):
         raise InputError(
-            "argument", "values", f"have {table.shape[1]} columns for {len(variables)} variables; give as many"
+            "argument", name, f"have {table.shape[1]} columns for {len(variables)} variables; give as many"
         )
     return table
 

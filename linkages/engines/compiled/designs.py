@@ -103,18 +103,22 @@ class Designs:
         result[self.columns] = self.words(values[None])[0]
         return result
 
-    def compare(self, table: Array) -> None:
+    def compare(self, table: Array, limits: Array | None = None) -> None:
         """Build designs at the limits of a table, and find out which values are numbers within these limits.
 
         The designs have each variable alone at its limits, and each pair of variables at all corners of their limits: a
         condition that a larger or smaller value breaks, alone or with another one, holds between the corners if it
-        holds there.
+        holds there. If all designs at the `limits` (2, nv) of later tables can be built too, they are compared with.
         """
-        n = len(self.variables)
-        if (self._compared and not self._numbers.any()) or np.sum(~self._inside(table)) <= len(
-            _corners(*np.zeros((3, n)))
-        ):
+        few = len(_corners(*np.zeros((3, len(self.variables)))))
+        if (self._compared and not self._numbers.any()) or np.sum(~self._inside(table)) <= few:
             return
+        if limits is None or not self._compare(np.vstack([table, limits])):
+            self._compare(table)
+
+    def _compare(self, table: Array) -> bool:
+        """Compare designs at the limits of a table; False if one of them cannot be built."""
+        n = len(self.variables)
         low = np.fmin(np.fmin.reduce(table, axis=0), self._low)
         high = np.fmax(np.fmax.reduce(table, axis=0), self._high)
         try:
@@ -126,7 +130,7 @@ class Designs:
             whole = [contents(self.given(corner)) for corner in corners]
             others = [contents(nominal if numbers.all() else self.given(corner, numbers)) for corner in corners]
         except (InputError, AssemblyError):
-            return
+            return False
         self._nominal, self.columns, self._source, self._latest = nominal, columns, source, None
         self._compared, self._structure, self._low, self._high = True, contents(nominal).structure, low, high
         self._numbers = numbers & all(
@@ -134,6 +138,7 @@ class Designs:
             and np.array_equal(one.words, self._written(two.words, corner))
             for one, two, corner in zip(whole, others, corners, strict=True)
         )
+        return True
 
     @contextmanager
     def bench(self, given: Given | None = None) -> Iterator[Bench]:
