@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cached_property, partial, update_wrapper
-from inspect import signature
+from inspect import Signature, signature
 from typing import Any, TypeVar, cast, get_args, get_type_hints
 
 import numba
@@ -76,12 +76,15 @@ class Kernel:
     def __init__(self, function: Any, kind: bytes) -> None:
         update_wrapper(self, function)
         self.py_func, self.kind = function, kind
-        self._signature = signature(function)
         self._entries: dict[Any, Any] = {}  # what Python calls, by the types of the arguments
         precompiled.known()
         kernels[function.__module__, function.__qualname__] = self
         type_callable(self)(self._type_call)
         lower_builtin(self, types.VarArg(types.Any))(self._write_call)
+
+    @cached_property
+    def _signature(self) -> Signature:
+        return signature(self.py_func)
 
     @cached_property
     def result(self) -> Any:

@@ -382,7 +382,7 @@ def find(system: System, name: str, ideal: bool = False) -> tuple[Any, ...]:
     InputError
         If the output is unknown.
     """
-    return _record(system, *_find(system, name, ideal))
+    return _record(system, name, *_find(system, name, ideal))
 
 
 def _find(system: System, name: str, ideal: bool) -> tuple[Owner, Quantity, str, int]:
@@ -392,12 +392,12 @@ def _find(system: System, name: str, ideal: bool) -> tuple[Owner, Quantity, str,
     jitter = int(plain != name)
     if jitter and (owner.kind != POINT or ideal):
         raise _wrong(system, name, "jitter exists only for the motion of a link or frame")
-    if jitter and not _determinate(system):
-        raise _wrong(system, name, "the prescribed drives do not determine an ideal motion")
     return owner, quantity, thing, jitter
 
 
-def _record(system: System, owner: Owner, quantity: Quantity, thing: str, jitter: int) -> tuple[Any, ...]:
+def _record(system: System, name: str, owner: Owner, quantity: Quantity, thing: str, jitter: int) -> tuple[Any, ...]:
+    if jitter and not _determinate(system):
+        raise _wrong(system, name, "the prescribed drives do not determine an ideal motion")
     if owner.kind == COORDINATE:
         return COORDINATE, 0, system.tree.coordinates.index(thing), 0, 0, _NOWHERE, 0.0
     at, other, marker, constant = owner.record(system, thing)
@@ -474,7 +474,7 @@ def packer(system: System, wanted: Iterable[str], ideal: bool = False) -> Callab
     InputError
         If a name is unknown.
     """
-    found = [_find(system, name, ideal) for name in wanted]
+    found = [(name, *_find(system, name, ideal)) for name in wanted]
     return lambda one: np.array([_record(one, *each) for each in found], OUTPUT)
 
 

@@ -215,9 +215,9 @@ def simulate_batch(
     """
     table, spans = _table_of(values, variables), _spans_of(windows, variables, system.experiment.duration)
     names = tuple(outputs) if outputs is not None else default_outputs(system)
-    pack(system, names)
     designs = designs_of(system, tuple(variables), names, spans.tobytes())
     if not designs.checked:  # a search makes many batches of the same designs
+        pack(system, names)
         _check_paths(system, variables, table)
         designs.checked = True
     if wrt:
