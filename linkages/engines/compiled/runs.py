@@ -55,9 +55,7 @@ class Runs:
         # One thread builds while the others run: threads that build at once only take the interpreter from each other.
         self._building = threading.Lock()
 
-    def make(
-        self, threads: int | None, progress: Callable[[float], None] | None, limits: Array | None = None
-    ) -> None:
+    def make(self, threads: int | None, progress: Callable[[float], None] | None, limits: Array | None = None) -> None:
         """Run all designs, in threads; values of later tables may lie within `limits` (2, nv)."""
         self.designs.compare(self.table, limits)
         rows = np.arange(len(self.table))
