@@ -24,7 +24,8 @@ from linkages.results.trajectory import Progress, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
 
-_BETWEEN = 1e-2  # accuracy of the repeated integration between two steps, over the run's accuracy
+_BETWEEN = 3e-2  # accuracy of the repeated integration between two steps, over the run's accuracy
+_FIRST = 0.1  # its longest first step over the run's step: a longer one is rejected, and leaves velocity errors
 _FINEST = 1e-10  # accuracy beyond which rounding keeps Drake's implicit schemes from converging
 
 
@@ -182,7 +183,7 @@ class _Recorder:
         if self.memories[step] is not None:
             root.SetDiscreteState(self.memories[step])
         if t > times[last]:
-            self.steps.begin(t - times[last], accuracy)
+            self.steps.begin(min(t - times[last], _FIRST * (self.times[step + 1] - self.times[step])), accuracy)
             self.steps.advance(t)
 
     def _look(self, root: Context) -> EventStatus:
