@@ -38,12 +38,18 @@ LIMITS = {MASS: (0.2, 0.3), OIL: (0.2, 0.5), LENGTH: (0.178, 0.182), "sdf.links.
 EXUDYN_STEPS, ACCURACY = 8000, 1e-5  # steps each second; both have an orbit error of 5e-4
 BEGIN, MARK = "\n## Batches\n", "<!-- batches: benchmarks/batch.py -->"
 LARGE = """
-import sys, time, numpy as np, linkages
+import sys, time, tracemalloc, numpy as np, linkages
 system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.01})
 values = np.random.default_rng(0).uniform(0.2, 0.3, (int(sys.argv[1]), 1))
 say = lambda part: print(part, flush=True)
+job = system, ["sdf.links.link2.mass"]
 try:
-    linkages.simulate_batch(system, ["sdf.links.link2.mass"], values, ["A.force"], progress=say)
+    linkages.simulate_batch(*job, values[:64], ["A.force"])  # loads compiled code
+    tracemalloc.start()
+    batch = linkages.simulate_batch(*job, values, ["A.force"], progress=say)
+    tables = *batch.statistics.values(), batch.values, batch.steps
+    print(sum(one.nbytes for one in tables) + sys.getsizeof(batch.status) + sys.getsizeof(batch.reason))
+    print(tracemalloc.get_traced_memory()[1])
 except KeyboardInterrupt:
     print("stopped", time.monotonic())
 """
@@ -154,11 +160,8 @@ def singles():
 
 def large(count):
     """Rows about a large batch: memory of a run, bytes that all of it takes, end at Ctrl-C."""
-    script = f"{LARGE}\nimport resource\nprint(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
-    peak = []
-    for size in (64, 64, count):  # the first one may compile
-        done = subprocess.run([sys.executable, "-c", script, str(size)], check=True, capture_output=True)
-        peak.append(float(done.stdout.split()[-1]))
+    done = subprocess.run([sys.executable, "-c", LARGE, str(count)], check=True, capture_output=True)
+    *_, results, peak = map(float, done.stdout.split())
     process = subprocess.Popen(
         [sys.executable, "-c", LARGE, "100000"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     )
@@ -169,7 +172,8 @@ def large(count):
     stopped = float(process.communicate()[0].split()[-1]) - begun
     return [
         ["large batch", ""],
-        [f"memory that {count:,} runs take more than 64", f"{1024 * (peak[2] - peak[1]) / count:.0f} bytes a run"],
+        [f"memory that {count:,} runs take, at most", f"{peak / count:.0f} bytes a run"],
+        ["of it the results: statistics, values, steps, status, reason", f"{results / count:.0f} bytes a run"],
         ["from Ctrl-C to `KeyboardInterrupt` in a batch of 100,000 runs", f"{stopped:.2f} s"],
     ]
 

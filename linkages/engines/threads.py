@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
-from typing import TypeVar
+from contextlib import suppress
+from typing import TypeVar, cast
 
 from linkages.errors import RunError
 
@@ -44,26 +46,39 @@ def in_threads(
     """
     if stop is None and (threads == 1 or count == 1):
         return [_looked_at(work(k), look) for k in range(count)]
-    pool = ThreadPoolExecutor(min(threads or os.cpu_count() or 1, max(count, 1)))
+    waiting, results = deque(range(count)), cast(list[Result], [None] * count)
+
+    def work_through() -> None:
+        while (k := _next(waiting)) is not None:
+            results[k] = work(k)
+
+    number = min(threads or os.cpu_count() or 1, max(count, 1))
+    pool = ThreadPoolExecutor(number)
     try:
         try:
-            jobs = [pool.submit(work, k) for k in range(count)]
+            jobs = {pool.submit(work_through) for _ in range(number)}
         except RuntimeError as problem:  # raised by the interpreter: errors of the work are raised in `result`
             raise RunError(f"the threads of {count} runs cannot be started ({problem}): use fewer threads") from None
-        pending = set(jobs)
-        while pending:
-            done, pending = wait(pending, timeout=_LOOK, return_when=FIRST_EXCEPTION)
+        while jobs:
+            done, jobs = wait(jobs, timeout=_LOOK, return_when=FIRST_EXCEPTION)
             for job in done:
                 job.result()
             if look is not None:
                 look()
-        return [job.result() for job in jobs]
+        return results
     except BaseException:
+        waiting.clear()
         if stop is not None:
             stop()
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _next(waiting: deque[int]) -> int | None:
+    with suppress(IndexError):  # another thread may take the last one
+        return waiting.popleft()
+    return None
 
 
 def _looked_at(result: Result, look: Callable[[], None] | None) -> Result:
