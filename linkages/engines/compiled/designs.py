@@ -15,6 +15,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.engines.budget import most
 from linkages.engines.compiled.job import END, Given, Job, make_given, make_job
 from linkages.engines.compiled.rows import run_rows
 from linkages.errors import AssemblyError, InputError
@@ -42,7 +43,8 @@ class Designs:
         self._low, self._high = np.full((2, len(variables)), np.nan)
         self._compared = False  # whether it is known which values are numbers, within the limits at least
         self._numbers = np.zeros(len(variables), bool)  # variables whose values are
-        self._records = packer(system, outputs)
+        self._records = packer(system, outputs)  # all designs have the same elements
+        self._most: int | None = most(system)
         self._nominal: Given | None = None
         self._structure: tuple[Any, ...] = ()  # of the nominal design
         self._latest: tuple[bytes, Given] | None = None  # the system built last: its values
@@ -64,7 +66,7 @@ class Designs:
         system, windows = self.built(values, left)
         if np.any(windows[:, 1] > system.experiment.duration * (1.0 + 1e-12)):
             raise InputError("", "", "a window ends after the run")
-        return make_given(system, self._records(system), windows)
+        return make_given(system, self._records(system), windows, self._most)
 
     def build(self, values: Array) -> tuple[Given, Contents]:
         """Build a system for a design (nv,), with other values where these are numbers; return it, and all numbers.
@@ -161,7 +163,7 @@ class Systems(Designs):
     def __init__(self, systems: Sequence[System], outputs: tuple[str, ...], windows: Array) -> None:
         super().__init__(systems[0], (), outputs, windows[0])
         self._systems, self._own, self._compared = systems, windows, True
-        self._records = partial(pack, wanted=outputs)
+        self._records, self._most = partial(pack, wanted=outputs), None
 
     def built(self, values: Array, left: Any = False) -> tuple[System, Array]:
         """Return the system of an index (1,), and its windows."""

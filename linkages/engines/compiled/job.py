@@ -68,8 +68,8 @@ class Job(NamedTuple):
     row: Array  # its outputs, (no,)
 
 
-def make_given(system: System, outputs: Records, windows: Array) -> Given:
-    """Collect the numbers of a system, with the model of `model_of`."""
+def make_given(system: System, outputs: Records, windows: Array, steps: int | None = None) -> Given:
+    """Collect the numbers of a system, with the model of `model_of`; a run has at most `steps`, default `most`."""
     tree, solver, duration = system.tree, system.experiment.solver, system.experiment.duration
     kinds = set(outputs["kind"].tolist())
     model, with_forces = model_of(system, outputs), not kinds.isdisjoint(OF_FORCES)
@@ -78,7 +78,7 @@ def make_given(system: System, outputs: Records, windows: Array) -> Given:
         start_state(system),
         solver.accuracy * error_scale(system),
         landing(model.laws, model.size),
-        np.array([duration, longest, solver.accuracy, least_advance(duration), most(system)]),
+        np.array([duration, longest, solver.accuracy, least_advance(duration), steps or most(system)]),
         np.minimum(windows, duration),
         outputs,
         tree.closure_rows,
