@@ -25,7 +25,7 @@ from linkages.system import System
 from linkages.system.ideal_motion import cause
 
 _BETWEEN = 3e-2  # accuracy of the repeated integration between two steps, over the run's accuracy
-_FIRST = 0.1  # its longest first step over the run's step: a longer one is rejected, and leaves velocity errors
+_FIRST = 0.1  # its longest first step at this accuracy, over the run's step: a longer one is rejected
 _FINEST = 1e-10  # accuracy beyond which rounding keeps Drake's implicit schemes from converging
 
 
@@ -183,7 +183,10 @@ class _Recorder:
         if self.memories[step] is not None:
             root.SetDiscreteState(self.memories[step])
         if t > times[last]:
-            self.steps.begin(min(t - times[last], _FIRST * (self.times[step + 1] - self.times[step])), accuracy)
+            # at the run's own accuracy a short step would keep velocity errors that a long one damps
+            whole = accuracy > _BETWEEN * self.system.experiment.solver.accuracy
+            longest = (1.0 if whole else _FIRST) * (self.times[step + 1] - self.times[step])
+            self.steps.begin(min(t - times[last], longest), accuracy)
             self.steps.advance(t)
 
     def _look(self, root: Context) -> EventStatus:
