@@ -149,7 +149,8 @@ def _makes_arrays(function: Any, callers: frozenset[Any] = frozenset()) -> bool:
 
 def external(function: Any, kinds: tuple[Any, ...], result: Any) -> str:
     """Load or compile an external function for arguments of these types, and return its symbol."""
-    name, symbol = name_of(function, kinds, result), _symbol(function, kinds, result)
+    name = name_of(function, kinds, result)
+    symbol = _symbol(name, function, kinds, result)
     if not _alive.get(symbol):
         _alive[symbol] = None
         try:
@@ -161,14 +162,13 @@ def external(function: Any, kinds: tuple[Any, ...], result: Any) -> str:
     return symbol
 
 
-def _symbol(function: Any, kinds: tuple[Any, ...], result: Any) -> str:
-    name = name_of(function, kinds, result)
+def _symbol(name: str | None, function: Any, kinds: tuple[Any, ...], result: Any) -> str:
     return _PREFIX + (name or hashlib.sha256(f"{id(function)} {kinds} {result}".encode()).hexdigest()[:32])
 
 
 def under_way(function: Any, kinds: tuple[Any, ...], result: Any) -> bool:
     """Whether a function is being compiled: it calls itself."""
-    return _alive.get(_symbol(function, kinds, result), 0) is None
+    return _alive.get(_symbol(name_of(function, kinds, result), function, kinds, result), 0) is None
 
 
 def call_symbol(function: Any, context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:

@@ -69,9 +69,3 @@ def release(place: Path, name: str) -> None:
         lock.release()
         with suppress(OSError):
             Path(lock.lock_file).unlink()  # two processes that compile the same kernel would only lose time
-
-
-def release_all() -> None:
-    """Give up all claims, where compilation has failed."""
-    for place, name in tuple(_held):
-        release(place, name)

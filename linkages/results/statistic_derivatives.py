@@ -16,9 +16,7 @@ from linkages.arrays import Array
 from linkages.results.extremes import Extremes, extremes, integral
 from linkages.results.trajectory import Trajectory
 
-_EXTREMES = ("minimum", "maximum", "peak", "range")
-#: Statistics with derivatives; ``peak`` is the largest magnitude, ``range`` the maximum less the minimum.
-DIFFERENTIABLE = (*_EXTREMES, "mean", "rms", "integral", "last")
+_EXTREMES = ("minimum", "maximum", "peak", "range")  # peak: largest magnitude; range: maximum less minimum
 
 
 class Wanted(NamedTuple):

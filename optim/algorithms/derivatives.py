@@ -12,7 +12,6 @@ from optim.algorithms.nlp import Array, Problem, Values
 #: Where derivatives of a study come from.
 Source = Literal["differences", "sensitivities"]
 DIFFERENCES: Source = "differences"
-SENSITIVITIES: Source = "sensitivities"
 SOURCES = '"differences" of designs, or "sensitivities" of runs (differences where there are none)'
 
 
