@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.metadata
 import importlib.util
 import io
-import os
 import platform
 import re
 import sys
@@ -128,7 +127,9 @@ def threads() -> Finding:
     """Check the number of threads for batches of runs."""
     import numba
 
-    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    from linkages.kernel.precompiled import processors
+
+    available = processors()
     used = numba.get_num_threads()
     remedy = f"set NUMBA_NUM_THREADS to {available} at most" if used > available else ""
     return Finding("threads", f"{used} of {available} cores", remedy)

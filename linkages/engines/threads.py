@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
@@ -10,6 +9,7 @@ from contextlib import suppress
 from typing import TypeVar, cast
 
 from linkages.errors import RunError
+from linkages.kernel.precompiled import processors
 
 _LOOK = 1.0  # interval between two calls of the observer [s]
 
@@ -52,7 +52,7 @@ def in_threads(
         while (k := _next(waiting)) is not None:
             results[k] = work(k)
 
-    number = min(threads or os.cpu_count() or 1, max(count, 1))
+    number = min(threads or processors(), max(count, 1))
     pool = ThreadPoolExecutor(number)
     try:
         try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -19,6 +18,7 @@ from linkages.engines.threads import in_threads
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.integrate.driver import DONE
 from linkages.kernel import Array, Indices
+from linkages.kernel.precompiled import processors
 from linkages.system.ideal_motion import cause
 
 _AT_ONCE = 16  # most runs in one call of compiled code
@@ -59,7 +59,7 @@ class Runs:
         """Run all designs, in threads; values of later tables may lie within `limits` (2, nv)."""
         self.designs.compare(self.table, limits)
         rows = np.arange(len(self.table))
-        share = len(rows) // (_PARTS * (threads or os.cpu_count() or 1))  # all threads end at about the same time
+        share = len(rows) // (_PARTS * (threads or processors()))  # all threads end at about the same time
         size = min(max(share, 1), _AT_ONCE)
         parts = [rows[first : first + size] for first in range(0, len(rows), size)]
         look = None if progress is None else lambda: progress(self._done())
