@@ -387,18 +387,16 @@ def test_a_range_that_is_none_is_refused(vary, tmp_path, capsys):
     assert not out.exists()
 
 
+@pytest.mark.parametrize(("command", "vary"), [("sweep", "200:400:2"), ("continue", "200:400")])
+def test_a_study_of_no_outputs_is_refused(command, vary, tmp_path, capsys):
+    none = ["--set", "outputs=[]", "--set", "joints={}"]
+    words = [command, "slider_crank_dry.toml", *none, "--vary", f"drives.O.speed={vary}"]
+    assert main([*words, "--out", str(tmp_path / "out")]) == 2
+    assert "outputs: are none; name one with --output" in capsys.readouterr().err
+
+
 def test_one_revolution_has_no_spread_and_a_wrong_path_is_told_at_once(tmp_path, capsys):
-    words = [
-        "sweep",
-        "slider_crank_dry.toml",
-        "--revolutions",
-        "1",
-        "--transient",
-        "0",
-        "--no-plots",
-        "--output",
-        "B.force",
-    ]
+    words = "sweep slider_crank_dry.toml --revolutions 1 --transient 0 --no-plots --output B.force".split()
     assert main([*words, "--vary", "drives.O.speed=200:400:2", "--out", str(tmp_path)]) == 0
     assert "±" not in capsys.readouterr().out
     with open(tmp_path / "sweep.csv", newline="", encoding="utf-8") as file:

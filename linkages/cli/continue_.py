@@ -9,7 +9,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from linkages.cli.folders import output_folder, results_folder
-from linkages.cli.options import add_file, add_settings, load_system, written
+from linkages.cli.options import add_file, add_outputs, add_settings, load_system, output_names, written
 from linkages.cli.progress import stages
 from linkages.errors import InputError, Status
 from linkages.files.writing import json_text
@@ -72,13 +72,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="X",
         help="tolerance of the residual; default: %(default)s",
     )
-    parser.add_argument(
-        "--output",
-        action="append",
-        metavar="NAME",
-        help="recorded output, see `linkages keys`; may be repeated; default: the experiment's outputs and the forces"
-        " in clearance joints",
-    )
+    add_outputs(parser)
     parser.add_argument(
         "--sweep", type=int, default=0, metavar="N", help="N values of a sweep in the same diagram; default: none"
     )
@@ -99,9 +93,7 @@ def run(options: argparse.Namespace) -> int:
     system = load_system(options)
     system.replaced({path: low}, "--vary")  # reports a wrong path before the folder of results is made
     out = output_folder(options, f"{system.experiment.source.stem}_branches", "continue")
-    names = options.output or [*system.experiment.outputs, *(f"{name}.force" for name in system.experiment.play)]
-    if not names:
-        raise InputError(system.experiment.source, "outputs", "are none; name one with --output")
+    names = output_names(options, system.experiment)
     bars = stages(options, 1.0, "")
     keys = ("periods", "transient", "doublings", "step", "accuracy", "tolerance")
     settings = {key: getattr(options, key) for key in keys}

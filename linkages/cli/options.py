@@ -13,6 +13,7 @@ from linkages.errors import InputError
 from linkages.files.unit_conversion import is_quantity, si
 
 if TYPE_CHECKING:
+    from linkages.model.experiment import Experiment
     from linkages.system import System
 
 
@@ -36,6 +37,31 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--quiet", "-q", action="store_true", help="print nothing but errors")
     group.add_argument("--verbose", "-v", action="store_true", help="print the stages, the methods and the times")
+
+
+def add_outputs(parser: argparse.ArgumentParser) -> None:
+    """Add ``--output``."""
+    parser.add_argument(
+        "--output",
+        action="append",
+        metavar="NAME",
+        help="recorded output, see `linkages keys`; may be repeated; default: the experiment's outputs and the forces"
+        " in clearance joints",
+    )
+
+
+def output_names(options: argparse.Namespace, experiment: Experiment) -> list[str]:
+    """Return the names of ``--output``, by default the experiment's outputs and the forces in clearance joints.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
+    names = options.output or [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
+    if not names:
+        raise InputError(experiment.source, "outputs", "are none; name one with --output")
+    return names
 
 
 def seconds(text: str) -> float:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.brief import counted
 from linkages.cli.folders import output_folder, results_folder
-from linkages.cli.options import add_file, add_settings, load_system, written
+from linkages.cli.options import add_file, add_outputs, add_settings, load_system, output_names, written
 from linkages.cli.progress import stages
 from linkages.errors import InputError, Status
 from linkages.files.writing import json_text
@@ -50,13 +50,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="drive that defines a revolution; default: the first with constant speed, otherwise the"
         " first periodic one",
     )
-    parser.add_argument(
-        "--output",
-        action="append",
-        metavar="NAME",
-        help="recorded output, see `linkages keys`; may be repeated; default: the experiment's outputs and the forces"
-        " in clearance joints",
-    )
+    add_outputs(parser)
     parser.add_argument("--threads", type=int, metavar="N", help="default: as many as processors")
     add_settings(parser)
     parser.add_argument("--no-plots", action="store_true", help="write no figure")
@@ -77,9 +71,7 @@ def run(options: argparse.Namespace) -> int:
     system.replaced({path: values[0]}, "--vary")  # reports a wrong path before the folder of results is made
     experiment = system.experiment
     out = output_folder(options, f"{experiment.source.stem}_sweep", "sweep")
-    names = options.output or [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
-    if not names:
-        raise InputError(experiment.source, "outputs", "are none; name one with --output")
+    names = output_names(options, experiment)
     turns = (options.revolutions, options.transient, options.drive)
     bar = stages(options, 1.0, "")("sweep")
     settings = {"threads": options.threads, "progress": bar, "origin": "--vary"}
