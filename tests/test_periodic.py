@@ -21,7 +21,7 @@ from linkages.explore.periodic.multipliers import (
     kind,
     multipliers,
 )
-from linkages.explore.periodic.shooting import Return, autonomous, forced
+from linkages.explore.periodic.shooting import Return, forced
 from linkages.explore.periodic.tracing import CLOSED, LIMIT, LOST, MOST, Seen, trace, turned
 
 # ---- equations ------------------------------------------------------------------------------------------------------
@@ -44,6 +44,21 @@ def flow_of(rate, jacobian, by_value):
         return Return(y[:n], slopes[:, :n], slopes[:, n], np.array(rate(duration, y[:n], p)))
 
     return flow
+
+
+def autonomous(flow, anchor, along):
+    """Problem of a motion with an unknown period, u = (state, period), on the plane through `anchor` normal to `along`."""
+
+    def problem(u, p):
+        state, n = u[:-1], len(u) - 1
+        found = flow(state, u[-1], p)
+        by_u = np.zeros((n + 1, n + 1))
+        by_u[:n, :n] = found.monodromy - np.eye(n)
+        by_u[:n, n], by_u[n, :n] = found.detail, along
+        value = np.append(found.end - state, along @ (state - anchor))
+        return Residual(value, by_u, np.append(found.by_p, 0.0), found)
+
+    return problem
 
 
 def settings_of(scale, scale_p, **more):

@@ -4,7 +4,7 @@
 |--------------|---------------------------------------------------------------------------------|
 | multipliers  | Floquet multipliers: stability, kinds of bifurcations                           |
 | continuation | Newton's method and pseudo-arclength continuation of any equations              |
-| shooting     | periodic motions as equations, with a known or an unknown period                |
+| shooting     | periodic motions with a known period as equations                               |
 | tracing      | a branch with its bifurcations; the start of a doubled branch                   |
 | return_map   | the return map of a linkage, with exact derivatives                             |
 | motion       | a periodic motion of a linkage                                                  |

@@ -223,11 +223,11 @@ class ReturnMap:
         end = np.concatenate([flow.y[local.entries], flow.memory[latched, 0]])
         whole = np.vstack([found.states[-1][local.entries], found.memory[-1][latched]])
         monodromy, by_p = whole[:, : nx + nm], np.zeros(nx + nm)
-        rates = [_rate(flow, steps, t) for t in steps.times[[0, -1]]]
         if paths:
             slope = self._period_slope(value)
             by_p = whole[:, -1].copy()
             if slope:
+                rates = [_rate(flow, steps, t) for t in steps.times[[0, -1]]]
                 early = whole[:, :nx] @ rates[0][local.entries] * self._first
                 late = np.concatenate([rates[1][local.entries], np.zeros(nm)]) * (self._first + self.periods)
                 by_p += (late - early) * slope
@@ -249,8 +249,7 @@ class ReturnMap:
             flow.system, self.periods * period, float(start.times[0]), start.states[0].copy(), memory, spectrum,
             tuple(int(k) for k in contacts),
         )  # fmt: skip
-        rate = np.concatenate([rates[1][local.entries], np.zeros(nm)])
-        return Return(end - self._turns, monodromy, by_p, rate, passage)
+        return Return(end - self._turns, monodromy, by_p, passage)
 
     def _period_slope(self, value: float) -> float:
         """Differentiate the common period by the value; only drives change it."""
