@@ -147,12 +147,6 @@ def solve_rows(matrix: Array, rhs: Array) -> Array:
     return np.einsum("nij,nj->ni", minors, rhs) / det[:, None]
 
 
-def influence(geometry: Geometry, phi: Array, x: Array) -> Array:
-    """First-order influence coefficients dx/dphi (N, 3, 3), the paper's G of eq. (4)."""
-    jx, jq = jacobians(geometry, phi, x)
-    return np.asarray(np.linalg.solve(jx, jq[:, :, None] * np.eye(3)), float)
-
-
 def motion(geometry: Geometry, time: Array, phi: Array, dphi: Array, ddphi: Array, x: Array) -> Motion:
     """Complete motion for closed poses x (N, 3) and given drives (N, 3).
 
