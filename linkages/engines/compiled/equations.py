@@ -14,6 +14,7 @@ from linkages.planar.motion import evaluate_motions
 from linkages.planar.newton_euler import force_residual
 from linkages.planar.record_types import REVOLUTE
 from linkages.planar.singularities import smooth_dynamics
+from linkages.planar.workspace import Workspace
 
 
 @inlined_kernel
@@ -149,6 +150,21 @@ def _residual_forces(model: Arrays, work: Work, out: Array) -> float:
     return largest / force if force > 0.0 else 0.0
 
 
+@inlined_kernel
+def rate_residuals(model: Arrays, w: Workspace, dy: Array, out: Array) -> None:
+    """Fill ``out`` with the residuals of the rates, at a state and wrenches that are set; see `residual`."""
+    if len(model.rows):
+        smooth_dynamics(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+        for i in range(len(model.free)):
+            out[i] = w.a[model.free[i]] - dy[i]
+    else:
+        for i in range(len(model.free)):
+            w.a[model.free[i]] = dy[i]
+        force_residual(model.bodies, model.gravity, w)
+        for i in range(len(model.free)):
+            out[i] = w.tau[model.free[i]]
+
+
 @kernel
 def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> None:
     """Fill ``out`` with the residuals of the equations of rates and bristles for the derivatives ``dy``.
@@ -157,19 +173,10 @@ def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) ->
     force residual of the free coordinates [N, N m]: the mass matrix times f - dy, found without the mass matrix.
     """
     model, work = equations.model, equations.work
-    w, n = work.dynamics, len(model.free)
+    n = len(model.free)
     set_state(model, work, t, y)
     _add_forces(equations, t)
-    if len(model.rows):
-        smooth_dynamics(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
-        for i in range(n):
-            out[i] = w.a[model.free[i]] - dy[i]
-    else:
-        for i in range(n):
-            w.a[model.free[i]] = dy[i]
-        force_residual(model.bodies, model.gravity, w)
-        for i in range(n):
-            out[i] = w.tau[model.free[i]]
+    rate_residuals(model, work.dynamics, dy, out)
     for k in range(len(model.bristles)):
         out[n + k] = work.contacts[model.bristles[k], BRISTLE_RATE] - dy[n + k]
 

@@ -21,7 +21,7 @@ from linkages.engines.compiled.contact_changes import (
     own_change,
     value_motions,
 )
-from linkages.engines.compiled.equations import set_state
+from linkages.engines.compiled.equations import rate_residuals, set_state
 from linkages.engines.compiled.jacobian import value_columns
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.variation import EXACT, Variation, is_exact, move
@@ -33,8 +33,7 @@ from linkages.planar.contact_partials import APPROACHING, FOURTH, OUTPUTS, PLACE
 from linkages.planar.contacts import APPROACH, PENETRATION, add_contact, contact_motion
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
-from linkages.planar.newton_euler import force_residual, generalised_force
-from linkages.planar.singularities import smooth_dynamics
+from linkages.planar.newton_euler import generalised_force
 from linkages.planar.tangent_workspace import Scratch
 
 _SHORT = 1e-5  # step of differences of the fourth order of drives, in parts of a value: phases grow with time
@@ -81,16 +80,7 @@ def _fixed_residual(
     if len(model.loads):
         tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
         load_wrenches(tables, t, w.pose, w.vel, w.wrench)
-    if len(model.rows):
-        smooth_dynamics(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
-        for i in range(n):
-            out[i] = w.a[model.free[i]] - dy[i]
-    else:
-        for i in range(n):
-            w.a[model.free[i]] = dy[i]
-        force_residual(model.bodies, model.gravity, w)
-        for i in range(n):
-            out[i] = w.tau[model.free[i]]
+    rate_residuals(model, w, dy, out)
 
 
 @kernel
