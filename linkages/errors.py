@@ -70,16 +70,14 @@ def nearest(name: str, known: Iterable[str], others: str = "") -> str:
     return f"known are: {', '.join(known)}" if known else "none are known here"
 
 
-def nearest_names(name: str, known: Iterable[str], most: int = 3) -> str:
-    """Suggest the most similar names, or list all owners, as the end of a sentence.
+def nearest_names(name: str, known: Iterable[str]) -> str:
+    """Suggest up to three similar names, or list all owners, as the end of a sentence.
 
     Parameters
     ----------
     name : str
         ``OWNER.quantity``, misspelt.
     known : iterable of str
-    most : int
-        Largest number of suggestions.
 
     Examples
     --------
@@ -87,7 +85,7 @@ def nearest_names(name: str, known: Iterable[str], most: int = 3) -> str:
     'did you mean "A.force"?'
     """
     known = sorted(known)
-    close = difflib.get_close_matches(name, known, n=most, cutoff=0.7)
+    close = difflib.get_close_matches(name, known, n=3, cutoff=0.7)
     if close:
         *first, last = (f'"{one}"' for one in close)
         return f"did you mean {', '.join(first)} or {last}?" if first else f"did you mean {last}?"

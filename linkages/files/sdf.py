@@ -82,9 +82,9 @@ def _changeable(element: ET.Element) -> ET.Element:
     return result
 
 
-def read_root(path: Path, root: ET.Element, overrides: Mapping[str, float] | None = None) -> RawModel:
+def read_root(path: Path, root: ET.Element) -> RawModel:
     """Read the elements of an SDFormat file, as `read_sdf`."""
-    return _replaced(path, _Reader(path, flattened(path, find_model(path, root))), overrides)
+    return _replaced(path, _Reader(path, flattened(path, find_model(path, root))), None)
 
 
 def _replaced(path: Path, reader: _Reader, overrides: Mapping[str, float] | None) -> RawModel:

@@ -32,9 +32,9 @@ class OneOf:
         return name
 
 
-def table_keys(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str]]:
+def table_keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
     """Yield every key of a table and its inner tables, by dotted path, with meaning and unit."""
-    return ((path, info.description or "") for path, info in _fields(model, prefix))
+    return ((path, info.description or "") for path, info in _fields(model))
 
 
 def described_keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:

@@ -15,8 +15,8 @@ from linkages.files.writing import whole
 from linkages.model.experiment import Experiment
 
 
-def edited(experiment: Experiment, values: Mapping[str, Any], target: Path, origin: str = "live page") -> str:
-    """Return the text of an experiment's file with other values.
+def edited(experiment: Experiment, values: Mapping[str, Any], target: Path) -> str:
+    """Return the text of an experiment's file with other values; comments say that they are from the live page.
 
     Parameters
     ----------
@@ -26,8 +26,6 @@ def edited(experiment: Experiment, values: Mapping[str, Any], target: Path, orig
         Values by dotted path; strings are read as TOML values.
     target : Path
         File of the text; the mechanism's path is relative if it is in the same folder or below.
-    origin : str
-        Where the values come from: the comment of each, with the value in the file before.
 
     Returns
     -------
@@ -44,11 +42,11 @@ def edited(experiment: Experiment, values: Mapping[str, Any], target: Path, orig
     """
     document = tomlkit.parse(experiment.source.read_text(encoding="utf-8"))
     for path, given in values.items():
-        _replace(document, path, parse_value(given) if isinstance(given, str) else given, origin)
+        _replace(document, path, parse_value(given) if isinstance(given, str) else given)
     machine, folder = experiment.mechanism_path.resolve(), target.resolve().parent
     named = str(machine.relative_to(folder) if machine.is_relative_to(folder) else machine)
     if named != document["mechanism"]:
-        _replace(document, "mechanism", named, origin)
+        _replace(document, "mechanism", named)
     return tomlkit.dumps(document)
 
 
@@ -68,8 +66,8 @@ def save(experiment: Experiment, values: Mapping[str, Any], target: Path, replac
     return target
 
 
-def _replace(document: tomlkit.TOMLDocument, path: str, value: Any, origin: str) -> None:
-    """Set a value at a dotted path, with its origin as its comment."""
+def _replace(document: tomlkit.TOMLDocument, path: str, value: Any) -> None:
+    """Set a value at a dotted path, with its origin and the value before as its comment."""
     *tables, key = path.split(".")
     here: Any = document
     for name in tables:
@@ -79,5 +77,5 @@ def _replace(document: tomlkit.TOMLDocument, path: str, value: Any, origin: str)
     before = here.get(key)
     item: Item = tomlkit.item(value)
     was = "" if before is None or isinstance(before, dict) else f"; before: {tomlkit.item(before).as_string()}"
-    item.comment(f"{origin}{was}" if len(was) < 60 else origin)
+    item.comment(f"live page{was}" if len(was) < 60 else "live page")
     here[key] = item

@@ -257,9 +257,9 @@ def _key(values: Mapping[str, Any], without: tuple[str, ...]) -> tuple[Any, ...]
     return tuple(sorted((path, str(value)) for path, value in kept.items()))
 
 
-def _keep_few(kept: dict[Any, Any], most: int = 20) -> None:
-    """Forget the oldest entries of a cache."""
-    while len(kept) >= most:
+def _keep_few(kept: dict[Any, Any]) -> None:
+    """Forget the oldest entries of a cache of twenty."""
+    while len(kept) >= 20:
         kept.pop(next(iter(kept)))
 
 

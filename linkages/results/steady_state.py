@@ -215,14 +215,13 @@ def motion_of(system: System, run: Trajectory) -> Motion:
     return Motion(kind, why, period, periods, since, end)
 
 
-def classify(states: Array, phases: int = _PHASES, scale: str = "") -> tuple[str, int, int | None, str]:
-    """Classify a series of states (nt, m), ordered backwards from the end, with `phases` per period.
+def classify(states: Array, scale: str = "") -> tuple[str, int, int | None, str]:
+    """Classify a series of states (nt, m), ordered backwards from the end, with `_PHASES` per period.
 
     Parameters
     ----------
     states : (nt, m) array
         Dimensionless states.
-    phases : int
     scale : str
         Unit of the states, for `why`.
 
@@ -237,10 +236,10 @@ def classify(states: Array, phases: int = _PHASES, scale: str = "") -> tuple[str
     """
     last = len(states) - 1
     if not states.shape[1]:  # the drives determine the motion
-        found = last >= phases
+        found = last >= _PHASES
         return ("periodic", 1, last, "") if found else ("not settled", 0, None, _SHORT)
     for n in range(1, MOST + 1):
-        shift = n * phases
+        shift = n * _PHASES
         window = min(max(shift // 2, (last - shift) // 2), 3 * shift)
         if last < shift + window:
             break
@@ -256,17 +255,17 @@ def classify(states: Array, phases: int = _PHASES, scale: str = "") -> tuple[str
             return "periodic", n, first + shift, ""
         if n == 1 and recent <= SAME:
             return "not settled", 0, None, _SETTLES
-    count = (last + 1) // phases
-    if last < phases:
+    count = (last + 1) // _PHASES
+    if last < _PHASES:
         return "not settled", 0, None, _SHORT
     if count < ENOUGH:
-        lasts = f"{last / phases:.3g}"
+        lasts = f"{last / _PHASES:.3g}"
         why = f"it does not repeat within {lasts} period{'' if lasts == '1' else 's'}"
-        if last > phases:
-            apart = np.abs(states[: min(phases, last - phases) + 1] - states[phases : 2 * phases + 1]).max()
+        if last > _PHASES:
+            apart = np.abs(states[: min(_PHASES, last - _PHASES) + 1] - states[_PHASES : 2 * _PHASES + 1]).max()
             why += f"; the states of the last two periods differ by {apart:.2g}{scale and f' {scale}'}"
         return "not settled", 0, None, why
-    growth, steps = _neighbours(states, phases, count)
+    growth, steps = _neighbours(states, count)
     if growth > GROWTH:
         return "chaotic", 0, None, f"close states diverge by a factor of {np.exp(growth):.2g} in a period"
     if growth * count < np.log(_SHRINKS) or steps < _SHRINKS:
@@ -281,10 +280,10 @@ def _rest(recent: Array, before: Array) -> float:
     return float(np.max(np.abs(recent).max(axis=0)[shrinks] * (factor / (1.0 - factor))[shrinks], initial=0.0))
 
 
-def _neighbours(states: Array, phases: int, count: int) -> tuple[float, float]:
+def _neighbours(states: Array, count: int) -> tuple[float, float]:
     """Compute the growth of the logarithmic distance of neighbours per period; ratio of later to earlier changes."""
-    part = phases // 4  # positions over a time, instead of rates
-    blocks = np.array([states[k * phases : k * phases + part].ravel() for k in range(count)])
+    part = _PHASES // 4  # positions over a time, instead of rates
+    blocks = np.array([states[k * _PHASES : k * _PHASES + part].ravel() for k in range(count)])
     apart = np.abs(blocks[:, None] - blocks).max(axis=2)
     steps = np.diagonal(apart, 1)
     half = len(steps) // 2

@@ -69,10 +69,8 @@ def quasi_static_response(model: FiniteElementModel, state: Motion) -> Response:
     return Response(state, u, none, none, model.platform_displacement(state, u))
 
 
-def recursion(
-    model: FiniteElementModel, branch: Branch, times: Array, start: Start = "rest", printed: bool = False
-) -> Response:
-    """Response by the paper's recursion, eq. (13): matrices and loads constant over each step, each mode exact.
+def recursion(model: FiniteElementModel, branch: Branch, times: Array, printed: bool = False) -> Response:
+    """Response from rest by the paper's recursion, eq. (13): matrices and loads constant over a step, each mode exact.
 
     With free roots nothing but inertia holds the mechanism: three modes are rigid, and it falls behind its
     prescribed motion.
@@ -81,21 +79,13 @@ def recursion(
     ----------
     times : (N,) array
         Rising times [s].
-    start : str
-        "rest": no displacement and no rate; "quasi-static": on the quasi-static solution.
     printed : bool
         Whether to return from the modal basis of a step with the basis of the next step, as printed, in which modes
         keep their order and signs. By default the basis is the same both ways.
-
-    Raises
-    ------
-    InputError
-        If the crank roots are free and the start needs the quasi-static solution.
     """
     state = branch.motion(times)
     rigid = 3 if model.robot.drives.roots == "free" else 0
     u, v, a = np.zeros((3, len(times), model.size))
-    u[0], v[0] = _start(model, branch, start)
     alpha, beta = model.robot.damping.mass, model.robot.damping.stiffness
     load = model.load(state)
     for first in range(0, len(times), flexible.BATCH):
@@ -144,7 +134,7 @@ def march(
     times : (N,) array
         Equally spaced [s].
     start : str
-        As in `recursion`.
+        "rest": no displacement and no rate; "quasi-static": on the quasi-static solution.
     radius : float
         Spectral radius at infinite frequency: 1 keeps all energy, 0 damps the highest modes at once.
     velocity_dependent : bool

@@ -171,13 +171,12 @@ def test_cache_keeps_maps_apart_and_reads_them_back(cache, tmp_path):
 
 
 def test_listeners_hear_of_maps_that_are_built(cache, monkeypatch):
-    """Not of stored ones, nor of maps whose progress the caller shows."""
+    """Not of stored ones."""
     heard = []
     monkeypatch.setattr(map_cache, "_told", [])
     map_cache.tell(lambda case: lambda done: heard.append((case.slenderness, done)))
     for _ in range(2):
         load_map(small(0.6))
-    load_map(small(0.7), progress=lambda done: None)
     assert [slenderness for slenderness, _ in heard] == [0.6] * 9
     assert [done for _, done in heard] == pytest.approx(np.arange(1, 10) / 9)
 

@@ -36,14 +36,12 @@ def map_path(case: MapCase) -> Path:
     return cache_directory() / f"film-v{VERSION}-{case.cavitation}-{int(case.head[0]):012x}.map"
 
 
-def load_map(case: MapCase, progress: Progress | None = None) -> Array:
-    """Map of a film: from the cache if a sound one is there, else built and stored.
+def load_map(case: MapCase) -> Array:
+    """Map of a film: from the cache if a sound one is there, else built and stored; listeners of `tell` are told.
 
     Parameters
     ----------
     case : MapCase
-    progress : callable, optional
-        As for `film_map.build_map`, which is called where the map must be built. Default: the listeners of `tell`.
 
     Returns
     -------
@@ -63,7 +61,7 @@ def load_map(case: MapCase, progress: Progress | None = None) -> Array:
     path = map_path(case)
     table = read_map(path, case)
     if table is None:
-        listeners = [listener(case) for listener in _told] if progress is None else [progress]
+        listeners = [listener(case) for listener in _told]
         table = build_map(case, lambda done: [listener(done) for listener in listeners])
         try:
             write_map(path, table)

@@ -109,8 +109,9 @@ class JournalView(View):
         self.set_label(1.0 + _RING)
 
 
-def _ring(inner: float, outer: float, height: float, sides: int = 96) -> tuple[Array, NDArray[np.int32]]:
+def _ring(inner: float, outer: float, height: float) -> tuple[Array, NDArray[np.int32]]:
     """Return vertices (3, n) and triangles (3, m) of a flat ring at a height above the plane."""
+    sides = 96
     angle = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
     unit = np.stack([np.cos(angle), np.sin(angle), np.zeros(sides)])
     vertices = np.hstack([inner * unit, outer * unit])

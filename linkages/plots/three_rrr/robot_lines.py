@@ -25,18 +25,14 @@ def rest_lines(model: FiniteElementModel, state: Motion, index: int) -> list[tup
     return displaced_lines(model, state.part(slice(index, index + 1)), np.zeros(model.full))
 
 
-def shape_lines(
-    model: FiniteElementModel, state: Motion, index: int, shape: Array, scale: float | None = None
-) -> list[tuple[Array, str]]:
-    """Return lines of the robot deformed by a shape (size,) of its unknowns, by default magnified."""
+def shape_lines(model: FiniteElementModel, state: Motion, index: int, shape: Array) -> list[tuple[Array, str]]:
+    """Return lines of the robot deformed by a shape (size,) of its unknowns, magnified."""
     one = state.part(slice(index, index + 1))
     full = model.expand(one, shape[None])[0]
     still = displaced_lines(model, one, np.zeros(model.full))
-    if scale is None:
-        moved = displaced_lines(model, one, full)
-        pairs = zip(moved, still, strict=True)
-        largest = max(float(np.max(np.linalg.norm(a - b, axis=1))) for (a, _), (b, _) in pairs)
-        scale = _SHARE * float(np.max(model.geometry.coupler)) / largest
+    pairs = zip(displaced_lines(model, one, full), still, strict=True)
+    largest = max(float(np.max(np.linalg.norm(a - b, axis=1))) for (a, _), (b, _) in pairs)
+    scale = _SHARE * float(np.max(model.geometry.coupler)) / largest
     return displaced_lines(model, one, scale * full)
 
 

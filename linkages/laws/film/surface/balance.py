@@ -59,12 +59,7 @@ class Balance(NamedTuple):
 
 
 def make_balance(
-    mesh: SurfaceMesh,
-    film: Thickness,
-    velocity: tuple[float, float] = (0.0, 0.0),
-    speed: float = 0.5,
-    *,
-    axial: bool = True,
+    mesh: SurfaceMesh, film: Thickness, velocity: tuple[float, float] = (0.0, 0.0), speed: float = 0.5
 ) -> Balance:
     """Integrate the film over cells and faces.
 
@@ -76,8 +71,6 @@ def make_balance(
         Of the journal's centre in the bearing's frame, in units of c*omega.
     speed : float
         Mean surface speed over R*omega: half of the journal's in the bearing's frame.
-    axial : bool
-        Whether there is flow along the bearing.
     """
     theta, zeta = mesh.theta[:, None], mesh.zeta
     low, high = mesh.faces[:-1, None], mesh.faces[1:, None]
@@ -95,7 +88,7 @@ def make_balance(
     sines, cosines = np.sin(mesh.faces), np.cos(mesh.faces)
     rate = -vx * np.diff(sines) + vy * np.diff(cosines)
     squeeze = rate[:, None] * mesh.height * np.ones_like(around)
-    return Balance(around, carried, *_axial(mesh, film, free, axial), squeeze=squeeze, missing=squeeze, free=free)
+    return Balance(around, carried, *_axial(mesh, film, free), squeeze=squeeze, missing=squeeze, free=free)
 
 
 def cell_volumes(mesh: SurfaceMesh, film: Thickness) -> Array:
@@ -132,11 +125,9 @@ def _powers(film: Thickness, low: Array, high: Array, zeta: Array) -> Array:
     return total
 
 
-def _axial(mesh: SurfaceMesh, film: Thickness, free: NDArray[np.bool_], axial: bool) -> tuple[Array, Array]:
+def _axial(mesh: SurfaceMesh, film: Thickness, free: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Conductances along the bearing, and of its end at zeta < 0."""
     shape = free.shape
-    if not axial:
-        return np.zeros(shape), np.zeros(shape[0])
     resistance = []
     for low, high in ((mesh.ends[:-1], mesh.zeta), (mesh.zeta, mesh.ends[1:])):
         middle, half = mesh.theta[:, None], 0.5 * mesh.width[:, None]
