@@ -396,7 +396,8 @@ def test_a_study_of_no_outputs_is_refused(command, vary, tmp_path, capsys):
 
 
 def test_one_revolution_has_no_spread_and_a_wrong_path_is_told_at_once(tmp_path, capsys):
-    words = "sweep slider_crank_dry.toml --revolutions 1 --transient 0 --no-plots --output B.force".split()
+    words = ["sweep", "slider_crank_dry.toml", "--revolutions", "1", "--transient", "0", "--output", "B.force"]
+    words.append("--no-plots")
     assert main([*words, "--vary", "drives.O.speed=200:400:2", "--out", str(tmp_path)]) == 0
     assert "±" not in capsys.readouterr().out
     with open(tmp_path / "sweep.csv", newline="", encoding="utf-8") as file:
