@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.integrate.stepper import copy
-from linkages.kernel import Array, Records, clear, kernel, record_type
+from linkages.kernel import Array, Indices, Records, clear, kernel, record_type
 from linkages.kernel.by_reference import packed
 from linkages.laws.film.tilted_film import tilted_action, tilted_gap
 from linkages.laws.journal import end_flow
@@ -18,7 +18,7 @@ from linkages.planar.closure_rows import term_rate
 from linkages.planar.contacts import CONTENT, COUPLE, EX, EY, FLOW, FX, FY, PENETRATION, WIDTH, contact_motion
 from linkages.planar.flexible_dynamics import flexible_energy
 from linkages.planar.internal_forces import BENDING, beam_state
-from linkages.planar.kinematics import body_accelerations, body_states
+from linkages.planar.kinematics import body_accelerations, body_motions, body_states
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
 from linkages.planar.markers import arm, marker_acceleration, marker_velocity, turned
 from linkages.planar.motion import evaluate_motions
@@ -47,6 +47,7 @@ OUTPUT = record_type(
 )
 
 _CORNERS = 4
+_KNOWN = (0, 1, 2, 3, 4, 5, 8, 9, 10, 11, 15, 17)  # quantities of contacts that follow from the contacts alone
 
 
 class View(NamedTuple):
@@ -241,6 +242,8 @@ def tabulate(
         copy(a[i], w.a)
         for k in range(contacts.shape[1]):
             copy(contacts[i, k], view.contacts[k])
+        body_states(view.model.bodies, w.q, w.v, w.pose, w.vel)
+        body_accelerations(view.model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
         _complete(view, with_forces, times[i], powered)
         for k in range(len(outputs)):
             out[k, i] = output_value(outputs[k], view)
@@ -248,10 +251,13 @@ def tabulate(
 
 @kernel
 def add_moved(
-    outputs: Records, with_forces: bool, view: View, times: Array, q: Array, v: Array, a: Array, contacts: Array,
-    dq: Array, dv: Array, da: Array, dcontacts: Array, h: float, weight: float, out: Array,
+    outputs: Records, with_forces: bool, needed: Indices, view: View, times: Array, q: Array, v: Array, a: Array,
+    contacts: Array, dq: Array, dv: Array, da: Array, dcontacts: Array, h: float, weight: float, out: Array,
 ) -> None:  # fmt: skip
-    """Add the outputs of `tabulate`, at h times a change of coordinates and contacts, times a weight, to ``out``."""
+    """Add the outputs of `tabulate`, at h times a change of coordinates and contacts, times a weight, to ``out``.
+
+    ``needed``: see `bodies_needed`.
+    """
     w, powered = view.state, np.zeros((3, len(view.model.powered_bodies)))
     for i in range(len(times)):
         for k in range(len(w.q)):
@@ -259,6 +265,7 @@ def add_moved(
         for k in range(contacts.shape[1]):
             for j in range(WIDTH):
                 view.contacts[k, j] = contacts[i, k, j] + h * dcontacts[i, k, j]
+        body_motions(view.model.bodies, needed, w.q, w.v, w.a, w.pose, w.vel, w.acc)
         _complete(view, with_forces, times[i], powered)
         for k in range(len(outputs)):
             out[k, i] += weight * output_value(outputs[k], view)
@@ -266,12 +273,10 @@ def add_moved(
 
 @kernel
 def _complete(view: View, with_forces: bool, t: float, powered: Array) -> None:
-    """Fill a view whose coordinates and contacts are set; ``powered`` (3, np) is to work in."""
+    """Fill loads and forces of a view whose bodies and contacts are set; ``powered`` (3, np) is to work in."""
     model, w = view.model, view.state
     bodies = model.bodies
     loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-    body_states(bodies, w.q, w.v, w.pose, w.vel)
-    body_accelerations(bodies, w.pose, w.vel, w.v, w.a, w.acc)
     if len(loads[0]):
         load_outputs(loads, t, w.pose, w.vel, view.loads)
     if with_forces:
@@ -286,6 +291,19 @@ def _complete(view: View, with_forces: bool, t: float, powered: Array) -> None:
         if len(model.rows):
             row_reactions(model, w)
         joint_forces(model, w, view.contacts, view.forces, view.efforts)
+
+
+def bodies_needed(model: Arrays, outputs: Records) -> Indices:
+    """Return 1 for each body whose motion outputs need, else 0, (nb,): a point needs its body and all parents."""
+    kind, parents = outputs["kind"], model.bodies.records["mount"]["body"]
+    points, known = kind == POINT, (kind == CONTACT) & np.isin(outputs["what"], _KNOWN)
+    if len(model.loads) or not np.all(points | known | (kind == COORDINATE)):
+        return np.ones(len(parents), np.int64)
+    needed = np.zeros(len(parents), np.int64)
+    for body in outputs["marker"]["body"][points]:
+        while body > 0:
+            needed[body], body = 1, parents[body]
+    return needed
 
 
 def make_view(model: Arrays, n: int) -> View:

@@ -12,7 +12,7 @@ from linkages.kernel import Array, kernel
 from linkages.kernel.block import Duplicate, contents
 from linkages.kernel.compile import bound
 from linkages.outputs.columns import Columns, columns
-from linkages.outputs.formulas import OF_FORCES, add_moved, make_view
+from linkages.outputs.formulas import OF_FORCES, add_moved, bodies_needed, make_view
 from linkages.outputs.registry import JITTER, names, packer
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import EX, EY
@@ -40,7 +40,7 @@ class OutputTable:
         self._read = packer(system, self.names)
         self._numbers = Duplicate((system.arrays, self._read(system)))
         model, self._records = self._numbers.value
-        self._view = make_view(model, system.tree.size)
+        self._needed, self._view = bodies_needed(model, self._records), make_view(model, system.tree.size)
         self._first = len(self._numbers.initial) - len(contents((self._records,)).words)  # place of the records
         self._with_forces = bool(np.isin(self._records["kind"], OF_FORCES).any())
         self._add: Callable[..., None] | None = None
@@ -65,7 +65,15 @@ class OutputTable:
         rates = np.concatenate([arrays.rates, records.rates])
         h = _STEP / _largest(change[0] / min(1.0, model.size), change[3], model.laws["clearance"], 1.0 / near.magnitude)
         result, initial = np.zeros((len(self.names), len(times))), self._numbers.initial[places]
-        given = self._records, self._with_forces, self._view, np.asarray(times, np.float64), *state, *change
+        given = (
+            self._records,
+            self._with_forces,
+            self._needed,
+            self._view,
+            np.asarray(times, np.float64),
+            *state,
+            *change,
+        )
         if self._add is None:
             self._add = cast(Callable[..., None], bound(add_moved, *given, h, 1.0, result))
         for side in (-1.0, 1.0):
