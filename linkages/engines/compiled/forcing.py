@@ -29,14 +29,14 @@ from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, kernel
 from linkages.kernel.simd import WIDTH, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import APPROACHING, FOURTH, OUTPUTS, PLACES, POINTS, WEIGHTS
+from linkages.planar.contact_partials import APPROACHING, FOURTH, OUTPUTS, PLACES, POINTS, SECOND, WEIGHTS
 from linkages.planar.contacts import APPROACH, PENETRATION, add_contact, contact_motion
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.newton_euler import generalised_force
 from linkages.planar.tangent_workspace import Scratch
 
-_SHORT = 1e-5  # step of differences of the fourth order of drives, in parts of a value: phases grow with time
+_SHORT = 1e-5  # step of differences of drives, in parts of a value: phases grow with time
 
 
 @kernel
@@ -154,6 +154,7 @@ def add_forcing(
     if exact:
         for group in range(len(variation.lanes)):
             _add_lanes(equations, variation, group, t, s, first, out)
+        clear_numbers(equations.work.scratch)
 
 
 @kernel
@@ -177,7 +178,6 @@ def _add_lanes(
                 for i in range(OUTPUTS):
                     x.dlaw[k, i] = with_lane(x.dlaw[k, i], column, s.found[i])
     value_columns(equations, t, WIDTH, s.columns)
-    clear_numbers(x)
     for column in range(WIDTH):
         p = variation.lanes[group, column]
         if p >= 0:
@@ -221,14 +221,15 @@ def clear_numbers(x: Scratch) -> None:
 def drive_changes(variation: Variation, p: int, t: float, out: Array) -> None:
     """Fill ``out`` (3, nd) with the changes of prescribed coordinates, rates and accelerations with value p.
 
-    Motions are linear in most values.
+    Piecewise polynomials are linear in most values, formulas are not.
     """
     model, work, h = variation.equations.model, variation.equations.work, _SHORT * variation.unit[p]
+    kind = FOURTH if model.motion_n.min() < 0 else SECOND
     clear(out)
     for point in range(POINTS):
-        weight = WEIGHTS[FOURTH, point] / h
+        weight = WEIGHTS[kind, point] / h
         if weight != 0.0:
-            move(variation, p, (PLACES[FOURTH] + point) * h)
+            move(variation, p, (PLACES[kind] + point) * h)
             evaluate_motions((model.motion, model.motion_c, model.motion_n), t, work.value, work.rate, work.second)
             for i in range(len(model.driven)):
                 out[0, i] += weight * work.value[i]

@@ -177,7 +177,8 @@ def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighb
     free_of_laws = {path: value for path, value in every.items() if not path.startswith("joints.")}
     groups = [dict(islice(each.items(), _MANY)) for each in (every, proportional, free_of_laws)]
     shared = [Together(system, each) for k, each in enumerate(groups) if each not in groups[:k]]
-    return [Neighbours(system, value, shared) for value in values]
+    directions = [Direction(one, every[one], {one: 1.0}) if isinstance(one, str) else one for one in values]
+    return [Neighbours(system, direction, shared) for direction in directions]
 
 
 class Neighbours:
