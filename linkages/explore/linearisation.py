@@ -4,8 +4,8 @@ x, u and y are changes from the operating point. The states x are minimal coordi
 loops leave no spurious poles. The inputs u are torques of drives and applied loads, the outputs y any outputs of the
 registry. Conventions as in python-control: continuous time, G(s) = C (s I - A)^-1 B + D.
 
-A holds exact derivatives of the mechanics, and derivatives of contact laws as the integrator uses them. Forces change
-accelerations linearly, so B is exact as well. C and D are central differences, extrapolated twice.
+A holds exact derivatives of the mechanics, and derivatives of contact laws by differences of the fourth order. Forces
+change accelerations linearly, so B is exact as well. C and D are central differences, extrapolated twice.
 """
 
 from __future__ import annotations

@@ -32,7 +32,12 @@ APPROACHING = INPUTS
 CHANGES = INPUTS + 1
 #: Results of `contact_action`: the outputs, penetration, its rate, sliding speed, load.
 RESULTS = 8
-_DELTA, _CLOSING, _SLIDING, _LOAD = 4, 5, 6, 7
+DELTA, _CLOSING, _SLIDING, _LOAD = 4, 5, 6, 7
+#: Their places in `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
+RESULT_PLACES = (
+    contacts.FX, contacts.FY, contacts.COUPLE, contacts.BRISTLE_RATE,
+    contacts.PENETRATION, contacts.CLOSING, contacts.SLIDING, contacts.LOAD,
+)  # fmt: skip
 #: Bounds within which a contact's force is smooth: ratio of the closing speed to the approach speed, sliding speed,
 #: penetration; the smallest sliding speed over which friction changes smoothly; and whether differences of the fourth
 #: order are taken without any of these bounds too.
@@ -136,6 +141,18 @@ def gap_step(end: np.record, law: np.record, motion: Motion, change: Array, valu
     return _WIDE_DRY * _reach(law, math.inf, change, value, room)
 
 
+@inlined_kernel
+def film_step(law: np.record, delta: float) -> float:
+    """Choose the step of central differences of a film with a penetration along a value, in parts of the value."""
+    return _STEP * min(1.0, max(_NEAR, -delta / law.clearance))
+
+
+@inlined_kernel
+def is_film(law: np.record) -> bool:
+    """Whether a contact is a film alone, whose force is a smooth function."""
+    return bool(law.model == _LUBRICATED)
+
+
 @kernel
 def _reach(law: np.record, approach: float, change: Array, value: float, scales: Array) -> float:
     """Smallest of the scales of the inputs over their changes; zero if nothing changes."""
@@ -151,7 +168,7 @@ def _reach(law: np.record, approach: float, change: Array, value: float, scales:
 @inlined_kernel
 def _note_bounded(found: Any, approach: float, out: Array) -> None:
     """Fill ``out`` (3,) with the quantities that `bounds` limit, from the results of `contact_action`."""
-    out[0], out[1], out[2] = found[_CLOSING] / approach, found[_SLIDING], found[_DELTA]
+    out[0], out[1], out[2] = found[_CLOSING] / approach, found[_SLIDING], found[DELTA]
 
 
 @kernel
@@ -236,7 +253,7 @@ def inside(
     """Reflect the penetration of a contact at zero if it is beyond its bounds: a step ends just beyond an event."""
     if not (bounds[DEPTH_FROM] > -math.inf or bounds[DEPTH_TO] < math.inf):
         return motion
-    delta = contact_action(end, law, table, approach, bristle, motion)[_DELTA]
+    delta = contact_action(end, law, table, approach, bristle, motion)[DELTA]
     if bounds[DEPTH_FROM] <= delta <= bounds[DEPTH_TO]:
         return motion
     return deeper(end, motion, -2.0 * delta)
@@ -279,7 +296,7 @@ def exact_partials(
     clear(out)
     if bounded:
         here = contact_action(end, law, table, approach, bristle, motion)
-        if law.model == _DRY and here[_DELTA] < 0.0 and here[_LOAD] == 0.0 and law.bristle_scale == 0.0:
+        if law.model == _DRY and here[DELTA] < 0.0 and here[_LOAD] == 0.0 and law.bristle_scale == 0.0:
             return  # without contact there are no forces; the differences stay beside it
         _note_bounded(here, approach, seen[1])
     for i in range(INPUTS):
@@ -352,26 +369,28 @@ def contact_partials(
     Differences with a step for each input: laws need not supply derivatives. The rest of the Jacobian is exact. A law
     is a smooth function of a few well-scaled inputs, so that central differences are accurate to 1e-7 of its largest
     change (measured: films 5e-8, contact 6e-8, both together 1.4e-7). Forward differences take half as many evaluations
-    and are accurate to 1e-6 for films, more than Newton's method needs; they are taken of the outputs only. Where
-    bodies can touch, differences are central: the penetration, a small difference of lengths, has too few digits.
+    and are accurate to 1e-6 for films, more than Newton's method needs; with respect to velocities, which do not change
+    the gap and its rounding error, to 3e-7. Where bodies can touch, differences are central: the penetration, a small
+    difference of lengths, has too few digits.
 
     Parameters
     ----------
     central : bool
-        Whether to take central differences of a film too.
+        Whether to take central differences of a film with respect to displacements too.
     contact : (WIDTH,) array
         The contact's quantities at this motion, see `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
     """
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     scales = np.empty(INPUTS)
     input_scales(end, law, motion, _NEAR, scales)
-    central = central or law.model != _LUBRICATED
+    touches = not is_film(law)
     clear(out)
     for i in range(INPUTS):
         if not _counts(end, law, i):
             continue
-        h = (_STEP if central else _FORWARD) * scales[i]
-        for side in range(2 if central else 1):
+        both = touches or (central and not 2 <= i < 6)  # not with respect to velocities
+        h = (_STEP if both else _FORWARD) * scales[i]
+        for side in range(2 if both else 1):
             s = h if side == 0 else -h
             moved = (
                 ex + (s if i == 0 else 0.0),
@@ -385,15 +404,8 @@ def contact_partials(
             )
             z = memory[BRISTLE] + (s if i == 8 else 0.0)
             found = remembered_action(end, law, table, memory, z, moved)
-            for k in range(RESULTS if central else OUTPUTS):
+            for k in range(RESULTS):
                 out[k, i] += found[k] if side == 0 else -found[k]
-        if central:
-            h *= 2.0
-        else:
-            out[FORCE_X, i] -= contact[contacts.FX]
-            out[FORCE_Y, i] -= contact[contacts.FY]
-            out[COUPLE, i] -= contact[contacts.COUPLE]
-            out[BRISTLE_RATE, i] -= contact[contacts.BRISTLE_RATE]
         for k in range(RESULTS):
-            out[k, i] /= h
+            out[k, i] = out[k, i] / (2.0 * h) if both else (out[k, i] - contact[RESULT_PLACES[k]]) / h
     _fill_own_turn(end, motion, out)

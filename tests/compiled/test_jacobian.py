@@ -8,6 +8,7 @@ from shipped import WORN, shipped
 from shipped import run as shipped_run
 
 from linkages import Status, simulate
+from linkages.engines.compiled.linear import slopes
 from linkages.engines.compiled.model import _FILM, _TOUCH
 
 #: Error of every entry, in parts of its column: the mechanics are exact, the contacts' laws central differences, of
@@ -47,10 +48,11 @@ def check_residual(problem, t, y, mass):
     )  # stiff modes and films lose some
 
 
-def check(result, step, reach=0.02, accuracy=LAWS):
+def check(result, step, reach=0.02, accuracy=LAWS, linear=False):
     """Compare both at a step of a run; entries in parts of the largest of their column and kind of row.
 
-    `reach` is the largest step of a difference in parts of the clearance (without: of the linkage's length).
+    `reach` is the largest step of a difference in parts of the clearance (without: of the linkage's length); `linear`
+    checks the Jacobian of linear models.
     """
     assert result.status is Status.OK
     replay = result.evaluate
@@ -61,6 +63,8 @@ def check(result, step, reach=0.02, accuracy=LAWS):
     n, ny = len(m.free), len(y)
     (found, mass), dy = slope(problem, t, y), np.zeros(ny)
     check_residual(problem, t, y, mass)
+    if linear:
+        found = slopes(runner, t, y).jacobian
 
     def at(k):
         def function(value):
@@ -95,6 +99,12 @@ def test_films(film):
     result = shipped_run("compiled", "seven_bar", **changes)
     for step in (len(result.time) // 2, len(result.time) - 1):
         check(result, step, 1e-3 if film == "finite" else 0.02)  # within a cell of the finite film's map
+
+
+@pytest.mark.parametrize("film", ["pinkus-sternlicht", "finite"])
+def test_linear_models_have_more_digits_of_films_than_steps(film):
+    result = shipped_run("compiled", "seven_bar", duration=0.35, **{f"joints.{name}.film": film for name in "AB"})
+    check(result, len(result.time) - 1, 1e-3, accuracy=1e-7, linear=True)
 
 
 LOADED = """duration = 0.3

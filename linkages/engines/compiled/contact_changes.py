@@ -14,29 +14,33 @@ from linkages.engines.compiled.equations import set_state
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.variation import Variation, move
 from linkages.integrate.stepper import copy
-from linkages.kernel import Array, clear, kernel
+from linkages.kernel import Array, clear, inlined_kernel, kernel
 from linkages.kernel.simd import WIDTH
 from linkages.planar.arrays import Arrays
 from linkages.planar.contact_partials import (
     CHANGES,
+    DELTA,
     FINE,
     FOURTH,
     INPUTS,
     OUTPUTS,
     PLACES,
     POINTS,
+    RESULT_PLACES,
     RESULTS,
     SECOND,
     WEIGHTS,
     add_contact_change,
     bounded_values,
+    film_step,
     gap_step,
     inside,
     is_bounded,
+    is_film,
     place_stencil,
     stencil_step,
 )
-from linkages.planar.contacts import APPROACH, BRISTLE, BRISTLE_RATE, COUPLE, FX, FY, Motion, contact_motion
+from linkages.planar.contacts import APPROACH, BRISTLE, Motion, contact_action, contact_motion
 from linkages.planar.workspace import Workspace
 
 MILD = 1e-5  # step of central differences, in parts of a value's magnitude
@@ -49,7 +53,7 @@ class ContactState(NamedTuple):
     """Motions and forces of the contacts at a state; forces in the order of `linkages.planar.contact_partials`."""
 
     motion: Array  # (nc, MOTION)
-    force: Array  # (nc, OUTPUTS)
+    force: Array  # and the other results, (nc, RESULTS)
     laws: Array  # changes of the results along values that change the law, at fixed motion, (np, nc, RESULTS)
     direct: Array  # change of the force along a value, at fixed coordinates, (nc, OUTPUTS)
     moved: Array  # change of the motion along a value, at fixed coordinates, (nc, CHANGES)
@@ -67,7 +71,7 @@ def make_contact_state(nc: int, np_: int, ny: int, k: int, nd: int) -> ContactSt
     """Make the arrays for nc contacts, np values, ny entries of the state, k of the residual, nd driven coordinates."""
     return ContactState(
         np.zeros((nc, MOTION)),
-        np.zeros((nc, OUTPUTS)),
+        np.zeros((nc, RESULTS)),
         np.zeros((np_, nc, RESULTS)),
         np.zeros((nc, OUTPUTS)),
         np.zeros((nc, CHANGES)),
@@ -89,19 +93,24 @@ def note_contacts(equations: Equations, s: ContactState) -> None:
     clear(s.motion)
     add_motions(model, work.dynamics, 1.0, s.motion)
     for k in range(len(model.ends)):
-        found = work.contacts[k]
-        s.force[k, 0], s.force[k, 1], s.force[k, 2] = found[FX], found[FY], found[COUPLE]
-        s.force[k, 3] = found[BRISTLE_RATE]
+        for i in range(RESULTS):
+            s.force[k, i] = work.contacts[k, RESULT_PLACES[i]]
 
 
 @kernel
 def is_fine(equations: Equations) -> bool:
-    """Whether any contact is differentiated to more digits than differences of the second order have."""
-    bounds = equations.work.scratch.bounds
+    """Whether `is_fine_contact` holds for any contact."""
     found = False
-    for k in range(len(bounds)):
-        found = found or bounds[k, FINE] > 0.0 or is_bounded(bounds[k])
+    for k in range(len(equations.model.ends)):
+        found = found or is_fine_contact(equations, k)
     return found
+
+
+@inlined_kernel
+def is_fine_contact(equations: Equations, k: int) -> bool:
+    """Whether contact k is differentiated to more digits than differences of the second order have."""
+    bounds = equations.work.scratch.bounds[k]
+    return bool(bounds[FINE] > 0.0 or is_bounded(bounds))
 
 
 @kernel
@@ -160,9 +169,27 @@ def _add_pair(
 @kernel
 def own_change(equations: Equations, variation: Variation, p: int, k: int, s: ContactState) -> None:
     """Fill ``found``, and keep it in ``laws``, with the change of all results of contact k along value p alone."""
-    clear(s.change)
-    law_change(equations, variation, p, k, s)
+    if is_film(equations.model.laws[k]) and not is_fine_contact(equations, k):
+        _film_change(equations, variation, p, k, s)
+    else:
+        clear(s.change)
+        law_change(equations, variation, p, k, s)
     copy(s.found, s.laws[p, k])
+
+
+@kernel
+def _film_change(equations: Equations, variation: Variation, p: int, k: int, s: ContactState) -> None:
+    """Fill ``found`` with central differences of the results of a film along value p."""
+    moved, own, a = variation.equations.model, equations.work.memory[k], s.motion[k]
+    motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
+    h = variation.unit[p] * film_step(equations.model.laws[k], s.force[k, DELTA])
+    clear(s.found)
+    for side in (1.0, -1.0):
+        move(variation, p, side * h)
+        found = contact_action(moved.ends[k], moved.laws[k], moved.tables[k], own[APPROACH], own[BRISTLE], motion)
+        for i in range(RESULTS):
+            s.found[i] += side * found[i] / (2.0 * h)
+    move(variation, p, 0.0)
 
 
 @kernel

@@ -62,7 +62,7 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
 
 @lazy_kernel
 def exact_jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
-    """Fill the same as `jacobian`, with central differences, or `exact_partials` where the bounds say so."""
+    """Fill the same as `jacobian`, films with more digits, and `exact_partials` where the bounds say so."""
     _fill(equations, t, y, True, mass, out)
 
 

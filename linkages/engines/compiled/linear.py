@@ -15,6 +15,7 @@ from linkages.kernel.by_reference import reference
 from linkages.planar.closure import free_jacobian
 from linkages.planar.closure_rows import row_acceleration
 from linkages.planar.composite_inertia import mass_matrix
+from linkages.planar.contact_partials import FINE
 from linkages.planar.kinematics import body_accelerations, body_velocities
 
 
@@ -105,7 +106,7 @@ def _row_curvature(equations: Equations, v: Array, out: Array) -> None:
 def slopes(runner: Runner, t: float, y: Array) -> Slopes:
     """Differentiate the equations of motion at a state.
 
-    The mechanics are differentiated exactly; the laws of contacts as in `linkages.planar.contact_partials`.
+    The mechanics are differentiated exactly, the laws of contacts by differences of the fourth order.
 
     Parameters
     ----------
@@ -119,6 +120,7 @@ def slopes(runner: Runner, t: float, y: Array) -> Slopes:
     """
     equations, model = runner.aside(), runner.model
     n, ny, w = len(model.free), len(y), equations.work.dynamics
+    equations.work.scratch.bounds[:, FINE] = 1.0
     rates, mass, out, masses = np.zeros(ny), np.zeros((ny - n, ny - n)), np.zeros((ny, ny)), np.zeros((len(w.q),) * 2)
     _fill(equations, t, y, rates, mass, out, masses)
     out[n:] = np.linalg.solve(mass, out[n:])

@@ -18,12 +18,10 @@ from linkages.engines.compiled.variation import Variation
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import Array, Indices, clear, kernel
-from linkages.planar.contact_partials import APPROACHING, INPUTS, RESULTS
-from linkages.planar.contacts import BRISTLE_RATE, CLOSING, COUPLE, EX, EY, FX, FY, LOAD, PENETRATION, SLIDING
+from linkages.planar.contact_partials import APPROACHING, INPUTS, RESULT_PLACES, RESULTS
+from linkages.planar.contacts import EX, EY, PENETRATION
 from linkages.planar.motion import last_start
 
-#: Places of the results of a contact in `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
-_PLACES = (FX, FY, COUPLE, BRISTLE_RATE, PENETRATION, CLOSING, SLIDING, LOAD)
 #: Status of the columns after a step: known; not known, because a step was singular or Newton's method failed; not
 #: known, because a contact began without speed.
 KNOWN, SINGULAR, GRAZED = 0, 1, 2
@@ -144,18 +142,19 @@ def _contacts_along(equations: Equations, variation: Variation, t: float, c: Col
                 total = s.laws[p, k, result]
                 for i in range(INPUTS):
                     total += partials[k, result, i] * along[i]
-                out[p, step, k, _PLACES[result]] = total
+                out[p, step, k, RESULT_PLACES[result]] = total
 
 
 @kernel
 def _set_changes(
-    equations: Equations, variation: Variation, p: int, j: int, t: float, c: Column, dq: Array, dv: Array, da: Array
-) -> None:
-    """Fill the changes of coordinates, rates and accelerations along column j, with known ``rates``, and value p."""
-    model, n, drive = equations.model, len(equations.model.free), c.contacts.drive
+    equations: Equations, variation: Variation, p: int, j: int, t: float, columns: Array, rates: Array, drive: Array,
+    dq: Array, dv: Array, da: Array,
+) -> None:  # fmt: skip
+    """Fill the changes of coordinates, rates and accelerations along column j, with known rates, and value p."""
+    model, n = equations.model, len(equations.model.free)
     for i in range(n):
         place = model.free[i]
-        dq[place], dv[place], da[place] = c.before[i, j], c.before[n + i, j], c.rates[i, j]
+        dq[place], dv[place], da[place] = columns[i, j], columns[n + i, j], rates[i, j]
     clear(drive)
     if variation.drives[p]:
         drive_changes(variation, p, t, drive)
@@ -173,7 +172,7 @@ def _set_contacts(equations: Equations, variation: Variation, p: int, j: int, c:
         law_change(equations, variation, p, i, c.contacts)
         contacts[i, EX], contacts[i, EY] = c.direction[j, i, 0], c.direction[j, i, 1]
         for result in range(RESULTS):
-            contacts[i, _PLACES[result]] = c.contacts.found[result]
+            contacts[i, RESULT_PLACES[result]] = c.contacts.found[result]
 
 
 @kernel
@@ -197,21 +196,23 @@ def differentiate_states(
     for i in range(len(times)):
         t = times[i]
         k = last_start(steps.times, len(steps.times), t)
+        known, first, drive = states[k, 0, 0] == states[k, 0, 0], m - nv, c.contacts.drive
+        at_step = known and t == steps.times[k] and rates[k, 0, 0] == rates[k, 0, 0]
+        if at_step and not len(limits) and nv > 0 and (noted.shape[2] == 0 or noted[0, k, 0, 0] == noted[0, k, 0, 0]):
+            for p in range(nv):
+                _set_changes(
+                    equations, variation, p, first + p, t, states[k], rates[k], drive, dq[p, i], dv[p, i], da[p, i]
+                )
+                for contact in range(noted.shape[2]):
+                    copy(noted[p, k, contact], contacts[p, i, contact])
+            continue
         for row in range(n):
             copy(states[k, row], c.before[row])
         for row in range(c.remembered.shape[0]):
             copy(memory[k, row], c.remembered[row])
-        known, first = c.before[0, 0] == c.before[0, 0], m - nv
-        at_step = known and t == steps.times[k] and rates[k, 0, 0] == rates[k, 0, 0]
         if at_step:
             for row in range(rates.shape[1]):
                 copy(rates[k, row], c.rates[row])
-        if at_step and not len(limits) and nv > 0 and (noted.shape[2] == 0 or noted[0, k, 0, 0] == noted[0, k, 0, 0]):
-            for p in range(nv):
-                _set_changes(equations, variation, p, first + p, t, c, dq[p, i], dv[p, i], da[p, i])
-                for contact in range(noted.shape[2]):
-                    copy(noted[p, k, contact], contacts[p, i, contact])
-            continue
         if known:
             known = advance(equations, variation, s, tolerance, steps, k, t, limits, c)
         replay(equations, s, tolerance, steps, t, y)
@@ -229,7 +230,9 @@ def differentiate_states(
             motions_along(equations, variation, t, y, c.before, first, c.contacts, c.direction)
         for p in range(nv):
             if known:
-                _set_changes(equations, variation, p, first + p, t, c, dq[p, i], dv[p, i], da[p, i])
+                _set_changes(
+                    equations, variation, p, first + p, t, c.before, c.rates, drive, dq[p, i], dv[p, i], da[p, i]
+                )
                 _set_contacts(equations, variation, p, first + p, c, contacts[p, i])
             else:
                 for q in range(dq.shape[2]):
