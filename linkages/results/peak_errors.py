@@ -113,9 +113,14 @@ def _changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float
         sign, scale = float(np.sign(values[np.abs(values).argmax()])), float(np.abs(values).max())
         here.append(Bracket(name, sign, tighter.time[window], sign * exact[name][inside], scale))
         there.append(Bracket(name, sign, tighter.time[window], sign * values, scale))
-    tops = refine(run, [_uphill(run, bracket) for bracket in here])
-    for one, other, top, finer in zip(here, there, tops, refine(tighter, there), strict=True):
-        result[one.name] = max(result[one.name], _change(run, one, other, top, finer))
+    # parabolas through samples at equal times have equal errors: only shifted maxima are refined
+    tops, summits = ([vertex(bracket.times, bracket.values) for bracket in brackets] for brackets in (here, there))
+    shifted = [k for k, one in enumerate(here) if _is_shifted(one, tops[k][0] - summits[k][0])]
+    refined = refine(run, [_uphill(run, here[k]) for k in shifted]), refine(tighter, [there[k] for k in shifted])
+    for k, top, summit in zip(shifted, *refined, strict=True):
+        tops[k], summits[k] = top, summit
+    for one, other, top, summit in zip(here, there, tops, summits, strict=True):
+        result[one.name] = max(result[one.name], _change(run, one, other, top, summit))
     return result
 
 
@@ -137,10 +142,10 @@ def _uphill(run: Trajectory, window: Bracket) -> Bracket:
 def _change(
     run: Trajectory, one: Bracket, other: Bracket, top: tuple[float, float], finer: tuple[float, float]
 ) -> float:
-    """Compare a maximum of the run and of the tighter run: samples at equal times, and refined (time, value)."""
+    """Compare a maximum of the run and of the tighter run: samples, and their tops (time, value)."""
     assert run.evaluate is not None
     shift, change = top[0] - finer[0], abs(top[1] - finer[1])
-    if abs(shift) > _SHIFTED * np.diff(one.times).min(initial=np.inf):
+    if _is_shifted(one, shift):
         # values at equal times lie on the flanks, and parabolas through them overshoot
         values = one.sign * run.evaluate(np.clip(one.times + shift, *run.time[[0, -1]]))[one.name]
     else:
@@ -148,6 +153,11 @@ def _change(
         heights = [vertex(bracket.times, bracket.values)[1] for bracket in (one, other)]
         values, change = one.values, max(change, abs(heights[0] - heights[1]))
     return float(max(change, np.abs(values - other.values).min()))  # a shift in time alone leaves one value
+
+
+def _is_shifted(window: Bracket, shift: float) -> bool:
+    """Check whether maxima are too far apart [s] for a comparison at equal times."""
+    return abs(shift) > _SHIFTED * float(np.diff(window.times).min(initial=np.inf))
 
 
 def _maxima(values: Array, times: Array, until: float) -> list[slice]:
