@@ -77,6 +77,7 @@ def check_derivatives(study: Study, design: Array, evaluator: Evaluator | None =
     >>> report["agrees"], list(report["quantities"])
     (True, ['force'])
     """
+    check_sensitivities(study)
     evaluate = Screened(study, evaluator or Evaluator(study), max(_STEPS))
     nominal = evaluate(study.nominal[None])
     problem, width = problem_of(study, evaluate, nominal), study.upper - study.lower
