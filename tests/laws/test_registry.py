@@ -2,8 +2,6 @@
 
 import math
 import pickle
-import subprocess
-import sys
 
 import cloudpickle
 import numba
@@ -254,26 +252,3 @@ def test_a_run_with_a_registered_film_is_the_run_with_the_built_in_one():
     assert built_in["A.force"].max() > 0.0
     for name, column in built_in.items():
         np.testing.assert_array_equal(mine[name], column, err_msg=name)
-
-
-RUN = """
-import pathlib, pickle, sys
-import linkages
-system = pickle.loads(pathlib.Path(sys.argv[1]).read_bytes())
-print(repr(float(linkages.simulate(system, "compiled")["B.force"].max())))
-"""
-
-
-@compiled_only
-def test_a_system_takes_its_laws_to_another_process(tmp_path):
-    def stiff(delta, ddelta, ddelta0, joint):
-        return 3.0 * joint.stiffness * delta * math.sqrt(delta)
-
-    register_contact("stiff", stiff)
-    overrides = {"duration": 0.001, "joints.B.contact.law": "stiff"}
-    system = linkages.load(linkages.find_file("slider_crank_dry.toml"), overrides)
-    here = linkages.simulate(system, "compiled")["B.force"].max()
-    (tmp_path / "system").write_bytes(cloudpickle.dumps(system))
-    command = [sys.executable, "-c", RUN, str(tmp_path / "system")]
-    there = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert float(there) == here > 0.0
