@@ -61,21 +61,26 @@ def evaluations(store: Path) -> list:
 
 
 @pytest.fixture(scope="module")
-def work(tmp_path_factory):
-    """A folder with inputs; and the arguments, files and processor time [s] of each command."""
+def commands(tmp_path_factory):
+    """A folder with inputs, and the arguments of each command."""
     folder = tmp_path_factory.mktemp("work")
     (folder / "machine.sdf").write_text(four_bar())
     (folder / "experiment.toml").write_text('mechanism = "machine.sdf"\n' + EXPERIMENT)
     (folder / "study.toml").write_text(STUDY)
     vary = ("--vary", "joints.A.clearance=5e-5:2e-4:6", "--revolutions", "1", "--output", "A.force")
     assert main(["simulate", str(folder / "experiment.toml"), *QUICK, "--out", str(folder / "results")]) == 0
-    words = {
+    return folder, {
         "simulate": ("simulate", folder / "experiment.toml", *QUICK),
         "sweep": ("sweep", folder / "experiment.toml", *vary, "--no-plots"),
         "optimise": ("optimise", folder / "study.toml", "--no-plots"),
         "report": ("report", folder / "results"),
     }
-    known = {}
+
+
+@pytest.fixture(scope="module")
+def work(commands):
+    """A folder with inputs; and the arguments, files and processor time [s] of each command."""
+    (folder, words), known = commands, {}
     for name, these in words.items():
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         assert finish(start(*these, "--out", place(folder / "whole", name)))[0] == 0
@@ -240,8 +245,8 @@ def read_only(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["simulate", "sweep", "optimise", "report"])
-def test_a_folder_that_cannot_be_written_is_refused(name, work, read_only, capsys):
-    words, _, _ = work[1][name]
+def test_a_folder_that_cannot_be_written_is_refused(name, commands, read_only, capsys):
+    words = commands[1][name]
     out = read_only / ("report.html" if name == "report" else "out")
     assert main([*map(str, words), "--out", str(out)]) == 2
     (line,) = capsys.readouterr().err.splitlines()[-1:]
