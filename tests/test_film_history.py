@@ -277,6 +277,7 @@ def test_the_map_moves_alike_where_its_rule_allows_it(rotor):
     assert apart < 0.012 * CLEARANCE < 0.1 * np.ptp(one["A.ey"])
 
 
+@pytest.mark.slow
 def test_the_film_step_limits_the_error(rotor):
     """Half the film step has half the deviation; the error estimate of the summary contains it."""
     times = np.linspace(0.01, 0.06, 200)

@@ -14,7 +14,13 @@ STEEL = {"law": "lankarani-nikravesh", "restitution": 0.9, "youngs_modulus": 207
 SPEED, GRAVITY = 2.0 * np.pi, 9.81  # rad/s, m/s2
 
 
-@pytest.fixture(scope="module", params=list(MACHINES))
+#: With and without dead points and transmission angles; a slide on a moving link. The others are slow.
+QUICK = ("whitworth", "stephenson 3", "stephenson 3 driven at the output", "hart")
+
+
+@pytest.fixture(
+    scope="module", params=[name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in MACHINES]
+)
 def case(request, tmp_path_factory):
     """A machine of the table: its name, its system, its own model."""
     folder = tmp_path_factory.mktemp("machine")

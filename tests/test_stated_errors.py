@@ -76,7 +76,7 @@ def test_the_run_that_estimates_errors_shares_no_step(engine, changed):
         ("seven_bar_rig", 1e-5),
         ("slider_crank_flexible", 1e-3),
         ("three_rrr_clearance", 1e-5),  # at 1e-3 its steps are longer than the periods of the modes
-        ("three_rrr_clearance", 1e-7),
+        pytest.param("three_rrr_clearance", 1e-7, marks=pytest.mark.slow),
     ],
 )
 def test_peaks_of_the_start_have_honest_errors(name, accuracy):
@@ -169,6 +169,7 @@ def script():
     return module
 
 
+@pytest.mark.slow
 def test_random_machines_have_honest_errors(script, tmp_path):
     """A sample of what benchmarks/stated_errors.py judges."""
     judged = 0

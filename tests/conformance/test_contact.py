@@ -130,6 +130,7 @@ def test_every_contact_begins_and_ends_at_a_step(engine):
     assert (run["B.force"][run["B.penetration"] < -1e-9] == 0.0).all()
 
 
+@slow_on_drake
 def test_sampling_would_miss_the_peaks(engine):
     """At the paper's step of 0.1 ms the largest force is seen at two thirds of its size."""
     run = run_shipped(engine, "slider_crank_dry", duration=4e-3)

@@ -33,7 +33,11 @@ def recorded(base):
 
 
 @pytest.mark.parametrize(
-    ("power", "volume"), [(0.5, 0.1 + 2.0 / 3.0 + 0.11), (2.0, 0.1 + 1.0 / 3.0 + 0.11)], ids=["zdt1", "zdt2"]
+    ("power", "volume"),
+    [
+        pytest.param(0.5, 0.1 + 2.0 / 3.0 + 0.11, id="zdt1"),
+        pytest.param(2.0, 0.1 + 1.0 / 3.0 + 0.11, id="zdt2", marks=pytest.mark.slow),
+    ],
 )
 def test_zdt(power, volume):
     """The hypervolume up to (1.1, 1.1) is an integral of the front's closed form."""

@@ -25,7 +25,13 @@ def shipped(name):
     return study, evaluator, evaluator(study.nominal[None])
 
 
-@pytest.mark.parametrize("name", RECORDS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow) if name in ("sevenbar_jitter", "sixbar_jitter") else name
+        for name in RECORDS
+    ],
+)
 def test_the_design_is_worth_what_its_record_says(name):
     """Check against the pages: to 0.1 % of the nominal design's objective, or within the stated range.
 

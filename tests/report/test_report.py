@@ -14,6 +14,7 @@ from operator import getitem
 
 import numpy as np
 import pytest
+from engines import slow_on_drake
 from flexible_machines import bent_machine
 
 from linkages import InputError, study, summarize
@@ -324,7 +325,7 @@ def test_links_that_bend_have_numbers_a_table_and_a_figure(tmp_path):
     )
 
 
-@pytest.mark.parametrize("engine", ["compiled", "drake"])
+@slow_on_drake
 def test_outputs_of_bending_without_a_prescribed_motion(tmp_path, engine):
     """The ideal linkage is then a run of rigid links, which has none; the run has, in numbers, figures and report."""
     path = bent_machine(tmp_path, "slider_crank", duration=1e-3).experiment.source
