@@ -424,3 +424,5 @@ def test_figures_say_what_they_show(pendulum):
     for label, figure in figures.items():
         assert figure.axes[-1].get_ylabel() == label
         assert figure.axes[-1].get_xlabel()
+    wide = bifurcation_figure(found, {"rod.angle": "rad"}, logarithmic=["rod.angle"])
+    assert wide.axes[-1].get_yscale() == "log"

@@ -150,6 +150,12 @@ def test_the_life_until_a_limit(press):
     then = worn(life.joints, one, loads, until - cycles[1])  # within a jump: what its loads wear
     assert node_depths(depths_of(life.joints[0], then["B"])[0]).max() == pytest.approx(middle, rel=1e-4)
     assert life.cycles_until("B.depth", 1.0) == math.inf
+    forces, at = life.peaks("B.force")
+    assert list(at) == [stage.middle for stage in life.stages]
+    assert (life.cycles_until("B.force", 0.5 * forces[0]), life.cycles_until("B.force", 2.0 * forces[0])) == (
+        0,
+        math.inf,
+    )
     assert life.play("B")[-1] == pytest.approx(CLEARANCE + life.profiles("B")[-1, 0].mean())
     with pytest.raises(linkages.InputError, match=r"B.depth"):
         life.cycles_until("C.depth", 1.0)

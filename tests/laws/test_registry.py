@@ -11,6 +11,7 @@ from engines import slow_on_drake
 from hypothesis import given
 from hypothesis import strategies as st
 from joint_records import joint
+from machines import four_bar
 from numba import config
 from pydantic import TypeAdapter, ValidationError
 
@@ -193,6 +194,29 @@ def test_laws_go_to_another_process():
     restore(pickle.loads(sent))
     assert contact_force(1.0, 0.0, 0.0, joint(contact="sent")) == 5.0
     assert CONTACTS["sent"].source == "a page"
+
+
+def test_a_system_takes_the_laws_of_its_stops_and_contacts_along(system_of):
+    register_contact("stop", spring(5.0))
+    register_contact("touch", spring(6.0))
+    toml = """duration = 1e-3
+[drives.O]
+speed = 1.0
+[stops.end]
+joint = "O"
+side = "upper"
+limit = 3.0
+contact = {law = "stop", restitution = 1.0, stiffness = 1e5}
+[contacts.floor]
+point = "coupler"
+anchor = [0.0, -1.0]
+contact = {law = "touch", restitution = 1.0, stiffness = 1e5}
+"""
+    sent = cloudpickle.dumps(system_of(four_bar(), toml))
+    for name in ("stop", "touch"):
+        forget(name)
+    pickle.loads(sent)
+    assert registered(["stop", "touch"])[1].name == "touch"
 
 
 def test_what_comes_from_another_process_replaces_older_laws_alone():
