@@ -109,6 +109,7 @@ def test_an_impact_at_the_start_is_damped_as_any_other(run, limit):
     assert found["block.vx"][-1] == pytest.approx(-returned(0.5, CHI), rel=1e-6)
 
 
+@slow_on_drake
 def test_a_mass_set_down_on_the_ground_rests_there(run):
     """The contact begins at t = 0 with no approach speed: the law's limit for a drop from a height that goes to zero."""
     floor = FLOOR.format(angle=0.0, law=LANKARANI).replace("-0.2", "0.0")
