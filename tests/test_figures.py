@@ -200,8 +200,9 @@ def test_the_magnified_orbit_is_as_many_times_larger_as_its_title_says(drawn, tm
     ("unit", "largest", "shown", "factor"),
     [
         ("N m", 6e-5, "µN m", 1e6), ("N m", 0.1, "mN m", 1e3), ("N", 2e4, "kN", 1e-3), ("Pa", 2.8e5, "kPa", 1e-3),
-        ("m/s2", 2e-3, "mm/s²", 1e3), ("rad", 1.4e-5, "µrad", 1e6), ("J", 6e-4, "µJ", 1e6), ("1", 3.0, "", 1.0),
-        ("kg m2", 3.0, "kg m²", 1.0), ("m", 0.0, "m", 1.0),
+        ("m/s2", 2e-3, "mm/s²", 1e3), ("m/s2", 2e4, "km/s²", 1e-3), ("rad", 1.4e-5, "µrad", 1e6), ("J", 6e-4, "µJ", 1e6), ("1", 3.0, "", 1.0),
+        ("kg m2", 3.0, "kg m²", 1.0), ("m", 0.0, "m", 1.0), ("m", 3e-4, "µm", 1e6), ("m", 0.02, "mm", 1e3), ("m", 3.0, "m", 1.0),
+        ("N", 12.0, "N", 1.0), ("1", 0.3, "", 1.0), ("rad/s2", 1.5e5, "krad/s²", 1e-3),
     ],
 )  # fmt: skip
 def test_a_unit_suits_the_magnitude(unit, largest, shown, factor):

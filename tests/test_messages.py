@@ -13,7 +13,6 @@ from linkages.files.shipped import find_file
 from linkages.laws import CONTACTS
 from linkages.model.experiment import BENDING_QUANTITIES, QUANTITIES, described, value_unit
 from linkages.plots import histories, section_figure
-from linkages.plots.style import engineering
 from linkages.report.terminal import format_table
 from linkages.report.words import output_unit
 
@@ -122,15 +121,6 @@ def test_a_drive_that_slides_speaks_of_a_force(experiment_file):
     summary = summarize(found)
     assert summary["drives"]["guide"]["unit"] == "N"
     assert "\nguide force [N] " in format_table(summary)
-
-
-@pytest.mark.parametrize(
-    ("unit", "largest", "shown"),
-    [("m", 3e-4, ("µm", 1e6)), ("m", 0.02, ("mm", 1e3)), ("m", 3.0, ("m", 1.0)), ("N", 4.9e4, ("kN", 1e-3)),
-     ("N", 12.0, ("N", 1.0)), ("m/s2", 1e5, ("m/s²", 1.0)), ("1", 0.3, ("", 1.0)), ("m", 0.0, ("m", 1.0))],
-)  # fmt: skip
-def test_figures_are_in_units_that_suit_the_numbers(unit, largest, shown):
-    assert engineering(unit, largest) == shown
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ by SIGTERM, 141 the reader of the output has ended.
 
 from __future__ import annotations
 
+import atexit
+import gc
 import importlib.metadata
 import os
 import signal
@@ -86,6 +88,7 @@ def _version() -> str:
 
 def exit_status(run: Callable[..., int], *arguments: object) -> int:
     """Run a command and return its exit status; bad input, failed runs and interruptions become one line of text."""
+    atexit.register(gc.freeze)  # a process that ends need not search its objects for cycles: 0.2 s
     with interruptible() as received:
         try:
             with heartbeat():

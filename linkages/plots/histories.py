@@ -14,7 +14,7 @@ from linkages.outputs.registry import unit
 from linkages.plots.guides import guides_figure
 from linkages.plots.journals import contacts_figure, orbits_figure
 from linkages.plots.links import links_figure
-from linkages.plots.style import COLORS, add_legend, axis_label, engineering, figure_style, write_png
+from linkages.plots.style import COLORS, add_legend, axis_label, engineering, figure_style, stacked_axes, write_png
 from linkages.results.summary import Study
 
 _RUN, _IDEAL = COLORS[:2]
@@ -83,7 +83,7 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
 def output_figure(study: Study, name: str) -> Figure:
     """Draw an output of a link or frame over time; below, the effect of clearance."""
     point, _, quantity = name.rpartition(".")
-    figure = Figure(figsize=(6.3, 4.4), layout="constrained")
+    figure = Figure(figsize=(6.3, 4.4))
     _compare(figure, study, {name: f"{point}: {_LABELS.get(quantity, quantity)}"})
     return figure
 
@@ -91,7 +91,7 @@ def output_figure(study: Study, name: str) -> Figure:
 def forces_figure(study: Study) -> Figure:
     """Draw the force in each clearance joint, or else in every joint; below each, the difference."""
     names = study.system.tree.play or tuple(study.system.mechanism.joint)
-    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)), layout="constrained")
+    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)))
     _compare(figure, study, {f"{name}.force": f"force in {name}" for name in names})
     return figure
 
@@ -100,7 +100,7 @@ def torques_figure(study: Study) -> Figure:
     """Draw the torques of all drives, or forces for prismatic joints; below each, the difference."""
     names = [f"{drive}.torque" for drive in study.system.experiment.drives]
     kinds = {name: "force" if unit(study.system, name) == "N" else "torque" for name in names}
-    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)), layout="constrained")
+    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)))
     _compare(figure, study, {name: f"{kind} of {name.removesuffix('.torque')}" for name, kind in kinds.items()})
     return figure
 
@@ -114,7 +114,7 @@ def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
     times, both = run.time[run.time <= ideal.time[-1]], [name for name in labels if name in ideal.columns]
     exact = ideal.evaluate(times) if ideal.evaluate else {n: np.interp(times, ideal.time, ideal[n]) for n in both}
     heights = [height for name in labels for height in ((3, 1) if name in both else (3,))]
-    axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
+    axes = stacked_axes(figure, heights)
     panels = iter(axes)
     for name, label in labels.items():
         top = next(panels)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array
 from linkages.plots.shown import ShownFigure
-from linkages.plots.style import COLORS, LEGEND, axis_label, engineering, round_length
+from linkages.plots.style import COLORS, LEGEND, axis_label, engineering, round_length, stacked_axes
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
 from linkages.results.summary import Study, touching
 from linkages.results.trajectory import Trajectory
@@ -132,8 +132,8 @@ def contacts_figure(study: Study) -> Figure:
     joints: dict[str, list[str]] = {}
     for label in sorted({row.joint for row in study.contacts}):  # joints, or corners of a guide
         joints.setdefault(label.partition(".")[0], []).append(label)
-    figure = ShownFigure(figsize=(6.3, 0.8 + (3.2 if len(joints) < 3 else 2.4) * len(joints)), layout="constrained")
-    axes = figure.subplots(2 * len(joints), 1, sharex=True, squeeze=False)[:, 0]
+    figure = ShownFigure(figsize=(6.3, 0.8 + (3.2 if len(joints) < 3 else 2.4) * len(joints)))
+    axes = stacked_axes(figure, [1.0] * (2 * len(joints)), gap=0.26)
     run = study.run
     for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
         kind_of = "joint" if name in study.system.mechanism.joint else "contact"

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from linkages.arrays import Array
 from linkages.files.magnitudes import rounded
 from linkages.files.writing import file_name
-from linkages.plots.style import COLORS, figure_style, typeset, write_png
+from linkages.plots.style import COLORS, figure_style, stacked_axes, typeset, write_png
 
 SIDES = ("bearing", "journal")
 _MOST = 8  # most profiles in one drawing
@@ -77,8 +77,8 @@ def history_figure(found: Mapping[str, Any]) -> Figure:
     cycles = np.array([block["cycles"] for block in blocks])
     middle = np.array([block["middle"] for block in blocks])
     with figure_style():
-        figure = Figure(figsize=(6.3, 7.0), layout="constrained")
-        volume, length, peaks = figure.subplots(3, 1, sharex=True)
+        figure = Figure(figsize=(6.3, 7.0))
+        volume, length, peaks = stacked_axes(figure, (1.0, 1.0, 1.0))
         for k, name in enumerate(found["joints"]):
             line = [block["joints"][name] for block in blocks]
             color = COLORS[k % len(COLORS)]

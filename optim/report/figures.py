@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from linkages.files.writing import whole
 from linkages.model.experiment import value_unit
-from linkages.plots.style import COLORS, axis_label, figure_style, typeset, write_png
+from linkages.plots.style import COLORS, axis_label, figure_style, stacked_axes, typeset, write_png
 from optim.algorithms import pareto
 from optim.algorithms.nlp import Values
 from optim.evaluate.limits import FEASIBLE
@@ -28,10 +28,12 @@ _FIRST, _TOTAL = COLORS[5], COLORS[0]
 
 
 @contextmanager
-def _png(path: Path, width: float, height: float) -> Iterator[Figure]:
+def _png(
+    path: Path, width: float, height: float, layout: Literal["constrained"] | None = "constrained"
+) -> Iterator[Figure]:
     """Give a figure of this size [inches] to draw in, and write it."""
     with figure_style():
-        figure = Figure(figsize=(width, height), layout="constrained")
+        figure = Figure(figsize=(width, height), layout=layout)
         yield figure
         with whole(path) as partial:
             write_png(figure, partial)
@@ -44,8 +46,8 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
     """
     named = "nominal" if nominal.violation[0] <= FEASIBLE else "nominal, violates constraints"
     names = list(study.file.objectives)
-    with _png(path, 5.5, 1.2 + 2.0 * len(names)) as figure:
-        axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    with _png(path, 5.5, 1.2 + 2.0 * len(names), layout=None) as figure:
+        axes = stacked_axes(figure, [1.0] * len(names))
         count = [row.evaluations for row in iterations]
         best = np.array([row.best_feasible for row in iterations])
         for k, (ax, name, sign) in enumerate(zip(axes, names, study.signs, strict=True)):
