@@ -83,7 +83,7 @@ class StateSpace(Brief):
     def frequency_response(self, omega: Sequence[float] | Array) -> NDArray[np.complex128]:
         """Compute G(i omega) (no, nu, nw) at angular frequencies omega (nw,) [rad/s], output over input units."""
         s = 1j * np.asarray(omega, dtype=np.float64)[:, None, None]
-        inner = np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B.astype(np.complex128))
+        inner = np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B.astype(np.complex128)[None])
         return np.moveaxis((self.C @ inner + self.D).astype(np.complex128), 0, -1)
 
     def save(self, path: str | Path) -> None:

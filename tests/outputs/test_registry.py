@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from measures import scales, worst
+from scipy.integrate import trapezoid
 from shipped import NAMES, points, run_compiled, shipped
 
 import linkages
@@ -63,7 +64,7 @@ def test_a_batch_gives_the_mean_and_rms_of_every_name(system):
     times = fine(result.time)
     found, scale = result.evaluate(times), scales(result.columns)
     for k, name in enumerate(names):
-        mean, square = (np.trapezoid(y, times) / duration for y in (found[name], found[name] ** 2))
+        mean, square = (trapezoid(y, times) / duration for y in (found[name], found[name] ** 2))
         near = 1e-4 * scale[name]
         assert batch.mean[0, 0, k] == pytest.approx(mean, rel=0.0, abs=near), name
         assert batch.rms[0, 0, k] == pytest.approx(np.sqrt(square), rel=0.0, abs=near), name

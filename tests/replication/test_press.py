@@ -6,6 +6,7 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from linkages import extremes, ideal, load, simulate
 from linkages.cli.main import main
@@ -93,7 +94,7 @@ def drake_quantities(study, design):
                 "film": system.value("joints.A.clearance") * (1.0 - peaks["A.eccentricity_ratio"].max),
                 "stroke": peaks["slider7.x"].max - peaks["slider7.x"].min,
                 "jitter": np.abs(late["slider7.ax"] - exact["slider7.ax"]).max(),
-                "torque": np.sqrt(np.trapezoid(torque**2, run.time) / 0.2),
+                "torque": np.sqrt(trapezoid(torque**2, run.time) / 0.2),
             }
         )
     new, worn = found
