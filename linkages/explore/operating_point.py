@@ -138,7 +138,7 @@ def at_rest(a: Array, rates: Array, scale: Array) -> bool:
 
 def newton_step(slope: Array, acceleration: Array) -> Array:
     """Return Newton's step to where the accelerations vanish; the smallest one if the slope (m, m) is singular."""
-    return np.linalg.lstsq(slope, -acceleration)[0].astype(np.float64)
+    return np.linalg.lstsq(slope, -acceleration, rcond=None)[0].astype(np.float64)
 
 
 def falling_step(slope: Array, acceleration: Array) -> Array:

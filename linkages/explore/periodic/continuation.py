@@ -182,7 +182,7 @@ def _newton(problem: Problem, w: Array, normal: Array, settings: Settings) -> tu
         if size_of(residual, settings) <= settings.tolerance:
             return w, residual, rounds
         change = np.linalg.lstsq(
-            _bordered(residual, normal, settings), -np.append(residual.value / settings.scale, 0.0)
+            _bordered(residual, normal, settings), -np.append(residual.value / settings.scale, 0.0), rcond=None
         )[0]
         if not np.isfinite(change).all():
             return None
