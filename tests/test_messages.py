@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from machines import four_bar, slider_crank
 
+import linkages
 from linkages import AssemblyError, InputError, Status, Trajectory, load, study, summarize
 from linkages.cli.endings import report_failures
 from linkages.cli.options import load_system
@@ -149,3 +150,18 @@ def test_every_output_has_a_unit_and_a_figure_with_its_name(quantity, monkeypatc
     (((name, title),),) = (columns.items() for columns in said)
     assert (name, title.partition(": ")[0]) == (f"rod.{quantity}", "rod")
     assert "_" not in title.replace("$_", "")
+
+
+ONE_TEXT = {
+    "variables": lambda system: linkages.simulate_batch(system, "joints.B.clearance", [[1e-4]]),
+    "outputs": lambda system: linkages.simulate_batch(system, outputs="B.force"),
+    "wrt": lambda system: linkages.simulate(system, wrt="joints.B.clearance"),
+    "names": lambda system: linkages.stroboscopic(system, "B.force", 1),
+}
+
+
+@pytest.mark.parametrize("argument", ONE_TEXT)
+def test_one_text_is_no_list_of_names(argument):
+    system = load(find_file("slider_crank_lubricated.toml"))
+    with pytest.raises(InputError, match=rf"^argument: {argument}: is a text; give a list: \[\""):
+        ONE_TEXT[argument](system)

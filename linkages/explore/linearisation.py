@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
-from linkages.errors import InputError, nearest
+from linkages.errors import InputError, nearest, several
 from linkages.explore.differences import extrapolated
 from linkages.explore.local_coordinates import LocalCoordinates
 from linkages.explore.operating_point import Observed, OperatingPoint, at_rest
@@ -149,7 +149,9 @@ def linearise(
     if equilibrium:
         point.settle()
     A, local, rates = point.matrix()
-    names = tuple(outputs or system.experiment.outputs or [name for name in local.names if name.startswith("q.")])
+    names = several(
+        outputs or system.experiment.outputs or [name for name in local.names if name.startswith("q.")], "outputs"
+    )
     pack(system, names)
     C, error_c = _by_state(point, local, names)
     B, D, error_d = _by_inputs(point, local, names, chosen)
@@ -161,10 +163,11 @@ def linearise(
 
 def _checked(known: Mapping[str, object], names: Sequence[str] | None) -> tuple[str, ...]:
     """Check the names of the inputs; default: all."""
-    for name in names or ():
+    chosen = several(known if names is None else names, "inputs")
+    for name in chosen:
         if name not in known:
             raise InputError("argument", f'input "{name}"', f"is unknown; {nearest(name, known)}")
-    return tuple(known if names is None else names)
+    return chosen
 
 
 def _by_state(point: OperatingPoint, local: LocalCoordinates, names: tuple[str, ...]) -> tuple[Array, float]:

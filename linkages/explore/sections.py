@@ -13,7 +13,7 @@ from linkages.brief import Brief, counted
 from linkages.engines.compiled.designs import Systems
 from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.statistics import STATISTICS
-from linkages.errors import InputError, RunError, Status
+from linkages.errors import InputError, RunError, Status, several
 from linkages.explore.compare import PARTED, dense, looser
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.outputs.columns import Columns
@@ -120,7 +120,7 @@ def checked(
         if number < least:
             raise InputError("argument", what, f"is {number}; it must be {least} or more")
     for system in systems:
-        pack(system, names)
+        pack(system, several(names, "names"))
     return [(lasting(system, transient + revolutions, drive), period_of(system, drive)) for system in systems]
 
 

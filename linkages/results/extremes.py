@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.arrays import Array
-from linkages.errors import InputError
+from linkages.errors import InputError, several
 from linkages.integrate.parabola import parabola_top
 from linkages.results.trajectory import Trajectory
 
@@ -94,7 +94,7 @@ def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes
     >>> round(force.peak, 3), round(force.time, 5)  # N, s
     (3.322, 0.00033)
     """
-    highs = _maxima(trajectory, [(name, sign) for name in names for sign in (1.0, -1.0)])
+    highs = _maxima(trajectory, [(name, sign) for name in several(names, "names") for sign in (1.0, -1.0)])
     result = {}
     for name in names:
         (t_max, high), (t_min, low) = highs[name, 1.0], highs[name, -1.0]

@@ -173,6 +173,10 @@ def test_bad_requests_are_refused_before_any_run(press):
         simulate_batch(press, windows=[[0.0, 9.0]])
     with pytest.raises(InputError, match="values: are no table of numbers"):
         simulate_batch(press, ["joints.A.film"], [["long"]])
+    with pytest.raises(InputError, match="values: have 3 dimensions"):
+        simulate_batch(press, ["joints.A.viscosity"], [[[0.4]]])
+    with pytest.raises(InputError, match="windows: are no table of numbers"):
+        simulate_batch(press, windows="all")
     with pytest.raises(InputError, match="limits: have 1 columns for 2 variables"):
         simulate_batch(press, ["joints.A.viscosity", "joints.B.viscosity"], [[0.4, 0.3]], limits=[[0.1], [0.5]])
     with pytest.raises(InputError, match="columns"):

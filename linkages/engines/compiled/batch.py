@@ -13,7 +13,7 @@ from linkages.engines.compiled.batch_derivatives import STATISTICS_WITH_RATES, d
 from linkages.engines.compiled.designs import designs_of
 from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.statistics import STATISTICS
-from linkages.errors import InputError, Status
+from linkages.errors import InputError, Status, several
 from linkages.files.table_formats import needed
 from linkages.kernel import Array, Indices
 from linkages.outputs.registry import default_outputs, pack
@@ -72,7 +72,8 @@ class Batch(Brief):
         line = f"{runs}, {windows}, {counted(len(self.outputs), 'output')}; {failed:,} failed"
         rows = {"outputs": ", ".join(self.outputs), "statistics": ", ".join([*self.statistics, "peak"])}
         for name, column in zip(self.variables, self.values.T, strict=True):
-            rows[name] = f"{np.nanmin(column):g} to {np.nanmax(column):g}" if len(column) else "no values"
+            known = column[~np.isnan(column)]
+            rows[name] = f"{known.min():g} to {known.max():g}" if len(known) else "no values"
         for one in dict.fromkeys(self.status):
             rows[f"runs: {one.value}"] = f"{self.status.count(one):,}"
         if self.sensitivity:
@@ -213,9 +214,10 @@ def simulate_batch(
     >>> batch.sensitivity[path]["mean"].round(3).tolist()  # m/m: runs, windows, outputs
     [[[1.0]]]
     """
-    table, spans = _table_of(values, variables), _spans_of(windows, variables, system.experiment.duration)
-    names = tuple(outputs) if outputs is not None else default_outputs(system)
-    designs = designs_of(system, tuple(variables), names, spans.tobytes())
+    variables, wrt = several(variables, "variables"), several(wrt, "wrt")
+    table, spans = _values_of(values, variables), _spans_of(windows, variables, system.experiment.duration)
+    names = several(outputs, "outputs") if outputs is not None else default_outputs(system)
+    designs = designs_of(system, variables, names, spans.tobytes())
     if not designs.checked:  # a search makes many batches of the same designs
         pack(system, names)
         _check_paths(system, variables, table)
@@ -224,22 +226,30 @@ def simulate_batch(
         system.without_history("derivatives")
     runs = Runs(designs, table)
     share = _OF_RUNS if wrt else 1.0
-    bounds = None if limits is None else _table_of(limits, variables, "limits")
+    bounds = None if limits is None else _values_of(limits, variables, "limits")
     runs.make(threads, progress and (lambda part: progress(share * part)), bounds)
     statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
-    batch = Batch(tuple(variables), table, names, spans, statistics, runs.status, runs.reason, runs.steps)
+    batch = Batch(variables, table, names, spans, statistics, runs.status, runs.reason, runs.steps)
     if not wrt:
         return batch
     found = differentiate_runs(runs, wrt, threads, progress and (lambda part: progress(share + (1.0 - share) * part)))
     return replace(batch, sensitivity=found.rates, sensitivity_status=found.status)
 
 
-def _table_of(values: Any, variables: Sequence[str], name: str = "values") -> Array:
-    """Return the values of the runs, (m, nv)."""
+def _table_of(values: Any, name: str) -> Array:
+    """Return numbers as a table of two dimensions."""
     try:
-        table = np.zeros((1, 0)) if values is None else np.array(values, dtype=np.float64, ndmin=2)
+        table = np.array(values, dtype=np.float64, ndmin=2)
     except (TypeError, ValueError) as problem:
         raise InputError("argument", name, f"are no table of numbers: {problem}") from None
+    if table.ndim > 2:
+        raise InputError("argument", name, f"have {table.ndim} dimensions; give a table, a line for each")
+    return table
+
+
+def _values_of(values: Any, variables: Sequence[str], name: str = "values") -> Array:
+    """Return the values of the runs, (m, nv)."""
+    table = np.zeros((1, 0)) if values is None else _table_of(values, name)
     if table.shape[1] != len(variables):
         raise InputError(
             "argument", name, f"have {table.shape[1]} columns for {len(variables)} variables; give as many"
@@ -249,7 +259,7 @@ def _table_of(values: Any, variables: Sequence[str], name: str = "values") -> Ar
 
 def _spans_of(windows: Any, variables: Sequence[str], duration: float) -> Array:
     """Return the times of the windows, (nw, 2); the whole run by default."""
-    spans = np.array([[0.0, duration]] if windows is None else windows, dtype=np.float64, ndmin=2)
+    spans = _table_of([[0.0, duration]] if windows is None else windows, "windows")
     if spans.shape[1] != 2 or not np.all((spans[:, 0] >= 0) & (spans[:, 0] < spans[:, 1])):
         raise InputError("argument", "windows", "must be pairs of times, each a start at or after 0 and a later end")
     if "duration" not in variables and spans.max(initial=0.0) > duration * (1.0 + 1e-12):

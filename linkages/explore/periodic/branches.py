@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from linkages.brief import Brief, counted
-from linkages.errors import InputError, Status
+from linkages.errors import InputError, Status, several
 from linkages.explore.periodic.continuation import Point, Settings, rescaled, solve
 from linkages.explore.periodic.motion import PeriodicMotion, made, monodromy
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
@@ -167,12 +167,11 @@ def branches(
         raise InputError(origin, path, f"the first motion's value {first:g} is not from {low:g} to {high:g}")
     for value in (low, high, first):
         system.replaced({path: value}, origin)
+    outputs = several(outputs, "outputs")
     pack(system, outputs)
-    search = _Search(
-        system, path, low, high, step, accuracy, tolerance, tuple(outputs), progress or (lambda done: None)
-    )
+    search = _Search(system, path, low, high, step, accuracy, tolerance, outputs, progress or (lambda done: None))
     found = tuple(search.all(first, periods, transient, doublings))
-    return Branches(path, low, high, tuple(outputs), found, Status.INTERRUPTED if search.interrupted else Status.OK)
+    return Branches(path, low, high, outputs, found, Status.INTERRUPTED if search.interrupted else Status.OK)
 
 
 #: Return map and traces of a branch, and where it comes from.
