@@ -23,7 +23,7 @@ def find_study(name: str | Path) -> Path:
     'sevenbar_force.toml'
     """
     path = Path(name)
-    shipped = studies_folder() / path.with_suffix(".toml").name
+    shipped = studies_folder() / f"{path.stem}.toml"
     bare = path.parent in (Path(), Path("optim/studies"))
     return shipped if bare and not path.exists() and shipped.exists() else path
 

@@ -24,7 +24,7 @@ def optimise(
     study: Study,
     store: Path | None = None,
     *,
-    algorithm: Mapping[str, Any] | None = None,
+    algorithm: str | Mapping[str, Any] | None = None,
     seed: int | None = None,
     start: Array | None = None,
     evaluator: Evaluator | None = None,
@@ -39,8 +39,8 @@ def optimise(
     study : Study
     store : Path, optional
         File that keeps every evaluation, ``study.sqlite``; default a temporary one.
-    algorithm : mapping, optional
-        Name and settings; default the study's.
+    algorithm : str or mapping, optional
+        Its name, or a table of its name and settings; default the study's.
     seed : int, optional
         Default the study's.
     start : (n,) array, optional
@@ -78,7 +78,8 @@ def optimise(
     True
     """
     if algorithm is not None:
-        file = study.file.model_copy(update={"algorithm": dict(algorithm)})
+        table = {"name": algorithm} if isinstance(algorithm, str) else dict(algorithm)
+        file = study.file.model_copy(update={"algorithm": table})
         study = dataclasses.replace(study, file=file)
     seed = study.file.seed if seed is None else seed
     evaluate = Evaluator(study) if evaluator is None else evaluator

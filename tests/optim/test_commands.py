@@ -229,6 +229,7 @@ def test_studies_and_seeds_in_one_job(file, tmp_path, capsys):
         (["--out", "short.toml"], "is a file; give a folder"),
         (["--cluster", "tcp://127.0.0.1:9"], "error: --cluster: tcp://127.0.0.1:9: "),
         (["missing.toml"], "error: missing.toml: cannot be read"),
+        ([""], "error: .: cannot be read"),
     ],
 )
 def test_refused(file, tmp_path, capsys, monkeypatch, arguments, message):
@@ -247,7 +248,7 @@ def test_refused(file, tmp_path, capsys, monkeypatch, arguments, message):
     [
         ('"ga"', '"gaa"', 'algorithm.name: "gaa" is unknown; did you mean "ga"'),
         ('name = "ga"', "", "algorithm.name: is missing"),
-        ("population = 8", "population = 8.5", "short.toml: algorithm: population: is 8.5"),
+        ("population = 8", "population = 8.5", "short.toml: algorithm: population: is 8.5; it should be an integer"),
         ("population = 8", "poplation = 8", 'short.toml: algorithm: poplation: unknown key; did you mean "population"'),
     ],
 )

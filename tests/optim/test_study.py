@@ -11,7 +11,7 @@ import toy_optimisation as toy
 
 from linkages import InputError, RunError
 from linkages.files.lock import locked
-from optim import ALGORITHMS, Evaluator, find_study, load_study
+from optim import ALGORITHMS, Evaluator, find_study, load_study, optimise
 from optim.evaluate.evaluations import Evaluations
 from optim.search.run import Stopped, run
 from optim.search.task import settings_of, task_of
@@ -36,6 +36,11 @@ def refused(task, path, kind=InputError):
     assert path.read_bytes() == before
     assert "\n" not in str(problem.value)
     return str(problem.value)
+
+
+def test_an_algorithm_is_named_by_a_text_too():
+    with pytest.raises(InputError, match='algorithm.name: "nsga3" is unknown; did you mean "nsga2"'):
+        optimise(load_study(find_study("sevenbar_force")), algorithm="nsga3")
 
 
 def test_values_come_back_to_the_last_bit(tmp_path):
