@@ -39,7 +39,7 @@ def refused(task, path, kind=InputError):
 
 
 def test_an_algorithm_is_named_by_a_text_too():
-    with pytest.raises(InputError, match='algorithm.name: "nsga3" is unknown; did you mean "nsga2"'):
+    with pytest.raises(InputError, match=r'algorithm\.name: "nsga3" is unknown; did you mean "nsga2"'):
         optimise(load_study(find_study("sevenbar_force")), algorithm="nsga3")
 
 
