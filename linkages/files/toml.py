@@ -216,9 +216,7 @@ def _explain(model: type[Table], data: Mapping[str, Any], error: Any) -> str:
     message = re.sub(r"^(Input|List) should", "it should", error["msg"])
     message = re.sub(r"a valid dictionary( or instance of \w+)?", "a table", message)
     message = (
-        message.replace("be a valid integer", "be an integer")
-        .replace("be a valid ", "be a ")
-        .replace(" after validation", "")
+        message.replace("be a valid i", "be an i").replace("be a valid ", "be a ").replace(" after validation", "")
     )
     shown = repr(value)
     return f"is {shown if len(shown) <= _LONGEST else shown[:_LONGEST] + '...'}; {message}{meaning}"
