@@ -7,6 +7,7 @@ import re
 from importlib.resources import files
 from pathlib import Path
 
+from linkages.brief import counted
 from linkages.errors import InputError, nearest
 
 HELP = "write a commented mechanism (.sdf) and experiment (.toml) to start with"
@@ -137,7 +138,7 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
     if flexible:
         experiment = f"{experiment.rstrip()}\n\n{tomlkit.dumps({'links': flexible})}"
     counts = f"{len(mechanism.links)} links, {len(mechanism.joints)} joints"
-    freedoms = f"{system.assembly.mobility} degree{'s' * (system.assembly.mobility != 1)} of freedom"
+    freedoms = f"{counted(system.assembly.mobility, 'degree')} of freedom"
     named = ", ".join(f"sdf.{key} = {value:.6g}" for key, value in drawn.parameters.items())
     facts = f"\n{counts}, {freedoms}" + (f"\nparameters, SI: {named}" if named else "")
     return (machine, experiment), facts

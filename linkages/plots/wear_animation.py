@@ -9,7 +9,7 @@ from typing import Any
 from jinja2 import Environment
 from markupsafe import Markup
 
-from linkages.files.writing import json_text
+from linkages.plots.curves import embedded
 from linkages.plots.style import COLORS
 
 _PAGE = """<!doctype html>
@@ -107,11 +107,7 @@ def write_animation(found: Mapping[str, Any], path: Path) -> None:
         joints[name] = kept | {"stages": stages}
     life = {"cycles": [block["cycles"] for block in found["blocks"]], "joints": joints}
     page = Environment(autoescape=True).from_string(_PAGE)
-    # in a script only the end of the script element is escaped
-    texts = {
-        key: json_text(value).strip().replace("<", "\\u003c") for key, value in (("life", life), ("colors", COLORS))
-    }
-    marked = {key: Markup(text) for key, text in texts.items()}
+    marked = {key: Markup(embedded(value)) for key, value in (("life", life), ("colors", COLORS))}
     path.write_text(page.render(title=found["title"] or found["experiment"], **marked), encoding="utf-8")
 
 

@@ -11,8 +11,9 @@ from linkages.files.magnitudes import rounded
 from linkages.files.table_keys import bracketed
 from linkages.files.toml import leaves
 from linkages.model.experiment import keys, value_unit
+from linkages.plots.style import typeset
 from linkages.report.result_folder import Results
-from linkages.report.words import NONE, beyond, change, exceeded, meeting, reported, toml_value, typeset, unit
+from linkages.report.words import NONE, beyond, change, exceeded, meeting, reported, toml_value, unit
 from linkages.results.characteristics import link_columns
 from linkages.results.impacts import Impact
 

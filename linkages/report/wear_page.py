@@ -10,10 +10,10 @@ from markupsafe import Markup
 
 from linkages.brief import counted
 from linkages.files.writing import whole
+from linkages.plots.style import typeset
 from linkages.report.page import data_uri, own, template
 from linkages.report.page_tables import Table, number
 from linkages.report.result_folder import read_json, read_page
-from linkages.report.words import typeset
 from linkages.results.shape import Wear
 
 #: Files of ``linkages wear``.

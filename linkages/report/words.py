@@ -13,13 +13,13 @@ import tomlkit
 from linkages.errors import Status, listed
 from linkages.files.magnitudes import rounded
 from linkages.model.experiment import ARGUMENT, BENDING_QUANTITIES, COMMAND_LINE, QUANTITIES
+from linkages.plots.style import typeset
 from linkages.report.result_folder import Results
 from linkages.results.characteristics import peaks_by_key
 
 NONE = "–"  # symbol of an undefined value
 _ALIKE = 1e-3  # relative difference from the steady cycle's peak that is neglected
 _SAME = 1e-4  # relative change that is neglected
-_RAISED = str.maketrans("23", "²³")
 _NOTHING = 1e-9  # relative value below which a difference is rounding
 
 _MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
@@ -206,11 +206,6 @@ def output_unit(name: str) -> str:
 def unit(output: str) -> str:
     """Return the typeset unit of an output: m/s²."""
     return typeset(output_unit(output))
-
-
-def typeset(si: str) -> str:
-    """Write a unit with raised exponents: m/s2 as m/s²."""
-    return si.translate(_RAISED) if si != "1" else si
 
 
 def change(value: float | None, reference: float | None) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from linkages.brief import counted
 from linkages.errors import Status, listed
 from linkages.explore.range_of_motion import Travel
 from linkages.explore.transmission import Transmission
@@ -37,14 +38,14 @@ def facts(
         Extent of the linkage [m].
     """
     kinds = Counter(joint.type for joint in mechanism.joints)
-    joints = listed(f"{count} {kind} joint{_s(count)}" for kind, count in kinds.items())
+    joints = listed(counted(count, f"{kind} joint") for kind, count in kinds.items())
     parts = f"{len(mechanism.links)} moving links, {joints}"
     if system is not None:
         mobility = system.assembly.mobility
-        parts += f"; {mobility} degree{_s(mobility)} of freedom"
+        parts += f"; {counted(mobility, 'degree')} of freedom"
         driven = list(system.experiment.drives)
         if spare := [name for name in starts if name not in driven]:
-            parts += f", {len(starts)} drive{_s(len(starts))}: {listed(spare)} cannot be moved by itself"
+            parts += f", {counted(len(starts), 'drive')}: {listed(spare)} cannot be moved by itself"
     yield parts
     gaps = {joint.name: _gap(joint) for joint in mechanism.joints}
     worst = max(gaps, key=lambda name: gaps[name], default="")
@@ -137,7 +138,3 @@ def _length(value: float) -> str:
         if abs(value) * factor >= 0.9995:
             return f"{value * factor:.4g} {unit}"
     return f"{1e6 * value:.2g} µm"
-
-
-def _s(count: int) -> str:
-    return "" if count == 1 else "s"

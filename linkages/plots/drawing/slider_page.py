@@ -8,7 +8,7 @@ import numpy as np
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from linkages.files.writing import json_text
+from linkages.plots.curves import embedded
 from linkages.plots.drawing.drawing import Drawing
 from linkages.plots.drawing.svg import scale, svg
 
@@ -35,5 +35,5 @@ def page(drawing: Drawing) -> str:
         drawing=drawing,
         asked=[text for text in (drawing.problem, *drawing.doubts) if text],
         picture=svg(drawing, said=False),
-        data=Markup(json_text(data).strip().replace("<", "\\u003c")),
+        data=Markup(embedded(data)),
     )
