@@ -226,10 +226,6 @@ def bearing(
     cells : (int, int)
         Cells of the mesh around the film and along half its length.
 
-    Returns
-    -------
-    Bearing
-
     Raises
     ------
     InputError

@@ -123,10 +123,6 @@ def linearise(
     equilibrium : bool
         Whether to find an equilibrium near the state of that time, by Newton's method.
 
-    Returns
-    -------
-    StateSpace
-
     Raises
     ------
     InputError

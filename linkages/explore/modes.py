@@ -119,10 +119,6 @@ def modes(system: System, time: float = 0.0) -> Modes:
     time : float
         Time of the pose [s]; other than 0 only if prescribed drives determine the motion.
 
-    Returns
-    -------
-    Modes
-
     Raises
     ------
     InputError
@@ -155,10 +151,6 @@ def modes_over(
         Number of followed modes.
     progress : callable, optional
         Called with the finished fraction.
-
-    Returns
-    -------
-    ModesOver
 
     Raises
     ------

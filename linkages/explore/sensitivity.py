@@ -103,10 +103,6 @@ def sensitivities(
     progress : callable, optional
         Called with the name of each stage; returns the stage's progress function.
 
-    Returns
-    -------
-    Sensitivities
-
     Raises
     ------
     InputError

@@ -64,14 +64,6 @@ def import_model(path: Path) -> Imported:
     each other become one link, one link of each floating group is fixed to the world, and revolute joints on one axis
     between the same two links become one joint.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    Imported
-
     Raises
     ------
     InputError

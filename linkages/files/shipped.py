@@ -25,10 +25,6 @@ def find_file(name: str | Path, *suffixes: str) -> Path:
     *suffixes : str
         Optional suffixes of names, such as ".toml"; the first that gives an existing file is used.
 
-    Returns
-    -------
-    Path
-
     Raises
     ------
     InputError

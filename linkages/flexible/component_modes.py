@@ -177,10 +177,6 @@ def component_modes(
     stiffening : bool
         Whether H acts: the stiffening, or softening, of bending by axial forces.
 
-    Returns
-    -------
-    ComponentModes
-
     Raises
     ------
     InputError

@@ -189,10 +189,6 @@ def registered(names: Iterable[str] | None = None) -> tuple[Registered, ...]:
     ----------
     names : iterable of str, optional
 
-    Returns
-    -------
-    tuple of Registered
-
     Examples
     --------
     >>> from linkages import laws

@@ -27,10 +27,6 @@ def edited(experiment: Experiment, values: Mapping[str, Any], target: Path) -> s
     target : Path
         File of the text; the mechanism's path is relative if it is in the same folder or below.
 
-    Returns
-    -------
-    str
-
     Examples
     --------
     >>> import linkages

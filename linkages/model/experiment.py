@@ -283,10 +283,6 @@ def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None
     origin : str
         Origin of the overrides, named in errors and as the source of their values.
 
-    Returns
-    -------
-    Experiment
-
     Raises
     ------
     InputError

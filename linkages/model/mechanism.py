@@ -231,10 +231,6 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
         Values that override the file; see `linkages.files.sdf.read_sdf`. In addition,
         ``links.NAME.inertia`` sets the moment about the plane's normal [kg m2] (the tensor is scaled).
 
-    Returns
-    -------
-    Mechanism
-
     Raises
     ------
     InputError

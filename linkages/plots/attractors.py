@@ -33,10 +33,6 @@ def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[st
         Names of the columns.
     units : (str, str)
         SI units of x and y.
-
-    Returns
-    -------
-    Figure
     """
     largest = (float(np.abs(section[name]).max(initial=0.0)) for name in (x, y))
     (unit_x, factor_x), (unit_y, factor_y) = map(engineering, units, largest)
@@ -73,10 +69,6 @@ def bifurcation_figure(
         Factor on the variable.
     logarithmic : sequence of str
         Columns whose peaks are drawn on a logarithmic axis.
-
-    Returns
-    -------
-    Figure
     """
     rows = panels or [(name, kind) for name in sweep.names for kind in ("strobe", "peaks")]
     with figure_style():
@@ -107,10 +99,6 @@ def exponent_figure(exponents: Mapping[str, Exponent]) -> Figure:
     ----------
     exponents : mapping of str to Exponent
         From `linkages.largest_exponent`, by label.
-
-    Returns
-    -------
-    Figure
     """
     with figure_style():
         figure = ShownFigure(figsize=(6.3, 3.2), layout="constrained")
@@ -141,10 +129,6 @@ def spectrum_figure(spectra: Mapping[str, Spectrum], unit: str, drive: float | N
         SI unit of the output.
     drive : float, optional
         Frequency of the drive, marked with a line [Hz].
-
-    Returns
-    -------
-    Figure
     """
     with figure_style():
         figure = ShownFigure(figsize=(6.3, 3.4), layout="constrained")

@@ -14,13 +14,7 @@ _COLUMNS = 3
 
 
 def shapes_figure(modes: Modes, count: int) -> Figure:
-    """Draw the lowest mode shapes over the pose, in grey; each is magnified until visible.
-
-    Parameters
-    ----------
-    modes : Modes
-    count : int
-    """
+    """Draw the lowest mode shapes over the pose, in grey; each is magnified until visible."""
     with figure_style():
         lines, count = ModeShapes(modes).lines, min(count, len(modes.squares))
         rows = -(-count // _COLUMNS)

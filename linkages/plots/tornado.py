@@ -17,12 +17,7 @@ _COLUMNS = 2
 
 
 def tornado_figure(found: Sensitivities) -> Figure:
-    """Draw the change of each peak with each value, the strongest first, with its error as a line.
-
-    Parameters
-    ----------
-    found : Sensitivities
-    """
+    """Draw the change of each peak with each value, the strongest first, with its error as a line."""
     keys = [key for key in found.numbers if key.endswith(".peak") and found.numbers[key] != 0.0]
     rows = -(-len(keys) // _COLUMNS)
     with figure_style():

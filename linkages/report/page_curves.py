@@ -12,10 +12,6 @@ from linkages.results.trajectory import load_trajectory
 def curves_of(results: Results) -> list[dict[str, Any]]:
     """Return outputs, forces in clearance joints and drive torques over time, real and ideal.
 
-    Parameters
-    ----------
-    results : Results
-
     Returns
     -------
     list of dict

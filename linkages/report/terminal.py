@@ -25,10 +25,6 @@ def format_summary(summary: dict[str, Any]) -> str:
     summary : dict
         From `linkages.summarize`, or the content of ``summary.json``.
 
-    Returns
-    -------
-    str
-
     Examples
     --------
     >>> import linkages

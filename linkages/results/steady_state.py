@@ -189,10 +189,6 @@ def motion_of(system: System, run: Trajectory) -> Motion:
     run : Trajectory
         Run of the engine, or a loaded one.
 
-    Returns
-    -------
-    Motion
-
     Examples
     --------
     >>> import linkages

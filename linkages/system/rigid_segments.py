@@ -131,10 +131,6 @@ def _section_turns(tree: Tree, link: str, places: Array, q: Array) -> Array:
 def segmented(system: System) -> Segmented:
     """Return the same linkage with chains of rigid segments instead of flexible links.
 
-    Parameters
-    ----------
-    system : System
-
     Examples
     --------
     >>> import linkages

@@ -119,10 +119,6 @@ class System(Unassembled):
     def value(self, path: str) -> float:
         """Return the number at a dotted path, see `replaced`.
 
-        Parameters
-        ----------
-        path : str
-
         Returns
         -------
         float
@@ -242,10 +238,6 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: s
         Values by dotted path that override the files; see `System.replaced`.
     origin : str
         Origin of the overrides, named in errors and as the source of their values.
-
-    Returns
-    -------
-    System
 
     Raises
     ------

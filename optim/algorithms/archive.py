@@ -17,10 +17,6 @@ class Archive:
     Values that are not finite count as failed evaluations: infinite objectives and inequalities. Only a design that
     violates constraints may have infinite objectives: they were not evaluated.
 
-    Parameters
-    ----------
-    problem : Problem
-
     Attributes
     ----------
     designs : (k, n) array

@@ -192,10 +192,6 @@ def differentiate(
     memory : (nc, m) array, optional
         Derivatives of the approach speeds at the first state; default zero.
 
-    Returns
-    -------
-    Sensitivity
-
     Raises
     ------
     InputError

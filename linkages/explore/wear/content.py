@@ -14,10 +14,6 @@ from linkages.outputs.registry import unit
 def content(life: Life) -> dict[str, Any]:
     """Make the content of ``wear.json``: final wear, and all stages, in SI units.
 
-    Parameters
-    ----------
-    life : Life
-
     Returns
     -------
     dict

@@ -39,10 +39,6 @@ def map_path(case: MapCase) -> Path:
 def load_map(case: MapCase) -> Array:
     """Map of a film: from the cache if a sound one is there, else built and stored; listeners of `tell` are told.
 
-    Parameters
-    ----------
-    case : MapCase
-
     Returns
     -------
     table : array of float

@@ -30,13 +30,7 @@ _PATH_POINTS = 1000
 
 
 class Surroundings:
-    """Draws the surroundings of the moving parts.
-
-    Parameters
-    ----------
-    study : Study
-    meshcat : Meshcat
-    """
+    """Draws the surroundings of the moving parts."""
 
     def __init__(self, study: Study, meshcat: Meshcat) -> None:
         self.study, self.meshcat = study, meshcat

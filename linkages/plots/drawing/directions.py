@@ -18,12 +18,7 @@ _TIMES = 501  # number of sampled times of drives and loads
 
 
 def senses(system: System) -> dict[str, float]:
-    """Find the sense of each drive's first motion or torque: 1 along its coordinate, or -1; idle drives omitted.
-
-    Parameters
-    ----------
-    system : System
-    """
+    """Find the sense of each drive's first motion or torque: 1 along its coordinate, or -1; idle drives omitted."""
     times = np.linspace(0.0, system.experiment.duration, _TIMES)
     moved = system.motions(times)[0]
     found = dict(zip(system.tree.driven, (moved - moved[:1]).T, strict=True))
@@ -40,10 +35,6 @@ def strongest(system: System) -> Mapping[str, Array]:
     """Find the largest forces (2,) [N], plane axes, and torques (1,) [N m] in the ideal linkage's motion.
 
     If the drives do not determine the motion, the values at the start are used; zero loads are omitted.
-
-    Parameters
-    ----------
-    system : System
     """
     ideal = system.ideal()
     if not (ideal.experiment.forces or ideal.experiment.torques):

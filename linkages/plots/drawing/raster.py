@@ -26,14 +26,6 @@ _LINE = 0.17  # line height of text [inches]
 def pose(system: System) -> Figure:
     """Draw the mechanism of a system with ideal joints at its start: links, joints, drives, loads and paths of outputs.
 
-    Parameters
-    ----------
-    system : System
-
-    Returns
-    -------
-    Figure
-
     Examples
     --------
     >>> import linkages
