@@ -10,8 +10,8 @@ import numpy as np
 from linkages.arrays import Array
 from linkages.explore.modes import Modes
 from linkages.model.skeleton import skeleton
-from linkages.planar.bodies import make_motion, make_pose
-from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.bodies import make_motion
+from linkages.planar.kinematics import body_velocities, poses_at
 from linkages.system.flexible_link import FlexibleLink
 
 _SAMPLES = 25  # number of samples of a flexible link, or of a substructure
@@ -49,8 +49,7 @@ class ModeShapes:
     def __init__(self, modes: Modes) -> None:
         self._system, self._changes = modes.system, modes.full()
         bodies = self._system.tree.bodies
-        self._pose = make_pose(bodies)
-        body_positions(bodies, self._system.assembly.q, self._pose)
+        self._pose = poses_at(bodies, self._system.assembly.q)
         moved = []
         for change in self._changes.T:
             motion = make_motion(bodies)

@@ -14,8 +14,7 @@ from linkages.explore.transmission import Motion, Transmission, transmissions
 from linkages.model.experiment import nothing_done
 from linkages.model.gear import Gear
 from linkages.model.mechanism import Mechanism
-from linkages.planar.bodies import make_motion, make_pose
-from linkages.planar.kinematics import spread
+from linkages.planar.kinematics import state_tables
 from linkages.system import System
 from linkages.system.assembly import independent
 from linkages.system.ideal_motion import IdealMotion
@@ -122,9 +121,7 @@ def travel(system: System, drive: str) -> Travel:
             strict=True,
         )
     )
-    bodies = system.tree.bodies
-    pose, vel, acc = (np.empty((len(q), *one(bodies).shape)) for one in (make_pose, make_motion, make_motion))
-    spread(bodies, q, v, np.zeros_like(q), pose, vel, acc)
+    pose, vel = state_tables(system.tree.bodies, q, v)
     ends = ways[0][0].status, up.status
     counts = np.ones(len(values), dtype=bool)
     for end, status in zip(values[[0, -1]], ends, strict=True):

@@ -10,7 +10,14 @@ from linkages.integrate.factor import back_substitute, decompose, factorise
 from linkages.kernel import Array, Indices, Records, clear, inlined_kernel, kernel
 from linkages.planar.bodies import Bodies, new_motion, new_pose
 from linkages.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
-from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities, joint_force, propagate_force
+from linkages.planar.kinematics import (
+    body_accelerations,
+    body_positions,
+    body_velocities,
+    joint_force,
+    poses_at,
+    propagate_force,
+)
 
 #: Largest closure error of an assembled linkage, relative to its size.
 TOLERANCE = 1e-13
@@ -68,6 +75,13 @@ def closure_jacobian(bodies: Bodies, rows: Records, pose: Array, jacobian: Array
             _pass_on(bodies, pose, outer, wrench, jacobian[k])
             i, j = min(i, j), bodies.records[outer].mount.body
         wrench[i, 0], wrench[i, 1], wrench[i, 2] = 0.0, 0.0, 0.0
+
+
+def jacobian_at(bodies: Bodies, rows: Records, q: Array) -> Array:
+    """Return the Jacobian (nr, n) of the closure rows at coordinates q (n,), as `closure_jacobian`."""
+    jacobian = np.empty((len(rows), len(q)))
+    closure_jacobian(bodies, rows, poses_at(bodies, q), jacobian)
+    return jacobian
 
 
 @kernel

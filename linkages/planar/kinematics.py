@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from linkages.kernel import Array, Indices, inlined_kernel, kernel
-from linkages.planar.bodies import COS, SIN, Bodies
+from linkages.planar.bodies import COS, SIN, Bodies, make_motion, make_pose
 from linkages.planar.flexible_kinematics import (
     add_modal_force,
     detached_section_pose,
@@ -32,6 +32,13 @@ def body_positions(bodies: Bodies, q: Array, pose: Array) -> None:
     """
     _set_world_pose(pose)
     _positions(bodies, q, pose)
+
+
+def poses_at(bodies: Bodies, q: Array) -> Array:
+    """Return the poses of all bodies at coordinates q (n,), as `body_positions`."""
+    pose = make_pose(bodies)
+    body_positions(bodies, q, pose)
+    return pose
 
 
 @kernel
@@ -198,8 +205,13 @@ def propagate_force(bodies: Bodies, i: int, pose: Array, wrench: Any, tau: Any) 
 
 
 @kernel
-def spread(bodies: Bodies, q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array) -> None:
-    """Set poses (nt, nb, 5), velocities and accelerations (nt, nb, 3) for a table of coordinates (nt, n)."""
+def _fill_states(bodies: Bodies, q: Array, v: Array, pose: Array, vel: Array) -> None:
     for k in range(len(q)):
         body_states(bodies, q[k], v[k], pose[k], vel[k])
-        body_accelerations(bodies, pose[k], vel[k], v[k], a[k], acc[k])
+
+
+def state_tables(bodies: Bodies, q: Array, v: Array) -> tuple[Array, Array]:
+    """Return poses (nt, nb, 5) and velocities (nt, nb, 3) for tables of coordinates and rates (nt, n)."""
+    pose, vel = (np.empty((len(q), *one(bodies).shape)) for one in (make_pose, make_motion))
+    _fill_states(bodies, q, v, pose, vel)
+    return pose, vel

@@ -8,8 +8,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.planar.arrays import Arrays
-from linkages.planar.bodies import make_pose
-from linkages.planar.closure import free_jacobian
+from linkages.planar.closure import jacobian_at
 from linkages.planar.contacts import WIDTH
 from linkages.planar.kinematics import body_positions
 from linkages.planar.reactions import joint_forces
@@ -58,10 +57,7 @@ def indeterminate(system: System, arrays: Arrays, motion: Trajectory) -> tuple[s
 
 def _self_balanced(arrays: Arrays, q: Array) -> Array:
     """Compute the self-balanced reactions of the rows, which load no free coordinate, as lines."""
-    pose = make_pose(arrays.bodies)
-    body_positions(arrays.bodies, q, pose)
-    jacobian = np.empty((len(arrays.rows), len(arrays.free)))
-    free_jacobian(arrays.bodies, arrays.rows, pose, len(q), arrays.free, jacobian)
+    jacobian = jacobian_at(arrays.bodies, arrays.rows, q)[:, arrays.free]
     return np.linalg.svd(jacobian)[0].T[arrays.rank :]
 
 

@@ -9,9 +9,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.planar.arrays import Arrays
-from linkages.planar.bodies import make_pose
-from linkages.planar.closure import closure_jacobian
-from linkages.planar.kinematics import body_positions
+from linkages.planar.closure import jacobian_at
 from linkages.results.akima import interpolated
 from linkages.results.trajectory import Trajectory
 from linkages.system.tree import Tree
@@ -82,7 +80,7 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
             low, high = between[max(best - 1, 0)], between[min(best + 1, _POINTS - 1)]
         if ratios[best] < NEAR and (not found or between[best] > found[-1].time):
             there = q(between[best : best + 1])[0]
-            unique = bool(_quality(_jacobian(arrays, there), arrays.rank) > NEAR)
+            unique = bool(_quality(jacobian_at(arrays.bodies, arrays.rows, there), arrays.rank) > NEAR)
             found.append(Passage(float(between[best]), float(ratios[best]), _loose(tree, arrays, there), unique))
     return found
 
@@ -100,18 +98,10 @@ def _candidates(quality: Array) -> list[int]:
     ]
 
 
-def _jacobian(arrays: Arrays, q: Array) -> Array:
-    """Compute the Jacobian of the closure rows in all coordinates, including driven ones."""
-    pose = make_pose(arrays.bodies)
-    body_positions(arrays.bodies, q, pose)
-    jacobian = np.empty((len(arrays.rows), len(q)))
-    closure_jacobian(arrays.bodies, arrays.rows, pose, jacobian)
-    return jacobian
-
-
 def _qualities(arrays: Arrays, q: Array) -> Array:
     """Compute the conditioning of the closure's Jacobian in free coordinates at each line of q."""
-    return _quality(np.stack([_jacobian(arrays, line)[:, arrays.free] for line in q]), arrays.rank)
+    jacobians = np.stack([jacobian_at(arrays.bodies, arrays.rows, line) for line in q])
+    return _quality(jacobians[:, :, arrays.free], arrays.rank)
 
 
 def _quality(jacobians: Array, rank: int) -> Any:
@@ -122,6 +112,6 @@ def _quality(jacobians: Array, rank: int) -> Any:
 
 def _loose(tree: Tree, arrays: Arrays, q: Array) -> tuple[str, ...]:
     """Name the coordinates in the motion that drives and loops leave free."""
-    direction = np.abs(np.linalg.svd(_jacobian(arrays, q)[:, arrays.free])[2][arrays.rank - 1])
+    direction = np.abs(np.linalg.svd(jacobian_at(arrays.bodies, arrays.rows, q)[:, arrays.free])[2][arrays.rank - 1])
     taking_part = arrays.free[direction > _TAKES_PART * direction.max()]
     return tuple(tree.coordinates[i] for i in taking_part)

@@ -11,8 +11,7 @@ from linkages.arrays import Array, Indices, Records
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.experiment import Experiment
 from linkages.planar.articulated_body import articulated_inertias
-from linkages.planar.bodies import make_pose
-from linkages.planar.closure import close, closure_jacobian, closure_quality, consistent_rates
+from linkages.planar.closure import close, closure_quality, consistent_rates, jacobian_at
 from linkages.planar.kinematics import body_positions
 from linkages.planar.loads import Loads
 from linkages.planar.loop_dynamics import row_responses
@@ -187,7 +186,7 @@ def independent(tree: Tree, rows: Records, q: Array, columns: Indices | None = N
 def _rank(tree: Tree, rows: Records, q: Array, columns: Indices | None = None) -> Rank:
     """Count the independent rows in some columns (default: the joints'); if not all are, at neighbouring poses too."""
     columns = tree.joint_dofs if columns is None else columns
-    jacobian = _jacobian(tree, rows, q)
+    jacobian = jacobian_at(tree.bodies, rows, q)
     here = found = _count(jacobian[:, columns], _CLEAR)
     if found == min(len(rows), len(columns)):
         return Rank(found, found, True)
@@ -206,7 +205,7 @@ def _rank(tree: Tree, rows: Records, q: Array, columns: Indices | None = None) -
             beside = q + aside
             if not close(tree.bodies, rows, none, every, tree.extent, beside):
                 continue
-            found = max(found, _count(_jacobian(tree, rows, beside)[:, columns], _CLEARLY))
+            found = max(found, _count(jacobian_at(tree.bodies, rows, beside)[:, columns], _CLEARLY))
             astray = ways @ (beside - q - aside)
             reached = reached or bool(np.linalg.norm(astray) < _ASTRAY * np.linalg.norm(aside))
         moves = moves and reached
@@ -242,15 +241,6 @@ def balanced(tree: Tree, rows: Records, q: Array) -> Records:
     rows = rows.copy()
     rows["scale"][scaled] = np.sqrt(usual / moved[scaled])
     return rows
-
-
-def _jacobian(tree: Tree, rows: Records, q: Array) -> Array:
-    """Jacobian of the rows at q, in all coordinates."""
-    pose = make_pose(tree.bodies)
-    body_positions(tree.bodies, q, pose)
-    jacobian = np.empty((len(rows), tree.size))
-    closure_jacobian(tree.bodies, rows, pose, jacobian)
-    return jacobian
 
 
 def _count(jacobian: Array, part: float) -> int:

@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
-from linkages.planar.bodies import make_pose
 from linkages.planar.closure import close, consistent_rates
 from linkages.planar.closure_rows import add_row_wrench
-from linkages.planar.kinematics import body_accelerations, body_positions, body_states
+from linkages.planar.kinematics import body_accelerations, body_states, poses_at
 from linkages.planar.loads import load_wrenches
 from linkages.planar.newton_euler import generalised_force, inertial_forces
 from linkages.system.assembly import Assembly, independent
@@ -107,10 +106,7 @@ class _Finder:
         """Compute the largest rotation of a section due to a change of the modes [rad]."""
         bodies, other = self.tree.bodies, q.copy()
         other[self.modes] -= change
-        before, after = make_pose(bodies), make_pose(bodies)
-        body_positions(bodies, q, before)
-        body_positions(bodies, other, after)
-        return float(np.max(np.abs(after[:, 2] - before[:, 2]), initial=_DONE))
+        return float(np.max(np.abs(poses_at(bodies, other) - poses_at(bodies, q))[:, 2], initial=_DONE))
 
     def _refused(self, mode: int, problem: str) -> InputError:
         where = f"links.{self.links[mode]}.start"

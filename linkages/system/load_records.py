@@ -14,7 +14,7 @@ from linkages.model.experiment import Experiment
 from linkages.model.functions import TIME, program, table_over
 from linkages.model.load_tables import Function
 from linkages.planar.bodies import make_motion, make_pose
-from linkages.planar.kinematics import body_positions, body_states
+from linkages.planar.kinematics import body_states, poses_at
 from linkages.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
 from linkages.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
 from linkages.planar.record_types import FORCE, LOAD, PUSH, SIGNAL, SPRING, TORQUE, TORSION
@@ -134,9 +134,8 @@ def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) ->
     if not experiment.springs:
         return
     names = experiment.loads
-    pose, outputs = make_pose(tree.bodies), np.empty((len(names), len(LOAD_OUTPUTS)))
-    body_positions(tree.bodies, q, pose)
-    load_outputs(loads, 0.0, pose, make_motion(tree.bodies), outputs)
+    outputs = np.empty((len(names), len(LOAD_OUTPUTS)))
+    load_outputs(loads, 0.0, poses_at(tree.bodies, q), make_motion(tree.bodies), outputs)
     for (table, name), length in zip(names, outputs[:, 1], strict=True):
         if table != "springs" or experiment.springs[name].free_length == 0.0:
             continue

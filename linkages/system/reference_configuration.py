@@ -16,8 +16,7 @@ from linkages.arrays import Array
 from linkages.files.raw_model import Pose, RawModel, rotation
 from linkages.files.rigid import moved
 from linkages.model.mechanism import Joint, planar
-from linkages.planar.bodies import make_pose
-from linkages.planar.kinematics import body_positions
+from linkages.planar.kinematics import poses_at
 from linkages.planar.record_types import ANGLE
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree
@@ -66,7 +65,7 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
     size = np.where(tree.closure_rows["term"]["kind"] == ANGLE, 1.0, tree.extent)
 
     def misfit(q: Array) -> Array:
-        pose, gaps = _assembled(tree, q)
+        pose, gaps = poses_at(tree.bodies, q), tree.gaps(q)
         values = np.array([_coordinate(tree, pose, joint) for joint in limited])
         values = np.where(turns, middle + np.angle(np.exp(1j * (values - middle))), values)
         return np.concatenate([gaps / size, np.clip(low - values, 0.0, None), np.clip(values - high, 0.0, None)])
@@ -84,17 +83,10 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
     for part in [0.5, *dice.random((_STARTS, tree.size))]:
         found = least_squares(misfit, ends[0] + part * (ends[1] - ends[0]), xtol=1e-15, ftol=1e-15, gtol=1e-15)
         if closes(found.x):
-            pose, _ = _assembled(tree, found.x)
+            pose = poses_at(tree.bodies, found.x)
             at = {j.name: _coordinate(tree, pose, j) for j in mechanism.joints if j.type in reach}
             return Drawn(_posed(model, tree, found.x), at)
     return None
-
-
-def _assembled(tree: Tree, q: Array) -> tuple[Array, Array]:
-    """Compute the poses of all bodies at q, and the gaps of the loops."""
-    pose = make_pose(tree.bodies)
-    body_positions(tree.bodies, q, pose)
-    return pose, tree.gaps(q)
 
 
 def _coordinate(tree: Tree, pose: Array, joint: Joint) -> float:
@@ -116,7 +108,7 @@ def _place(tree: Tree, pose: Array, body: int, drawn: Array) -> Array:
 
 def _posed(model: RawModel, tree: Tree, q: Array) -> RawModel:
     """Move every link, with its joints and frames, to its pose in the tree at q."""
-    (pose, _), basis = _assembled(tree, q), tree.mechanism.basis
+    pose, basis = poses_at(tree.bodies, q), tree.mechanism.basis
     moves = {"world": Pose()}
     for name in tree.mechanism.link:
         body = tree.index[name]

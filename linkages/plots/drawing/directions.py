@@ -8,8 +8,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import AssemblyError
-from linkages.planar.bodies import make_motion, make_pose
-from linkages.planar.kinematics import spread
+from linkages.planar.kinematics import state_tables
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
@@ -43,9 +42,7 @@ def strongest(system: System) -> Mapping[str, Array]:
         times, q, v = _states(ideal)
     except AssemblyError:  # drawn in the file's pose, with gaps in red
         return {}
-    bodies = ideal.tree.bodies
-    pose, vel, acc = (np.empty((len(q), *one(bodies).shape)) for one in (make_pose, make_motion, make_motion))
-    spread(bodies, q, v, np.zeros_like(q), pose, vel, acc)
+    pose, vel = state_tables(ideal.tree.bodies, q, v)
     values = np.empty((len(q), len(ideal.experiment.loads), len(LOAD_OUTPUTS)))
     for k, time in enumerate(times):
         load_outputs(ideal.loads, time, pose[k], vel[k], values[k])

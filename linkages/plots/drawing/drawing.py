@@ -12,8 +12,7 @@ from linkages.errors import AssemblyError
 from linkages.explore.range_of_motion import Travel, movable, travel
 from linkages.model.experiment import Experiment
 from linkages.model.plausibility import doubts
-from linkages.planar.bodies import make_pose
-from linkages.planar.kinematics import body_positions
+from linkages.planar.kinematics import poses_at
 from linkages.plots.drawing.actions import Done
 from linkages.plots.drawing.directions import senses, strongest
 from linkages.plots.drawing.facts import facts, joint_table, link_table
@@ -155,9 +154,7 @@ def _starts(experiment: Experiment) -> dict[str, float]:
 
 
 def _pose(tree: Tree, q: Array) -> Array:
-    pose = make_pose(tree.bodies)
-    body_positions(tree.bodies, q, pose)
-    return pose[:, :3]
+    return poses_at(tree.bodies, q)[:, :3]
 
 
 def _box(tree: Tree, poses: Array, anchors: Sequence[Array]) -> tuple[Array, Array]:
