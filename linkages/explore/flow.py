@@ -10,7 +10,7 @@ from linkages.arrays import Array
 from linkages.engines.budget import WINDOW
 from linkages.engines.compiled.replay import Steps, record_memory, recorded
 from linkages.engines.compiled.runner import STATUS, Runner, join
-from linkages.errors import InputError, Status, nearest
+from linkages.errors import InputError, RunError, Status, nearest
 from linkages.integrate.driver import DONE, PAUSED, Record
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
@@ -56,6 +56,13 @@ class Flow:
         while parts[-1].status == PAUSED:
             parts.append(self._take(_MOST, until))
         return join(parts)
+
+    def reach(self, until: float) -> Steps:
+        """Continue up to a time; return the steps. RunError if the run fails."""
+        steps = self.advance(until)
+        if self.status is not Status.OK:
+            raise RunError(f"{self.status.value} at t = {self.t:.6g} s; {self.status.remedy}")
+        return steps
 
     def follow(self, times: Array, names: Sequence[str]) -> Columns:
         """Compute outputs at times, which increase from call to call; NaN after the end of the run.

@@ -13,7 +13,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
-from linkages.errors import InputError, RunError, Status
+from linkages.errors import InputError
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.system import System
 
@@ -120,9 +120,7 @@ def largest_exponent(
         for k in range(renormalisations):
             until = (turn + (k + 1) / renormalisations) * period
             for flow in (first, second):
-                flow.advance(until)
-                if flow.status is not Status.OK:
-                    raise RunError(f"{flow.status.value} at t = {flow.t:.6g} s; {flow.status.remedy}")
+                flow.reach(until)
             apart = second.y - first.y
             size = float(np.sqrt(np.mean((apart / first.scale) ** 2)))
             logarithms[turn, k] = np.log(size / distance)

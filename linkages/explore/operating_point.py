@@ -12,7 +12,7 @@ from linkages.engines.compiled.linear import slopes
 from linkages.engines.compiled.model import per_length
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import Runner
-from linkages.errors import InputError, RunError, Status
+from linkages.errors import InputError, RunError
 from linkages.explore.flow import Flow
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
 from linkages.outputs.columns import columns
@@ -78,9 +78,7 @@ class OperatingPoint:
         if self.time == 0.0:
             return self.runner.start.copy()
         flow = Flow(self.system)
-        flow.advance(self.time)
-        if flow.status is not Status.OK:
-            raise RunError(f"{flow.status.value} at t = {flow.t:.6g} s; {flow.status.remedy}")
+        flow.reach(self.time)
         return flow.y
 
     def observe(self, y: Array, names: Sequence[str] = (), system: System | None = None) -> Observed:

@@ -18,7 +18,7 @@ from linkages.engines.compiled.linear import closure_at
 from linkages.engines.compiled.model import per_length
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.sensitivity import differentiate
-from linkages.errors import InputError, RunError, Status
+from linkages.errors import InputError, Status
 from linkages.explore.differences import extrapolated
 from linkages.explore.flow import Flow
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
@@ -132,13 +132,12 @@ class ReturnMap:
         flow, period = self._flow(None if path is None else system.value(path), transient + 1)
         self.period = period
         if given is None:
-            flow.advance((transient - 1) * period)
-            last = flow.advance(transient * period)
+            flow.reach((transient - 1) * period)
+            last = flow.reach(transient * period)
             self._range = np.ptp(last.states, axis=0)
         else:
             self._range = np.zeros(len(flow.y))
             flow.resume(transient * period, *given, 0.0)
-        _check(flow)
         self._local = self._coordinates(flow, flow.t, flow.y)
         if not len(self._local.entries):
             problem = "they determine the whole motion, so every motion is periodic"
@@ -205,8 +204,7 @@ class ReturnMap:
         y = self._lifted(flow, first, x[: len(self._local.entries)])
         flow.status = Status.OK
         flow.resume(first, y, memory, 0.0)
-        steps = flow.advance(last)
-        _check(flow)
+        steps = flow.reach(last)
         return self._returned(flow, period, steps, x, value)
 
     def _returned(self, flow: Flow, period: float, steps: Steps, x: Array, value: float) -> Return:
@@ -289,8 +287,3 @@ def _rate(flow: Flow, steps: Steps, t: float) -> Array:
     _, v, a, contacts = runner.evaluate(steps, np.array([t]))
     free = runner.model.free
     return np.concatenate([v[0, free], a[0, free], contacts[0, runner.model.bristles, _BRISTLE_RATE]])
-
-
-def _check(flow: Flow) -> None:
-    if flow.status is not Status.OK:
-        raise RunError(f"{flow.status.value} at t = {flow.t:.6g} s; {flow.status.remedy}")
