@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from linkages.cli.folders import output_folder, results_folder
 from linkages.cli.options import add_file, add_outputs, add_settings, load_system, output_names, written
 from linkages.cli.progress import stages
+from linkages.cli.ranges import path_and_range, value_of
 from linkages.errors import InputError, Status
 from linkages.files.writing import json_text
 
@@ -88,8 +89,8 @@ def run(options: argparse.Namespace) -> int:
     from linkages.outputs.registry import unit
 
     _check(options)
-    path, low, high = _range(options.vary)
-    start = None if options.start is None else _value("--start", options.start, path)
+    path, low, high = path_and_range(options.vary)
+    start = None if options.start is None else value_of("--start", options.start, path)
     system = load_system(options)
     system.replaced({path: low}, "--vary")  # reports a wrong path before the folder of results is made
     out = output_folder(options, f"{system.experiment.source.stem}_branches", "continue")
@@ -214,29 +215,3 @@ def _check(options: argparse.Namespace) -> None:
         raise InputError("--sweep", str(options.sweep), "must be 2 or more")
     if options.duration is not None:
         raise InputError("--duration", f"{options.duration:g}", "is not for branches; give --periods")
-
-
-def _range(text: str) -> tuple[str, float, float]:
-    """Read ``PATH=LO:HI``."""
-    path, _, numbers = text.partition("=")
-    parts = numbers.split(":")
-    if not path or len(parts) != 2:
-        raise InputError("--vary", text, "write PATH=LO:HI, as joints.B.clearance=1e-5:5e-4")
-    low, high = (_value("--vary", part, path.strip()) for part in parts)
-    if not low < high:
-        raise InputError("--vary", text, "needs LO < HI")
-    return path.strip(), low, high
-
-
-def _value(where: str, text: str, path: str) -> float:
-    """Read a number in the SI unit of a path, or with its unit."""
-    from linkages.files.unit_conversion import is_quantity, read_either
-    from linkages.model.experiment import value_unit
-
-    try:
-        value = float(read_either(text, value_unit(path)) if is_quantity(text) else text)
-        if not math.isfinite(value):
-            raise ValueError
-    except ValueError:
-        raise InputError(where, text, "is no finite number in a unit of the value") from None
-    return value

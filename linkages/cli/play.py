@@ -7,6 +7,7 @@ import webbrowser
 from pathlib import Path
 
 from linkages.cli.options import add_file, add_set, load_system, seconds, set_values
+from linkages.cli.ranges import path_and_range
 from linkages.errors import InputError
 
 HELP = "change values on a live page, and see motion, orbits and forces at once"
@@ -27,7 +28,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--vary",
         action="append",
         default=[],
-        metavar="PATH=LOW:HIGH",
+        metavar="PATH=LO:HI",
         help="show a slider with this range at the start, instead of the usual ones; may be repeated",
     )
     parser.add_argument("--port", type=int, default=0, metavar="N", help="default: a free one")
@@ -44,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C; returns the exit status."""
     from linkages.kernel.precompiled import tell
     from linkages.live.answers import Answers
-    from linkages.live.controls import controls, parse_range
+    from linkages.live.controls import controls
     from linkages.live.server import LiveServer
     from linkages.live.session import Session
 
@@ -55,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
     folder = Path(options.out)
     if not folder.is_dir():
         raise InputError("--out", options.out, "is no folder")
-    ranges = dict(parse_range(text) for text in options.vary)
+    ranges = {path: (low, high) for path, low, high in map(path_and_range, options.vary)}
     system = load_system(options)
     given = set_values(options) | ({} if options.duration is None else {"duration": options.duration})
     answers = Answers(Session(system, options.limit), controls(system, ranges), folder, given)

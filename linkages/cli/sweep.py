@@ -12,6 +12,7 @@ from linkages.brief import counted
 from linkages.cli.folders import output_folder, results_folder
 from linkages.cli.options import add_file, add_outputs, add_settings, load_system, output_names, written
 from linkages.cli.progress import stages
+from linkages.cli.ranges import path_and_parts, value_of
 from linkages.errors import InputError, Status
 from linkages.files.writing import json_text
 
@@ -109,20 +110,12 @@ def parse_range(text: str) -> tuple[str, list[float]]:
     """
     import numpy as np
 
-    from linkages.files.unit_conversion import is_quantity, read_either
-    from linkages.model.experiment import value_unit
-
-    path, _, numbers = text.partition("=")
-    try:
-        parts = [read_either(part, value_unit(path)) if is_quantity(part) else part for part in numbers.split(":")]
-        low, high, count = map(float, parts)
-        if not path or count != int(count) or not 2 <= count <= _MOST or not np.all(np.isfinite([low, high])):
-            raise ValueError
-    except (ValueError, OverflowError):
-        raise InputError(
-            "--vary", text, "write PATH=LO:HI:N with N from 2 to 1e6, as drives.O.speed=100:600:101"
-        ) from None
-    return path.strip(), np.linspace(low, high, int(count)).tolist()
+    path, (*ends, number) = path_and_parts(text, "PATH=LO:HI:N")
+    low, high = (value_of("--vary", end, path) for end in ends)
+    count = value_of("--vary", number, "")
+    if count != int(count) or not 2 <= count <= _MOST:
+        raise InputError("--vary", text, "needs a whole number N from 2 to 1e6")
+    return path, np.linspace(low, high, int(count)).tolist()
 
 
 def statistics(point: Point, name: str) -> dict[str, float]:

@@ -13,7 +13,6 @@ from typing import Any
 
 from linkages.errors import InputError, nearest
 from linkages.files.toml import leaves
-from linkages.files.unit_conversion import read
 from linkages.laws import FILMS
 from linkages.model.experiment import value_unit
 from linkages.system import System
@@ -113,41 +112,6 @@ def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = No
         found[path] = Control(path, chosen, choices=choices, first=path in usual)
     order = {path: k for k, path in enumerate((*vary, *_usual(system)))}
     return dict(sorted(found.items(), key=lambda item: order.get(item[0], len(order))))
-
-
-def parse_range(text: str) -> tuple[str, tuple[float, float]]:
-    """Read ``PATH=LOW:HIGH``, with units or without.
-
-    Raises
-    ------
-    InputError
-        If it is not of that form, or the range is empty.
-
-    Examples
-    --------
-    >>> from linkages.live.controls import parse_range
-    >>> parse_range("joints.A.clearance=0.1mm:0.4mm")
-    ('joints.A.clearance', (0.0001, 0.0004))
-    """
-    path, equals, ends = text.partition("=")
-    low, colon, high = ends.partition(":")
-    try:
-        if not (path and equals and colon):
-            raise ValueError("write PATH=LOW:HIGH, for instance joints.A.clearance=0.1mm:0.4mm")
-        numbers = tuple(float(read(_number(end), value_unit(path))) for end in (low, high))
-        if not numbers[0] < numbers[1]:
-            raise ValueError("the first value must be below the second one")
-    except (ValueError, TypeError) as problem:
-        raise InputError("--vary", text, str(problem)) from None
-    return path, (numbers[0], numbers[1])
-
-
-def _number(text: str) -> float | str:
-    """Return a number, or the text of a quantity with a unit."""
-    try:
-        return float(text)
-    except ValueError:
-        return text.strip()
 
 
 def _numbers(system: System) -> Iterator[tuple[str, float]]:

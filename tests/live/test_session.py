@@ -8,8 +8,9 @@ import pytest
 
 import linkages
 from linkages import InputError
+from linkages.cli.ranges import path_and_range
 from linkages.live.answers import Answers
-from linkages.live.controls import controls, parse_range
+from linkages.live.controls import controls
 from linkages.live.session import Session, checked
 from linkages.plots.drawing import draw
 
@@ -223,19 +224,21 @@ def test_a_wear_coefficient_has_a_range_of_decades():
 
 def test_given_ranges_come_first():
     system = loaded("seven_bar")
-    path, ends = parse_range("sdf.links.link2.mass=100 g:0.4")
-    assert (path, ends) == ("sdf.links.link2.mass", (0.1, 0.4))
-    found = controls(system, {path: ends})
+    path, low, high = path_and_range("sdf.links.link2.mass=100 g:0.4")
+    assert (path, low, high) == ("sdf.links.link2.mass", 0.1, 0.4)
+    found = controls(system, {path: (low, high)})
     assert next(iter(found)) == path
     assert [control.path for control in found.values() if control.first] == [path]
     with pytest.raises(InputError, match="is not the path of a number"):
         controls(system, {"joints.A.clearanc": (0.0, 1.0)})
 
 
-@pytest.mark.parametrize("text", ["joints.A.clearance", "a=1", "a=2:1", "a=x:y", "=1:2", "joints.A.clearance=1kg:2kg"])
+@pytest.mark.parametrize(
+    "text", ["joints.A.clearance", "a=1", "a=2:1", "a=x:y", "=1:2", "a=1:inf", "joints.A.clearance=1kg:2kg"]
+)
 def test_wrong_ranges_are_refused(text):
     with pytest.raises(InputError, match="--vary"):
-        parse_range(text)
+        path_and_range(text)
 
 
 def test_every_control_can_be_changed():
