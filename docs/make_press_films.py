@@ -256,7 +256,7 @@ centred journals.
 
 - **Force.** The acceleration of the links determines the joint forces. No step changes a peak by more than 3 %.
 - **Orbit.** The finite film carries less than the long one, the groove interrupts the pressure, and the cavity of a mass-conserving film must fill before it carries:
-  the journals move farther with each step. Reynolds' rule alone changes little. At {fast} strokes per minute the smallest film in A is {least}.
+  each of the three moves the journals farther. Reynolds' rule alone changes little. At {fast} strokes per minute the smallest film in A is {least}.
 - **Power.** A thinner film dissipates more. Mass conservation lowers the power, although the film is thinner: the cavity shears only the oil that it contains. Warm
   oil dissipates less.
 - **Temperature.** At the speed of the file the oil warms by a tenth of a kelvin: a heat balance is not necessary there. At ten times the speed a fed joint

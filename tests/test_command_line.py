@@ -37,6 +37,8 @@ MISTAKES = {
     ("simulate", "x.toml", "-q", "-v"): "not allowed with argument",
     ("modes", "x.toml", "--verfy"): 'did you mean "--verify"?',
     ("completion", "fish"): "'fish' (choose from",
+    ("sweep", "x.toml", "--vary", "a=0:1:2", "--duration", "1"): "--duration: is unknown",  # the revolutions give it
+    ("continue", "x.toml", "--vary", "a=0:1", "--duration", "1"): "--duration: is unknown",  # the periods give it
 }
 
 

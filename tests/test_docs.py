@@ -6,6 +6,7 @@ import importlib.util
 import inspect
 import pkgutil
 import re
+import tomllib
 from pathlib import Path
 from unittest.mock import patch
 
@@ -99,6 +100,15 @@ def test_what_the_laws_cite_is_among_the_references():
     assert cited <= entries
 
 
+def test_the_reason_for_each_dependency_is_given():
+    text = (DOCS / "architecture.md").read_text(encoding="utf-8").partition("## Dependencies")[2]
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    project = declared["project"]
+    groups = (declared["build-system"]["requires"], project["dependencies"], *project["optional-dependencies"].values())
+    for name in {re.match(r"[\w-]+", one)[0] for group in groups for one in group}:
+        assert re.search(rf"^\|[^|]*\b{name}\b[^|]*\|", text, re.MULTILINE), name
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
 def test_links_between_pages_lead_somewhere(page):
     """Links in the repository's files, without the site."""
@@ -174,7 +184,8 @@ def test_code_of_pages_runs(name):
     for block in blocks:
         exec(compile(block, name, "exec"), names)
     if name == "docs/compiled.md":
-        assert names["batch"].peak.shape == (2, 1, 2)
+        for statistic in ["peak", *re.search(r"; likewise (.*)", text)[1].split(", ")]:
+            assert getattr(names["batch"], statistic).shape == (2, 1, 2)
     elif name == "docs/nonlinear.md":
         np.testing.assert_allclose(names["touching"]["B.penetration"], 0.0, atol=1e-9)
 

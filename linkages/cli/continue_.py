@@ -77,7 +77,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sweep", type=int, default=0, metavar="N", help="N values of a sweep in the same diagram; default: none"
     )
-    add_settings(parser)
+    add_settings(parser, lasting=False)
     parser.add_argument("--no-plots", action="store_true", help="write no figure")
 
 
@@ -213,5 +213,3 @@ def _check(options: argparse.Namespace) -> None:
             raise InputError(f"--{key}", f"{getattr(options, key):g}", problem)
     if options.sweep != 0 and options.sweep < 2:
         raise InputError("--sweep", str(options.sweep), "must be 2 or more")
-    if options.duration is not None:
-        raise InputError("--duration", f"{options.duration:g}", "is not for branches; give --periods")

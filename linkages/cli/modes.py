@@ -17,7 +17,7 @@ from linkages.files.writing import json_text
 if TYPE_CHECKING:
     from linkages.three_rrr.analysis import RobotResults
 
-HELP = "natural frequencies and mode shapes of a linkage with flexible links, or of the 3-RRR robot"
+HELP = "natural frequencies and mode shapes of a linkage at rest, or of the 3-RRR robot"
 
 #: Options only for robots, and only for experiments.
 _OF_ROBOT, _OF_LINKAGE = ("verify", "dynamic", "branch", "elements", "no_animation"), ("count", "cycle", "set")

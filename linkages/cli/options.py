@@ -29,10 +29,12 @@ def add_set(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Add ``--set``, ``--duration``, ``--out``, ``--quiet`` and ``--verbose``."""
+def add_settings(parser: argparse.ArgumentParser, lasting: bool = True) -> None:
+    """Add ``--set``, ``--out``, ``--quiet`` and ``--verbose``, and ``--duration`` to a command whose runs have one."""
     add_set(parser)
-    parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="replace the experiment's duration")
+    parser.set_defaults(duration=None)
+    if lasting:
+        parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="replace the experiment's duration")
     add_out(parser)
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--quiet", "-q", action="store_true", help="print nothing but errors")

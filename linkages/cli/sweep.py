@@ -53,7 +53,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     add_outputs(parser)
     parser.add_argument("--threads", type=int, metavar="N", help="default: as many as processors")
-    add_settings(parser)
+    add_settings(parser, lasting=False)
     parser.add_argument("--no-plots", action="store_true", help="write no figure")
 
 
@@ -63,8 +63,6 @@ def run(options: argparse.Namespace) -> int:
     from linkages.model.experiment import value_unit
     from linkages.outputs.registry import unit
 
-    if options.duration is not None:
-        raise InputError("--duration", f"{options.duration:g}", "is not for sweeps; give --revolutions")
     if options.threads is not None and options.threads < 1:
         raise InputError("--threads", str(options.threads), "must be 1 or more")
     path, values = parse_range(options.vary)

@@ -44,7 +44,7 @@ class Sensitivities(Brief):
     derivatives : dict of dict of float or None
         By path and key, in units of the number per unit of the value; None where there is none.
     errors : dict of dict of float or None
-        Their errors, by the change with a ten times tighter accuracy.
+        Their errors, 1.5 times the change with a ten times tighter accuracy.
     checks : dict of dict of float
         Differences of runs, by path and key of peaks; empty unless requested.
     warnings : list of dict

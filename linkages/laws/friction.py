@@ -178,8 +178,11 @@ FRICTIONS = {
         speeds=lambda parameters: (parameters["v_1"],),
     ),
     "lugre": Friction(
-        lugre, "sigma_0 z + sigma_1 dz/dt, dz/dt = v - sigma_0 abs(v) z/g(v)",
-        "stick and slip; one state per joint", "Canudas de Wit et al., IEEE TAC 40, 1995",
+        lugre,
+        "sigma_0 z + sigma_1/(1 + sigma_1 abs(v)/(4 mu_d)) dz/dt, dz/dt = v - sigma_0 abs(v) z/g(v), "
+        "g = mu_d + (mu_s - mu_d) exp(-(v/v_1)^2)",
+        "stick and slip; one state per joint",
+        "Canudas de Wit et al., IEEE TAC 40, 1995; passivity: Barabanov and Ortega 2000",
         bristles=True, parameters=LUGRE, kinks=lambda parameters: (0.0,),
         speeds=lambda parameters: (parameters["v_1"],),
     ),
