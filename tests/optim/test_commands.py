@@ -1,6 +1,5 @@
 """The commands: files, output, interruption, rejected input."""
 
-import argparse
 import csv
 import json
 import os
@@ -9,15 +8,13 @@ import signal
 import numpy as np
 import pytest
 
-from linkages.cli.main import exit_status
-from optim.cli import optimise, study
+from linkages.cli.main import main
 from optim.store.store import read_store
 
 
-def command(module, *arguments):
-    parser = argparse.ArgumentParser()
-    module.add_options(parser)
-    return exit_status(module.run, parser.parse_args([str(argument) for argument in arguments]))
+def command(*words):
+    """Run a command of an entry point: reinstall the package if a working copy does not know it."""
+    return main([str(word) for word in words])
 
 
 STUDY = """
@@ -65,7 +62,7 @@ def without_time(result):
 
 
 def test_optimise(file, tmp_path, capsys):
-    assert command(optimise, file, "--out", tmp_path / "out", "--seed", 3) == 0
+    assert command("optimise", file, "--out", tmp_path / "out", "--seed", 3) == 0
     assert sorted(p.name for p in (tmp_path / "out").iterdir() if not p.name.endswith(".lock")) == [
         "convergence.png",
         "result.json",
@@ -90,16 +87,16 @@ def test_optimise(file, tmp_path, capsys):
 
 def test_resume(file, tmp_path, capsys):
     out = tmp_path / "out"
-    assert command(optimise, file, "--out", out, "--no-plots") == 0
+    assert command("optimise", file, "--out", out, "--no-plots") == 0
     first = json.loads((out / "result.json").read_text())
-    assert command(optimise, file, "--out", out, "--no-plots") == 2
+    assert command("optimise", file, "--out", out, "--no-plots") == 2
     assert "exists already; continue with --resume" in capsys.readouterr().err
     (out / "result.json").unlink()
-    assert command(optimise, file, "--out", out, "--no-plots", "--resume") == 0
+    assert command("optimise", file, "--out", out, "--no-plots", "--resume") == 0
     assert without_time(json.loads((out / "result.json").read_text())) == without_time(first)
     assert not (out / "convergence.png").exists()
     file.write_text(STUDY.replace("upper = 0.6", "upper = 0.7"))
-    assert command(optimise, file, "--out", out, "--resume") == 2
+    assert command("optimise", file, "--out", out, "--resume") == 2
     assert (
         "study.sqlite: problem.variables.oil.upper: belongs to another study: there 0.6, here 0.7"
         in capsys.readouterr().err
@@ -114,12 +111,12 @@ GRG = STUDY.replace('[algorithm]\nname = "ga"', '[algorithm]\nname = "grg"').rep
 @pytest.mark.parametrize("text", [STUDY, GRG], ids=["ga", "grg"])
 def test_the_answer_of_one_study_starts_another(file, tmp_path, text):
     """The nominal design stays the first, and what relative quantities are divided by; the start comes next."""
-    assert command(optimise, file, "--out", tmp_path / "first", "--no-plots") == 0
+    assert command("optimise", file, "--out", tmp_path / "first", "--no-plots") == 0
     answer = json.loads((tmp_path / "first" / "result.json").read_text())
     assert answer["start"] is None
     (tmp_path / "second.toml").write_text(text)
     second = command(
-        optimise, tmp_path / "second.toml", "--start", tmp_path / "first", "--out", tmp_path / "out", "--no-plots"
+        "optimise", tmp_path / "second.toml", "--start", tmp_path / "first", "--out", tmp_path / "out", "--no-plots"
     )
     assert second == 0
     result = json.loads((tmp_path / "out" / "result.json").read_text())
@@ -133,8 +130,8 @@ def test_the_answer_of_one_study_starts_another(file, tmp_path, text):
 
 def test_a_study_is_not_gone_on_with_from_another_start(file, tmp_path, capsys):
     out = tmp_path / "out"
-    assert command(optimise, file, "--out", out, "--no-plots") == 0
-    assert command(optimise, file, "--out", out, "--no-plots", "--resume", "--start", out) == 2
+    assert command("optimise", file, "--out", out, "--no-plots") == 0
+    assert command("optimise", file, "--out", out, "--no-plots", "--resume", "--start", out) == 2
     assert "study.sqlite: start: belongs to another study: there nothing, here [" in capsys.readouterr().err
 
 
@@ -159,7 +156,7 @@ def test_wrong_start(file, tmp_path, capsys, content, message):
     (tmp_path / "other").mkdir()
     if content is not None:
         (tmp_path / "other" / "result.json").write_text(content)
-    assert command(optimise, file, "--start", tmp_path / "other", "--out", tmp_path / "out") == 2
+    assert command("optimise", file, "--start", tmp_path / "other", "--out", tmp_path / "out") == 2
     err = capsys.readouterr().err
     assert err.startswith("error: --start: ")
     assert message in err
@@ -178,7 +175,7 @@ def test_ctrl_c_stops_after_the_generation(file, tmp_path, capsys, monkeypatch, 
         return invented_engine(request)
 
     monkeypatch.setattr("optim.evaluate.evaluator.run_compiled", interrupted)
-    assert command(optimise, file, "--out", out) == 130
+    assert command("optimise", file, "--out", out) == 130
     err = capsys.readouterr().err
     assert "stopping after this iteration" in err
     assert "what was computed is kept; continue with --resume" in err
@@ -189,8 +186,8 @@ def test_ctrl_c_stops_after_the_generation(file, tmp_path, capsys, monkeypatch, 
         assert len(store.iterations()) >= 1
     assert signal.getsignal(signal.SIGINT) is before
     before = len(populations)
-    assert command(optimise, file, "--out", out, "--resume") == 0
-    assert command(optimise, file, "--out", tmp_path / "whole") == 0
+    assert command("optimise", file, "--out", out, "--resume") == 0
+    assert command("optimise", file, "--out", tmp_path / "whole") == 0
     broken, whole = (json.loads((x / "result.json").read_text()) for x in (out, tmp_path / "whole"))
     assert without_time(broken) == without_time(whole)
     assert sum(populations[before:]) == 2 * whole["evaluations"] - kept
@@ -200,10 +197,10 @@ def test_studies_and_seeds_in_one_job(file, tmp_path, capsys):
     other = tmp_path / "other.toml"
     other.write_text(STUDY.replace("A.force", "B.force"))
     out = tmp_path / "out"
-    assert command(optimise, file, "--out", out, "--no-plots", "--seeds", "2:2") == 0  # one run: no subfolder
+    assert command("optimise", file, "--out", out, "--no-plots", "--seeds", "2:2") == 0  # one run: no subfolder
     assert (out / "study.sqlite").exists()
     out = tmp_path / "both"
-    assert command(optimise, file, other, "--out", out, "--no-plots", "--seeds", "1:3") == 0
+    assert command("optimise", file, other, "--out", out, "--no-plots", "--seeds", "1:3") == 0
     rows = table(out / "results.csv")
     assert [(row["study"], row["seed"]) for row in rows] == [(s, str(n)) for s in ("short", "other") for n in (1, 2, 3)]
     result = json.loads((out / "other_2" / "result.json").read_text())
@@ -213,8 +210,8 @@ def test_studies_and_seeds_in_one_job(file, tmp_path, capsys):
     assert f"{np.mean(best):.6g}" in printed
     assert f"{np.std(best, ddof=1):.6g}" in printed
     (out / "other_3" / "study.sqlite").unlink()
-    assert command(optimise, file, other, "--out", out, "--no-plots", "--seeds", "1:3") == 2
-    assert command(optimise, file, other, "--out", out, "--no-plots", "--seeds", "1:3", "--resume") == 0
+    assert command("optimise", file, other, "--out", out, "--no-plots", "--seeds", "1:3") == 2
+    assert command("optimise", file, other, "--out", out, "--no-plots", "--seeds", "1:3", "--resume") == 0
     again = table(out / "results.csv")
     assert [without_time(row) for row in again] == [without_time(row) for row in rows]
 
@@ -236,7 +233,7 @@ def test_refused(file, tmp_path, capsys, monkeypatch, arguments, message):
     pytest.importorskip("distributed")
     monkeypatch.setattr("optim.evaluate.cluster._ANSWER", 1.0)
     monkeypatch.chdir(tmp_path)
-    assert command(optimise, file.name, *arguments) == 2
+    assert command("optimise", file.name, *arguments) == 2
     err = capsys.readouterr().err
     assert message in err
     assert err.count("\n") == 1
@@ -254,7 +251,7 @@ def test_refused(file, tmp_path, capsys, monkeypatch, arguments, message):
 )
 def test_wrong_algorithm(file, tmp_path, capsys, old, new, message):
     file.write_text(STUDY.replace(old, new))
-    assert command(optimise, file, "--out", tmp_path / "out") == 2
+    assert command("optimise", file, "--out", tmp_path / "out") == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
@@ -262,50 +259,42 @@ def test_wrong_algorithm(file, tmp_path, capsys, old, new, message):
 def test_show_and_export(file, tmp_path, capsys):
     pyarrow = pytest.importorskip("pyarrow.parquet")
     out = tmp_path / "out"
-    command(optimise, file, "--out", out, "--no-plots")
+    command("optimise", file, "--out", out, "--no-plots")
     store = out / "study.sqlite"
     capsys.readouterr()
-    assert command(study, "show", store) == 0
+    assert command("study", "show", store) == 0
     printed = capsys.readouterr().out
     assert "ga, seed 1" in printed
     with read_store(store) as opened:
         designs, found = opened.evaluations()
     assert f"evaluations: {len(designs)}, of which failed: 0" in printed
-    assert command(study, "export", store) == 0
+    assert command("study", "export", store) == 0
     rows = table(out / "evaluations.csv")
     assert [float(row["variable:joints.A.viscosity"]) for row in rows] == designs[:, 1].tolist()
     assert [float(row["objective:force"]) for row in rows] == found.objectives[:, 0].tolist()
-    assert command(study, "export", store, "--out", tmp_path / "x.parquet") == 0
+    assert command("study", "export", store, "--out", tmp_path / "x.parquet") == 0
     columns = pyarrow.read_table(tmp_path / "x.parquet").to_pydict()
     assert columns["constraint:torque"] == found.constraints[:, 0].tolist()
     assert columns["status"] == list(found.status)
-    assert command(study, "export", store, "--out", tmp_path / "x.xls") == 2
+    assert command("study", "export", store, "--out", tmp_path / "x.xls") == 2
     assert "ends with .csv or .parquet" in capsys.readouterr().err
-    assert command(study, "show", tmp_path / "nothing.sqlite") == 2
+    assert command("study", "show", tmp_path / "nothing.sqlite") == 2
 
 
 def test_parquet_without_its_package(file, tmp_path, capsys, monkeypatch):
     out = tmp_path / "out"
-    command(optimise, file, "--out", out, "--no-plots")
+    command("optimise", file, "--out", out, "--no-plots")
     monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    assert command(study, "export", out / "study.sqlite", "--out", tmp_path / "x.parquet") == 2
+    assert command("study", "export", out / "study.sqlite", "--out", tmp_path / "x.parquet") == 2
     assert "needs pyarrow" in capsys.readouterr().err
     assert not list(tmp_path.glob("*x.parquet*"))
-
-
-def test_the_commands_are_registered():
-    """The package is installed with its entry points: reinstall it if this fails in a working copy."""
-    from linkages.cli import commands
-
-    found = commands()
-    assert (found["optimise"], found["study"]) == (optimise, study)
 
 
 def test_front_with_reference_designs(tmp_path, capsys, invented_engine):
     file, out = tmp_path / "front.toml", tmp_path / "out"
     text = STUDY.replace('"ga"', '"nsga2"').replace("[constraints", SECOND + "[constraints", 1)
     file.write_text(text + '[designs.theirs]\n"joints.A.viscosity" = 0.1\n')
-    assert command(optimise, file, "--out", out, "--verify") == 0
+    assert command("optimise", file, "--out", out, "--verify") == 0
     result = json.loads((out / "result.json").read_text())
     assert result["designs"]["theirs"]["variables"]["joints.A.viscosity"] == 0.1
     assert result["designs"]["theirs"]["linked"] == {"joints.B.viscosity": 0.1}
@@ -315,7 +304,7 @@ def test_front_with_reference_designs(tmp_path, capsys, invented_engine):
     with read_store(out / "study.sqlite") as store:
         assert len(store.evaluations()[0]) == result["evaluations"]  # theirs is not among them
     assert result["verification"]["objectives"]["force"]["difference"] == 0.0  # the invented engine again
-    assert command(optimise, file, "--out", out, "--resume", "--no-plots") == 0
+    assert command("optimise", file, "--out", out, "--resume", "--no-plots") == 0
     assert "give --resume --verify" in capsys.readouterr().out
     again = json.loads((out / "result.json").read_text())
     assert "verification" not in again

@@ -1,6 +1,5 @@
 """Sobol's indices against closed forms and another estimator; inert variables of the press."""
 
-import argparse
 import json
 import math
 
@@ -9,8 +8,7 @@ import pytest
 from scipy.stats import sobol_indices, uniform
 
 from linkages import InputError, RunError
-from linkages.cli.main import exit_status
-from optim.cli import study as command
+from linkages.cli.main import main
 from optim.evaluate.evaluator import Evaluator
 from optim.problem.load import load_study
 from optim.problem.shipped import find_study
@@ -115,42 +113,19 @@ TORQUE = """[objectives.torque]
 terms = [{ functional = "peak", output = "O4.torque" }]
 [objectives.acceleration]"""
 
-SHORT = """
-experiment = "seven_bar.toml"
-[variables.mass]
-path = "sdf.links.link2.mass"
-relative = true
-lower = 0.5
-upper = 2.0
-[variables.oil]
-path = "joints.A.viscosity"
-lower = 0.05
-upper = 0.6
-[objectives.force]
-unit = "N"
-terms = [{ functional = "peak", output = "A.force" }]
-[algorithm]
-name = "ga"
-"""
-
-
-def run(*arguments):
-    parser = argparse.ArgumentParser()
-    command.add_options(parser)
-    return exit_status(command.run, parser.parse_args([str(argument) for argument in arguments]))
-
 
 def test_command(tmp_path, capsys, invented_engine):
-    file, out = tmp_path / "short.toml", tmp_path / "out"
-    file.write_text(SHORT)
-    assert run("sensitivity", file, "--samples", 16, "--out", out) == 0
+    out = tmp_path / "out"
+    words = ["study", "sensitivity", "sevenbar_force"]
+    assert main([*words, "--samples", "16", "--out", str(out)]) == 0
     assert "first order" in capsys.readouterr().out
     assert sorted(path.name for path in out.iterdir()) == ["one_at_a_time.png", "sensitivity.json", "sobol.png"]
     report = json.loads((out / "sensitivity.json").read_text())
-    assert report["evaluations"] == 16 * (2 + 2)
-    assert set(report["quantities"]["force"]["variables"]) == {"sdf.links.link2.mass", "joints.A.viscosity"}
-    for arguments, message in ((["--samples", 12], "power of two"), (["--seed", -1], "between 0")):
-        assert run("sensitivity", file, *arguments, "--out", tmp_path / "no") == 2
+    variables = list(load_study(find_study("sevenbar_force")).paths)
+    assert report["evaluations"] == 16 * (len(variables) + 2)
+    assert list(report["quantities"]["force"]["variables"]) == variables
+    for arguments, message in ((["--samples", "12"], "power of two"), (["--seed", "-1"], "between 0")):
+        assert main([*words, *arguments, "--out", str(tmp_path / "no")]) == 2
         assert message in capsys.readouterr().err
         assert not (tmp_path / "no").exists()
 
