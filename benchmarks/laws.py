@@ -137,16 +137,17 @@ def grooved_films():
         )
         for name, values in films.items()
     }
-    times = {name: [] for name in systems}
+    times, steps = {name: [] for name in systems}, {}
     for _ in range(ROUNDS + 1):
         for name, system in systems.items():
             start = time.process_time()
-            linkages.simulate(system, "compiled")
+            run = linkages.simulate(system, "compiled")
             times[name].append(time.process_time() - start)
-    print(f"\n{'run of the press, film':24s}{'processor [ms]':>16s}{'over the long film':>20s}")
+            steps[name] = len(run.time) - 1
+    print(f"\n{'run of the press, film':24s}{'steps':>8s}{'processor [ms]':>16s}{'over the long film':>20s}")
     for name, taken in times.items():  # the first round compiles
         ratio = statistics.median(np.divide(taken[1:], times["long"][1:]))
-        print(f"{name:24s}{1e3 * statistics.median(taken[1:]):16.1f}{ratio:20.2f}")
+        print(f"{name:24s}{steps[name]:8d}{1e3 * statistics.median(taken[1:]):16.1f}{ratio:20.2f}")
 
 
 def registered_laws(table):

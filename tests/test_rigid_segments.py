@@ -1,6 +1,8 @@
 """Flexible links as chains of rigid segments: the second model, which shares no modal kernel with the first."""
 
 import pickle
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +18,14 @@ from linkages.system.rigid_segments import segmented
 DURATIONS = {"ideal": 0.01, "lubricated": 0.01}
 DRY = {"slider_crank": 6e-4, "four_bar": 1e-3, "seven_bar": 6.2e-4}
 ENERGY = ("kinetic_energy", "potential_energy")
+
+#: Differences on the page [%]: by the number of segments, in columns of machine and joint law.
+PAGE = (Path(__file__).resolve().parents[1] / "docs" / "flexible_theory.md").read_text(encoding="utf-8")
+COLUMNS = ["slider_crank ideal", "four_bar ideal", "seven_bar ideal", "slider_crank lubricated", "slider_crank dry"]
+PRINTED = {
+    int(count): dict(zip(COLUMNS, map(float, re.findall(r"([\d.]+) %", row)), strict=True))
+    for count, row in re.findall(r"^\| (\d+) \|((?: [\d.]+ % \|){5})$", PAGE, re.MULTILINE)
+}
 
 every_machine = pytest.mark.parametrize(
     "name", ["slider_crank", *(pytest.param(name, marks=pytest.mark.slow) for name in ("four_bar", "seven_bar"))]
@@ -50,8 +60,12 @@ def test_pieces_tend_to_the_modes_with_the_square_of_their_length(tmp_path, name
     system = bent_machine(tmp_path, name, law, duration)
     times = np.linspace(0.0, duration, 401)
     exact = moved(system)(times)
-    coarse, fine = (moved(in_segments(system, n))(times) for n in ((8, 16) if law == "dry" else (4, 8)))
+    counts = (8, 16) if law == "dry" else (4, 8)
+    coarse, fine = (moved(in_segments(system, n))(times) for n in counts)
     left = difference(coarse, exact, "middle.deflection"), difference(fine, exact, "middle.deflection")
+    if f"{name} {law}" in COLUMNS:
+        printed = [0.01 * PRINTED[count][f"{name} {law}"] for count in counts]
+        assert left == pytest.approx(printed, rel=0.02)  # two digits
     assert left[1] < 0.01
     assert 3.5 < left[0] / left[1] < 4.5
     for force in () if law == "dry" else (f"{MACHINES[name][1][0]}.bending", "B.force"):
