@@ -25,7 +25,7 @@ DRY = {
     "clearance": 5e-5,
     "contact": {"law": "lankarani-nikravesh", "youngs_modulus": 2.07e11, "poissons_ratio": 0.3, "restitution": 0.9},
 }
-#: Of each joint what differs from the file, and stretching modes: they matter to blows alone.
+#: Changed values of each joint, and its axial modes, which matter to impacts alone.
 JOINTS = {"ideal": ({"joints.B": {"model": "ideal"}}, 0), "lubricated": ({}, 0), "dry": ({"joints.B": DRY}, 4)}
 
 

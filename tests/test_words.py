@@ -1,4 +1,4 @@
-"""Docstrings, comments and messages use the terms of the glossary."""
+"""Docstrings, comments, messages and shipped files use the terms of the glossary."""
 
 import ast
 import io
@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-FOLDERS = ("linkages", "optim", "tests", "benchmarks")
+FOLDERS = ("linkages", "optim", "tests", "benchmarks", "docs")
+#: Files whose whole text is prose, or has it in comments and titles.
+TEXTS = ("sdf/*.sdf", "sdf/*.toml", "optim/studies/*.toml", "linkages/**/*.html", "notebooks/*.ipynb", "*.md")
 
 
 def replaced_words() -> list[str]:
@@ -29,15 +31,27 @@ def prose(text: str) -> Iterator[tuple[int, str]]:
             yield node.lineno, node.value
 
 
-@pytest.mark.parametrize("folder", FOLDERS)
-def test_no_replaced_word_returns(folder):
+@pytest.fixture
+def pattern() -> re.Pattern[str]:
     words = replaced_words()
     assert len(words) >= 20
-    pattern = re.compile(rf"\b({'|'.join(map(re.escape, words))})\b", re.IGNORECASE)
+    return re.compile(rf"\b({'|'.join(map(re.escape, words))})\b", re.IGNORECASE)
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_no_replaced_word_returns(folder, pattern):
     found = [
         f"{path.relative_to(ROOT)}:{line}: {hit[0]}"
         for path in sorted((ROOT / folder).rglob("*.py"))
         for line, text in prose(path.read_text(encoding="utf-8"))
         if (hit := pattern.search(" ".join(re.sub(r"`[^`]*`", "", text).split())))
     ]
+    assert not found, "docs/glossary.md has the terms"
+
+
+@pytest.mark.parametrize("files", TEXTS)
+def test_no_replaced_word_is_in_shipped_files(files, pattern):
+    texts = {path: " ".join(path.read_text(encoding="utf-8").split()) for path in sorted(ROOT.glob(files))}
+    assert texts
+    found = [f"{path.relative_to(ROOT)}: {hit[0]}" for path, text in texts.items() if (hit := pattern.search(text))]
     assert not found, "docs/glossary.md has the terms"

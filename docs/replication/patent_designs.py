@@ -61,7 +61,7 @@ class Pair:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Joints with play."""
+        """Clearance joints."""
         return tuple(self.systems[0].experiment.joints)
 
     @property
