@@ -2,11 +2,11 @@
 
 import ast
 import doctest
-import importlib.util
 import inspect
 import pkgutil
 import re
 import tomllib
+from importlib import import_module
 from pathlib import Path
 from unittest.mock import patch
 
@@ -31,20 +31,13 @@ PUBLIC = (
 )
 
 
-def generator(name):
-    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_the_list_of_experiment_keys_is_fresh():
-    assert (DOCS / "experiment.md").read_text(encoding="utf-8") == generator("make_experiment").markdown()
+    assert (DOCS / "experiment.md").read_text(encoding="utf-8") == import_module("make_experiment").markdown()
 
 
 def test_the_list_of_study_keys_is_fresh():
     text = (DOCS / "study_files.md").read_text(encoding="utf-8")
-    assert generator("make_optimisation").page(text) == text
+    assert import_module("make_optimisation").page(text) == text
     assert "| `constraints.NAME.at_least` | lower limit |" in text
 
 
@@ -81,7 +74,7 @@ def test_every_page_names_its_reader(page):
 
 
 def test_the_list_of_misprints_is_fresh():
-    assert (DOCS / "misprints.md").read_text(encoding="utf-8") == generator("make_misprints").page()
+    assert (DOCS / "misprints.md").read_text(encoding="utf-8") == import_module("make_misprints").page()
 
 
 def test_what_the_laws_cite_is_among_the_references():
@@ -119,19 +112,19 @@ def test_links_between_pages_lead_somewhere(page):
 
 def test_the_table_of_outputs_is_fresh():
     text = (DOCS / "outputs.md").read_text(encoding="utf-8")
-    assert generator("make_outputs").page(text) == text
+    assert import_module("make_outputs").page(text) == text
     assert "| `DRIVE.power` | power delivered by the drive | W |" in text
 
 
 def test_the_house_is_drawn_as_the_contracts_have_it():
     text = (DOCS / "architecture.md").read_text(encoding="utf-8")
-    assert generator("make_architecture").page(text) == text
+    assert import_module("make_architecture").page(text) == text
     assert text.index("| `optim/cli` |") < text.index("| `linkages/system` |") < text.index("| `linkages/laws` |")
 
 
 def test_the_ports_in_the_docs_are_those_of_the_code():
     text = (DOCS / "drake_engine.md").read_text(encoding="utf-8")
-    assert generator("make_drake").page(text) == text
+    assert import_module("make_drake").page(text) == text
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
@@ -226,7 +219,7 @@ def test_examples_of_all_other_docstrings_are_right(no_laws_stay):
     """Also of functions that only this package calls; without the Drake engine, whose import takes seconds."""
     public = {name.replace(":", ".") for name in public_functions()}
     modules = [
-        importlib.import_module(found.name)
+        import_module(found.name)
         for package in ("linkages", "optim")
         for found in pkgutil.walk_packages(pkgutil.resolve_name(package).__path__, f"{package}.")
         if ".drake" not in found.name

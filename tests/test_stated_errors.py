@@ -1,11 +1,10 @@
 """Stated errors against true ones, from much more accurate runs of the compiled engine."""
 
-import importlib.util
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
 import pytest
+import stated_errors
 from machines import bar, joint, model
 from shipped import shipped
 
@@ -15,7 +14,6 @@ from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.divergence import PARTED
 from linkages.results.peak_errors import RESOLVED
 
-SCRIPT = Path(__file__).resolve().parents[1] / "benchmarks" / "stated_errors.py"
 FALLING = (
     "duration = {}\ngravity = [0.0, -9.81, 0.0]\noutputs = ['lower.omega', 'lower_tip.x']\n[solver]\naccuracy = {}\n"
 )
@@ -160,21 +158,12 @@ def test_the_horizon_does_not_depend_on_how_far_it_is_looked_for():
     assert turns == pytest.approx(times[first - 1] / period, abs=1e-9)
 
 
-@pytest.fixture
-def script():
-    """The module benchmarks/stated_errors.py."""
-    spec = importlib.util.spec_from_file_location("stated_errors", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.slow
-def test_random_machines_have_honest_errors(script, tmp_path):
+def test_random_machines_have_honest_errors(tmp_path):
     """A sample of what benchmarks/stated_errors.py judges."""
     judged = 0
-    for _, (_, system) in zip(range(7), script.experiments(11, "compiled", tmp_path), strict=False):
-        rows = script.rows(system, "compiled") or []
+    for _, (_, system) in zip(range(7), stated_errors.experiments(11, "compiled", tmp_path), strict=False):
+        rows = stated_errors.rows(system, "compiled") or []
         assert [row for row in rows if row.fails] == []
         judged += sum(row.judged for row in rows)
     assert judged > 10
@@ -185,9 +174,9 @@ def test_random_machines_have_honest_errors(script, tmp_path):
     [(2811282, 27), (2811283, 7), (2811501, 13)],
     ids=["steady film", "start of a film", "vibration of a flexible link"],
 )
-def test_runs_of_few_steps_have_honest_errors(script, tmp_path, seed, number):
+def test_runs_of_few_steps_have_honest_errors(tmp_path, seed, number):
     """Newton's method limits the steps, at any accuracy; a tighter run with about as few steps errs as much."""
-    _, system = next(islice(script.experiments(seed, "compiled", tmp_path), number, None))
-    rows = script.rows(system, "compiled")
+    _, system = next(islice(stated_errors.experiments(seed, "compiled", tmp_path), number, None))
+    rows = stated_errors.rows(system, "compiled")
     assert sum(row.judged for row in rows) > 5
     assert [row for row in rows if row.fails] == []

@@ -25,6 +25,7 @@
 | completion    | ``linkages completion``: a script for the shell                       |
 | parsing       | a parser with one-line errors that suggest valid words                |
 | options       | options of several commands, and the system that they define          |
+| ranges        | values and ranges for a dotted path, in SI units or with units        |
 | folders       | folders of results: their command, files that a new run removes       |
 | progress      | progress: bars, lines, heartbeat                                      |
 | endings       | messages and exit status of failed runs                               |

@@ -1,11 +1,11 @@
 """The page of the algorithms agrees with the code, its numbers are measured, and its example works."""
 
-import importlib.util
 import itertools
 import re
 import sys
 from pathlib import Path
 
+import make_algorithms
 import pytest
 
 import optim
@@ -17,31 +17,23 @@ ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "optimisation_algorithms.md").read_text(encoding="utf-8")
 
 
-@pytest.fixture(scope="module")
-def maker():
-    spec = importlib.util.spec_from_file_location("make_algorithms", ROOT / "docs" / "make_algorithms.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_page_is_fresh(maker):
+def test_page_is_fresh():
     """Regenerate with ``python docs/make_algorithms.py``."""
     start = PAGE.index("| problem | kind |")
     problems = PAGE[start : PAGE.index("\nAll are found to")]
-    assert maker.page(problems) == PAGE
+    assert make_algorithms.page(problems) == PAGE
 
 
 @pytest.mark.slow
-def test_the_numbers_are_measured_ones(maker):
+def test_the_numbers_are_measured_ones():
     """Objectives to the digits printed. Counts hang on the processor's rounding where a problem is hard: not all agree."""
     rows = [line for line in PAGE.splitlines() if re.match(r"\| \d+ \| (bounds|equal|inequal)", line)]
-    assert len(rows) == len(maker.EXAMPLES)
+    assert len(rows) == len(make_algorithms.EXAMPLES)
     near = []
-    for row, example in zip(rows, maker.EXAMPLES, strict=True):
-        assert row.startswith(maker.fixed(example))
+    for row, example in zip(rows, make_algorithms.EXAMPLES, strict=True):
+        assert row.startswith(make_algorithms.fixed(example))
         found, *counts = (float(cell) for cell in row.split("|")[6:10])
-        now = maker.measure(example)
+        now = make_algorithms.measure(example)
         assert now.found == pytest.approx(found, rel=1e-6, abs=2e-7)
         near.append([now.iterations, now.evaluations, now.populations] == pytest.approx(counts, rel=0.2, abs=3))
     assert sum(near) >= 0.9 * len(rows)

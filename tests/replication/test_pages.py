@@ -1,11 +1,16 @@
 """Pages with slow numbers agree with the stored measurements, and a row of each is measured again."""
 
-import importlib.util
 import re
 from pathlib import Path
 
+import fourbar_landscape
+import fourbar_methods
+import make_press_films
+import make_robust
+import make_transient_film
 import numpy as np
 import pytest
+import replicate
 from replication.claims import differences
 from replication.measured import read
 from replication.recorded import load_record
@@ -16,36 +21,23 @@ from optim import Evaluator, find_study, load_study
 ROOT = Path(__file__).parents[2]
 
 
-def program(path):
-    spec = importlib.util.spec_from_file_location(Path(path).stem, ROOT / path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture
-def methods():
-    return program("benchmarks/fourbar_methods.py")
-
-
-@pytest.mark.parametrize("name", ["fourbar_methods", "fourbar_landscape"])
-def test_page_is_that_of_its_measurements(name):
+@pytest.mark.parametrize("maker", [fourbar_methods, fourbar_landscape], ids=lambda maker: maker.__name__)
+def test_page_is_that_of_its_measurements(maker):
     """Regenerate with ``python benchmarks/NAME.py``."""
-    maker = program(f"benchmarks/{name}.py")
-    assert maker.PAGE.read_text(encoding="utf-8") == maker.page(read(name))
+    assert maker.PAGE.read_text(encoding="utf-8") == maker.page(read(maker.__name__))
 
 
 @pytest.mark.slow
-def test_a_row_of_the_methods_is_measured_again(methods):
+def test_a_row_of_the_methods_is_measured_again():
     """The recorded design at the page's three places, to the digits printed: objective, unseen starts, tighter tolerance."""
     record, study = load_record("fourbar_jitter"), load_study(find_study("fourbar_jitter"))
     row = read("fourbar_methods")["fourbar_jitter/grg, one start/1"]
     x = np.array(row["x"])
     assert np.array_equal(x, record.design(study))
     before, after = Evaluator(study)(np.array([study.nominal, x])).objectives[:, 0]
-    unseen, tighter = methods.score(study, x[None])
+    unseen, tighter = fourbar_methods.score(study, x[None])
     again = {"value": after / before, "unseen": unseen[0], "tighter": tighter[0]}
-    assert methods.cells(row | again, x / study.nominal) == methods.cells(row, x / study.nominal)
+    assert fourbar_methods.cells(row | again, x / study.nominal) == fourbar_methods.cells(row, x / study.nominal)
 
 
 @pytest.mark.slow
@@ -58,14 +50,13 @@ def test_a_row_of_the_landscape_is_measured_again():
 
 def test_table_of_the_robust_design_is_fresh():
     """Regenerate with ``python docs/make_robust.py``."""
-    maker = program("docs/make_robust.py")
-    text = maker.PAGE.read_text(encoding="utf-8")
-    assert differences(text, maker.page(text)) == []
+    text = make_robust.PAGE.read_text(encoding="utf-8")
+    assert differences(text, make_robust.page(text)) == []
 
 
 @pytest.mark.parametrize(("page", "sources"), [("replication", {"press", "patent"}), ("replication_3rrr", {"robot"})])
 def test_every_row_names_a_command_and_every_command_has_rows(page, sources, capsys):
-    assert program("docs/replicate.py").main([]) == 0
+    assert replicate.main([]) == 0
     listed = {name for name in capsys.readouterr().out.split() if name.partition(".")[0] in sources}
     lines = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8").splitlines()
     start = next(k for k, line in enumerate(lines) if line.startswith("| claim |"))
@@ -80,21 +71,16 @@ def test_every_row_names_a_command_and_every_command_has_rows(page, sources, cap
     assert set(SOURCES) >= sources
 
 
-@pytest.fixture
-def press_films():
-    return program("docs/make_press_films.py")
-
-
-def test_page_of_the_press_films_is_that_of_its_measurements(press_films):
+def test_page_of_the_press_films_is_that_of_its_measurements():
     """Regenerate with ``python docs/make_press_films.py``."""
-    assert press_films.PAGE.read_text(encoding="utf-8") == press_films.page(read("press_films"))
+    assert make_press_films.PAGE.read_text(encoding="utf-8") == make_press_films.page(read("press_films"))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("step", ["long film", "finite film", "groove, heat, sealed"])
-def test_a_step_of_the_press_films_is_measured_again(press_films, step):
+def test_a_step_of_the_press_films_is_measured_again(step):
     """Forces to 1e-4, the others to 1 %: the printed digits but the last."""
-    found, stored = press_films.row(step, 10.0), read("press_films")[f"{step}/10"]
+    found, stored = make_press_films.row(step, 10.0), read("press_films")[f"{step}/10"]
     assert found["ideal"] == pytest.approx(stored["ideal"], rel=1e-6)
     for name, joint in found["joints"].items():
         assert joint["force"] == pytest.approx(stored["joints"][name]["force"], rel=1e-4)
@@ -102,17 +88,12 @@ def test_a_step_of_the_press_films_is_measured_again(press_films, step):
             assert joint[key] == pytest.approx(stored["joints"][name][key], rel=0.01)
 
 
-@pytest.fixture
-def transient_film():
-    return program("docs/make_transient_film.py")
-
-
-def test_page_of_films_with_history_is_that_of_its_measurements(transient_film):
+def test_page_of_films_with_history_is_that_of_its_measurements():
     """Regenerate with ``python docs/make_transient_film.py``; the rule is in the figure's range."""
     found = read("transient_film")
-    assert transient_film.PAGE.read_text(encoding="utf-8") == transient_film.page(found)
+    assert make_transient_film.PAGE.read_text(encoding="utf-8") == make_transient_film.page(found)
     numbers = [row["number"] for rows in found["swings"].values() for row in rows]
-    assert min(numbers) < transient_film.limit(found) < max(numbers)
+    assert min(numbers) < make_transient_film.limit(found) < max(numbers)
 
 
 @pytest.mark.slow

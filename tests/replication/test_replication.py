@@ -1,8 +1,8 @@
 """The page of replicated results agrees with the code, and its comparison finds differences."""
 
-import importlib.util
 from pathlib import Path
 
+import make_replication
 import pytest
 from replication import press_paper
 from replication.claims import change, differences
@@ -12,18 +12,10 @@ from optim import find_study, load_study
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.fixture(scope="module")
-def maker():
-    spec = importlib.util.spec_from_file_location("make_replication", ROOT / "docs" / "make_replication.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.slow
-def test_page_is_fresh(maker):
+def test_page_is_fresh():
     """Regenerate with ``python docs/make_replication.py``. One unit of the last digit for the rounding of each page."""
-    old, new = maker.PAGE.read_text(encoding="utf-8"), maker.page()
+    old, new = make_replication.PAGE.read_text(encoding="utf-8"), make_replication.page()
     assert differences(old, new) == []
 
 

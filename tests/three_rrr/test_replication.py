@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 
+import make_replication_3rrr
 import numpy as np
 import pytest
+import replicate
 from replication.claims import differences
 from replication.measured import read
 from replication.robot_claims import SECTIONS
@@ -17,13 +18,6 @@ from replication.verdicts import HEAD
 from linkages.three_rrr.analysis import RobotResults
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-
-
-def program(name: str):
-    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def test_printed_displacements_contradict_the_printed_stress(results: RobotResults) -> None:
@@ -40,8 +34,8 @@ def test_printed_displacements_contradict_the_printed_stress(results: RobotResul
 @pytest.mark.slow
 def test_page_is_fresh() -> None:
     """Regenerate with ``python docs/make_replication_3rrr.py``. One unit of the last digit for each rounding."""
-    maker = program("make_replication_3rrr")
-    assert differences(maker.PAGE.read_text(encoding="utf-8"), maker.page()) == []
+    written = make_replication_3rrr.PAGE.read_text(encoding="utf-8")
+    assert differences(written, make_replication_3rrr.page()) == []
 
 
 def test_a_row_is_repeated_by_the_command_it_names(capsys: pytest.CaptureFixture[str]) -> None:
@@ -51,7 +45,6 @@ def test_a_row_is_repeated_by_the_command_it_names(capsys: pytest.CaptureFixture
         line.rpartition("replicate.py ")[2].partition("`")[0] for line in written.splitlines() if "replicate.py" in line
     ]
     assert {name.partition(".")[2] for name in named} == set(SECTIONS)
-    replicate = program("replicate")
     assert replicate.main(["robot.formulas"]) == 0
     printed = capsys.readouterr().out
     lines = [line for line in written.splitlines() if "replicate.py robot.formulas" in line]
