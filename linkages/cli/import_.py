@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     from linkages.files.importing import import_model
     from linkages.files.sdf import read_root
     from linkages.files.sdf_text import sdf_text
-    from linkages.files.writing import whole
+    from linkages.files.writing import errors_of_writing, whole
     from linkages.files.xml import parse_xml
     from linkages.model.mechanism import planar
     from linkages.system.reference_configuration import Drawn, closed_within_limits
@@ -57,10 +57,8 @@ def run(options: argparse.Namespace) -> int:
     machine = planar(
         options.file, read_root(options.file, parse_xml(options.file, text.encode())), {}
     )  # check that it can be read
-    try:
+    with errors_of_writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as problem:
-        raise InputError("--out", str(out), f"cannot be written ({problem.strerror})") from None
     with whole(out) as partial:
         partial.write_text(text, encoding="utf-8")
     for note in notes:

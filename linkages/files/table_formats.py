@@ -93,10 +93,11 @@ def _field(name: str) -> str:
 
 def write_parquet(path: Path, columns: Columns, units: Mapping[str, str], attributes: Mapping[str, str]) -> None:
     """Write Apache Parquet; the metadata of each field has the unit."""
-    pyarrow, parquet = needed("pyarrow", "--to parquet"), needed("pyarrow.parquet", "--to parquet")
-    fields = [pyarrow.field(name, pyarrow.float64(), metadata=_unit(units, name) or None) for name in columns]
+    pyarrow, parquet = needed("pyarrow", "parquet"), needed("pyarrow.parquet", "parquet")
+    arrays = {name: pyarrow.array(values) for name, values in columns.items()}
+    fields = [pyarrow.field(name, x.type, metadata=_unit(units, name) or None) for name, x in arrays.items()]
     schema = pyarrow.schema(fields, metadata=dict(attributes))
-    parquet.write_table(pyarrow.table([pyarrow.array(x) for x in columns.values()], schema=schema), path)
+    parquet.write_table(pyarrow.table(list(arrays.values()), schema=schema), path)
 
 
 def write_netcdf(path: Path, columns: Columns, units: Mapping[str, str], attributes: Mapping[str, str]) -> None:

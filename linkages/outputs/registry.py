@@ -117,9 +117,16 @@ def _beside(quantities: dict[str, Quantity], *chosen: str) -> dict[str, Quantity
     return {name: quantities[name]._replace(meaning=words.get(name, quantities[name].meaning)) for name in chosen}
 
 
-def _stops(kind: str) -> Callable[[System], Iterable[str]]:
-    """List the stops of revolute or prismatic joints."""
-    return lambda s: [name for name, stop in s.experiment.stops.items() if s.mechanism.joint[stop.joint].type == kind]
+def _of_joints(table: str, kind: str) -> Callable[[System], Iterable[str]]:
+    """List the stops, frictions or gears of revolute or prismatic joints; the second joint of a gear counts."""
+
+    def names(system: System) -> Iterator[str]:
+        for name, element in getattr(system.experiment, table).items():
+            joint = element.joints[1] if table == "gears" else element.joint
+            if system.mechanism.joint[joint].type == kind:
+                yield name
+
+    return names
 
 
 def _contacts(film: bool, touching: bool) -> Callable[[System], Iterable[str]]:
@@ -186,18 +193,6 @@ def _drive(system: System, name: str) -> tuple[Any, ...]:
 
 def _load(system: System, name: str) -> tuple[Any, ...]:
     return [load for _, load in system.experiment.loads].index(name), 0, _NOWHERE, 0.0
-
-
-def _gears(kind: str) -> Callable[[System], Iterable[str]]:
-    """List the gears with a revolute or prismatic second joint."""
-    return lambda s: [n for n, gear in s.experiment.gears.items() if s.mechanism.joint[gear.joints[1]].type == kind]
-
-
-def _frictions(kind: str) -> Callable[[System], Iterable[str]]:
-    """List the frictions in revolute or prismatic joints."""
-    return lambda s: [
-        n for n, friction in s.experiment.frictions.items() if s.mechanism.joint[friction.joint].type == kind
-    ]
 
 
 def _gear(system: System, name: str) -> tuple[Any, ...]:
@@ -302,23 +297,23 @@ OWNERS = (
         },
     ),
     Owner(
-        LOAD, "FRICTION (revolute)", False, _frictions("revolute"), _load,
+        LOAD, "FRICTION (revolute)", False, _of_joints("frictions", "revolute"), _load,
         {"torque": Quantity("friction in an ideal joint, along its coordinate", "N m", 0), "power": _POWER},
     ),
     Owner(
-        LOAD, "FRICTION (prismatic)", False, _frictions("prismatic"), _load,
+        LOAD, "FRICTION (prismatic)", False, _of_joints("frictions", "prismatic"), _load,
         {"force": Quantity("friction in an ideal joint, along its coordinate", "N", 0), "power": _POWER},
     ),
     Owner(
-        GEAR, "GEAR (revolute)", False, _gears("revolute"), _gear,
+        GEAR, "GEAR (revolute)", False, _of_joints("gears", "revolute"), _gear,
         {"torque": Quantity("torque on the second joint, along its coordinate", "N m", 0), "power": _PASSED},
     ),
     Owner(
-        GEAR, "GEAR (prismatic)", False, _gears("prismatic"), _gear,
+        GEAR, "GEAR (prismatic)", False, _of_joints("gears", "prismatic"), _gear,
         {"force": Quantity("force on the second joint, along its coordinate", "N", 0), "power": _PASSED},
     ),
     Owner(
-        CONTACT, "STOP (revolute)", True, _stops("revolute"), _contact,
+        CONTACT, "STOP (revolute)", True, _of_joints("stops", "revolute"), _contact,
         {
             "torque": Quantity("magnitude of the reaction torque", "N m", 11),
             "penetration": Quantity("angle beyond the stop; negative: distance to it", "rad", 8),
@@ -327,7 +322,7 @@ OWNERS = (
         },
     ),
     Owner(
-        CONTACT, "STOP (prismatic)", True, _stops("prismatic"), _contact,
+        CONTACT, "STOP (prismatic)", True, _of_joints("stops", "prismatic"), _contact,
         _beside(_CONTACT, "force", "penetration", "closing", "sliding", "load", "power"),
     ),
     Owner(

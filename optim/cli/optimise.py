@@ -16,6 +16,7 @@ from linkages import InputError
 from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import written
 from linkages.cli.progress import progress_bar
+from linkages.files.writing import errors_of_writing
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -157,10 +158,8 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
         store = job.folder / STORE
         if store.exists() and not options.resume:
             raise InputError("--out", str(store), "exists already; continue with --resume, or give another --out")
-        try:
+        with errors_of_writing(job.folder):
             job.folder.mkdir(parents=True, exist_ok=True)
-        except OSError as problem:
-            raise InputError("--out", str(job.folder), f"cannot be written ({problem.strerror})") from None
     return root, jobs
 
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from linkages import InputError
-from linkages.files.table_formats import needed
+from linkages.files.table_formats import write_csv, write_parquet
 from linkages.files.writing import whole
 from linkages.model.experiment import value_unit
 from optim.evaluate.evaluations import INFEASIBLE
@@ -83,20 +81,9 @@ def export(store: Store, path: Path) -> int:
     numbers = np.column_stack([designs, found.objectives, found.constraints])
     kinds = {"variable": store.variables, "objective": store.objectives, "constraint": store.constraints}
     names = [f"{kind}:{name}" for kind, those in kinds.items() for name in those]
-    columns: dict[str, list[Any]] = dict(zip(names, numbers.T.tolist(), strict=True))
-    columns |= {"status": list(found.status), "reason": list(found.reason)}
+    columns = dict(zip(names, numbers.T, strict=True))
+    columns |= {"status": np.array(found.status, dtype=object), "reason": np.array(found.reason, dtype=object)}
+    write = write_csv if path.suffix == ".csv" else write_parquet
     with whole(path) as partial:
-        _write_csv(columns, partial) if path.suffix == ".csv" else _write_parquet(columns, partial)
+        write(partial, columns, {}, {})
     return len(designs)
-
-
-def _write_csv(columns: dict[str, list[Any]], path: Path) -> None:
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(columns)
-        writer.writerows(zip(*columns.values(), strict=True))  # floats by repr: exact
-
-
-def _write_parquet(columns: dict[str, list[Any]], path: Path) -> None:
-    pyarrow, parquet = needed("pyarrow", "--out .parquet"), needed("pyarrow.parquet", "--out .parquet")
-    parquet.write_table(pyarrow.table(columns), path)
