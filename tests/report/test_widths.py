@@ -10,7 +10,7 @@ from linkages.plots import write_animation
 SIZES = [(800, 900), (1280, 900)]
 needs_browser = pytest.mark.skipif(find_browser() is None, reason="no Chromium with its driver")
 
-_MOMENTS = 48  # of the recording, at which labels are looked at
+_MOMENTS = 24  # of the recording, at which labels are looked at
 
 _LABELS = f"""
 await decoded(window);
