@@ -210,6 +210,7 @@ upper = {5}
 terms = [{{functional = "{7}", output = "{6}"}}]
 [algorithm]
 name = "grg"
+tolerance = 1e-5  # of the optimum: far less than is asserted
 """
 
 
