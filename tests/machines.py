@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 BEARING = """<linkages:bearing>
   <linkages:radius>0.01</linkages:radius><linkages:length>0.02</linkages:length></linkages:bearing>"""
 
+ZERO = "0 0 0 0 0 0"  # x y z roll pitch yaw of a pose
 #: Rotations that take the x-y plane to others: as drawn, x-z, y-z, oblique.
 PLANES = {
     "xy": np.zeros(3),
@@ -36,6 +37,16 @@ def bar(
 <frame name="{name}_tip" attached_to="{name}"><pose>{length} 0 0 0 0 0</pose></frame>"""
 
 
+def solid(
+    name: str, mass: float, inertia: float = 1.0, pose: str = ZERO, at: str = "__model__", centre: str = ZERO
+) -> str:
+    """A link with the same moment of inertia about all axes; poses of the link in the frame `at`, of its mass centre."""
+    moments = "".join(f"<{axis}>{inertia}</{axis}>" for axis in ("ixx", "iyy", "izz"))
+    return f"""
+<link name="{name}"><pose relative_to="{at}">{pose}</pose>
+ <inertial><pose>{centre}</pose><mass>{mass}</mass><inertia>{moments}</inertia></inertial></link>"""
+
+
 STEEL = """<linkages:material><linkages:youngs_modulus>2e11</linkages:youngs_modulus>
   <linkages:poisson>0.3</linkages:poisson><linkages:density>7870</linkages:density></linkages:material>"""
 SQUARE = "<linkages:rectangle><linkages:width>0.008</linkages:width><linkages:height>0.008</linkages:height></linkages:rectangle>"
@@ -61,15 +72,10 @@ def joint(name: str, parent: str, child: str, kind: str = "revolute", axis: str 
 
 def rotor_in_block(outer="block", inner="rotor", length=0.02) -> str:
     """A driven rotor and a block that can only translate, with a bearing A between: a static bearing under a load."""
-
-    def body(name: str) -> str:
-        return f"""<link name="{name}"><inertial><mass>0.05</mass>
-<inertia><ixx>1e-5</ixx><iyy>1e-5</iyy><izz>1e-5</izz></inertia></inertial></link>"""
-
     bearing = BEARING.replace("<linkages:length>0.02", f"<linkages:length>{length}")
     return model(
         "rotor",
-        body("rotor") + body("carriage") + body("block")
+        solid("rotor", 0.05, 1e-5) + solid("carriage", 0.05, 1e-5) + solid("block", 0.05, 1e-5)
         + joint("O", "world", "rotor") + joint("x", "world", "carriage", "prismatic", "1 0 0")
         + joint("y", "carriage", "block", "prismatic", "0 1 0") + joint("A", outer, inner, inner=bearing),
     )  # fmt: skip
@@ -98,8 +104,7 @@ def slider_crank(crank=0.05, rod=0.12, plane="xy", offset=0.0) -> str:
     angle = np.arctan2(offset, x - crank)
     body = f"""
 {bar("crank", crank, "__model__", mass=0.3)}{bar("rod", rod, "crank_tip", angle, mass=0.21)}
-<link name="slider"><pose relative_to="__model__">{x} {offset} 0 0 0 0</pose>
- <inertial><mass>0.14</mass><inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>
+{solid("slider", 0.14, 1e-4, f"{x} {offset} 0 0 0 0")}
 {joint("O", "world", "crank")}{joint("A", "crank_tip", "rod", inner=BEARING)}
 {joint("B", "rod_tip", "slider", inner=BEARING)}{joint("guide", "world", "slider", "prismatic", "1 0 0")}"""
     return model("slider_crank", body, plane)
@@ -111,8 +116,7 @@ def elastic_slider_crank(crank=0.15, rod=0.3, mass=0.075552, elastic_crank=False
     body = f"""
 {first}{elastic_bar("rod", rod, "crank_tip")}
 <frame name="middle" attached_to="rod"><pose>{rod / 2} 0 0 0 0 0</pose></frame>
-<link name="slider"><pose relative_to="__model__">{crank + rod} 0 0 0 0 0</pose>
- <inertial><mass>{mass}</mass><inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>
+{solid("slider", mass, 1e-4, f"{crank + rod} 0 0 0 0 0")}
 {joint("O", "world", "crank")}{joint("A", "crank_tip", "rod", inner=BEARING)}
 {joint("B", "rod_tip", "slider", inner=BEARING)}{joint("guide", "world", "slider", "prismatic", "1 0 0")}"""
     return model("slider_crank", body)

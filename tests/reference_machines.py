@@ -17,7 +17,7 @@ Bars are `machines.bar`: uniform, 0.2 kg unless said otherwise. The plane is the
 from __future__ import annotations
 
 import numpy as np
-from machines import bar, joint, model
+from machines import bar, joint, model, solid
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from vector_sums import Body, Sums
@@ -251,8 +251,7 @@ def equal_slider_crank_sdf(length=0.1, angle=0.5) -> str:
     x = 2.0 * length * np.cos(angle)
     body = f"""
 {bar("crank", length, "__model__", angle)}{bar("rod", length, "crank_tip", -2.0 * angle)}
-<link name="slider"><pose relative_to="__model__">{x} 0 0 0 0 0</pose>
- <inertial><mass>0.1</mass><inertia><ixx>1e-5</ixx><iyy>1e-5</iyy><izz>1e-5</izz></inertia></inertial></link>
+{solid("slider", 0.1, 1e-5, f"{x} 0 0 0 0 0")}
 {joint("O", "world", "crank")}{joint("A", "crank_tip", "rod")}{joint("B", "rod_tip", "slider")}
 {joint("guide", "world", "slider", "prismatic", "1 0 0")}"""
     return model("equal_slider_crank", body)

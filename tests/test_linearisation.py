@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from machines import bar, four_bar, joint, model
+from machines import bar, four_bar, joint, model, solid
 from shipped import shipped
 
 from linkages import InputError, RunError, linearise, modes, simulate
@@ -68,8 +68,7 @@ def test_the_equilibrium_of_a_pendulum_balances_its_torque(pendulum):
 
 def test_a_mass_on_a_spring_has_the_frequency_response_of_the_textbook(system_of, tmp_path):
     mass, stiffness, damping = 0.14, 300.0, 1.3
-    slider = f"""<link name="slider"><pose>0.2 0 0 0 0 0</pose><inertial><mass>{mass}</mass>
-<inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>"""
+    slider = solid("slider", mass, 1e-4, "0.2 0 0 0 0 0")
     sdf = model("mass", slider + joint("guide", "world", "slider", "prismatic", "1 0 0"))
     text = f"""duration = 1.0
 outputs = ["slider.x"]

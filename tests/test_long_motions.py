@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import bar, four_bar, joint, model
+from machines import bar, four_bar, joint, model, solid
 
 from linkages import IdealMotion, InputError, Status, ideal, study
 from linkages.cli.main import main
@@ -57,8 +57,7 @@ def test_a_motion_that_starts_beside_a_dead_point_is_followed(system_of):
     crank, rod, way = 0.05, 0.12, 0.03
     body = f"""
 {bar("crank", crank, "__model__", 1e-5)}{bar("rod", rod, "crank_tip", -(1.0 + crank / rod) * 1e-5)}
-<link name="slider"><pose relative_to="__model__">{crank + rod - 3.5e-12} 0 0 0 0 0</pose>
- <inertial><mass>0.14</mass><inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>
+{solid("slider", 0.14, 1e-4, f"{crank + rod - 3.5e-12} 0 0 0 0 0")}
 {joint("O", "world", "crank")}{joint("A", "crank_tip", "rod")}
 {joint("B", "rod_tip", "slider")}{joint("guide", "world", "slider", "prismatic", "1 0 0")}"""
     system = system_of(model("slider_crank", body), f"duration = 1.0\n[drives.guide]\nspeed = {-way}\n")

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from machines import joint, model
+from machines import joint, model, solid
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 from shipped import shipped
@@ -264,16 +264,10 @@ def test_the_impact_oscillator_has_its_closed_form_branch_and_fold():
 # ---- linkages -----------------------------------------------------------------------------------------------------------
 
 
-def block(name, mass, x=0.0):
-    inertia = "<ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz>"
-    return f"""<link name="{name}"><pose>{x} 0 0 0 0 0</pose>
-<inertial><mass>{mass}</mass><inertia>{inertia}</inertia></inertial></link>"""
-
-
 SLIDES = model(
     "oscillator",
-    block("base", 1.0)
-    + block("mass", 1.0, 0.2)
+    solid("base", 1.0, 1e-4)
+    + solid("mass", 1.0, 1e-4, "0.2 0 0 0 0 0")
     + joint("drive", "world", "base", "prismatic", "1 0 0")
     + joint("slide", "world", "mass", "prismatic", "1 0 0"),
 )
@@ -495,7 +489,9 @@ clearance = {CLEARANCE}
 film = "short"
 viscosity = {VISCOSITY}
 """
-    return system_of(model("rotor", block("x", 1e-9) + block("y", 1e-9) + block("rotor", ROTOR) + joints), text)
+    return system_of(
+        model("rotor", solid("x", 1e-9, 1e-4) + solid("y", 1e-9, 1e-4) + solid("rotor", ROTOR, 1e-4) + joints), text
+    )
 
 
 def test_a_journal_begins_to_whirl_at_the_threshold_speed(rotor):

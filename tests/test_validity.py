@@ -7,7 +7,7 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from machines import BEARING, joint, model
+from machines import BEARING, joint, model, solid
 from shipped import shipped
 
 from linkages import InputError, Status, find_file, load, study, summarize
@@ -171,8 +171,6 @@ def test_a_journal_that_hangs_too_deep_in_its_bearing_is_said_to(system_of, part
     """At rest its weight is K delta: as a spring would hold it, at a depth near a hundredth of its radius."""
     radius, mass = 0.01 - 1e-4, 0.2
     stiffness = mass * 9.81 / (part * 0.01 * radius)
-    disc = f"""<link name="disc"><inertial><mass>{mass}</mass>
-<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"""
     text = f"""duration = 0.01
 gravity = [0.0, -9.81, 0.0]
 start = "equilibrium"
@@ -185,7 +183,7 @@ restitution = 1.0
 stiffness = {stiffness}
 exponent = 1.0
 """
-    system = system_of(model("bowl", disc + joint("J", "world", "disc", inner=BEARING)), text)
+    system = system_of(model("bowl", solid("disc", mass) + joint("J", "world", "disc", inner=BEARING)), text)
     entries = summarize(study(system, "compiled", error_estimate=False))["warnings"]
     assert len(entries) == count
     assert all(

@@ -4,32 +4,17 @@ from __future__ import annotations
 
 import math
 
+from machines import BEARING, joint, model, solid
 from scipy.optimize import brentq
 
 CLEARANCE, RADIUS, LENGTH, SPEED = 1e-4, 0.01, 0.02, 200.0 * math.pi
 
-SDF = """<?xml version="1.0"?>
-<sdf version="1.9" xmlns:linkages="urn:linkages:sdf">
-  <model name="press">
-    <link name="shaft">
-      <inertial><mass>1.0</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial>
-    </link>
-    <link name="block">
-      <inertial><mass>0.2</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial>
-    </link>
-    <joint name="O" type="revolute">
-      <parent>world</parent><child>shaft</child><axis><xyz>0 0 1</xyz></axis>
-    </joint>
-    <joint name="guide" type="prismatic">
-      <parent>world</parent><child>block</child><axis><xyz>0 1 0</xyz></axis>
-    </joint>
-    <joint name="B" type="revolute">
-      <parent>block</parent><child>shaft</child><axis><xyz>0 0 1</xyz></axis>
-      <linkages:bearing><linkages:radius>0.01</linkages:radius><linkages:length>0.02</linkages:length></linkages:bearing>
-    </joint>
-  </model>
-</sdf>
-"""
+SDF = model(
+    "press",
+    solid("shaft", 1.0, 1e-3) + solid("block", 0.2, 1e-3)
+    + joint("O", "world", "shaft") + joint("guide", "world", "block", "prismatic", "0 1 0")
+    + joint("B", "block", "shaft", inner=BEARING),
+)  # fmt: skip
 EXPERIMENT = f"""
 mechanism = "press.sdf"
 duration = 0.02

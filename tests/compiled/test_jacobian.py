@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from linearised import left, right_hand_side, slope
-from machines import bar, elastic_slider_crank, four_bar, joint, model, slider_crank
+from machines import bar, elastic_slider_crank, four_bar, joint, model, slider_crank, solid
 from shipped import WORN, shipped
 from shipped import run as shipped_run
 
@@ -149,9 +149,7 @@ def test_ideal_loops_with_gravity_springs_and_turned_forces(system_of):
 
 def test_open_chain_with_a_slide_on_a_moving_body(system_of):
     """A block on a slide along a swinging bar, and a bar that hangs from the block."""
-    block = """<link name="block"><pose relative_to="arm_tip">0 0 0 0 0 0.3</pose>
-<inertial><pose>0.02 0.01 0 0 0 0</pose><mass>0.5</mass>
-<inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial></link>"""
+    block = solid("block", 0.5, 1e-3, "0 0 0 0 0 0.3", "arm_tip", "0.02 0.01 0 0 0 0")
     body = bar("arm", 0.4, "__model__", 0.3) + block + bar("hung", 0.2, "block", -1.0)
     body += joint("O", "world", "arm") + joint("slide", "arm_tip", "block", "prismatic", "1 0.5 0")
     body += joint("H", "block", "hung")
@@ -176,9 +174,7 @@ def test_a_small_machine_whose_rows_differ_by_orders_of_magnitude(system_of):
 
 def test_gears_of_a_slide_on_a_moving_body_and_in_a_loop(system_of):
     """A block's way along the crank goes with the follower's angle; another gear joins it to a wheel on the block."""
-    block = """<link name="block"><pose relative_to="crank_tip">0 0 0 0 0 0.3</pose>
-<inertial><pose>0.02 0.01 0 0 0 0</pose><mass>0.5</mass>
-<inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial></link>"""
+    block = solid("block", 0.5, 1e-3, "0 0 0 0 0 0.3", "crank_tip", "0.02 0.01 0 0 0 0")
     extra = block + joint("slide", "crank_tip", "block", "prismatic", "1 0.5 0")
     extra += bar("wheel", 0.1, "block", 1.0) + joint("W", "block", "wheel", axis="0 0 -1")
     text = """duration = 0.3
@@ -201,8 +197,7 @@ ratio = 30.0
 
 def test_loads_that_depend_on_positions_and_speeds(system_of):
     """Of points and joints, one of which slides along a turning bar; the loads act on a loop and on a chain."""
-    block = """<link name="block"><pose relative_to="crank_tip">0 0 0 0 0 0.3</pose>
-<inertial><mass>0.5</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial></link>"""
+    block = solid("block", 0.5, 1e-3, "0 0 0 0 0 0.3", "crank_tip")
     sdf = four_bar(extra=block + joint("slide", "crank_tip", "block", "prismatic", "1 0.5 0"))
     text = """duration = 0.3
 [drives.O]
@@ -274,10 +269,8 @@ def test_a_stop_of_a_turning_joint_between_two_links_in_contact(system_of, law):
 
 def test_a_point_at_a_line_on_another_link_in_contact(system_of):
     """Two bars that hang from a cart: one has the wall, the tip of the other meets it, with friction."""
-    cart = """<link name="cart"><inertial><mass>3.0</mass>
-<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>
-<frame name="wall" attached_to="board"><pose>0.2 0.05 0 0 0 0.1</pose></frame>"""
-    body = cart + bar("rod", 0.3, "cart", -1.2) + bar("board", 0.4, "cart", -1.7)
+    wall = '<frame name="wall" attached_to="board"><pose>0.2 0.05 0 0 0 0.1</pose></frame>'
+    body = solid("cart", 3.0) + wall + bar("rod", 0.3, "cart", -1.2) + bar("board", 0.4, "cart", -1.7)
     body += (
         joint("slide", "world", "cart", "prismatic", "1 0 0") + joint("O", "cart", "rod") + joint("P", "cart", "board")
     )

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import bar, four_bar, joint, model
+from machines import bar, four_bar, joint, model, solid
 
 from linkages import AssemblyError, Status, ideal, simulate, simulate_batch
 from linkages.results.loops import Loops
@@ -18,8 +18,7 @@ def point_coupler(crank=0.1, follower=0.35) -> str:
     body = f"""
 <frame name="pivot" attached_to="world"><pose relative_to="__model__">{crank + follower} 0 0 0 0 0</pose></frame>
 {bar("crank", crank, "__model__")}{bar("follower", follower, "pivot", np.pi)}
-<link name="coupler"><pose relative_to="crank_tip">0 0 0 0 0 0</pose>
- <inertial><mass>0.1</mass><inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>
+{solid("coupler", 0.1, 1e-4, at="crank_tip")}
 {joint("O", "world", "crank")}{joint("A", "crank_tip", "coupler")}{joint("Q", "world", "follower")}
 {joint("B", "coupler", "follower_tip")}"""
     return model("point_coupler", body)
@@ -31,8 +30,7 @@ def drawn_slider_crank(angle, crank=0.05, rod=0.12):
     at = x + np.sqrt(rod**2 - y**2)
     body = f"""
 {bar("crank", crank, "__model__", angle)}{bar("rod", rod, "crank_tip", np.arctan2(-y, at - x) - angle)}
-<link name="slider"><pose relative_to="__model__">{at} 0 0 0 0 0</pose>
- <inertial><mass>0.14</mass><inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>
+{solid("slider", 0.14, 1e-4, f"{at} 0 0 0 0 0")}
 {joint("O", "world", "crank")}{joint("A", "crank_tip", "rod")}
 {joint("B", "rod_tip", "slider")}{joint("guide", "world", "slider", "prismatic", "1 0 0")}"""
     return model("slider_crank", body), crank + rod - at

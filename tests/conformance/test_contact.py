@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from engines import slow_on_drake
-from machines import BEARING, four_bar, joint, model
+from machines import BEARING, four_bar, joint, model, solid
 from scipy.special import ellipk
 from shipped import run as run_shipped
 from shipped import shipped
@@ -61,7 +61,7 @@ def test_without_the_clip_the_damping_is_the_laws(engine):
 
 def test_without_the_clip_no_contact_pulls_either(run, system_of):
     """A resting journal pulled off, faster than it came: where damping exceeds the elastic force there is none."""
-    sdf = model("bowl", body("disc", 0.2, 1e-5) + joint("J", "world", "disc", inner=BEARING))
+    sdf = model("bowl", solid("disc", 0.2, 1e-5) + joint("J", "world", "disc", inner=BEARING))
     text = """duration = 0.02
 gravity = [0.0, -9.81, 0.0]
 [joints.J]
@@ -174,20 +174,13 @@ def test_a_journal_comes_to_rest_in_its_bearing_without_chatter(run, system_of, 
     np.testing.assert_allclose(found.evaluate(times)["B.force"], exact["B.force"], rtol=0.05)
 
 
-def body(name, mass, inertia):
-    return (
-        f'<link name="{name}"><inertial><mass>{mass}</mass><inertia><ixx>{inertia}</ixx><iyy>{inertia}</iyy>'
-        f"<izz>{inertia}</izz></inertia></inertial></link>"
-    )
-
-
 @slow_on_drake
 def test_a_journal_that_grazes_its_wall_swings_in_it_like_a_pendulum(run):
     """Released at the height of the centre, at the wall: it touches with no speed at all, and stays in contact.
 
     A pendulum of length c without friction: sqrt(2 g c) at the bottom, after K(1/2) sqrt(c/g).
     """
-    sdf = model("bowl", body("disc", 0.2, 1e-5) + joint("J", "world", "disc", inner=BEARING))
+    sdf = model("bowl", solid("disc", 0.2, 1e-5) + joint("J", "world", "disc", inner=BEARING))
     text = """duration = 0.03
 gravity = [0.0, -9.81, 0.0]
 [joints.J]
@@ -307,7 +300,7 @@ def test_a_resting_block_carries_its_weight_on_two_corners(run):
     slot = (
         "<linkages:slot><linkages:length>0.04</linkages:length><linkages:height>0.02</linkages:height></linkages:slot>"
     )
-    block = body("block", 0.5, 1e-4)
+    block = solid("block", 0.5, 1e-4)
     sdf = model("rest", block + joint("guide", "world", "block", "prismatic", "1 0 0", inner=slot))
     text = """duration = 0.2
 gravity = [0.0, -9.81, 0.0]

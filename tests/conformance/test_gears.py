@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import bar, joint, model
+from machines import bar, joint, model, solid
 from scipy.integrate import simpson
 
 from linkages import AssemblyError, InputError, ideal, load, study, summarize
@@ -11,8 +11,7 @@ EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-10\n"
 
 
 def wheel(name, inertia, at):
-    return f"""<link name="{name}"><pose>{at} 0 0 0 0 0</pose><inertial><mass>1.0</mass>
-<inertia><ixx>1</ixx><iyy>1</iyy><izz>{inertia}</izz></inertia></inertial></link>"""
+    return solid(name, 1.0, inertia, f"{at} 0 0 0 0 0")
 
 
 def gear(joints, ratio, **more):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from engines import slow_on_drake
 from joint_records import joint as joint_record
-from machines import bar, joint, model
+from machines import bar, joint, model, solid
 from scipy.integrate import simpson
 
 from linkages import InputError, load
@@ -12,9 +12,7 @@ from linkages.laws.friction import friction_coefficient
 from linkages.model.load_tables import JointFriction
 
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\n"
-CART = """<link name="cart"><inertial><mass>3.0</mass>
-<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"""
-BLOCK = CART.replace("cart", "block").replace("3.0", "2.0")
+CART, BLOCK = solid("cart", 3.0), solid("block", 2.0)
 
 
 def test_the_coulomb_part_is_the_law_of_dry_joints():

@@ -3,19 +3,14 @@
 import numpy as np
 import pytest
 from engines import slow_on_drake
-from machines import bar, four_bar, joint, model
+from machines import bar, four_bar, joint, model, solid
 from scipy.integrate import simpson
 
 from linkages import ideal, study, summarize
 from linkages.report.terminal import format_summary
 
 #: A block of 2 kg on a slide along x, drawn at the origin.
-BLOCK = model(
-    "block",
-    """<link name="block"><inertial><mass>2.0</mass>
-<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"""
-    + joint("slide", "world", "block", "prismatic", "1 0 0"),
-)
+BLOCK = model("block", solid("block", 2.0) + joint("slide", "world", "block", "prismatic", "1 0 0"))
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-10\n"
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from engines import slow_on_drake
-from machines import BEARING, joint, model
+from machines import BEARING, joint, model, solid
 from scipy.optimize import minimize_scalar
 
 from linkages import extremes, laws, load, simulate, simulate_batch
@@ -15,11 +15,6 @@ from optim.evaluate.drake_runs import run_on_drake
 
 MASS, SPEED, GRAVITY = 2.0, 0.5, 9.81
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\nmax_step = 1e-3\n"
-
-
-def body(name):
-    return f"""<link name="{name}"><inertial><mass>{MASS}</mass>
-<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"""
 
 
 def damped_spring(delta, ddelta, ddelta0, joint):
@@ -66,7 +61,7 @@ def _own_laws(own_registries):
 #: A block that meets a stop, a point that slides on the ground, a journal that falls in its bearing.
 MACHINES = {
     "contact": (
-        model("block", body("block") + joint("slide", "world", "block", "prismatic", "1 0 0")),
+        model("block", solid("block", MASS) + joint("slide", "world", "block", "prismatic", "1 0 0")),
         f"""duration = 0.02  # after 2 ms at the wall, the largest force within 16 ms
 [drives.slide]
 force = 0.0
@@ -84,8 +79,8 @@ my_damping = 40.0
     "friction": (
         model(
             "block",
-            body("carrier").replace(f"{MASS}", "1e-9")
-            + body("block")
+            solid("carrier", MASS).replace(f"{MASS}", "1e-9")
+            + solid("block", MASS)
             + joint("along", "world", "carrier", "prismatic", "1 0 0")
             + joint("up", "carrier", "block", "prismatic", "0 1 0"),
         ),
@@ -107,7 +102,7 @@ slope = 0.2
 """,
     ),
     "film": (
-        model("bowl", body("disc") + joint("J", "world", "disc", inner=BEARING)),
+        model("bowl", solid("disc", MASS) + joint("J", "world", "disc", inner=BEARING)),
         f"""duration = 0.1
 gravity = [0.0, {-GRAVITY}, 0.0]
 [joints.J]

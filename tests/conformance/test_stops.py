@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from engines import slow_on_drake
-from machines import bar, joint, model
+from machines import bar, joint, model, solid
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -17,9 +17,7 @@ def block(*slides):
     body, parent = "", "world"
     for k, axis in enumerate(slides):
         name, mass = ("block", 2.0) if k == len(slides) - 1 else (f"carrier{k}", 1e-9)
-        body += f"""<link name="{name}"><inertial><mass>{mass}</mass>
-<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"""
-        body += joint(f"slide{k}", parent, name, "prismatic", axis)
+        body += solid(name, mass) + joint(f"slide{k}", parent, name, "prismatic", axis)
         parent = name
     return model("block", body)
 
@@ -191,10 +189,8 @@ def test_a_point_slides_down_an_incline_as_coulomb_says(run, line):
 @slow_on_drake
 def test_a_pendulum_that_meets_a_wall_on_another_link_keeps_momentum_and_energy(run):
     """A rod swings on a sliding carriage whose wall it meets: no force from outside along the slide, none is lost."""
-    carriage = """<link name="cart"><inertial><mass>3.0</mass>
-<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>
-<frame name="wall" attached_to="cart"><pose>0.1 -0.3 0 0 0 1.6</pose></frame>"""
-    body = carriage + bar("rod", 0.4, "cart", -np.pi / 2, mass=1.0)
+    wall = '<frame name="wall" attached_to="cart"><pose>0.1 -0.3 0 0 0 1.6</pose></frame>'
+    body = solid("cart", 3.0) + wall + bar("rod", 0.4, "cart", -np.pi / 2, mass=1.0)
     body += joint("slide", "world", "cart", "prismatic", "1 0 0") + joint("O", "cart", "rod")
     text = f"""duration = 0.3
 [drives.O]

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 from flexible_machines import bent_machine
-from machines import PLANES, bar, four_bar, joint, model
+from machines import PLANES, bar, four_bar, joint, model, solid
 from shipped import shipped
 
 from linkages import AssemblyError, IdealMotion, Status, Trajectory, load, study
@@ -128,8 +128,7 @@ def slotted_rocker() -> str:
 <frame name="pivot" attached_to="world"><pose relative_to="__model__">-0.15 0 0 0 0 0</pose></frame>
 {bar("crank", 0.05, "__model__", np.pi / 2)}{bar("rocker", 0.25, "pivot", angle)}
 <frame name="place" attached_to="rocker"><pose>{reach} 0 0 0 0 0</pose></frame>
-<link name="block"><pose relative_to="place"/><inertial><mass>0.1</mass>
- <inertia><ixx>1e-5</ixx><iyy>1e-5</iyy><izz>1e-5</izz></inertia></inertial></link>
+{solid("block", 0.1, 1e-5, at="place")}
 {joint("O", "world", "crank")}{joint("Q", "world", "rocker")}{joint("A", "crank_tip", "block")}
 {joint("guide", "place", "block", "prismatic", "1 0 0", inner=slot)}"""
     return model("slotted_rocker", body)

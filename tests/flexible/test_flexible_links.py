@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from linearised import slope
-from machines import bar, circle_intersection, elastic_bar, elastic_slider_crank, joint, model
+from machines import bar, circle_intersection, elastic_bar, elastic_slider_crank, joint, model, solid
 from scipy.integrate import trapezoid
 from shipped import shipped
 from spun_beams import SPIN, SPUN, spun, tip_of
@@ -248,9 +248,9 @@ def locked(mass):
     a = 0.06 * np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)])
     b = np.array(circle_intersection(a, 0.28, (0.3, 0.0), 0.24))
     coupler, follower = (np.arctan2(*(b - p)[::-1]) for p in (a, np.array([0.3, 0.0])))
-    heavy = f"""<link name="lump"><pose relative_to="follower_tip">0 0 0 0 0 0</pose><inertial><mass>{mass}</mass>
-<inertia><ixx>1e-12</ixx><iyy>1e-12</iyy><izz>1e-12</izz></inertia></inertial></link>"""
-    lump = heavy + joint("weld", "follower_tip", "lump", "fixed") if mass else ""
+    lump = (
+        solid("lump", mass, 1e-12, at="follower_tip") + joint("weld", "follower_tip", "lump", "fixed") if mass else ""
+    )
     body = f"""
 <frame name="pivot" attached_to="world"><pose relative_to="__model__">0.3 0 0 0 0 0</pose></frame>
 {bar("crank", 0.06, "__model__", np.pi / 6)}{elastic_bar("coupler", 0.28, "crank_tip", coupler)}

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from linearised import right_hand_side
-from machines import bar, elastic_bar, four_bar, joint, model
+from machines import bar, elastic_bar, four_bar, joint, model, solid
 
 import linkages
 from linkages import InputError
@@ -51,8 +51,7 @@ def test_a_link_that_its_drive_holds_is_a_cantilever(system_of, pieces):
 TIE = model(
     "tie",
     f"""{elastic_bar("rod", LENGTH, "__model__")}
-<link name="slider"><pose relative_to="rod_tip">0 0 0 0 0 0</pose>
- <inertial><mass>0.1</mass><inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>
+{solid("slider", 0.1, 1e-4, at="rod_tip")}
 {joint("O", "world", "rod")}{joint("B", "rod_tip", "slider")}{joint("guide", "world", "slider", "prismatic", "1 0 0")}""",
 )
 

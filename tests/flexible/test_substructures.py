@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from absolute_beam import AbsoluteBeam, deflection, motion
-from machines import elastic_bar, elastic_slider_crank, joint, model
+from machines import elastic_bar, elastic_slider_crank, joint, model, solid
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
@@ -244,10 +244,7 @@ def test_rigid_segments_stand_where_pieces_do(system_of):
 def test_a_frame_with_a_line_is_an_interface_of_its_link(system_of):
     """What touches the line pushes the link there."""
     frame = '<frame name="wall" attached_to="rod"><pose>0.3 0 0 0 0 0</pose></frame>'
-    ball = """<link name="ball"><pose>0.3 0.1 0 0 0 0</pose><inertial><mass>1</mass>
-<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>""" + joint(
-        "slide", "world", "ball", "prismatic", "0 1 0"
-    )
+    ball = solid("ball", 1.0, pose="0.3 0.1 0 0 0 0") + joint("slide", "world", "ball", "prismatic", "0 1 0")
     toml = (
         HELD.format(0.0, UNIT, 1)
         + """[contacts.touch]
