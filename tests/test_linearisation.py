@@ -167,6 +167,8 @@ def test_a_moving_drive_a_closed_contact_and_unknown_names_are_refused(pendulum)
         linearise(pendulum(), inputs=["O.torqe"])
     with pytest.raises(InputError, match="rod_tip"):
         linearise(pendulum(), outputs=["rod_tip.z"])
+    with pytest.raises(InputError, match="nothing can move"):  # its loop has a free coordinate, which the drive holds
+        linearise(shipped("slider_crank_dry", joints={}, **{"drives.O.speed": 0.0}))
     touching = shipped("slider_crank_dry", **{"duration": 0.1, "drives.O": {"angle": 0.5, "torque": 9.0}})
     with pytest.raises(InputError, match="B: is closed at this state"):
         linearise(touching, time=9.6e-4)

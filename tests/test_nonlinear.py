@@ -183,6 +183,19 @@ def test_friction_lengthens_the_horizon_and_so_does_accuracy():
     assert turns(0.03, 1e-8) < turns(0.03, 1e-12) < 12.0
 
 
+def test_stops_have_no_part_in_the_horizon():
+    """One that nothing reaches changes no horizon; without clearance and other freedom nothing diverges."""
+    law = {"law": "flores", "restitution": 0.6, "stiffness": 1e9}
+    stop = {"joint": "guide", "side": "upper", "limit": 1.0, "contact": law}
+    assert horizon(shipped("slider_crank_dry", **{"stops.end": stop}), 1.0) == horizon(shipped("slider_crank_dry"), 1.0)
+    assert horizon(shipped("slider_crank_dry", **{"stops.end": stop, "joints": {}}), 1.0) == 1.0
+
+
+def test_a_motion_that_the_drives_determine_has_no_exponent():
+    with pytest.raises(InputError, match=r"drives: they determine the whole motion, so nothing can diverge"):
+        largest_exponent(shipped("slider_crank_dry", joints={}), 2)
+
+
 def test_spectrum_of_two_tones_and_its_integral():
     def evaluate(times):
         return {"time": times, "x": 5.0 + 3.0 * np.sin(2 * np.pi * 12.0 * times) + np.cos(2 * np.pi * 40.0 * times)}

@@ -111,7 +111,7 @@ def largest_exponent(
     total = transient + revolutions
     tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})
     first, second = Flow(tight), Flow(tight)
-    if not len(first.y):
+    if len(first.runner.model.free) == first.runner.model.rank:
         problem = "they determine the whole motion, so nothing can diverge"
         raise InputError(experiment.source, "drives", problem)
     second.put(first.y + distance * first.scale, first)

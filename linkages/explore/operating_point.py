@@ -64,10 +64,10 @@ class OperatingPoint:
         self.system = system.replaced({"solver.integrator": "radau_iia_5"})
         self.time = time
         self.runner = Runner(self.system)
-        self.y = self._reached()
-        if not len(self.y):
-            raise InputError(experiment.source, "drives", "hold all joints, and no link is flexible: nothing can move")
         n = len(self.runner.model.free)
+        if n == self.runner.model.rank:
+            raise InputError(experiment.source, "drives", "hold all joints, and no link is flexible: nothing can move")
+        self.y = self._reached()
         clearances = system.laws["clearance"]
         self.large = per_length(self.system) * system.tree.extent
         position = self.large * min([1.0, *(clearances[clearances > 0.0] / system.tree.extent)])

@@ -18,6 +18,7 @@ from linkages.explore.compare import PARTED, dense, looser
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
+from linkages.results.configuration import configuration
 from linkages.results.extremes import extremes
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
@@ -243,9 +244,9 @@ def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = Tru
 def horizon(system: System, most: float, drive: str | None = None) -> float:
     """Count the revolutions for which runs at the experiment's and at a ten times looser accuracy agree.
 
-    Two runs agree as long as no eccentricity differs by more than `linkages.explore.compare.PARTED` clearances. They
-    are compared at 200 times in each revolution. Both are runs of `linkages.simulate`, so the horizon does not depend
-    on `most`.
+    Two runs agree as long as no entry of their configurations (`linkages.results.configuration`) differs by more than
+    `linkages.explore.compare.PARTED`: eccentricities over clearances, and free coordinates. They are compared at 200
+    times in each revolution. Both are runs of `linkages.simulate`, so the horizon does not depend on `most`.
 
     Parameters
     ----------
@@ -274,13 +275,13 @@ def horizon(system: System, most: float, drive: str | None = None) -> float:
     fine = lasting(system, most, drive)
     flows = Flow(fine), Flow(looser(fine))
     names = [f"{label}.{axis}" for _, label in system.tree.contacts for axis in ("ex", "ey")]
-    allowed = np.repeat(PARTED * system.laws["clearance"], 2)
+    names += [] if system.determinate else [f"q.{name}" for name in system.tree.coordinates]
     last = int(most * _LOOKS)
     for first in range(0, last, _AT_ONCE):
         looks = np.arange(first, min(first + _AT_ONCE, last)) + 1
-        found = [flow.follow(looks * period / _LOOKS, names) for flow in flows]
-        places = [np.array([columns[name] for name in names]).T for columns in found]
-        together = np.all(np.abs(places[1] - places[0]) <= allowed, axis=1)
+        times = looks * period / _LOOKS
+        one, other = (configuration(system, {"time": times, **flow.follow(times, names)}) for flow in flows)
+        together = np.all(np.abs(one - other) <= PARTED, axis=1)
         if not together.all():
             return float(looks[np.argmin(together)] - 1) / _LOOKS
     return float(most)

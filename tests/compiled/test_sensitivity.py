@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from machines import bar, joint, model
 
 import linkages
 from linkages.engines.compiled.runner import Runner, join
@@ -312,3 +313,27 @@ def test_rows_of_a_batch_without_derivatives_say_why():
     assert batch.to_xarray()["mean_rate"].dims == ("wrt", "run", "window", "output")
     with pytest.raises(linkages.InputError, match="not a number"):
         linkages.simulate_batch(system, wrt=["joints.B.model"])
+
+
+def test_a_machine_that_its_drive_determines_has_the_derivatives_of_its_closed_form():
+    """Without clearance: x = a cos(wt) + sqrt(l2 - a2 sin2(wt)), over a revolution; no other motion is free."""
+    crank, rod, rate = 0.05, 0.12, 523.5987755982989
+    system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"joints": {}, "duration": 0.012})
+    run = linkages.simulate(system, outputs=["slider.x"], wrt=["sdf.frames.rod_B.pose.x", "drives.O.speed"])
+    angle = rate * run.time
+    along = np.sqrt(rod**2 - (crank * np.sin(angle)) ** 2)
+    by_angle = -crank * np.sin(angle) * (1.0 + crank * np.cos(angle) / along)
+    assert run.sensitivity.status == "ok"
+    found = [run.sensitivity[path]["slider.x"] for path in ("sdf.frames.rod_B.pose.x", "drives.O.speed")]
+    np.testing.assert_allclose(found[0], rod / along, rtol=1e-8)
+    np.testing.assert_allclose(found[1], by_angle * run.time, atol=1e-8 * 0.012 * crank)
+
+
+def test_a_machine_without_a_free_coordinate_has_derivatives(system_of):
+    """A driven bar: x = L cos(wt), a = -L w2 cos(wt)."""
+    bar_alone = model("alone", bar("rod", 0.3, "__model__") + joint("O", "world", "rod"))
+    run = linkages.simulate(system_of(bar_alone, "duration = 0.5\n[drives.O]\nspeed = 3.0\n"), wrt=["drives.O.speed"])
+    found, t = run.sensitivity["drives.O.speed"], run.time
+    np.testing.assert_allclose(found["rod_tip.x"], -0.3 * t * np.sin(3.0 * t), atol=1e-9)
+    by_rate = -0.3 * (6.0 * np.cos(3.0 * t) - 9.0 * t * np.sin(3.0 * t))
+    np.testing.assert_allclose(found["rod_tip.ax"], by_rate, atol=1e-8)

@@ -178,7 +178,7 @@ def _set_contacts(equations: Equations, variation: Variation, p: int, j: int, c:
 @kernel
 def differentiate_states(
     equations: Equations, variation: Variation, s: Stepper, tolerance: Array, steps: Steps, limits: Array, c: Column,
-    states: Array, memory: Array, rates: Array, noted: Array, times: Array, dq: Array, dv: Array, da: Array,
+    states: Array, memory: Array, rates: Array, noted: Array, count: int, times: Array, dq: Array, dv: Array, da: Array,
     contacts: Array,
 ) -> None:  # fmt: skip
     """Fill the derivatives of a run's coordinates and contacts at any times with respect to np values.
@@ -186,7 +186,9 @@ def differentiate_states(
     Parameters
     ----------
     states, memory, rates, noted : arrays
-        From `differentiate_run`; NaN where columns are not known.
+        From `differentiate_run`.
+    count : int
+        Number of steps at which the columns are known.
     times : (nt,) array
     dq, dv, da : (np, nt, n) arrays
     contacts : (np, nt, nc, WIDTH) array
@@ -196,8 +198,8 @@ def differentiate_states(
     for i in range(len(times)):
         t = times[i]
         k = last_start(steps.times, len(steps.times), t)
-        known, first, drive = states[k, 0, 0] == states[k, 0, 0], m - nv, c.contacts.drive
-        at_step = known and t == steps.times[k] and rates[k, 0, 0] == rates[k, 0, 0]
+        known, first, drive = k < count, m - nv, c.contacts.drive
+        at_step = known and t == steps.times[k] and rates.size > 0 and rates[k, 0, 0] == rates[k, 0, 0]
         if at_step and not len(limits) and nv > 0 and (noted.shape[2] == 0 or noted[0, k, 0, 0] == noted[0, k, 0, 0]):
             for p in range(nv):
                 _set_changes(

@@ -144,7 +144,7 @@ class Differentiation:
         out = dq, dv, da, noted
         differentiate_states(
             *self._numbers, packed(self.steps), self._kinks, packed(self._column(found.states.shape[2])), found.states,
-            found.memory, found.rates, found.contacts, np.asarray(times, dtype=np.float64), *out,
+            found.memory, found.rates, found.contacts, found.known, np.asarray(times, dtype=np.float64), *out,
         )  # fmt: skip
         return out
 

@@ -53,7 +53,7 @@ def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
         near.derivative(lambda one: start_state(one) / scale, True) * scale if rate is None else rate
         for near, rate in zip(nearby, rates, strict=True)
     ]
-    return np.reshape(found, (-1, len(scale))).T.copy()
+    return np.reshape(found, (len(found), len(scale))).T.copy()
 
 
 def _is_determined(system: System) -> bool:

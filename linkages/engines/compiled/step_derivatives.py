@@ -38,6 +38,7 @@ _STEEP = 0.3  # ratio of the depths at the ends of a step below which the step i
 _FINEST = 2.0**-16  # smallest part of a graded step
 _NEAR_END = 3e-9  # depth at the start of its last part, in parts of the clearance: events are located to 1e-10
 _MILD = 1e-5  # step of central differences of closure rows [rad, or parts of the linkage's length]
+_NOTHING = 1e-200  # change that counts as zero: its step would overflow
 
 _collocation = collocation_sensitivity(RADAU_IIA_5)
 _explicit = explicit_sensitivity(DORMAND_PRINCE_5_4)
@@ -240,7 +241,7 @@ def _difference_step(equations: Equations, variation: Variation, p: int, c: Colu
     worst = 1.0 / variation.unit[p] if p >= 0 else 0.0
     for i in range(len(model.free)):
         worst = max(worst, abs(c.before[i, j]) / min(1.0, model.size))
-    return _MILD / worst if worst > 0.0 else 1.0
+    return _MILD / worst if worst > _NOTHING else 1.0
 
 
 @kernel

@@ -204,7 +204,7 @@ def _effects(model: Arrays, fields: Mapping[str, slice]) -> tuple[Indices, Indic
             effects[fields[name]] = effect
     for name in ("laws", "tables", "ends"):  # a line for each contact
         contacts[fields[name]] = np.repeat(np.arange(nc), _count(getattr(model, name)) // max(nc, 1))
-    ends = effects[fields["ends"]].reshape(nc, -1)
+    ends = effects[fields["ends"]].reshape(nc, ENDS.itemsize // 8)
     ends[:, _MARKERS] &= ~_LAW
     ends[:, _OF_ENDS] &= ~_ROUGH
     bodies = effects[fields["bodies"]][: nb * _WORDS].reshape(nb, _WORDS)
