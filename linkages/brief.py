@@ -1,4 +1,4 @@
-"""Short representation of objects: one line at a prompt, a small table in a notebook."""
+"""Short texts: an object in one line at a prompt or a small table in a notebook, counted nouns, cells of tables."""
 
 from __future__ import annotations
 
@@ -49,3 +49,15 @@ def counted(count: int, noun: str) -> str:
     ('1 run', '3 runs')
     """
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
+def cell(value: float | str | None, width: int, form: str = ".5g") -> str:
+    """Write a number or a text at the right of a column; ``-`` is an undefined value.
+
+    Examples
+    --------
+    >>> cell(12.5, 6), cell(None, 6)
+    ('  12.5', '     -')
+    """
+    shown = "-" if value is None else value
+    return f"{shown:>{width}s}" if isinstance(shown, str) else f"{shown:{width}{form}}"

@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from linkages.brief import cell
 from linkages.cli.folders import output_folder, results_folder
 from linkages.cli.options import set_values, written
 from linkages.cli.progress import progress_bar
@@ -105,8 +106,7 @@ def format_modes(result: dict[str, Any]) -> str:
     over = result.get("over")
     lines += ["", f"{head}{'lowest':>11s}{'highest':>11s}  strain energy" if over else f"{head}  strain energy"]
     for k, mode in enumerate(result["modes"]):
-        damping = "-" if mode["damping"] is None else f"{mode['damping']:.4g}"
-        line = f"{f'mode {k + 1}':10s}{_shown(mode['frequency']):>16s}{damping:>13s}"
+        line = f"{f'mode {k + 1}':10s}{_shown(mode['frequency']):>16s}{cell(mode['damping'], 13, '.4g')}"
         if over:
             values = [row[k] for row in over["frequencies"] if row[k] is not None]
             line += "".join(f"{_shown(pick(values)) if values else '-':>11s}" for pick in (min, max))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from linkages.brief import cell
 from linkages.cli.folders import output_folder, results_folder
 from linkages.cli.options import add_file, add_settings, load_system, written
 from linkages.cli.progress import stages
@@ -86,11 +87,7 @@ def format_sensitivities(found: Sensitivities, system: System) -> str:
         for path in sorted(found.values, key=lambda path: -abs(found.per_cent(path, key) or 0.0)):
             rate, error, share = found.derivatives[path][key], found.errors[path][key], found.per_cent(path, key)
             value = f"{path} = {found.values[path]:.5g} {value_unit(path)}".rstrip()
-            line = f"  {value:44s}{_shown(rate, '.6g'):>14s}{_shown(error, '.1e'):>10s}"
+            line = f"  {value:44s}{cell(rate, 14, '.6g')}{cell(error, 10, '.1e')}"
             line += f"{'-' if share is None else f'{100.0 * share:+.3g} %':>12s}"
             lines.append(line + (f"{found.checks[path][key]:14.6g}" if found.checks else ""))
     return "\n".join([*lines, *format_warnings(found.warnings)])
-
-
-def _shown(number: float | None, form: str) -> str:
-    return "-" if number is None else format(number, form)

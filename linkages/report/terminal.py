@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from linkages.brief import cell
 from linkages.report.words import beyond, exceeded, meeting, motion_lines, output_unit, reported
 from linkages.results.characteristics import link_columns
 from linkages.results.summary import peaks_by_key
 from linkages.results.warnings import relative
 
-_NONE = "-"
 #: Columns of a heat balance, and their headings.
 _HEAT = ("temperature", "viscosity", "power", "by_flow", "by_conduction")
 _HEAT_HEAD = ("T [degC]", "mu [Pa s]", "power [W]", "flow [W]", "cond. [W]")
@@ -44,10 +44,10 @@ def format_table(summary: dict[str, Any]) -> str:
     run, more = "with clearance" if play else "integrated", exceeded(summary)
 
     def row(label: str, values: tuple[Any, ...], key: str | None = None) -> tuple[str, str]:
-        cells = "".join(_cell(value, width) for value, width in zip(values, (12, 12, 14, 12), strict=True))
+        cells = "".join(cell(value, width) for value, width in zip(values, (12, 12, 14, 12), strict=True))
         error = errors.get(key) if key else "error"
         before = f"  {beyond(summary, key) if key else 'whole run'}" if more else ""
-        return label, cells + (_cell(error, 11, ".1e") if errors else "") + before
+        return label, cells + (cell(error, 11, ".1e") if errors else "") + before
 
     rows = [("", f"{'ideal joints':>24s}{run:>26s}"), row("output", ("min", "max", "min", "max"))]
     for name, value in shown["outputs"].items():
@@ -64,7 +64,7 @@ def format_table(summary: dict[str, Any]) -> str:
     heats = {name: joint["heat"] for name, joint in summary["joints"].items() if "heat" in joint}
     if heats:
         rows += [("", ""), ("oil (lumped heat balance)", "".join(f"{name:>12s}" for name in _HEAT_HEAD))]
-        rows += [(name, "".join(_cell(heat[key], 12) for key in _HEAT)) for name, heat in heats.items()]
+        rows += [(name, "".join(cell(heat[key], 12) for key in _HEAT)) for name, heat in heats.items()]
     for kind in ("drives", "loads"):
         found = shown.get(kind, {})
         if found:
@@ -110,9 +110,3 @@ def format_warnings(warnings: Sequence[dict[str, Any]], whose: str = "") -> list
     return [
         line for one in warnings for line in ("", f"warning{whose} ({one['kind']}): {one['what']}; {one['remedy']}")
     ]
-
-
-def _cell(value: Any, width: int, form: str = ".5g") -> str:
-    if value is None:
-        return f"{_NONE:>{width}s}"
-    return f"{value:>{width}s}" if isinstance(value, str) else f"{value:{width}{form}}"

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from linkages.brief import counted
+from linkages.brief import cell, counted
 from linkages.files.writing import json_text, whole
 from optim.algorithms.nlp import Ending
 from optim.problem.study import Study
@@ -62,11 +62,11 @@ def format_result(study: Study, result: Result) -> str:
             lines += ["", f"{kind[:-1]:{first}s}{'nominal':>13s}{which:>18s}{'change':>13s}"]
         for name, value in best[kind].items():
             before = nominal[kind][name]
-            lines.append(f"{study.label(name):{first}s}{_cell(before, 13)}{_cell(value, 18)}{_change(before, value)}")
+            lines.append(f"{study.label(name):{first}s}{cell(before, 13)}{cell(value, 18)}{_change(before, value)}")
     if result["designs"]:
         lines += ["", f"{'reference design':{first}s}" + "".join(f"{name:>18s}" for name in result["designs"])]
         for name in best["objectives"]:
-            cells = [_cell(entry["objectives"][name], 18) for entry in result["designs"].values()]
+            cells = [cell(entry["objectives"][name], 18) for entry in result["designs"].values()]
             lines.append(f"{study.label(name):{first}s}{''.join(cells)}")
     if result["front"]:
         lines += ["", f"the front has {counted(len(result['front']), 'design')}"]
@@ -87,7 +87,7 @@ def format_table(results: Sequence[Result]) -> str:
         head = f"{'seed':>8s}" + "".join(f"{labels.get(name, name):>22s}" for name in names)
         lines += [study, head + f"{'feasible':>10s}{'evaluations':>13s}{'failed':>8s}{'time [s]':>10s}"]
         for run in runs:
-            cells = "".join(_cell(run["best"]["objectives"][name], 22, 6) for name in names)
+            cells = "".join(cell(run["best"]["objectives"][name], 22, ".6g") for name in names)
             feasible = "yes" if run["best"]["feasible"] else "no"
             counts = f"{feasible:>10s}{run['evaluations']:13d}{run['failed']:8d}{run['wall_time']:10.1f}"
             lines.append(f"{run['seed']:8d}{cells}{counts}")
@@ -95,7 +95,7 @@ def format_table(results: Sequence[Result]) -> str:
         if len(good) > 1:
             columns = [[run[name] for run in good] for name in names]
             for label, reduce in (("mean", statistics.fmean), ("std", statistics.stdev)):
-                lines.append(f"{label:>8s}" + "".join(_cell(reduce(column), 22, 6) for column in columns))
+                lines.append(f"{label:>8s}" + "".join(cell(reduce(column), 22, ".6g") for column in columns))
         lines.append("")
     return "\n".join(lines).rstrip()
 
@@ -114,10 +114,6 @@ def write_table(results: Sequence[Result], path: Path) -> None:
         writer = csv.DictWriter(file, columns)
         writer.writeheader()
         writer.writerows(rows)
-
-
-def _cell(value: float | None, width: int, digits: int = 5) -> str:
-    return f"{'-':>{width}s}" if value is None else f"{value:{width}.{digits}g}"
 
 
 def _change(before: float | None, after: float | None) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError
+from linkages.brief import cell
 from optim.algorithms.derivatives import jacobian
 from optim.evaluate.evaluations import finite
 from optim.evaluate.evaluator import Evaluator
@@ -155,12 +156,8 @@ def format_derivative_check(study: Study, report: dict[str, Any], where: str) ->
     for name, table in report["quantities"].items():
         lines.append(study.label(name) if name in study.file.objectives else name)
         for path, one in table.items():
-            cells = f"{_cell(one['sensitivity'], 14, '.5g')}{_cell(one['difference'], 14, '.5g')}"
-            cells += f"{_cell(one['deviation'], 12, '.1e')}{_cell(one['doubt'], 10, '.0e')}"
+            cells = f"{cell(one['sensitivity'], 14, '.5g')}{cell(one['difference'], 14, '.5g')}"
+            cells += f"{cell(one['deviation'], 12, '.1e')}{cell(one['doubt'], 10, '.0e')}"
             lines.append(f"{'  ' + path:{first}s}{cells}   {one['verdict']}")
             seen.add(one["verdict"])
     return "\n".join([*lines, *(f"{key}: {text}" for key, text in VERDICTS.items() if key in seen)])
-
-
-def _cell(value: float | None, width: int, form: str) -> str:
-    return f"{'-':>{width}s}" if value is None else f"{value:{width}{form}}"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from linkages import System
+from linkages.brief import cell
 from optim.evaluate.drake_runs import run_on_drake
 from optim.evaluate.evaluations import INFEASIBLE, OK, finite
 from optim.evaluate.evaluator import Evaluator
@@ -145,9 +146,8 @@ def format_verification(report: dict[str, Any]) -> str:
     lines = [f"{'verified on Drake':34s}{'study':>13s}{'Drake':>18s}{'difference':>13s}"]
     for kind in ("objectives", "constraints"):
         for name, entry in report[kind].items():
-            difference = entry["difference"]
-            cell = f"{'-':>13s}" if difference is None else f"{difference:13.1e}"
-            lines.append(f"{entry.get('label', name):34s}{entry['study']:13.5g}{entry['drake']:18.5g}{cell}")
+            difference = cell(entry["difference"], 13, ".1e")
+            lines.append(f"{entry.get('label', name):34s}{entry['study']:13.5g}{entry['drake']:18.5g}{difference}")
     if report["phases"] is not None:
         head = f"from {len(report['phases']['angles'])} unseen starts"
         lines += ["", f"{head:34s}{'change of the mean':>44s}"]
