@@ -6,7 +6,7 @@ Each folder imports only from those above it:
 |-----------|---------------------------------------------------------------------------------------------|
 | arrays    | types of arrays                                                                             |
 | errors    | bad input, failed runs, named statuses with remedies                                        |
-| brief     | short representation of objects                 |
+| brief     | short texts of objects, counts, cells of tables |
 | signals   | SIGINT and SIGTERM                                                                          |
 | disk      | atomic writing of files, verified cache on disk                           |
 | kernel    | how functions are compiled                                                                  |
