@@ -12,7 +12,7 @@ beta, beta + Theta, gamma, Phi + delta, delta, Omega + epsilon, epsilon.
 from __future__ import annotations
 
 import numpy as np
-from machines import model
+from machines import joint, model
 from vector_sums import Body, Sums
 
 MASS = (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498)  # kg
@@ -125,10 +125,7 @@ def andrews_sdf(plane: str = "xy") -> str:
         ("G_pin", "G", "K4"), ("H_pin", "H", "K6"),
         ("E3", "E_on_K2", "E_on_K3"), ("E4", "E_on_K2", "E_on_K4"), ("E6", "E_on_K2", "E_on_K6"),
     ):  # fmt: skip
-        parts.append(
-            f'<joint name="{name}" type="revolute"><parent>{parent}</parent><child>{child}</child>'
-            "<axis><xyz>0 0 1</xyz></axis></joint>"
-        )
+        parts.append(joint(name, parent, child))
     return model("andrews", "\n".join(parts), plane)
 
 

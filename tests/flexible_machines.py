@@ -32,8 +32,7 @@ def _four_bar() -> str:
 <frame name="middle" attached_to="coupler"><pose>0.14 0 0 0 0 0</pose></frame>
 <frame name="end" attached_to="follower"><pose>0.24 0 0 0 0 0</pose></frame>
 {joint("O", "world", "crank")}{joint("A", "crank_tip", "coupler")}{joint("Q", "world", "follower")}
-<joint name="B" type="revolute"><parent>coupler_tip</parent><child>end</child><axis><xyz>0 0 1</xyz></axis>{BEARING}</joint>
-"""
+{joint("B", "coupler_tip", "end", inner=BEARING)}"""
     return model("four_bar", body)
 
 

@@ -93,8 +93,7 @@ def four_bar(ground=0.3, crank=0.1, coupler=0.25, follower=0.2, plane="xy", extr
 {joint("O", "world", "crank")}{joint("A", "crank_tip", "coupler", inner=BEARING)}
 {joint("Q", "world", "follower")}
 <frame name="B_on_follower" attached_to="follower"><pose>{follower} 0 0 0 0 0</pose></frame>
-<joint name="B" type="revolute"><parent>coupler_tip</parent><child>B_on_follower</child>
-<axis><xyz>0 0 1</xyz></axis>{BEARING}</joint>"""
+{joint("B", "coupler_tip", "B_on_follower", inner=BEARING)}"""
     return model("four_bar", body, plane, extra)
 
 

@@ -193,7 +193,7 @@ def test_a_parallelogram_with_a_redundant_link_still_assembles(system_of):
     beam = bar("beam", 0.4, "c0_tip", -1.0)
     pins = joint("P0", "c0_tip", "beam") + "".join(
         f'<frame name="b{i}" attached_to="beam"><pose>{0.2 * i} 0 0 0 0 0</pose></frame>'
-        f'<joint name="P{i}" type="revolute"><parent>c{i}_tip</parent><child>b{i}</child><axis><xyz>0 0 1</xyz></axis></joint>'
+        + joint(f"P{i}", f"c{i}_tip", f"b{i}")
         for i in (1, 2)
     )
     system = system_of(model("press", parts + beam + pins), "duration=0.5\n[drives.G0]\nspeed=2.0\n")

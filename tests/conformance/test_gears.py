@@ -106,7 +106,7 @@ FIVE_BAR = (
     + joint("Q", "world", "right")
     + joint("A", "left_tip", "up")
     + joint("B", "right_tip", "down")
-    + '<joint name="C" type="revolute"><parent>up_tip</parent><child>end</child><axis><xyz>0 0 1</xyz></axis></joint>'
+    + joint("C", "up_tip", "end")
     + '<frame name="end" attached_to="down"><pose>0.25 0 0 0 0 0</pose></frame>'
 )
 

@@ -123,7 +123,7 @@ STRUT = f"""
 {bar("left", 0.2, "__model__", np.pi / 3)}{bar("right", 0.2, "pivot", 2.0 * np.pi / 3)}
 {joint("O", "world", "left")}{joint("Q", "world", "right")}
 <frame name="A_on_right" attached_to="right"><pose>0.2 0 0 0 0 0</pose></frame>
-<joint name="A" type="revolute"><parent>left_tip</parent><child>A_on_right</child><axis><xyz>0 0 1</xyz></axis>{BEARING}</joint>"""
+{joint("A", "left_tip", "A_on_right", inner=BEARING)}"""
 
 
 def test_a_linkage_that_only_its_play_lets_move_starts_with_a_speed(engine, system_of):

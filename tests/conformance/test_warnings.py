@@ -113,8 +113,7 @@ def press_sdf() -> str:
     body += bar("beam", 0.4, "c0_tip", -1.0) + joint("P0", "c0_tip", "beam")
     for i in (1, 2):
         body += f'<frame name="b{i}" attached_to="beam"><pose>{0.2 * i} 0 0 0 0 0</pose></frame>'
-        body += f"""<joint name="P{i}" type="revolute"><parent>c{i}_tip</parent><child>b{i}</child>
-<axis><xyz>0 0 1</xyz></axis>{BEARING if i == 1 else ""}</joint>"""
+        body += joint(f"P{i}", f"c{i}_tip", f"b{i}", inner=BEARING if i == 1 else "")
     return model("press", body + bar("load", 0.1, "beam_tip", -np.pi / 2) + joint("hook", "beam_tip", "load"))
 
 

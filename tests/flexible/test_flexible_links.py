@@ -255,9 +255,8 @@ def locked(mass):
 <frame name="pivot" attached_to="world"><pose relative_to="__model__">0.3 0 0 0 0 0</pose></frame>
 {bar("crank", 0.06, "__model__", np.pi / 6)}{elastic_bar("coupler", 0.28, "crank_tip", coupler)}
 {elastic_bar("follower", 0.24, "pivot", follower)}{lump}
-{joint("O", "world", "crank")}{joint("A", "crank_tip", "coupler")}{joint("Q", "world", "follower")}
-<joint name="B" type="revolute"><parent>coupler_tip</parent><child>follower_tip</child>
-<axis><xyz>0 0 1</xyz></axis></joint>"""
+{joint("O", "world", "crank")}{joint("A", "crank_tip", "coupler")}
+{joint("Q", "world", "follower")}{joint("B", "coupler_tip", "follower_tip")}"""
     return model("locked", body)
 
 

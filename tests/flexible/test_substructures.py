@@ -120,7 +120,7 @@ SEESAW = model(
     elastic_bar("rod", 2 * LENGTH, "__model__")
     + f"""<frame name="middle" attached_to="rod"><pose>{LENGTH} 0 0 0 0 0</pose></frame>
 <frame name="pivot" attached_to="world"><pose relative_to="__model__">{LENGTH} 0 0 0 0 0</pose></frame>
-<joint name="O" type="revolute"><parent>pivot</parent><child>middle</child><axis><xyz>0 0 1</xyz></axis></joint>""",
+{joint("O", "pivot", "middle")}""",
 )
 
 
