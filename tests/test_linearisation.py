@@ -64,6 +64,9 @@ def test_the_equilibrium_of_a_pendulum_balances_its_torque(pendulum):
     assert upright.poles[0].real > 0.0
     with pytest.raises(RunError, match="no equilibrium"):
         linearise(pendulum(angle=0.0, torque=2.0, stiffness=0.0), equilibrium=True)
+    pushed = shipped("slider_crank_dry", **{"joints": {}, "drives.O": {"angle": 0.5, "torque": 1.0}})
+    with pytest.raises(RunError, match="no equilibrium"):  # its slope vanishes: nothing depends on the position
+        linearise(pushed, equilibrium=True)
 
 
 def test_a_mass_on_a_spring_has_the_frequency_response_of_the_textbook(system_of, tmp_path):

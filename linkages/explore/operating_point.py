@@ -23,6 +23,7 @@ _AT_REST = 1e-9  # rate of a state over its scale and the largest pole, below wh
 _ROUNDS = 100  # iterations for an equilibrium
 _LONGEST = 0.2  # longest step of them, over the linkage's length
 _SAME = 1e-15  # step over the linkage's length, at which they end
+_FLAT = 1e-30  # least eigenvalue of the slope [1/s2], so that steps stay finite
 
 
 class Observed(NamedTuple):
@@ -143,4 +144,4 @@ def falling_step(slope: Array, acceleration: Array) -> Array:
     """Return a step along the accelerations, Newton's near a stable equilibrium: all eigenvalues count as stable."""
     values, vectors = np.linalg.eig(slope)
     parts = np.linalg.solve(vectors, acceleration)
-    return (vectors @ (parts / np.maximum(np.abs(values), np.finfo(float).tiny))).real
+    return (vectors @ (parts / np.maximum(np.abs(values), _FLAT))).real
