@@ -61,6 +61,19 @@ def system_of(experiment_file):
 
 
 @pytest.fixture
+def imported(tmp_path, capsys):
+    """Import a text; returns the path of the machine's file and the lines that were printed."""
+
+    def imported(text: str) -> tuple[Path, str]:
+        source, out = tmp_path / ("theirs.urdf" if "<robot" in text else "theirs.sdf"), tmp_path / "ours.sdf"
+        source.write_text(text)
+        assert main(["import", str(source), "--out", str(out)]) == 0, capsys.readouterr().err
+        return out, capsys.readouterr().out
+
+    return imported
+
+
+@pytest.fixture
 def refusal(tmp_path, capsys):
     """Simulate a file with a value that is refused: status 2, nothing written, and one line, which is returned."""
 

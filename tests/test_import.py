@@ -5,12 +5,12 @@ import re
 
 import numpy as np
 import pytest
+from foreign_files import angles_on_drake, experiment, written
 from machines import bar, circle_intersection, four_bar, joint, model
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex
 
-import linkages
 from linkages import InputError, load_mechanism
 from linkages.cli.main import main
 from linkages.engines.study import simulate
@@ -41,19 +41,6 @@ def load(tmp_path):
         return load_mechanism(path)
 
     return load
-
-
-@pytest.fixture
-def imported(tmp_path, capsys):
-    """Import a text; returns the path of the machine's file and the lines that were printed."""
-
-    def imported(text, suffix="urdf"):
-        source, out = tmp_path / f"theirs.{suffix}", tmp_path / "ours.sdf"
-        source.write_text(text)
-        assert main(["import", str(source), "--out", str(out)]) == 0
-        return out, capsys.readouterr().out
-
-    return imported
 
 
 def same(mechanism, other):
@@ -285,13 +272,6 @@ def test_limits_say_which_assembly_is_meant(imported, side):
     assert system.assembly.mobility == 1
 
 
-def experiment(machine, text, duration=0.2):
-    """Make the system of an experiment written next to its mechanism."""
-    path = machine.with_suffix(".toml")
-    path.write_text(f'mechanism = "{machine.name}"\nduration = {duration}\n{text}')
-    return linkages.load(path)
-
-
 def test_limits_that_no_assembly_keeps_are_bad_input(tmp_path, capsys):
     source, out = tmp_path / "theirs.urdf", tmp_path / "ours.sdf"
     source.write_text(urdf_four_bar(LOOP, "lower='-0.1' upper='0.1'", limited="Q"))  # B would be 0.5 m from O
@@ -329,24 +309,11 @@ def test_fixed_links_are_one_with_the_inertia_that_drake_gives_them(imported):
 def test_an_arm_of_urdf_falls_as_on_drakes_own_plant(imported):
     """The joint's damping is where the import says that it belongs."""
     path, text = imported(ARM)
-    line = re.search(r"write it into the experiment as (torsion_springs\..*)", text)[1]
-    gravity = [1.0, -2.0, -9.0]
-    system = experiment(path, f"gravity = {gravity}\n{line}\n[solver]\naccuracy = 1e-10\n", 0.5)
-    run = simulate(system, "compiled")
-    from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
-
-    plant = MultibodyPlant(0.0)
-    plant.mutable_gravity_field().set_gravity_vector(gravity)
-    Parser(plant).AddModelsFromString(ARM, "urdf")
-    plant.Finalize()
-    simulator = Simulator(plant)
-    ResetIntegratorFromFlags(simulator, "runge_kutta3", 1e-3)
-    simulator.get_mutable_integrator().set_target_accuracy(1e-10)
-    simulator.AdvanceTo(0.5)
-    for name in ("shoulder", "elbow"):
-        angle = plant.GetJointByName(name).get_angle(simulator.get_context())
-        assert abs(angle) > 0.05
-        assert run[f"q.{name}"][-1] == pytest.approx(angle, abs=1e-8)
+    gravity, joints = [1.0, -2.0, -9.0], ("shoulder", "elbow")
+    run = simulate(experiment(path, f"{written(text)}gravity = {gravity}\n", 0.5), "compiled")
+    angles = angles_on_drake(ARM, "urdf", gravity, 0.5, joints)
+    assert min(map(abs, angles)) > 0.05
+    assert [run[f"q.{name}"][-1] for name in joints] == pytest.approx(angles, abs=1e-8)
 
 
 def test_joints_about_one_axis_between_two_links_are_one(imported):
@@ -391,7 +358,7 @@ def test_included_files_are_followed(tmp_path, capsys):
 def test_of_a_world_its_one_model_is_taken(imported, load):
     inside = GOOD[GOOD.index("<model") : GOOD.index("</sdf>")]
     world = "<gravity>0 0 -9.8</gravity><light name='sun'/><include><uri>model://ground_plane</uri></include>"
-    path, text = imported(f'<sdf version="1.6"><world name="w">{world}{inside}</world></sdf>', "sdf")
+    path, text = imported(f'<sdf version="1.6"><world name="w">{world}{inside}</world></sdf>')
     assert same(load_mechanism(path), load(GOOD))
     for left in ("world/gravity", "world/light", "world/include"):
         assert f"<{left}>" in text

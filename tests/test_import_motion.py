@@ -5,39 +5,14 @@ import re
 
 import numpy as np
 import pytest
+from foreign_files import angles_on_drake, experiment, written
 from machines import bar, circle_intersection, four_bar, joint, model
 
-import linkages
 from linkages import load_mechanism
 from linkages.cli.main import main
 from linkages.engines.study import simulate
 
 GOOD = four_bar()
-
-
-@pytest.fixture
-def imported(tmp_path, capsys):
-    """Import a text; returns the path of the machine's file and the lines that were printed."""
-
-    def imported(text, suffix="sdf"):
-        source, out = tmp_path / f"theirs.{suffix}", tmp_path / "ours.sdf"
-        source.write_text(text)
-        assert main(["import", str(source), "--out", str(out)]) == 0, capsys.readouterr().err
-        return out, capsys.readouterr().out
-
-    return imported
-
-
-def system(machine, text, duration=0.3):
-    """Make the system of an experiment written next to its mechanism."""
-    path = machine.with_suffix(".toml")
-    path.write_text(f'mechanism = "{machine.name}"\nduration = {duration}\n{text}[solver]\naccuracy = 1e-10\n')
-    return linkages.load(path)
-
-
-def written(text):
-    """The lines that the import prints for the experiment."""
-    return "".join(f"{line}\n" for line in re.findall("write it into the experiment as (.*)", text))
 
 
 # -- welds and balls ---------------------------------------------------------------------------------
@@ -71,7 +46,7 @@ def test_a_welded_coupler_is_the_whole_coupler(imported, tmp_path, angle, prefix
     for name, other in good.joint.items():
         assert found.joint[name].on_parent == pytest.approx(other.on_parent, abs=1e-15)
         assert found.joint[name].on_child == pytest.approx(other.on_child, abs=1e-15)
-    assert system(path, "[drives.O]\nspeed = 5.0\n").assembly.mobility == 1
+    assert experiment(path, "[drives.O]\nspeed = 5.0\n").assembly.mobility == 1
 
 
 @pytest.mark.parametrize("order", [("skew", "two"), ("two", "skew")])
@@ -111,7 +86,7 @@ def test_a_ball_joint_is_a_revolute_one_in_the_plane(imported):
     machine, place = load_mechanism(path), circle_intersection((0.1, 0.0), 0.25, (0.3, 0.0), 0.2)
     assert machine.joint["ball_constraint"].on_parent == pytest.approx(place, abs=1e-15)
     assert machine.joint["ball_constraint"].on_child == pytest.approx(place, abs=1e-15)
-    assert system(path, "[drives.O]\nspeed = 5.0\n").assembly.mobility == 1
+    assert experiment(path, "[drives.O]\nspeed = 5.0\n").assembly.mobility == 1
 
 
 def test_constraints_of_models_in_models_and_of_urdf_are_found(imported):
@@ -133,7 +108,7 @@ def test_constraints_of_models_in_models_and_of_urdf_are_found(imported):
         f'<origin xyz="{x} 0 0"/></joint>'
         for name, child, x in (("P", "coupler", 0.0), ("Q", "follower", 0.05))
     )
-    path, _ = imported(f'<robot name="r">{links}{joints}{told}</robot>', "urdf")
+    path, _ = imported(f'<robot name="r">{links}{joints}{told}</robot>')
     made = load_mechanism(path).joint["ball_constraint"]
     assert made.on_parent == pytest.approx([0.25, 0.0])
     assert made.on_child == pytest.approx([0.25, 0.0])
@@ -154,26 +129,16 @@ def test_a_spring_between_links_moves_them_as_drakes_does(imported):
     arm = bar("one", 0.2, "__model__", 0.3) + bar("two", 0.1, "one_tip", 0.4)
     text = model("arm", arm + joint("O", "world", "one") + joint("A", "one_tip", "two"))
     path, said = imported(text.replace("</model>", SPRING + "</model>"))
-    run = simulate(system(path, written(said) + "gravity = [1.0, -9.0, 0.0]\n"), "compiled")
-    from pydrake.multibody.parsing import Parser
-    from pydrake.multibody.plant import MultibodyPlant
+    run = simulate(experiment(path, written(said) + "gravity = [1.0, -9.0, 0.0]\n"), "compiled")
     from pydrake.multibody.tree import LinearSpringDamper
-    from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
-    plant = MultibodyPlant(0.0)
-    plant.mutable_gravity_field().set_gravity_vector([1.0, -9.0, 0.0])
-    Parser(plant).AddModelsFromString(text, "sdf")
-    ends = plant.GetBodyByName("one"), [0.1, 0.02, 0.0], plant.world_body(), [0.3, 0.1, 0.0]
-    plant.AddForceElement(LinearSpringDamper(*ends, 0.15, 200.0, 3.0))
-    plant.Finalize()
-    simulator = Simulator(plant)
-    ResetIntegratorFromFlags(simulator, "runge_kutta3", 1e-3)
-    simulator.get_mutable_integrator().set_target_accuracy(1e-10)
-    simulator.AdvanceTo(0.3)
-    for name in ("O", "A"):
-        angle = plant.GetJointByName(name).get_angle(simulator.get_context())
-        assert abs(angle) > 0.05
-        assert run[f"q.{name}"][-1] == pytest.approx(angle, abs=1e-8)
+    def spring(plant):
+        ends = plant.GetBodyByName("one"), [0.1, 0.02, 0.0], plant.world_body(), [0.3, 0.1, 0.0]
+        plant.AddForceElement(LinearSpringDamper(*ends, 0.15, 200.0, 3.0))
+
+    angles = angles_on_drake(text, "sdf", [1.0, -9.0, 0.0], 0.3, "OA", spring)
+    assert min(map(abs, angles)) > 0.05
+    assert [run[f"q.{name}"][-1] for name in "OA"] == pytest.approx(angles, abs=1e-8)
 
 
 MIMICS = {
@@ -195,7 +160,7 @@ def test_a_joint_that_mimics_another_is_geared_to_it(imported, kind, limits):
     leads = joint("O", "world", "one").replace("</xyz>", f"</xyz>{limits}")
     path, said = imported(model("arm", arm + leads + follows))
     assert ("reference configuration computed" in said) == bool(limits)
-    run = simulate(system(path, written(said) + "gravity = [1.0, -9.0, 0.0]\n"), "compiled")
+    run = simulate(experiment(path, written(said) + "gravity = [1.0, -9.0, 0.0]\n"), "compiled")
     leader = run["one.angle"] - 0.3
     follower = run["two.angle"] - run["one.angle"] - 0.4
     assert np.ptp(leader) > 0.05
@@ -207,11 +172,11 @@ def test_friction_and_damping_of_joints_are_entries_of_the_experiment(imported):
     turns, slides = joint("O", "world", "one"), joint("P", "one_tip", "two", "prismatic", "1 0 0")
     arm = bar("one", 0.2, "__model__", 0.3) + bar("two", 0.1, "one_tip", 0.4)
     path, said = imported(model("arm", arm + (turns + slides).replace("</xyz>", f"</xyz>{lost}")))
-    experiment = system(path, written(said)).experiment
-    assert experiment.torsion_springs["O_spring"].damping == 0.2
-    assert experiment.torsion_springs["O_spring"].stiffness == 0.0
-    assert (experiment.frictions["O_friction"].constant, experiment.frictions["O_friction"].viscous) == (0.1, 0.0)
-    assert (experiment.frictions["P_friction"].constant, experiment.frictions["P_friction"].viscous) == (0.1, 0.2)
+    found = experiment(path, written(said)).experiment
+    assert found.torsion_springs["O_spring"].damping == 0.2
+    assert found.torsion_springs["O_spring"].stiffness == 0.0
+    assert (found.frictions["O_friction"].constant, found.frictions["O_friction"].viscous) == (0.1, 0.0)
+    assert (found.frictions["P_friction"].constant, found.frictions["P_friction"].viscous) == (0.1, 0.2)
 
 
 # -- refused -----------------------------------------------------------------------------------------
