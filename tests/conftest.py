@@ -61,6 +61,18 @@ def system_of(experiment_file):
 
 
 @pytest.fixture
+def mechanism_of(tmp_path):
+    """Load a mechanism from its text."""
+
+    def load(text: str, overrides: dict[str, float] | None = None) -> linkages.Mechanism:
+        path = tmp_path / "m.sdf"
+        path.write_text(text)
+        return linkages.load_mechanism(path, overrides)
+
+    return load
+
+
+@pytest.fixture
 def imported(tmp_path, capsys):
     """Import a text; returns the path of the machine's file and the lines that were printed."""
 

@@ -28,21 +28,11 @@ def crank_and_rod(rod=ROD, plane="xy", extra=""):
     return model("pendulum", f"{links}{joint('O', 'world', 'crank')}{joint('A', 'crank_tip', 'rod')}{extra}", plane)
 
 
-@pytest.fixture
-def load(tmp_path):
-    def load(text, overrides=None):
-        path = tmp_path / "m.sdf"
-        path.write_text(text)
-        return load_mechanism(path, overrides)
-
-    return load
-
-
 @pytest.mark.parametrize("plane", PLANES)
-def test_a_link_with_a_beam_has_its_mass_and_drake_reads_the_same(load, plane):
+def test_a_link_with_a_beam_has_its_mass_and_drake_reads_the_same(mechanism_of, plane):
     """In every plane: of a thin rod between its ends."""
     text = crank_and_rod(plane=plane)
-    mechanism = load(text)
+    mechanism = mechanism_of(text)
     link = mechanism.link["rod"]
     ends = mechanism.point["rod"].origin, mechanism.point["rod_tip"].origin
     np.testing.assert_allclose([link.beam.start, link.beam.end], ends, atol=1e-15)
@@ -69,34 +59,34 @@ def test_a_link_with_a_beam_has_its_mass_and_drake_reads_the_same(load, plane):
         ({"section": {"area": 1e-4, "second_moment": 3e-9, "height": 0.03}}, 1e-4, 3e-9, 0.03),
     ],
 )  # fmt: skip
-def test_sections_have_the_constants_of_handbooks(load, section, area, second_moment, height):
+def test_sections_have_the_constants_of_handbooks(mechanism_of, section, area, second_moment, height):
     ((kind, sizes),) = section.items()
     inner = "".join(f"<linkages:{key}>{value}</linkages:{key}>" for key, value in sizes.items())
     written = beam("rod", "rod_tip", f"<linkages:{kind}>{inner}</linkages:{kind}>")
-    found = load(crank_and_rod(bar("rod", LENGTH, "crank_tip", mass=DENSITY * area * LENGTH, inner=written)))
+    found = mechanism_of(crank_and_rod(bar("rod", LENGTH, "crank_tip", mass=DENSITY * area * LENGTH, inner=written)))
     of = found.link["rod"].beam
     assert (of.area, of.second_moment, of.height) == pytest.approx((area, second_moment, height), rel=1e-12)
     for key, value in sizes.items():
         assert found.value(f"links.rod.beam.{key}") == value
 
 
-def test_sections_material_and_ends_are_values_and_the_mass_follows(load):
+def test_sections_material_and_ends_are_values_and_the_mass_follows(mechanism_of):
     text = crank_and_rod()
-    changed = load(text, {"links.rod.beam.height": 0.016, "links.rod.beam.density": 2700.0})
+    changed = mechanism_of(text, {"links.rod.beam.height": 0.016, "links.rod.beam.density": 2700.0})
     link = changed.link["rod"]
     assert link.mass == pytest.approx(2700.0 * 2 * AREA * LENGTH, rel=1e-12)
     assert link.beam.second_moment == pytest.approx(8 * 0.008**4 / 12, rel=1e-12)
     assert changed.value("links.rod.mass") == link.mass
     assert link.inertia == pytest.approx(link.mass * LENGTH**2 / 12, rel=1e-12)
-    longer = load(text, {"frames.rod_tip.pose.x": 0.6, "links.rod.beam.youngs_modulus": 7e10}).link["rod"]
+    longer = mechanism_of(text, {"frames.rod_tip.pose.x": 0.6, "links.rod.beam.youngs_modulus": 7e10}).link["rod"]
     assert (longer.mass, longer.beam.elastic().axial) == pytest.approx((2 * MASS, 7e10 * AREA), rel=1e-12)
     assert np.linalg.norm(longer.com - longer.origin) == pytest.approx(0.3, rel=1e-12)
 
 
 @pytest.mark.parametrize("value", ["mass", "com.x", "inertia"])
-def test_what_follows_from_a_beam_is_not_replaced(load, value):
+def test_what_follows_from_a_beam_is_not_replaced(mechanism_of, value):
     with pytest.raises(InputError) as info:
-        load(crank_and_rod(), {f"links.rod.{value}": 0.2})
+        mechanism_of(crank_and_rod(), {f"links.rod.{value}": 0.2})
     follows = "follows from the link's beam; replace its section, its density or the positions of its ends instead"
     assert str(info.value) == f"m.sdf: sdf.links.rod.{value}: {follows}"
 
@@ -149,20 +139,20 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_beams_are_refused_in_one_line(load, case):
+def test_bad_beams_are_refused_in_one_line(mechanism_of, case):
     text, problem = BAD[case]
     assert text != ROD
     with pytest.raises(InputError) as info:
-        load(crank_and_rod(text))
+        mechanism_of(crank_and_rod(text))
     assert str(info.value).startswith('m.sdf: <link name="rod">/<')
     assert problem in str(info.value)
     assert "\n" not in str(info.value)
 
 
-def test_a_beam_that_leaves_the_plane_is_refused(load):
+def test_a_beam_that_leaves_the_plane_is_refused(mechanism_of):
     oblique = ROD.replace('attached_to="rod"><pose>0.3 0 0 ', 'attached_to="rod"><pose>0.29 0 0.0768 ')
     with pytest.raises(InputError, match="does not lie in the plane of motion"):
-        load(
+        mechanism_of(
             crank_and_rod(
                 re.sub("<pose>0.15 0 0 0 0 0</pose><mass>", "<pose>0.145 0 0.0384 0 0 0</pose><mass>", oblique)
             )

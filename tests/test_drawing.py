@@ -16,7 +16,6 @@ from linkages.explore.transmission import dyads
 from linkages.files.shipped import find_file
 from linkages.model.experiment import nothing_done
 from linkages.model.gear import Gear
-from linkages.model.mechanism import load_mechanism
 from linkages.model.plausibility import doubts
 from linkages.model.skeleton import skeleton
 from linkages.plots import orbit, pose
@@ -25,17 +24,6 @@ from linkages.plots.drawing.raster import picture, write_moving
 from linkages.plots.drawing.shapes import placed
 from linkages.plots.drawing.svg import pixels
 from linkages.system import System, load
-
-
-@pytest.fixture
-def machine(tmp_path):
-    """Make the mechanism of an SDF text."""
-
-    def read(text):
-        (tmp_path / "machine.sdf").write_text(text)
-        return load_mechanism(tmp_path / "machine.sdf")
-
-    return read
 
 
 def alone(mechanism):
@@ -49,9 +37,9 @@ def angle_between(b, c, diagonal):
 
 
 @pytest.mark.parametrize("plane", PLANES)
-def test_transmission_angles_of_a_crank_rocker_are_those_of_its_triangles(machine, plane):
+def test_transmission_angles_of_a_crank_rocker_are_those_of_its_triangles(mechanism_of, plane):
     """Extremes at the two positions of the crank along the ground; in between it may pass 90 degrees."""
-    mechanism = machine(four_bar(ground=0.3, crank=0.1, coupler=0.25, follower=0.3, plane=plane))
+    mechanism = mechanism_of(four_bar(ground=0.3, crank=0.1, coupler=0.25, follower=0.3, plane=plane))
     way = travel(movable(mechanism, {"O": 0.0}), "O")
     (one,) = way.transmissions
     assert way.full
@@ -63,11 +51,11 @@ def test_transmission_angles_of_a_crank_rocker_are_those_of_its_triangles(machin
         assert angle == pytest.approx(angle_between(0.25, 0.3, diagonal), abs=1e-7)
 
 
-def test_links_with_drives_of_their_own_have_no_transmission_angle(machine):
+def test_links_with_drives_of_their_own_have_no_transmission_angle(mechanism_of):
     """A driven rod on the coupler and a driven foot on the rod: only coupler and follower are a dyad."""
     text = four_bar(extra=FOOT + bar("rod", 0.1, "toe", 0.3) + bar("foot", 0.2, "rod_tip", 1.0))
     text = text.replace("</model>", joint("T", "coupler", "rod") + joint("S", "rod_tip", "foot") + "</model>")
-    way = travel(movable(machine(text), {"O": 0.0, "T": 0.0, "S": 0.0}), "O")
+    way = travel(movable(mechanism_of(text), {"O": 0.0, "T": 0.0, "S": 0.0}), "O")
     assert [(one.link, one.other, one.joint) for one in way.transmissions] == [("coupler", "follower", "B")]
     assert way.together == ()
 
@@ -83,16 +71,16 @@ def test_a_geared_crank_counts_as_moved_by_the_drive():
     assert len(rest) == len(mechanism.links) - 1
 
 
-def test_dead_centres_of_a_rocker_are_where_crank_and_coupler_lie_in_line(machine):
-    way = travel(movable(machine(four_bar(0.3, 0.1, 0.25, 0.2)), {"O": 0.0}), "O")
+def test_dead_centres_of_a_rocker_are_where_crank_and_coupler_lie_in_line(mechanism_of):
+    way = travel(movable(mechanism_of(four_bar(0.3, 0.1, 0.25, 0.2)), {"O": 0.0}), "O")
     expected = []
     for reach, turn in ((0.35, 0.0), (0.15, np.pi)):  # stretched, folded: the triangle reach - follower - ground
         expected.append((np.arccos((reach**2 + 0.3**2 - 0.2**2) / (2 * reach * 0.3)) + turn) % (2 * np.pi))
     np.testing.assert_allclose(way.transmissions[0].turns, sorted(expected), atol=1e-3)  # between steps of 0.02 rad
 
 
-def test_dead_centres_and_transmission_of_a_slider_crank(machine):
-    system = movable(machine(slider_crank(0.05, 0.12)), {})
+def test_dead_centres_and_transmission_of_a_slider_crank(mechanism_of):
+    system = movable(mechanism_of(slider_crank(0.05, 0.12)), {})
     assert list(system.experiment.drives) == ["O"]
     (one,) = travel(system, "O").transmissions
     assert one.least[1] == pytest.approx(np.arccos(0.05 / 0.12), abs=1e-7)  # with the crank upright
@@ -100,8 +88,8 @@ def test_dead_centres_and_transmission_of_a_slider_crank(machine):
     np.testing.assert_allclose(sorted(np.cos(one.turns)), [-1.0, 1.0], atol=1e-6)
 
 
-def test_a_rocker_ends_at_dead_points_where_coupler_and_follower_are_in_line(machine):
-    way = travel(movable(machine(four_bar(0.3, 0.2, 0.25, 0.2)), {"O": 0.0}), "O")
+def test_a_rocker_ends_at_dead_points_where_coupler_and_follower_are_in_line(mechanism_of):
+    way = travel(movable(mechanism_of(four_bar(0.3, 0.2, 0.25, 0.2)), {"O": 0.0}), "O")
     limit = np.arccos((0.3**2 + 0.2**2 - 0.45**2) / (2 * 0.3 * 0.2))
     assert not way.full
     assert way.ends == (Status.LOCKED, Status.LOCKED)
@@ -109,12 +97,12 @@ def test_a_rocker_ends_at_dead_points_where_coupler_and_follower_are_in_line(mac
     assert np.all(np.diff(way.values) > 0.0)
 
 
-def test_a_crank_that_turns_fully_is_chosen_before_a_rocker(machine):
+def test_a_crank_that_turns_fully_is_chosen_before_a_rocker(mechanism_of):
     text = four_bar(0.3, 0.1, 0.25, 0.2)
     rocker_first = text.replace(joint("O", "world", "crank"), "").replace(
         joint("Q", "world", "follower"), joint("Q", "world", "follower") + joint("O", "world", "crank")
     )
-    mechanism = machine(rocker_first)
+    mechanism = mechanism_of(rocker_first)
     assert [one.name for one in mechanism.joints].index("Q") < [one.name for one in mechanism.joints].index("O")
     assert list(movable(mechanism, {}).experiment.drives) == ["O"]
 
@@ -148,8 +136,8 @@ FOOT = """<frame name="toe" attached_to="coupler"><pose>0.1 -0.1 0 0 0 0</pose><
 
 
 @pytest.mark.parametrize("plane", PLANES)
-def test_a_link_is_drawn_to_all_its_joints_and_frames(machine, plane):
-    mechanism = machine(four_bar(plane=plane, extra=FOOT))
+def test_a_link_is_drawn_to_all_its_joints_and_frames(mechanism_of, plane):
+    mechanism = mechanism_of(four_bar(plane=plane, extra=FOOT))
     form = skeleton(mechanism, mechanism.link["coupler"], 0.3)
     assert len(form.places) == 4  # what lies on a pin is drawn once
     toe, inside = (mechanism.point[name].origin for name in ("toe", "inside"))
@@ -301,17 +289,17 @@ def test_words_of_a_file_cannot_break_the_picture_or_the_page(loaded):
     assert picture(drawing).texts[0].get_text() == drawing.title
 
 
-def test_a_machine_that_does_not_close_is_drawn_with_its_gap(machine, tmp_path, capsys):
+def test_a_machine_that_does_not_close_is_drawn_with_its_gap(mechanism_of, tmp_path, capsys):
     text = four_bar().replace(
         '<frame name="B_on_follower" attached_to="follower"><pose>0.2',
         '<frame name="B_on_follower" attached_to="follower"><pose>0.9',
     )
-    drawing = draw(alone(machine(text)))
+    drawing = draw(alone(mechanism_of(text)))
     assert drawing.problem.startswith("no-assembly")
     (gap,) = [one for one in drawing.shapes if one.role == "gap"]
     assert np.linalg.norm(np.subtract(*placed(gap.at, drawing.pose))) == pytest.approx(0.7)
     assert "open by up to 700 mm, at B" in drawing.facts[1]
-    assert main(["draw", str(tmp_path / "machine.sdf"), "--out", str(tmp_path / "out")]) == 1
+    assert main(["draw", str(tmp_path / "m.sdf"), "--out", str(tmp_path / "out")]) == 1
     assert capsys.readouterr().err.startswith("failed: no-assembly")
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"drawing.html", "drawing.png", "drawing.svg"}
 
@@ -372,10 +360,10 @@ def test_the_command_draws_a_machine_with_other_values(tmp_path, capsys):
     assert not (tmp_path / "none").exists()
 
 
-def test_the_moving_picture_moves(machine, tmp_path):
+def test_the_moving_picture_moves(mechanism_of, tmp_path):
     from PIL import Image
 
-    write_moving(draw(alone(machine(four_bar()))), tmp_path / "moving.gif", frames=4, dpi=20.0)
+    write_moving(draw(alone(mechanism_of(four_bar()))), tmp_path / "moving.gif", frames=4, dpi=20.0)
     with Image.open(tmp_path / "moving.gif") as moving:
         assert moving.n_frames == 4
         first = np.asarray(moving.convert("L"), dtype=float)

@@ -31,18 +31,6 @@ def drake(text, kind="sdf", welded=()):
     return plant, plant.CreateDefaultContext()
 
 
-@pytest.fixture
-def load(tmp_path):
-    """Load a machine from its text."""
-
-    def load(text):
-        path = tmp_path / "m.sdf"
-        path.write_text(text)
-        return load_mechanism(path)
-
-    return load
-
-
 def same(mechanism, other):
     """Whether two machines are the same, but for their frames, to rounding."""
     for kind, keys in (("link", "mass com inertia"), ("joint", "parent child on_parent on_child sign direction type")):
@@ -70,42 +58,42 @@ AS_OTHERS_READ = {
 
 
 @pytest.mark.parametrize("case", AS_OTHERS_READ)
-def test_text_that_other_readers_take_is_the_same_machine(load, case):
+def test_text_that_other_readers_take_is_the_same_machine(mechanism_of, case):
     text = AS_OTHERS_READ[case]
     assert text != GOOD
-    machine = load(text)
-    assert same(machine, load(GOOD))
+    machine = mechanism_of(text)
+    assert same(machine, mechanism_of(GOOD))
     assert machine.joint["A"].bearing.radius == 0.01
 
 
-def test_errors_below_a_comment_name_the_right_line(load):
+def test_errors_below_a_comment_name_the_right_line(mechanism_of):
     broken = "<sdf>\n<!-- one\n two -- three\n-->\n<model></sdf>"
     with pytest.raises(InputError, match="line 5"):
-        load(broken)
+        mechanism_of(broken)
 
 
-def test_comments_that_do_not_end_are_refused_in_time_of_their_length(load):
+def test_comments_that_do_not_end_are_refused_in_time_of_their_length(mechanism_of):
     with pytest.raises(InputError, match="not well-formed"):
-        load("<sdf>" + "<!--" * 300_000)
+        mechanism_of("<sdf>" + "<!--" * 300_000)
 
 
 BASE = '<link name="base"><pose>0.02 0.01 0 0 0 0.3</pose><visual name="v"/></link>'
 
 
-def test_a_link_without_mass_that_is_fixed_to_the_world_is_a_frame_of_it(load):
+def test_a_link_without_mass_that_is_fixed_to_the_world_is_a_frame_of_it(mechanism_of):
     text = GOOD.replace("</model>", BASE + joint("weld", "world", "base", "fixed") + "</model>")
     text = text.replace("<parent>world</parent><child>follower</child>", "<parent>base</parent><child>follower</child>")
-    machine = load(text)
-    assert same(machine, load(GOOD))
+    machine = mechanism_of(text)
+    assert same(machine, mechanism_of(GOOD))
     assert machine.point["base"].link == "world"
     assert machine.point["base"].origin == pytest.approx([0.02, 0.01])
     assert machine.point["base"].angle == pytest.approx(0.3)
 
 
-def test_a_link_without_mass_that_is_fixed_to_a_link_is_a_frame_of_it(load):
+def test_a_link_without_mass_that_is_fixed_to_a_link_is_a_frame_of_it(mechanism_of):
     tip = '<link name="tip"><pose relative_to="coupler">0.05 0.02 0 0 0 0</pose></link>'
-    machine = load(GOOD.replace("</model>", tip + joint("glue", "tip", "coupler", "fixed") + "</model>"))
-    assert same(machine, load(GOOD))
+    machine = mechanism_of(GOOD.replace("</model>", tip + joint("glue", "tip", "coupler", "fixed") + "</model>"))
+    assert same(machine, mechanism_of(GOOD))
     assert machine.point["tip"].link == "coupler"
 
 
@@ -118,9 +106,9 @@ LEG = f"""<model name="leg"><pose relative_to="crank_tip">0.02 0.01 0 0 0 0.4</p
 LEG = LEG.replace('relative_to="__model__"', "")  # Drake: only a model's own parts may name it
 
 
-def test_models_in_models_are_as_drake_reads_them(load):
+def test_models_in_models_are_as_drake_reads_them(mechanism_of):
     text = model("host", bar("crank", 0.1, "__model__") + joint("O", "world", "crank") + LEG)
-    machine = load(text)
+    machine = mechanism_of(text)
     plant, context = drake(text)
     bodies = [plant.get_body(BodyIndex(i)) for i in range(1, plant.num_bodies())]
     found = {body.scoped_name().get_full().removeprefix("host::"): body for body in bodies}
@@ -138,7 +126,7 @@ def test_models_in_models_are_as_drake_reads_them(load):
 
 
 @pytest.mark.parametrize("version", ["1.4", "1.6"])
-def test_files_of_older_versions_are_as_drake_reads_them(load, version):
+def test_files_of_older_versions_are_as_drake_reads_them(mechanism_of, version):
     old = "" if version == "1.4" else "<use_parent_model_frame>1</use_parent_model_frame>"
     inertial = "<inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>"
     slide = f'<joint name="P" type="prismatic"><pose>0 0 0 0 0 0.5</pose><parent>world</parent><child>a</child>\
@@ -151,7 +139,7 @@ def test_files_of_older_versions_are_as_drake_reads_them(load, version):
     plant, context = drake(text)
     found = plant.GetJointByName("P")
     axis = found.frame_on_parent().CalcRotationMatrixInWorld(context) @ found.translation_axis()
-    assert load(text).joint["P"].axis == pytest.approx(axis, abs=1e-15)
+    assert mechanism_of(text).joint["P"].axis == pytest.approx(axis, abs=1e-15)
 
 
 UNKNOWN_HERE = {
@@ -167,10 +155,10 @@ UNKNOWN_HERE = {
 
 
 @pytest.mark.parametrize("case", UNKNOWN_HERE)
-def test_what_can_change_the_motion_is_refused(load, case):
+def test_what_can_change_the_motion_is_refused(mechanism_of, case):
     there, instead, reason = UNKNOWN_HERE[case]
     with pytest.raises(InputError, match=r"^m\.sdf: ") as caught:
-        load(GOOD.replace(there, instead, 1))
+        mechanism_of(GOOD.replace(there, instead, 1))
     assert reason in str(caught.value)
 
 
@@ -235,7 +223,7 @@ def closed(side):
 
 
 @pytest.mark.parametrize("loop", [LOOP, GAZEBO], ids=["loop_joint", "gazebo"])
-def test_a_four_bar_of_urdf_is_one_of_sdf(imported, load, loop):
+def test_a_four_bar_of_urdf_is_one_of_sdf(imported, mechanism_of, loop):
     place, coupler, follower = closed(1.0)
     path, text = imported(urdf_four_bar(loop, "", coupler, follower))
     machine = load_mechanism(path)
@@ -355,11 +343,11 @@ def test_included_files_are_followed(tmp_path, capsys):
     assert capsys.readouterr().out.count("\n") == 2  # nothing was left out
 
 
-def test_of_a_world_its_one_model_is_taken(imported, load):
+def test_of_a_world_its_one_model_is_taken(imported, mechanism_of):
     inside = GOOD[GOOD.index("<model") : GOOD.index("</sdf>")]
     world = "<gravity>0 0 -9.8</gravity><light name='sun'/><include><uri>model://ground_plane</uri></include>"
     path, text = imported(f'<sdf version="1.6"><world name="w">{world}{inside}</world></sdf>')
-    assert same(load_mechanism(path), load(GOOD))
+    assert same(load_mechanism(path), mechanism_of(GOOD))
     for left in ("world/gravity", "world/light", "world/include"):
         assert f"<{left}>" in text
 

@@ -27,11 +27,9 @@ NESTED = """
 
 
 @pytest.mark.parametrize("plane", PLANES)
-def test_poses_axes_and_inertias_agree_with_drakes_parser(tmp_path, plane):
+def test_poses_axes_and_inertias_agree_with_drakes_parser(mechanism_of, plane):
     text = model("nested", NESTED, plane)
-    path = tmp_path / "nested.sdf"
-    path.write_text(text)
-    mechanism = load_mechanism(path)
+    mechanism = mechanism_of(text)
     plant = MultibodyPlant(0.0)
     Parser(plant).AddModelsFromString(text, "sdf")
     plant.Finalize()
@@ -57,10 +55,8 @@ def test_poses_axes_and_inertias_agree_with_drakes_parser(tmp_path, plane):
 
 
 @pytest.mark.parametrize("plane", PLANES)
-def test_plane_axes_are_right_handed_and_normal_to_it(tmp_path, plane):
-    path = tmp_path / "m.sdf"
-    path.write_text(four_bar(plane=plane))
-    basis = load_mechanism(path).basis
+def test_plane_axes_are_right_handed_and_normal_to_it(mechanism_of, plane):
+    basis = mechanism_of(four_bar(plane=plane)).basis
     np.testing.assert_allclose(basis.T @ basis, np.eye(3), atol=1e-12)
     assert np.linalg.det(basis) == pytest.approx(1.0)
     normal = plane_rotation(plane)[:, 2]
@@ -82,10 +78,8 @@ def test_tree_cuts_play_first_then_the_fewest_ideal_joints(seven_bar):
     assert {"O1", "O4"} <= set(none.coordinates)
 
 
-def test_a_link_on_clearance_joints_alone_floats(tmp_path):
-    path = tmp_path / "m.sdf"
-    path.write_text(slider_crank())
-    tree = spanning_tree(load_mechanism(path), ("A", "B"), ("O",))
+def test_a_link_on_clearance_joints_alone_floats(mechanism_of):
+    tree = spanning_tree(mechanism_of(slider_crank()), ("A", "B"), ("O",))
     assert tree.coordinates == ("O", "guide", "rod.x", "rod.y", "rod.angle")
 
 
@@ -114,11 +108,9 @@ def test_overrides_reach_the_file(tmp_path):
     assert changed.joint["A"].bearing.radius == 0.02
 
 
-def test_a_number_of_numpy_is_a_number(tmp_path):
-    path = tmp_path / "m.sdf"
-    path.write_text(four_bar())
+def test_a_number_of_numpy_is_a_number(mechanism_of):
     values = {"links.coupler.mass": 0.1 + 0.2, "frames.crank_tip.pose.x": 0.11, "frames.crank_tip.pose.yaw": 0.1}
-    plain, numpy = (load_mechanism(path, {k: kind(v) for k, v in values.items()}) for kind in (float, np.float64))
+    plain, numpy = (mechanism_of(four_bar(), {k: kind(v) for k, v in values.items()}) for kind in (float, np.float64))
     assert numpy.values == plain.values
     assert numpy.link["coupler"].mass == 0.1 + 0.2
 

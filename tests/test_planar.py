@@ -6,7 +6,7 @@ from machines import four_bar, slider_crank
 from newton_euler import free_bodies
 from pydrake.multibody.plant import MultibodyPlant
 
-from linkages import load_mechanism, simulate
+from linkages import simulate
 from linkages.engines.drake.plant import add_tree, state_place
 from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel.by_reference import packed
@@ -29,12 +29,6 @@ def random_state(tree):
     return RNG.normal(size=tree.size), RNG.normal(size=tree.size)
 
 
-def mechanism_of(tmp_path, text):
-    path = tmp_path / "machine.sdf"
-    path.write_text(text)
-    return load_mechanism(path)
-
-
 def drake_plant(tree, gravity=(0.0, 0.0, 0.0)):
     plant = MultibodyPlant(0.0)
     plant.mutable_gravity_field().set_gravity_vector(gravity)
@@ -54,10 +48,10 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_positions_velocities_and_dynamics_agree_with_drakes_plant(tmp_path, case):
+def test_positions_velocities_and_dynamics_agree_with_drakes_plant(mechanism_of, case):
     """Random states, forces and gravity: every body pose and velocity, every acceleration, every drive force."""
     text, play, driven = CASES[case]
-    mechanism = mechanism_of(tmp_path, text)
+    mechanism = mechanism_of(text)
     tree = spanning_tree(mechanism, play, driven)
     gravity = RNG.normal(size=3)
     plant, place = drake_plant(tree, gravity)
@@ -98,9 +92,9 @@ def test_positions_velocities_and_dynamics_agree_with_drakes_plant(tmp_path, cas
 
 
 @pytest.mark.parametrize("text", [four_bar(), slider_crank(), slider_crank(offset=0.02)])
-def test_closure_rows_derivatives_and_reactions_are_consistent(tmp_path, text):
+def test_closure_rows_derivatives_and_reactions_are_consistent(mechanism_of, text):
     """Rates and accelerations of every kind of row against differences in time; wrenches against virtual work."""
-    mechanism = mechanism_of(tmp_path, text)
+    mechanism = mechanism_of(text)
     tree = spanning_tree(mechanism, ("A",), ())
     for rows in (tree.closure_rows, _all_rows(mechanism)):
         q, v = random_state(tree)
