@@ -1,11 +1,13 @@
 import os
 import signal
+from functools import partial
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy is imported: tests use the cores, one worker each
 
 import pytest
 from hypothesis import settings
+from machines import written
 from own_registries import own_registries, registries_of_module  # noqa: F401 - fixtures
 from shipped import shipped
 
@@ -44,14 +46,7 @@ def seven_bar():
 @pytest.fixture
 def experiment_file(tmp_path):
     """Write an SDF text and a TOML text into a folder; returns the path of the TOML file."""
-
-    def write(sdf: str, toml: str) -> Path:
-        (tmp_path / "machine.sdf").write_text(sdf)
-        path = tmp_path / "experiment.toml"
-        path.write_text('mechanism = "machine.sdf"\n' + toml)
-        return path
-
-    return write
+    return partial(written, tmp_path)
 
 
 @pytest.fixture

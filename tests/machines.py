@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -23,6 +25,14 @@ def model(name: str, body: str, plane: str = "xy", extra: str = "") -> str:
     pose = " ".join(map(str, PLANES[plane]))
     return f"""<sdf version="1.9" xmlns:linkages="urn:linkages:sdf"><model name="{name}">
 <pose>0 0 0 {pose}</pose>{body}{extra}</model></sdf>"""
+
+
+def written(folder: Path, sdf: str, toml: str) -> Path:
+    """Write a machine and its experiment into a folder; returns the path of the experiment."""
+    (folder / "machine.sdf").write_text(sdf)
+    path = folder / "experiment.toml"
+    path.write_text('mechanism = "machine.sdf"\n' + toml)
+    return path
 
 
 def bar(

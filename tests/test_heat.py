@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from machines import rotor_in_block
+from machines import rotor_in_block, written
 
 import linkages
 from linkages.cli.main import main
@@ -25,13 +25,6 @@ clearance = {CLEARANCE}
 oil = {{grade = "ISO VG 46", temperature = 60.0}}
 heat = {{inlet = 40.0, conductance = 0.5, surroundings = 20.0}}
 """
-
-
-def written(folder, sdf, toml):
-    """Write both texts; returns the path of the experiment."""
-    (folder / "machine.sdf").write_text(sdf)
-    (folder / "experiment.toml").write_text('mechanism = "machine.sdf"\n' + toml)
-    return folder / "experiment.toml"
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from machines import LUBRICATED, four_bar
+from machines import LUBRICATED, four_bar, written
 from processes import finish, start, strike
 
 from linkages import load_trajectory
@@ -64,14 +64,13 @@ def evaluations(store: Path) -> list:
 def commands(tmp_path_factory):
     """A folder with inputs, and the arguments of each command."""
     folder = tmp_path_factory.mktemp("work")
-    (folder / "machine.sdf").write_text(four_bar())
-    (folder / "experiment.toml").write_text('mechanism = "machine.sdf"\n' + EXPERIMENT)
+    file = written(folder, four_bar(), EXPERIMENT)
     (folder / "study.toml").write_text(STUDY)
     vary = ("--vary", "joints.A.clearance=5e-5:2e-4:6", "--revolutions", "1", "--output", "A.force")
-    assert main(["simulate", str(folder / "experiment.toml"), *QUICK, "--out", str(folder / "results")]) == 0
+    assert main(["simulate", str(file), *QUICK, "--out", str(folder / "results")]) == 0
     return folder, {
-        "simulate": ("simulate", folder / "experiment.toml", *QUICK),
-        "sweep": ("sweep", folder / "experiment.toml", *vary, "--no-plots"),
+        "simulate": ("simulate", file, *QUICK),
+        "sweep": ("sweep", file, *vary, "--no-plots"),
         "optimise": ("optimise", folder / "study.toml", "--no-plots"),
         "report": ("report", folder / "results"),
     }

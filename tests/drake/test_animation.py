@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 from flexible_machines import bent_machine
-from machines import PLANES, bar, four_bar, joint, model, solid
+from machines import PLANES, bar, four_bar, joint, model, solid, written
 from shipped import shipped
 
 from linkages import AssemblyError, IdealMotion, Status, Trajectory, load, study
@@ -36,10 +36,8 @@ contact = {law = "lankarani-nikravesh", restitution = 0.9, youngs_modulus = 2e11
 
 @pytest.fixture(scope="module")
 def dry(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("animation")
-    (folder / "machine.sdf").write_text(four_bar())
-    (folder / "dry.toml").write_text('mechanism = "machine.sdf"\n' + DRY)
-    return study(load(folder / "dry.toml"), "drake", error_estimate=False)
+    path = written(tmp_path_factory.mktemp("animation"), four_bar(), DRY)
+    return study(load(path), "drake", error_estimate=False)
 
 
 AFTER = """
@@ -139,9 +137,7 @@ def sliding_block(folder):
 
 
 def turning_slot(folder):
-    (folder / "machine.sdf").write_text(slotted_rocker())
-    (folder / "slotted.toml").write_text('mechanism = "machine.sdf"\n' + SLOTTED)
-    return load(folder / "slotted.toml")
+    return load(written(folder, slotted_rocker(), SLOTTED))
 
 
 def test_a_block_reaches_the_rim_of_its_figure_where_a_corner_touches():
@@ -230,12 +226,9 @@ class Scene:
 
 
 @pytest.mark.parametrize("plane", PLANES)
-def test_paths_lie_where_points_went_and_the_ground_below_its_joints(tmp_path, plane):
-    (tmp_path / "machine.sdf").write_text(four_bar(plane=plane))
-    head = 'mechanism = "machine.sdf"\nduration = 0.5\noutputs = ["coupler.x", "coupler.omega"]\n'
-    text = head + "[drives.O]\nspeed = 15.0\n"
-    (tmp_path / "ideal.toml").write_text(text)
-    found = study(load(tmp_path / "ideal.toml"), "compiled", error_estimate=False)
+def test_paths_lie_where_points_went_and_the_ground_below_its_joints(system_of, plane):
+    text = 'duration = 0.5\noutputs = ["coupler.x", "coupler.omega"]\n[drives.O]\nspeed = 15.0\n'
+    found = study(system_of(four_bar(plane=plane), text), "compiled", error_estimate=False)
     scene = Scene()
     Surroundings(found, scene).draw()
     basis, size = found.system.mechanism.basis, found.system.tree.extent
@@ -254,10 +247,8 @@ def test_paths_lie_where_points_went_and_the_ground_below_its_joints(tmp_path, p
 
 
 @pytest.mark.parametrize("plane", PLANES)
-def test_a_link_without_visuals_is_drawn_between_its_joints(tmp_path, plane):
-    (tmp_path / "machine.sdf").write_text(four_bar(plane=plane))
-    (tmp_path / "dry.toml").write_text('mechanism = "machine.sdf"\n' + DRY)
-    mechanism = load(tmp_path / "dry.toml").mechanism
+def test_a_link_without_visuals_is_drawn_between_its_joints(mechanism_of, plane):
+    mechanism = mechanism_of(four_bar(plane=plane))
     for link, length in (("crank", 0.1), ("coupler", 0.25), ("follower", 0.2)):
         (visual,) = visuals(mechanism, mechanism.link[link], 1.0)
         pose = [float(v) for v in re.search(r"<pose>(.*)</pose>", visual)[1].split()]

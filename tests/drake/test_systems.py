@@ -12,7 +12,7 @@ from shipped import run as run_shipped
 from shipped import shipped
 
 import linkages.engines.drake.clearance as clearance_module
-from linkages import InputError, Status, load, simulate
+from linkages import InputError, Status, simulate
 from linkages.engines.drake import add_linkage, build_diagram, steps
 from linkages.engines.drake.clearance import JOINT_OUTPUTS
 from linkages.engines.drake.steps import Steps
@@ -103,15 +103,13 @@ def test_a_motor_with_speed_and_torque_ports(seven_bar):
     np.testing.assert_allclose(states[0], states[1], rtol=1e-9, atol=1e-12)
 
 
-def test_a_machine_in_millimetres_takes_no_more_steps_than_it_may(tmp_path):
+def test_a_machine_in_millimetres_takes_no_more_steps_than_it_may(system_of):
     """300 m long and turning at 720 rad/s: 2.5 million steps for a second, all of them accurate."""
-    (tmp_path / "machine.sdf").write_text(four_bar(300.0, 100.0, 250.0, 200.0))
     contact = 'contact = {law = "flores", restitution = 0.5, youngs_modulus = 2e11}'
     joint = f'[joints.B]\nmodel = "dry"\nclearance = 1e-4\n{contact}\n'
-    text = f'mechanism = "machine.sdf"\nduration = 1.0\n[drives.O]\nspeed = 720.0\n{joint}'
-    (tmp_path / "machine.toml").write_text(text)
+    text = f"duration = 1.0\n[drives.O]\nspeed = 720.0\n{joint}"
     builder = DiagramBuilder()
-    linkage = add_linkage(builder, load(tmp_path / "machine.toml"))
+    linkage = add_linkage(builder, system_of(four_bar(300.0, 100.0, 250.0, 200.0), text))
     simulator, times = Simulator(builder.Build()), []
     linkage.set_initial_state(simulator.get_mutable_context())
     assert linkage.advance(simulator, 1.0, times.append, limit=500) is Status.TOO_MANY_STEPS

@@ -3,7 +3,7 @@
 from functools import cache
 
 import pytest
-from machines import four_bar
+from machines import four_bar, written
 from shipped import NAMES, shipped
 
 import linkages
@@ -60,15 +60,13 @@ damping = 0.01
 @pytest.fixture(scope="session")
 def system_named(tmp_path_factory):
     """Make the system of a case, tight enough for its columns to have ten digits."""
-    folder = tmp_path_factory.mktemp("loaded")
-    (folder / "machine.sdf").write_text(four_bar())
-    (folder / "loaded.toml").write_text('mechanism = "machine.sdf"\n' + LOADED)
+    path = written(tmp_path_factory.mktemp("loaded"), four_bar(), LOADED)
 
     @cache
     def made(name):
         changes = {"solver.accuracy": 1e-10}
         if name == "loaded":
-            return linkages.load(folder / "loaded.toml", changes)
+            return linkages.load(path, changes)
         return shipped(name, duration=DURATION[name], **changes)
 
     return made
