@@ -110,7 +110,14 @@ def _moved(motion: Motion, change: Array, h: float) -> Motion:
 
 @kernel
 def stencil_step(
-    end: np.record, law: np.record, approach: float, motion: Motion, change: Array, value: float, room: Array
+    end: np.record,
+    law: np.record,
+    approach: float,
+    motion: Motion,
+    change: Array,
+    value: float,
+    gap: float,
+    room: Array,
 ) -> float:
     """Choose the step of differences along a direction, in parts of the changes; zero if nothing changes.
 
@@ -120,6 +127,8 @@ def stencil_step(
         Of the arguments along the direction.
     value : float
         Change of a law's parameters along the direction, in parts of their magnitudes.
+    gap : float
+        The same of numbers that change the gap, such as the clearance.
     room : (INPUTS,) array
         To work in.
     """
@@ -128,7 +137,7 @@ def stencil_step(
     if dry:
         room[0], room[1] = _DEEP * room[0], _DEEP * room[1]
     step = _WIDE_DRY if dry else (_WIDE_MAPPED if law.film == MAPPED else _WIDE)
-    return step * _reach(law, approach, change, value, room)
+    return step * _reach(law, approach, change, value, gap, room)
 
 
 @kernel
@@ -138,7 +147,7 @@ def gap_step(end: np.record, law: np.record, motion: Motion, change: Array, valu
     Arguments as of `stencil_step`.
     """
     input_scales(end, law, motion, 1.0, room)
-    return _WIDE_DRY * _reach(law, math.inf, change, value, room)
+    return _WIDE_DRY * _reach(law, math.inf, change, value, value, room)
 
 
 @inlined_kernel
@@ -154,9 +163,9 @@ def is_film(law: np.record) -> bool:
 
 
 @kernel
-def _reach(law: np.record, approach: float, change: Array, value: float, scales: Array) -> float:
+def _reach(law: np.record, approach: float, change: Array, value: float, gap: float, scales: Array) -> float:
     """Smallest of the scales of the inputs over their changes; zero if nothing changes."""
-    worst = value * max(1.0, law.clearance / scales[0])
+    worst = max(value, gap * law.clearance / scales[0])
     for i in range(INPUTS):
         if change[i] != 0.0 and scales[i] > 0.0:
             worst = max(worst, abs(change[i]) / scales[i])
@@ -303,7 +312,7 @@ def exact_partials(
         if not _counts(end, law, i):
             continue
         change[i] = 1.0
-        h = stencil_step(end, law, approach, motion, change, 0.0, room)
+        h = stencil_step(end, law, approach, motion, change, 0.0, 0.0, room)
         if h > 0.0 and bounded:
             z = bristle + h * change[INPUTS - 1]
             high = contact_action(end, law, table, approach, z, _moved(motion, change, h))

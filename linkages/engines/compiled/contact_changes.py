@@ -12,7 +12,7 @@ import numpy as np
 
 from linkages.engines.compiled.equations import set_state
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.variation import Variation, move
+from linkages.engines.compiled.variation import GAP, Variation, move
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, inlined_kernel, kernel
 from linkages.kernel.simd import WIDTH
@@ -120,20 +120,21 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
     The contact is at its motion in ``s``; unit changes of the value are meant.
     """
     model, work, moved = equations.model, equations.work, variation.equations.model
-    own = p >= 0 and variation.laws[p, k] == 1
+    own = p >= 0 and variation.laws[p, k] > 0
     a = s.motion[k]
     motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
     approach, bristle = work.memory[k, APPROACH], work.memory[k, BRISTLE]
     bounds, end, law, table = work.scratch.bounds[k], model.ends[k], model.laws[k], model.tables[k]
     bounded, value = is_bounded(bounds), 1.0 / variation.unit[p] if own else 0.0
+    gap = value if own and variation.laws[p, k] == GAP else 0.0
     clear(s.found)
     if not bounded and bounds[FINE] == 0.0:
-        h = _NARROW * stencil_step(end, law, approach, motion, s.change, value, s.room)
+        h = _NARROW * stencil_step(end, law, approach, motion, s.change, value, gap, s.room)
         if h > 0.0:
             _add_pair(variation, p if own else -1, k, end, law, table, approach, bristle, motion, h, s)
         return
     motion = inside(end, law, table, approach, bristle, motion, bounds)
-    h, kind = stencil_step(end, law, approach, motion, s.change, value, s.room), FOURTH
+    h, kind = stencil_step(end, law, approach, motion, s.change, value, gap, s.room), FOURTH
     if h == 0.0:
         return
     if bounded:
@@ -197,7 +198,7 @@ def gap_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
     """Fill ``found`` as `law_change`, with penetration and speeds accurate where a contact starts or ends."""
     model, a = equations.model, s.motion[k]
     motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
-    own = p >= 0 and variation.laws[p, k] == 1
+    own = p >= 0 and variation.laws[p, k] > 0
     clear(s.found)
     h = gap_step(model.ends[k], model.laws[k], motion, s.change, 1.0 / variation.unit[p] if own else 0.0, s.room)
     if h > 0.0:

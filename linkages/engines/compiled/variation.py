@@ -22,12 +22,15 @@ from linkages.kernel.block import Duplicate
 from linkages.kernel.by_reference import Packed, packed
 from linkages.kernel.simd import WIDTH, LaneArray
 from linkages.kernel.simd import LaneArray as Lanes
+from linkages.laws import PARAMETERS
 from linkages.outputs.registry import pack
 from linkages.planar.arrays import Arrays
 from linkages.planar.record_types import BODY, ENDS, MARKER
 from linkages.system import System
 
 EXACT = 2
+#: Entry of `Variation.laws` for a value that changes the gap of a contact at a given motion.
+GAP = 2
 _INERTIAL = ("mass", "cx", "cy", "inertia")  # the last fields of a body: they move nothing
 assert (BODY.names or ())[-len(_INERTIAL) :] == _INERTIAL
 _WORDS, _LAST = BODY.itemsize // 8, len(_INERTIAL)
@@ -37,17 +40,19 @@ _MARKERS = list(range(1, 1 + 2 * len(MARKER.names or ())))  # of the ends of a c
 assert (BODY.names or ())[0] == "mount"
 assert (ENDS.names or ())[1:3] == ("bearing", "journal")
 _OF_ENDS = [2, 3, 5, 6]  # coordinates among them
+_CLEARANCE = (PARAMETERS.names or ()).index("clearance")  # word of a law
 #: Effects of a number: on the law of a contact; on the mechanics; without exact derivatives of it; on the motions of
-#: contacts at given coordinates; on prescribed motions.
-_LAW, _MECHANICS, _ROUGH, _KINEMATICS, _DRIVES = 1, 2, 4, 8, 16
+#: contacts at given coordinates; on prescribed motions; on the gap of a contact at a given motion.
+_LAW, _MECHANICS, _ROUGH, _KINEMATICS, _DRIVES, _GAP = 1, 2, 4, 8, 16, 32
 #: Effects of the numbers of some fields of a model; others have effects on the mechanics, without exact derivatives.
 _OF_FIELDS = {
     ("limits", "stiff"): 0,
-    ("laws", "tables"): _LAW,
+    ("laws",): _LAW,
+    ("tables",): _LAW | _GAP,
     ("gravity", "joints"): _MECHANICS,
     ("motion", "motion_c"): _MECHANICS | _KINEMATICS | _DRIVES,
     ("bodies",): _MECHANICS | _ROUGH | _KINEMATICS,
-    ("ends",): _MECHANICS | _ROUGH | _KINEMATICS | _LAW,
+    ("ends",): _MECHANICS | _ROUGH | _KINEMATICS | _LAW | _GAP,
 }
 
 
@@ -70,7 +75,7 @@ class Variation(NamedTuple):
     unit : (np,) array
         Magnitude of the value.
     laws : (np, nc) array of int
-        1 where the value changes the law of a contact.
+        1 where the value changes the law of a contact; `GAP` where it changes its gap too, as a clearance does.
     mechanics : (np,) array of int
         1 where it changes anything else; `EXACT` where the mechanics has exact derivatives with respect to the changed
         numbers: of rigid bodies without closure rows, of markers of contacts, of gravity and prescribed motions.
@@ -138,7 +143,8 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     found = np.array([np.bitwise_or.reduce(effects[one.places], initial=0) for one in changes], np.int64)
     laws = np.zeros((len(nearby), nc), np.int64)
     for line, one in zip(laws, changes, strict=True):
-        line[contacts[one.places[(effects[one.places] & _LAW) > 0]]] = 1
+        for effect, code in ((_LAW, 1), (_GAP, GAP)):
+            line[contacts[one.places[(effects[one.places] & effect) > 0]]] = code
     mechanics = np.where(found & _MECHANICS, np.where(found & _ROUGH, 1, EXACT), 0)
     kinematics, drives = ((found & effect > 0).astype(np.int64) for effect in (_KINEMATICS, _DRIVES))
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
@@ -205,8 +211,9 @@ def _effects(model: Arrays, fields: Mapping[str, slice]) -> tuple[Indices, Indic
     for name in ("laws", "tables", "ends"):  # a line for each contact
         contacts[fields[name]] = np.repeat(np.arange(nc), _count(getattr(model, name)) // max(nc, 1))
     ends = effects[fields["ends"]].reshape(nc, ENDS.itemsize // 8)
-    ends[:, _MARKERS] &= ~_LAW
+    ends[:, _MARKERS] &= ~(_LAW | _GAP)
     ends[:, _OF_ENDS] &= ~_ROUGH
+    effects[fields["laws"]].reshape(nc, PARAMETERS.itemsize // 8)[:, _CLEARANCE] |= _GAP
     bodies = effects[fields["bodies"]][: nb * _WORDS].reshape(nb, _WORDS)
     bodies[:, _OF_BODY] &= ~_ROUGH
     bodies[:, -_LAST:] &= ~_KINEMATICS
