@@ -11,7 +11,7 @@ from linkages.files.table_keys import table_keys
 from optim import ALGORITHMS, Ending, minimise
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE.parent / "tests" / "optim"))
+sys.path.append(str(HERE.parent / "tests" / "optim"))
 
 from hock_schittkowski import EXAMPLES, Example  # noqa: E402
 
