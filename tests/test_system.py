@@ -162,3 +162,9 @@ def test_values_of_the_machine_are_replaced_alone_or_by_tables(path):
         value = {part: value}
     changed = load(find_file("seven_bar.toml")).replaced({path: value})
     assert changed.value("sdf.links.link2.mass") == 0.3
+
+
+def test_an_empty_table_takes_an_override_of_the_machine_back():
+    path = "sdf.links.link2.mass"
+    nominal = load(find_file("seven_bar.toml"))
+    assert nominal.replaced({path: 1.0}).replaced({path: {}}).value(path) == nominal.value(path)

@@ -107,6 +107,8 @@ def largest_exponent(
     period = period_of(system, drive)
     if renormalisations < 1:
         raise InputError("argument", "renormalisations", f"is {renormalisations}; it must be 1 or more")
+    if not distance > 0.0:
+        raise InputError("argument", "distance", f"is {distance:g}; it must be above zero")
     accuracy = min(experiment.solver.accuracy, _ACCURACY * distance)
     total = transient + revolutions
     tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})

@@ -174,7 +174,7 @@ class Mechanism(Brief):
         InputError
             See `load_mechanism`.
         """
-        if all(map(is_inertial, paths)):
+        if all(path in overrides and is_inertial(path) for path in paths):  # an empty table has no override
             return self.with_inertial({path: overrides[path] for path in paths})
         return _read(self.source, read_whole(self.source) if self.text is None else self.text, overrides)
 

@@ -98,6 +98,7 @@ def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
     """
     found = []
     brackets: list[Bracket] = []
+    _ = [trajectory[f"{name}.closing"] for name in joints]  # raises if a joint has no clearance
     trajectory = _with_normal_forces(trajectory, joints)
     time = trajectory.time
     for name in joints:

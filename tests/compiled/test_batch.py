@@ -8,7 +8,7 @@ from machines import four_bar
 from scipy.integrate import trapezoid
 from shipped import run, shipped
 
-from linkages import InputError, Status, extremes, ideal, load, simulate, simulate_batch
+from linkages import Direction, InputError, Status, extremes, ideal, load, simulate, simulate_batch
 from linkages.outputs.registry import default_outputs
 
 SEVEN_BAR_OUTPUTS = (
@@ -179,6 +179,12 @@ def test_bad_requests_are_refused_before_any_run(press):
         simulate_batch(press, windows="all")
     with pytest.raises(InputError, match="limits: have 1 columns for 2 variables"):
         simulate_batch(press, ["joints.A.viscosity", "joints.B.viscosity"], [[0.4, 0.3]], limits=[[0.1], [0.5]])
+    with pytest.raises(InputError, match="limits: must have two lines"):
+        simulate_batch(press, ["joints.A.viscosity"], [[0.4]], limits=[[0.5], [0.1]])
+    with pytest.raises(InputError, match=r"joints\.A\.viscosity: is given twice"):
+        simulate_batch(press, wrt=["joints.A.viscosity"] * 2)
+    with pytest.raises(InputError, match="oil: has no rates"):
+        simulate_batch(press, wrt=[Direction("oil", 1.0, {})])
     with pytest.raises(InputError, match="columns"):
         simulate_batch(press, ["joints.A.viscosity"], [[0.4, 0.3]])
 

@@ -9,7 +9,7 @@ from shipped import run as run_shipped
 from shipped import shipped
 from slider_crank_impacts import CRANK, ROD, slider_crank_impacts, table
 
-from linkages import Status, ideal, impacts
+from linkages import InputError, Status, ideal, impacts
 from linkages.laws import FRICTIONS
 from linkages.results.extremes import integral
 
@@ -319,3 +319,8 @@ stiffness = 1e8
     assert last[4] == pytest.approx(0.25 * 9.81, rel=0.02)
     depth = (0.25 * 9.81 / 1e8) ** (1 / 1.5)
     assert found["guide.offset"][-1] == pytest.approx(-1e-4 - depth, rel=1e-3)
+
+
+def test_contacts_of_a_joint_without_clearance_are_refused():
+    with pytest.raises(InputError, match=r"O\.closing"):
+        impacts(run_shipped("compiled", "slider_crank_dry", duration=1e-3), ["O"])

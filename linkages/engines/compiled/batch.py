@@ -227,6 +227,8 @@ def simulate_batch(
     runs = Runs(designs, table)
     share = _OF_RUNS if wrt else 1.0
     bounds = None if limits is None else _values_of(limits, variables, "limits")
+    if bounds is not None and not (len(bounds) == 2 and np.all(bounds[0] <= bounds[1])):
+        raise InputError("argument", "limits", "must have two lines: least values, then greatest ones")
     runs.make(threads, progress and (lambda part: progress(share * part)), bounds)
     statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
     batch = Batch(variables, table, names, spans, statistics, runs.status, runs.reason, runs.steps)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.neighbours import Neighbours
+from linkages.engines.compiled.neighbours import neighbours
 from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.simulation import simulate
 from linkages.engines.threads import in_threads
@@ -58,7 +58,7 @@ def differentiate_runs(
     InputError
         If a path of the nominal system has no number or no derivative.
     """
-    paths = [Neighbours(runs.designs.system, value).path for value in wrt]
+    paths = [one.path for one in neighbours(runs.designs.system, wrt)]
     count, shape = len(runs.table), runs.found.shape[:3]
     table = np.full((len(STATISTICS_WITH_RATES), len(paths), *shape), np.nan)
     status, done = [NO_RUN] * count, np.zeros(count)

@@ -171,6 +171,10 @@ def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighb
     InputError
         See `Neighbours`.
     """
+    names = [value if isinstance(value, str) else value.name for value in values]
+    for k, (name, value) in enumerate(zip(names, values, strict=True)):
+        if name in names[:k] or not (isinstance(value, str) or value.rates):
+            raise InputError("argument", name, "is given twice" if name in names[:k] else "has no rates")
     paths = {path for value in values for path in ([value] if isinstance(value, str) else value.rates)}
     every = {path: system.value(path) for path in sorted(paths)}
     proportional = {path: value for path, value in every.items() if keeps_start(path) and abs(value) > _ZERO}
