@@ -207,11 +207,13 @@ def is_bounded(bounds: Array) -> bool:
 
 
 @kernel
-def place_stencil(h: float, bounds: Array, seen: Array) -> tuple[float, int]:
+def place_stencil(h: float, bounds: Array, moving: Array, seen: Array) -> tuple[float, int]:
     """Place differences with the step h so that they stay within the bounds.
 
     Parameters
     ----------
+    moving : (FRICTION_SPEED,) array
+        Changes of the bounds along the direction.
     seen : (3, 3) array
         `bounded_values` at -1, 0 and 1 steps.
 
@@ -226,11 +228,14 @@ def place_stencil(h: float, bounds: Array, seen: Array) -> tuple[float, int]:
     sliding = abs(seen[2, 1] - seen[0, 1]) / (2.0 * h)
     if sliding * h > _SHARE * bounds[FRICTION_SPEED]:
         h = _SHARE * bounds[FRICTION_SPEED] / sliding
-    for i in range(3):
-        rate, here = (seen[2, i] - seen[0, i]) / (2.0 * given), seen[1, i]
+    for i in range(FRICTION_SPEED):
+        rate, here = (seen[2, i // 2] - seen[0, i // 2]) / (2.0 * given) - moving[i], seen[1, i // 2]
         if rate != 0.0 and abs(rate) * given > 1e-14 * abs(here):
-            first, last = (bounds[2 * i] - here) / rate, (bounds[2 * i + 1] - here) / rate
-            low, high = max(low, min(first, last)), min(high, max(first, last))
+            place = (bounds[i] - here) / rate
+            if (i % 2 == 0) == (rate > 0.0):  # a lower bound from which the quantity recedes, or an upper one
+                low = max(low, place)
+            else:
+                high = min(high, place)
     if low <= -2.0 * h and high >= 2.0 * h:
         return h, 0
     if max(high, -low) < _EMPTY * given:  # no room between two bounds: of several kinds, at one state
@@ -301,6 +306,7 @@ def exact_partials(
 ) -> None:  # fmt: skip
     """Fill ``out`` as `contact_partials`, by differences of the fourth order within bounds, at twice the cost."""
     change, room, found, seen = np.zeros(CHANGES), np.zeros(INPUTS), np.empty(RESULTS), np.empty((3, 3))
+    still = np.zeros(FRICTION_SPEED)
     motion, bounded = inside(end, law, table, approach, bristle, motion, bounds), is_bounded(bounds)
     clear(out)
     if bounded:
@@ -320,7 +326,7 @@ def exact_partials(
             low = contact_action(end, law, table, approach, z, _moved(motion, change, -h))
             _note_bounded(low, approach, seen[0])
             _note_bounded(high, approach, seen[2])
-            step, kind = place_stencil(h, bounds, seen)
+            step, kind = place_stencil(h, bounds, still, seen)
             if kind == FOURTH and step == h:  # with the values at one step, which are known
                 for k in range(RESULTS):
                     found[k] = WEIGHTS[FOURTH, 3] * (high[k] - low[k]) / h

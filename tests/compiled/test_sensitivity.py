@@ -69,10 +69,17 @@ def test_a_robot_with_films_of_a_map_agrees_with_differences_of_runs(path):
     _agree("three_rrr_clearance.toml", {"duration": 0.002}, 1e-3, 1e-7, path)
 
 
-@pytest.mark.parametrize(("path", "step"), [("joints.B.contact.restitution", 1e-4), ("drives.O.speed", 1e-5)])
-def test_dry_slider_crank_agrees_through_impacts_and_reversals_of_sliding(path, step):
+@pytest.mark.parametrize(
+    ("path", "step", "limit"),
+    [
+        ("joints.B.contact.restitution", 1e-4, 1e-6),
+        ("drives.O.speed", 1e-5, 1e-6),
+        ("joints.B.friction.v_0", 0.1, 3e-4),  # it moves a kink; its effects before and after a reversal nearly cancel
+    ],
+)
+def test_dry_slider_crank_agrees_through_impacts_and_reversals_of_sliding(path, step, limit):
     overrides = {"duration": 7.3e-4, "solver.integrator": "radau_iia_5"}
-    found = _agree("slider_crank_dry.toml", overrides, step, 1e-6, path)
+    found = _agree("slider_crank_dry.toml", overrides, step, limit, path)
     assert found.event.any()
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.engines.compiled.equations import set_state
+from linkages.engines.compiled.kinks import KINKS, RATIOS
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.variation import GAP, Variation, move
 from linkages.integrate.stepper import copy
@@ -22,6 +23,7 @@ from linkages.planar.contact_partials import (
     DELTA,
     FINE,
     FOURTH,
+    FRICTION_SPEED,
     INPUTS,
     OUTPUTS,
     PLACES,
@@ -29,6 +31,7 @@ from linkages.planar.contact_partials import (
     RESULT_PLACES,
     RESULTS,
     SECOND,
+    SLIDING_FROM,
     WEIGHTS,
     add_contact_change,
     bounded_values,
@@ -61,6 +64,7 @@ class ContactState(NamedTuple):
     room: Array  # (INPUTS,)
     found: Array  # (RESULTS,)
     seen: Array  # (3, 3)
+    moving: Array  # (FRICTION_SPEED,)
     plus: Array  # residuals, (k,)
     minus: Array
     columns: Array  # of the Jacobian, (ny, WIDTH)
@@ -79,6 +83,7 @@ def make_contact_state(nc: int, np_: int, ny: int, k: int, nd: int) -> ContactSt
         np.zeros(INPUTS),
         np.zeros(RESULTS),
         np.zeros((3, 3)),
+        np.zeros(FRICTION_SPEED),
         np.zeros(k),
         np.zeros(k),
         np.zeros((ny, WIDTH)),
@@ -138,13 +143,26 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
     if h == 0.0:
         return
     if bounded:
+        _move_bounds(variation, p if own else -1, k, bounds, s.moving)
         for i in range(3):
             if own:
                 move(variation, p, (i - 1) * h)
             end, law, table = moved.ends[k], moved.laws[k], moved.tables[k]
             bounded_values(end, law, table, approach, bristle, motion, s.change, (i - 1) * h, s.seen[i])
-        h, kind = place_stencil(h, bounds, s.seen)
+        h, kind = place_stencil(h, bounds, s.moving, s.seen)
     _add_differences(equations, variation, p if own else -1, k, motion, h, kind, s)
+
+
+@kernel
+def _move_bounds(variation: Variation, p: int, k: int, bounds: Array, out: Array) -> None:
+    """Fill ``out`` with the changes of the bounds of contact k along value p, if it is not -1: kinks that it moves."""
+    clear(out)
+    if p < 0:
+        return
+    for i in range(SLIDING_FROM + 2):
+        for j in range(KINKS):
+            if (i < SLIDING_FROM) == (j < RATIOS) and bounds[i] == variation.kinks[k, j]:
+                out[i] = variation.kink_rates[p, k, j]
 
 
 @kernel

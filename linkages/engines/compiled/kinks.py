@@ -22,8 +22,8 @@ from linkages.planar.contact_partials import DEPTH_FROM, DEPTH_TO, RATIO_FROM, S
 from linkages.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
 from linkages.system import System
 
-_RATIOS, _SPEEDS = 3, 4  # numbers of kinks of a contact: in the ratio of speeds, in the sliding speed
-KINKS = _RATIOS + _SPEEDS
+RATIOS, _SPEEDS = 3, 4  # numbers of kinks of a contact: in the ratio of speeds, in the sliding speed
+KINKS = RATIOS + _SPEEDS
 _TRIES = 40
 _CLOSE = 1e-9  # of a kink's speed: its distance that counts as zero
 _NEAR = 1e-7  # a step that starts so near to a kink starts at it
@@ -49,7 +49,7 @@ def kinks(system: System) -> Array:
         if model.can_touch and model.friction is not None and model.friction.acts:
             speeds = FRICTIONS[model.friction.law].kinks(model.friction.parameters)
             both = sorted({side * speed for speed in speeds for side in (-1.0, 1.0)})
-            row[_RATIOS : _RATIOS + len(both)] = both
+            row[RATIOS : RATIOS + len(both)] = both
     return result
 
 
@@ -88,7 +88,7 @@ def kink_values(equations: Equations, limits: Array, out: Array) -> None:
         found, approach = work.contacts[k], max(work.memory[k, APPROACH], GRAZING)
         for j in range(KINKS):
             out[k, j] = math.nan
-            if j < _RATIOS:
+            if j < RATIOS:
                 if approach < math.inf:
                     out[k, j] = found[CLOSING] / approach - limits[k, j]
             else:
@@ -176,7 +176,7 @@ def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
 def set_bounds(limits: Array, can_touch: Indices, work: Kinked, bounds: Array) -> None:
     """Fill the bounds (nc, BOUNDS) of the contacts' speeds on the sides of the kinks; infinite where none acts."""
     for k in range(len(limits)):
-        for first, last, place in ((0, _RATIOS, RATIO_FROM), (_RATIOS, KINKS, SLIDING_FROM)):
+        for first, last, place in ((0, RATIOS, RATIO_FROM), (RATIOS, KINKS, SLIDING_FROM)):
             low, high = -math.inf, math.inf
             for j in range(first, last):
                 if work.sides[k, j] > 0.0:

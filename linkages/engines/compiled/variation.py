@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.engines.compiled.job import Given, model_of
+from linkages.engines.compiled.kinks import kinks
 from linkages.engines.compiled.model import Equations, make_memory, make_work
 from linkages.engines.compiled.neighbours import Neighbours, Rates, unscaled
 from linkages.engines.compiled.start_derivatives import start_derivatives
@@ -83,6 +84,8 @@ class Variation(NamedTuple):
         1 where it may move the ends of contacts at given coordinates, or prescribed coordinates.
     drives : (np,) array of int
         1 where it changes a prescribed motion.
+    kinks, kink_rates : (nc, KINKS), (np, nc, KINKS) arrays
+        See `linkages.engines.compiled.kinks.kinks`, and their derivatives.
     lanes : (ng, WIDTH) array of int
         Values that change no mechanics or with exact derivatives, side by side; -1: none. No line unless the linkage is
         a tree of rigid bodies.
@@ -102,6 +105,8 @@ class Variation(NamedTuple):
     mechanics: Indices
     kinematics: Indices
     drives: Indices
+    kinks: Array
+    kink_rates: Array
     lanes: Indices
     bodies: Lanes
     markers: Lanes
@@ -160,9 +165,19 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         mechanics,
         kinematics,
         drives,
+        kinks(system),
+        _kink_rates(system, nearby),
         *_side_by_side(model, fields, changes, mechanics),
     )
     return packed(variation), start_derivatives(system, nearby)
+
+
+def _kink_rates(system: System, nearby: Sequence[Neighbours]) -> Array:
+    def numbers(one: System) -> Array:
+        return np.nan_to_num(kinks(one))
+
+    shape = len(nearby), *kinks(system).shape
+    return np.stack([near.derivative(numbers) for near in nearby]) if np.prod(shape) else np.zeros(shape)
 
 
 def _side_by_side(
