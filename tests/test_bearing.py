@@ -167,6 +167,7 @@ def test_the_command_writes_numbers_and_figures(tmp_path, capsys):
         (["--speed", "quick"], 'is "quick"; give a number'),
         (["--load=-1"], "must be positive"),
         (["--grade", "46"], "give the viscosity, or --grade with --inlet"),
+        (["--inlet", "40"], "--inlet: 40: is for a heat balance; give --grade"),
     ],
 )
 def test_bad_input_is_one_line(words, text, tmp_path, capsys):

@@ -54,7 +54,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "heat balance with --inlet",
     )  # fmt: skip
     parser.add_argument("--inlet", type=float, metavar="T", help="temperature of the oil that enters [degC]")
-    parser.add_argument("--conductance", type=float, default=0.0, metavar="G", help="into the surroundings [W/K]")
+    parser.add_argument("--conductance", type=float, metavar="G", help="into the surroundings [W/K]")
     parser.add_argument(
         "--surroundings", type=float, metavar="T", help="their temperature; default: the inlet's [degC]"
     )
@@ -109,12 +109,15 @@ def run(options: argparse.Namespace) -> int:
     if (options.viscosity is None) == (options.grade is None):
         raise InputError("command line", "--viscosity", "give the viscosity, or --grade with --inlet")
     if options.grade is None:
+        for name in ("inlet", "conductance", "surroundings"):
+            if getattr(options, name) is not None:
+                raise InputError(f"--{name}", f"{getattr(options, name):g}", "is for a heat balance; give --grade")
         point = bearing(**values, viscosity=_number("--viscosity", options.viscosity, "Pa s"), **chosen)
         content = point.content
     elif options.inlet is None:
         raise InputError("command line", "--inlet", "--grade needs the temperature of the oil that enters")
     else:
-        heat = Heat(options.grade, options.inlet, options.conductance, options.surroundings)
+        heat = Heat(options.grade, options.inlet, options.conductance or 0.0, options.surroundings)
         warm = warm_bearing(heat, *values.values(), **chosen)
         point, content = warm.bearing, warm.content
     with (results := results_folder(out, "bearing")) as folder:

@@ -69,7 +69,8 @@ def run(options: argparse.Namespace) -> int:
     path = find_file(options.file, ".toml")
     is_robot = _is_robot(path)
     for key in _OF_LINKAGE if is_robot else _OF_ROBOT:
-        if getattr(options, key) not in (None, False, []):
+        given = getattr(options, key)
+        if not (given is None or given is False or given == []):
             whose = "linkages" if is_robot else "the 3-RRR robot"
             raise InputError(f"--{key.replace('_', '-')}", options.file, f"is only for {whose}; remove it")
     if is_robot:

@@ -207,3 +207,9 @@ def test_command_repeats_itself(tmp_path: Path) -> None:
     assert main([*words, str(second), "--no-animation"]) == 0
     assert (first / "modes.json").read_bytes() == (second / "modes.json").read_bytes()
     assert (first / "animation.html").exists()
+
+
+@pytest.mark.parametrize("option", ["--count", "--cycle"])
+def test_options_of_linkages_are_refused_whatever_their_value(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["modes", "three_rrr", option, "0"]) == 2
+    assert capsys.readouterr().err == f"error: {option}: three_rrr: is only for linkages; remove it\n"
