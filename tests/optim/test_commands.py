@@ -224,6 +224,7 @@ def test_studies_and_seeds_in_one_job(file, tmp_path, capsys):
         (["--seed", "-1"], "error: --seed: -1: must be between"),
         (["--threads", "0"], "error: --threads: 0: must be at least 1"),
         (["--out", "short.toml"], "is a file; give a folder"),
+        (["--out", "short.toml/out"], "error: --out: short.toml/out: short.toml is a file"),
         (["--cluster", "tcp://127.0.0.1:9"], "error: --cluster: tcp://127.0.0.1:9: "),
         (["missing.toml"], "error: missing.toml: cannot be read"),
         ([""], "error: .: cannot be read"),
