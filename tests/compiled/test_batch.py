@@ -180,7 +180,7 @@ def test_bad_requests_are_refused_before_any_run(press):
     with pytest.raises(InputError, match="limits: have 1 columns for 2 variables"):
         simulate_batch(press, ["joints.A.viscosity", "joints.B.viscosity"], [[0.4, 0.3]], limits=[[0.1], [0.5]])
     with pytest.raises(InputError, match="limits: must have two lines"):
-        simulate_batch(press, ["joints.A.viscosity"], [[0.4]], limits=[[0.5], [0.1]])
+        simulate_batch(press, ["joints.A.viscosity"], [[0.4]], limits=[[0.5], [0.1], [0.3]])
     with pytest.raises(InputError, match=r"joints\.A\.viscosity: is given twice"):
         simulate_batch(press, wrt=["joints.A.viscosity"] * 2)
     with pytest.raises(InputError, match="oil: has no rates"):

@@ -180,7 +180,7 @@ def simulate_batch(
         statistics of each run with respect to them, as `linkages.sensitivities` for one run. They take several
         times as long as the runs.
     limits : (2, nv) array_like, optional
-        Least and greatest values of this batch and later ones with the same system, variables, outputs and windows, for
+        Ends of the ranges of the values of this batch and later ones with the same system, variables, outputs and windows, for
         instance the bounds of an optimisation. Later batches then start sooner; the results are the same.
 
     Returns
@@ -227,8 +227,8 @@ def simulate_batch(
     runs = Runs(designs, table)
     share = _OF_RUNS if wrt else 1.0
     bounds = None if limits is None else _values_of(limits, variables, "limits")
-    if bounds is not None and not (len(bounds) == 2 and np.all(bounds[0] <= bounds[1])):
-        raise InputError("argument", "limits", "must have two lines: least values, then greatest ones")
+    if bounds is not None and len(bounds) != 2:
+        raise InputError("argument", "limits", "must have two lines, the ends of the ranges")
     runs.make(threads, progress and (lambda part: progress(share * part)), bounds)
     statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
     batch = Batch(variables, table, names, spans, statistics, runs.status, runs.reason, runs.steps)
