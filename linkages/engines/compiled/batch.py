@@ -180,8 +180,8 @@ def simulate_batch(
         statistics of each run with respect to them, as `linkages.sensitivities` for one run. They take several
         times as long as the runs.
     limits : (2, nv) array_like, optional
-        Ends of the ranges of the values of this batch and later ones with the same system, variables, outputs and windows, for
-        instance the bounds of an optimisation. Later batches then start sooner; the results are the same.
+        Ends of the ranges of the values of this batch and later ones with the same system, variables, outputs and
+        windows, for instance the bounds of an optimisation. Later batches then start sooner; the results are the same.
 
     Returns
     -------
