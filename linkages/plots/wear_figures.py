@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from linkages.arrays import Array
 from linkages.files.magnitudes import rounded
 from linkages.files.writing import file_name
-from linkages.plots.style import COLORS, figure_style, stacked_axes, typeset, write_png
+from linkages.plots.style import COLORS, LEGEND, figure_style, stacked_axes, typeset, write_png
 
 SIDES = ("bearing", "journal")
 _MOST = 8  # most profiles in one drawing
@@ -64,7 +64,7 @@ def profile_figure(found: Mapping[str, Any], joint: str) -> Figure:
             ring.set_title(f"joint {joint}: {side}, wear enlarged {times} times", fontsize=9)
             flat.set(xlim=(-180, 180), xticks=range(-180, 181, 90), ylim=(0.0, None))
             flat.set(xlabel=f"angle on the {side} [deg]", ylabel="depth [µm]")
-            flat.legend(title="cycles", fontsize=7, title_fontsize=7)
+            flat.legend(title="cycles", fontsize=7, title_fontsize=7, **LEGEND | {"ncols": 3})  # above the curves
         return figure
 
 
