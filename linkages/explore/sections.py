@@ -120,8 +120,9 @@ def checked(
     for number, least, what in ((revolutions, 1, "revolutions"), (transient, 0, "transient")):
         if number < least:
             raise InputError("argument", what, f"is {number}; it must be {least} or more")
+    names = several(names, "names")
     for system in systems:
-        pack(system, several(names, "names"))
+        pack(system, names)
     return [(lasting(system, transient + revolutions, drive), period_of(system, drive)) for system in systems]
 
 

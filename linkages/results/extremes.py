@@ -94,7 +94,8 @@ def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes
     >>> round(force.peak, 3), round(force.time, 5)  # N, s
     (3.322, 0.00033)
     """
-    highs = _maxima(trajectory, [(name, sign) for name in several(names, "names") for sign in (1.0, -1.0)])
+    names = several(names, "names")
+    highs = _maxima(trajectory, [(name, sign) for name in names for sign in (1.0, -1.0)])
     result = {}
     for name in names:
         (t_max, high), (t_min, low) = highs[name, 1.0], highs[name, -1.0]

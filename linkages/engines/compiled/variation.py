@@ -153,6 +153,7 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     mechanics = np.where(found & _MECHANICS, np.where(found & _ROUGH, 1, EXACT), 0)
     kinematics, drives = ((found & effect > 0).astype(np.int64) for effect in (_KINEMATICS, _DRIVES))
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
+    limits = kinks(system)
     variation = Variation(
         packed(Equations(moved.value, make_work(model, make_memory(model), np.full(nc, -1)), given.implicit)),
         moved.numbers,
@@ -165,19 +166,20 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         mechanics,
         kinematics,
         drives,
-        kinks(system),
-        _kink_rates(system, nearby),
+        limits,
+        _kink_rates(limits, nearby),
         *_side_by_side(model, fields, changes, mechanics),
     )
     return packed(variation), start_derivatives(system, nearby)
 
 
-def _kink_rates(system: System, nearby: Sequence[Neighbours]) -> Array:
-    def numbers(one: System) -> Array:
-        return np.nan_to_num(kinks(one))
-
-    shape = len(nearby), *kinks(system).shape
-    return np.stack([near.derivative(numbers) for near in nearby]) if np.prod(shape) else np.zeros(shape)
+def _kink_rates(limits: Array, nearby: Sequence[Neighbours]) -> Array:
+    """Return the derivatives (np, nc, KINKS) of the kinks; zero where there is none."""
+    rates = np.zeros((len(nearby), *limits.shape))
+    if np.isfinite(limits).any():
+        for rate, near in zip(rates, nearby, strict=True):
+            rate[:] = near.derivative(lambda one: np.nan_to_num(kinks(one)))
+    return rates
 
 
 def _side_by_side(
