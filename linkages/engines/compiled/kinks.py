@@ -18,12 +18,13 @@ from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import Array, Indices, kernel
 from linkages.laws import FRICTIONS
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import DEPTH_FROM, DEPTH_TO, RATIO_FROM, SLIDING_FROM
+from linkages.laws.contact.contact_laws import CONTACTS, push
+from linkages.planar.contact_partials import DEPTH_FROM, DEPTH_TO, PUSH_FROM, RATIO_FROM, SLIDING_FROM
 from linkages.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
 from linkages.system import System
 
-RATIOS, _SPEEDS = 3, 4  # numbers of kinks of a contact: in the ratio of speeds, in the sliding speed
-KINKS = RATIOS + _SPEEDS
+#: Places after the kinks of a contact in the ratio of speeds, in the sliding speed, and at the zero of its force.
+RATIOS, SPEEDS, KINKS = 2, 6, 7
 _TRIES = 40
 _CLOSE = 1e-9  # of a kink's speed: its distance that counts as zero
 _NEAR = 1e-7  # a step that starts so near to a kink starts at it
@@ -31,21 +32,22 @@ _SLOW = 1e-6  # smallest speed of a kink for that [m/s]
 
 
 def kinks(system: System) -> Array:
-    """Return the kinks of each contact, (nc, KINKS): ratios of the speed to that at the start, and sliding speeds.
+    """Return the kinks of each contact, (nc, KINKS): ratios of the speed to that at the start, sliding speeds, zero.
 
-    NaN where there are fewer. The damping of a contact is limited, and no contact pulls. No rows if no contact can
-    touch: films have no kinks.
+    NaN where there are fewer. The damping of a contact is limited. The last one is the zero of `push`: no contact
+    pulls, so that the force of a law with much damping vanishes before the bodies part. No rows if no contact can touch:
+    films have no kinks.
     """
     if not system.experiment.can_touch:
         return np.zeros((0, KINKS))
     result = np.full((len(system.models), KINKS), np.nan)
     for row, model, law in zip(result, system.models, system.laws, strict=True):
         limit, chi = float(law["damping_limit"]), float(law["hysteresis"])
-        if model.can_touch and chi > 0.0:
-            if math.isfinite(limit):
-                row[:2] = limit, -limit
-            if chi * limit > 1.0:
-                row[2] = -1.0 / chi
+        if model.can_touch:
+            if chi > 0.0 and math.isfinite(limit):
+                row[:RATIOS] = limit, -limit
+            if chi * limit > 1.0 or not CONTACTS[model.contact.law].chi:
+                row[SPEEDS] = 0.0
         if model.can_touch and model.friction is not None and model.friction.acts:
             speeds = FRICTIONS[model.friction.law].kinks(model.friction.parameters)
             both = sorted({side * speed for speed in speeds for side in (-1.0, 1.0)})
@@ -88,9 +90,13 @@ def kink_values(equations: Equations, limits: Array, out: Array) -> None:
         found, approach = work.contacts[k], max(work.memory[k, APPROACH], GRAZING)
         for j in range(KINKS):
             out[k, j] = math.nan
+            if not limits[k, j] == limits[k, j]:
+                continue
             if j < RATIOS:
                 if approach < math.inf:
                     out[k, j] = found[CLOSING] / approach - limits[k, j]
+            elif j == SPEEDS:
+                out[k, j] = push(found[PENETRATION], found[CLOSING], approach, equations.model.laws[k])
             else:
                 out[k, j] = (found[SLIDING] - limits[k, j]) / max(abs(limits[k, j]), _SLOW)
 
@@ -176,7 +182,7 @@ def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
 def set_bounds(limits: Array, can_touch: Indices, work: Kinked, bounds: Array) -> None:
     """Fill the bounds (nc, BOUNDS) of the contacts' speeds on the sides of the kinks; infinite where none acts."""
     for k in range(len(limits)):
-        for first, last, place in ((0, RATIOS, RATIO_FROM), (RATIOS, KINKS, SLIDING_FROM)):
+        for first, last, place in ((0, RATIOS, RATIO_FROM), (RATIOS, SPEEDS, SLIDING_FROM), (SPEEDS, KINKS, PUSH_FROM)):
             low, high = -math.inf, math.inf
             for j in range(first, last):
                 if work.sides[k, j] > 0.0:
