@@ -71,6 +71,7 @@ _DEEP = 2.0  # factor of the penetration as a scale of dry contacts; with 3, dif
 _NEAR_DRY = 1e-9  # lower limit of the penetration as a scale of dry contacts, in parts of the clearance
 _DRY, _LUBRICATED = MODELS["dry"], MODELS["lubricated"]
 _EMPTY = 1e-9  # smallest room between bounds, in steps
+_ROOM = 0.9  # part of the room that differences use: its bounds are extrapolated linearly
 
 
 @kernel
@@ -243,6 +244,7 @@ def place_stencil(h: float, bounds: Array, moving: Array, seen: Array) -> tuple[
                 low = max(low, place)
             else:
                 high = min(high, place)
+    low, high = _ROOM * low, _ROOM * high
     if low <= -2.0 * h and high >= 2.0 * h:
         return h, 0
     if max(high, -low) < _EMPTY * given:  # no room between two bounds: of several kinds, at one state

@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.engines.compiled.equations import set_state
-from linkages.engines.compiled.kinks import RATIOS, SPEEDS
-from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.model import RATIOS, SPEEDS, Equations
 from linkages.engines.compiled.variation import Variation, changes_law, move
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, inlined_kernel, kernel

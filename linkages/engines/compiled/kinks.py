@@ -7,15 +7,14 @@ therefore differentiated in parts that end at kinks.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.methods import attempt
-from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.model import KINKS, RATIOS, SPEEDS, Equations
 from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import Array, Indices, kernel
+from linkages.kernel import Array, kernel
 from linkages.laws import FRICTIONS
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.contact.contact_laws import CONTACTS, push
@@ -23,8 +22,6 @@ from linkages.planar.contact_partials import DEPTH_FROM, DEPTH_TO, PUSH_FROM, RA
 from linkages.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
 from linkages.system import System
 
-#: Places after the kinks of a contact in the ratio of speeds, in the sliding speed, and at the zero of its force.
-RATIOS, SPEEDS, KINKS = 2, 6, 7
 _TRIES = 40
 _CLOSE = 1e-9  # of a kink's speed: its distance that counts as zero
 _NEAR = 1e-7  # a step that starts so near to a kink starts at it
@@ -65,23 +62,6 @@ def friction_speeds(system: System) -> Array:
     return result
 
 
-class Kinked(NamedTuple):
-    """Arrays to locate kinks: distances at both ends of a step, sides of the kinks, contacts that act, that touch."""
-
-    starts: Array  # (nc, KINKS)
-    ends: Array
-    sides: Array
-    acting: Array  # (nc,)
-    touching: Array  # (nc,)
-
-
-def make_kinked(nc: int) -> Kinked:
-    """Make the arrays for nc contacts; no side is known."""
-    return Kinked(
-        np.zeros((nc, KINKS)), np.zeros((nc, KINKS)), np.full((nc, KINKS), np.nan), np.zeros(nc), np.zeros(nc)
-    )
-
-
 @kernel
 def kink_values(equations: Equations, limits: Array, out: Array) -> None:
     """Fill ``out`` (nc, KINKS) with the distances to the kinks at a solved state, in parts of their speeds."""
@@ -102,14 +82,14 @@ def kink_values(equations: Equations, limits: Array, out: Array) -> None:
 
 
 @kernel
-def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array, work: Kinked) -> None:
+def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array) -> None:
     """Fill the sides of the kinks on which an attempted step from (t, y) starts; NaN where a contact does not act.
 
     A step that starts at a kink is on the side to which it moves, unless the step before has ended there.
     """
+    work, acts = equations.work.kinked, equations.work.contacts
     solve_state(equations, t + h, s.new)
     kink_values(equations, limits, work.ends)
-    acts = equations.work.contacts
     for k in range(len(limits)):
         work.acting[k] = 1.0 if acts[k, LOAD] > 0.0 and not acts[k, PENETRATION] > 0.0 else 0.0
     solve_state(equations, t, y)
@@ -129,8 +109,9 @@ def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
 
 
 @kernel
-def set_sides_here(equations: Equations, limits: Array, work: Kinked) -> None:
+def set_sides_here(equations: Equations, limits: Array) -> None:
     """Fill the sides of the kinks on which a solved state is."""
+    work = equations.work.kinked
     kink_values(equations, limits, work.starts)
     for k in range(len(limits)):
         found = equations.work.contacts[k]
@@ -142,12 +123,12 @@ def set_sides_here(equations: Equations, limits: Array, work: Kinked) -> None:
 
 
 @kernel
-def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array, work: Kinked) -> float:
+def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array) -> float:
     """Shorten an attempted step from (t, y) to end at its first kink, and attempt it; return its size, -1 if it failed.
 
     Regula falsi, with every third step a bisection. `set_sides` has been called; the side of the kink is changed.
     """
-    low, high, size = 0.0, h, h
+    work, low, high, size = equations.work.kinked, 0.0, h, h
     for trial in range(_TRIES):
         solve_state(equations, t + size, s.new)
         kink_values(equations, limits, work.ends)
@@ -179,8 +160,9 @@ def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
 
 
 @kernel
-def set_bounds(limits: Array, can_touch: Indices, work: Kinked, bounds: Array) -> None:
-    """Fill the bounds (nc, BOUNDS) of the contacts' speeds on the sides of the kinks; infinite where none acts."""
+def set_bounds(equations: Equations, limits: Array) -> None:
+    """Fill the bounds of the contacts' speeds on the sides of the kinks; infinite where none acts."""
+    work, bounds = equations.work.kinked, equations.work.scratch.bounds
     for k in range(len(limits)):
         for first, last, place in ((0, RATIOS, RATIO_FROM), (RATIOS, SPEEDS, SLIDING_FROM), (SPEEDS, KINKS, PUSH_FROM)):
             low, high = -math.inf, math.inf
@@ -191,5 +173,5 @@ def set_bounds(limits: Array, can_touch: Indices, work: Kinked, bounds: Array) -
                     high = min(high, limits[k, j])
             bounds[k, place], bounds[k, place + 1] = low, high
         bounds[k, DEPTH_FROM], bounds[k, DEPTH_TO] = -math.inf, math.inf
-        if can_touch[k]:
+        if equations.model.touching[k]:
             bounds[k, DEPTH_FROM if work.touching[k] > 0.0 else DEPTH_TO] = 0.0

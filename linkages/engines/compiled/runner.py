@@ -63,7 +63,7 @@ class Runner:
         self.model, self.start, self.implicit = given.model, given.start, given.implicit
         self.tolerance, self.scale = given.tolerance, error_scale(system)
         expect_run(system, "compiled")
-        self._landing, self._limits = given.landing, given.limits
+        self._landing, self._divisions, self._limits = given.landing, given.kinks, given.limits
         nc = len(self.model.ends)
         self.memory, self.modes = make_memory(self.model), np.full(nc, -1)
         self._stepper = packed(make_stepper(len(self.start), len(self.model.free)))
@@ -96,7 +96,7 @@ class Runner:
         """
         limits = self._limits
         last, longest, accuracy = (float(limits[k]) for k in (END, LONGEST, ACCURACY))
-        options = Options(last if end is None else end, first, longest, most, 0.0, self._landing, accuracy)
+        options = Options(last if end is None else end, first, longest, most, 0.0, self._landing, self._divisions, accuracy)
         with deferred():
             record = run(self._equations, self._stepper, self.tolerance, t, y, options, stages and self.implicit)
         if record.status == OPEN and len(record.times) > 1:
