@@ -96,7 +96,9 @@ class Runner:
         """
         limits = self._limits
         last, longest, accuracy = (float(limits[k]) for k in (END, LONGEST, ACCURACY))
-        options = Options(last if end is None else end, first, longest, most, 0.0, self._landing, self._divisions, accuracy)
+        options = Options(
+            last if end is None else end, first, longest, most, 0.0, self._landing, self._divisions, accuracy
+        )
         with deferred():
             record = run(self._equations, self._stepper, self.tolerance, t, y, options, stages and self.implicit)
         if record.status == OPEN and len(record.times) > 1:
