@@ -16,7 +16,7 @@ from linkages.engines.drop import CLEARANCE, GRAVITY, MASS, drop
 
 def _end(system):
     runner = Runner(system)
-    return runner, runner.run(0.0, runner.start, 0.0, 10**6, stages=True)
+    return runner, runner.run(0.0, runner.start, 0.0, 10**6, differentiated=True)
 
 
 def _agree(name, overrides, step, limit, path):
@@ -55,7 +55,7 @@ def test_recorded_stages_and_repeated_steps_give_the_same_derivatives():
     paths, found = ["joints.B.clearance", "sdf.frames.rod_B.pose.x"], []
     for stages in (False, True):
         runner = Runner(system)
-        steps = join([runner.run(0.0, runner.start, 0.0, 10**6, stages=stages)])
+        steps = join([runner.run(0.0, runner.start, 0.0, 10**6, differentiated=stages)])
         found.append(differentiate(runner, steps, paths).states)
     assert (found[0] != found[1]).any()
     scale = np.abs(found[0]).max(axis=0)

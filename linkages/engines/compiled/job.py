@@ -25,8 +25,8 @@ _FEWEST = 200  # steps of a prescribed motion, as many as the ideal motion has t
 # cavity overshoots the oil.
 _OF_FILM_STEP = 0.25
 
-#: Accuracy of runs from which on steps may cross kinks, and differences of the second order, with errors of 1e-7, are as
-#: exact as their derivatives need.
+#: Accuracy of runs from which on steps may cross kinks if they are not differentiated, and differences of the second
+#: order, with errors of 1e-7, are as exact as their derivatives need.
 COARSE = 1e-9
 
 #: Indices of `Given.limits`: end of the run [s], longest step [s], accuracy, smallest advance of
