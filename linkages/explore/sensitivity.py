@@ -26,7 +26,7 @@ from linkages.system import System
 # too little: near kinks and with interpolated films both runs share a part of their errors.
 _TIGHTER, _LEAST = 1e-3, 1e-13
 _SAFETY = 1.5  # factor on the change, because the tighter run has an error too
-# Error that both runs share, in parts of a derivative: of the differences of laws, and of the times of peaks; the second
+# Error that both runs share, in parts of a derivative: of differences of laws, and of the times of peaks; the second
 # one of runs with finer differences.
 _SHARED, _SHARED_FINE = 1e-6, 1e-8
 _ROUNDING = 1e-11  # of the differences in derivatives, in parts of the number over the value's magnitude
