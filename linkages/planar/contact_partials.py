@@ -71,6 +71,7 @@ _DEEP = 2.0  # factor of the penetration as a scale of dry contacts; with 3, dif
 _NEAR_DRY = 1e-9  # lower limit of the penetration as a scale of dry contacts, in parts of the clearance
 _DRY, _LUBRICATED = MODELS["dry"], MODELS["lubricated"]
 _EMPTY = 1e-9  # smallest room between bounds, in steps
+_BEYOND = 1e-3  # greatest distance of a state beyond a bound that is corrected, in steps
 _ROOM = 0.9  # part of the room that differences use: its bounds are extrapolated linearly
 
 
@@ -215,8 +216,10 @@ def is_bounded(bounds: Array) -> bool:
 
 
 @kernel
-def place_stencil(h: float, bounds: Array, moving: Array, seen: Array) -> tuple[float, int]:
+def place_stencil(h: float, bounds: Array, moving: Array, seen: Array) -> tuple[float, int, float]:
     """Place differences with the step h so that they stay within the bounds.
+
+    A stage of a step that ends at a kink may lie a little beyond it: the differences then begin at the bound.
 
     Parameters
     ----------
@@ -231,6 +234,8 @@ def place_stencil(h: float, bounds: Array, moving: Array, seen: Array) -> tuple[
         At most h.
     kind : int
         Line of `WEIGHTS`.
+    start : float
+        Place of the differences along the direction; 0 within the bounds.
     """
     low, high, given = -math.inf, math.inf, h
     sliding = abs(seen[2, 1] - seen[0, 1]) / (2.0 * h)
@@ -244,14 +249,17 @@ def place_stencil(h: float, bounds: Array, moving: Array, seen: Array) -> tuple[
                 low = max(low, place)
             else:
                 high = min(high, place)
-    low, high = _ROOM * low, _ROOM * high
+    start = low if low > 0.0 else min(high, 0.0)
+    if abs(start) > _BEYOND * given:  # the direction hardly changes the quantity
+        start = 0.0
+    low, high = _ROOM * (low - start), _ROOM * (high - start)
     if low <= -2.0 * h and high >= 2.0 * h:
-        return h, 0
+        return h, 0, 0.0
     if max(high, -low) < _EMPTY * given:  # no room between two bounds: of several kinds, at one state
-        return h, 0
+        return h, 0, 0.0
     if high >= -low:
-        return min(h, 0.25 * high), 1
-    return min(h, -0.25 * low), 2
+        return min(h, 0.25 * high), 1, start
+    return min(h, -0.25 * low), 2, start
 
 
 @kernel
@@ -297,14 +305,14 @@ def add_contact_change(
 @kernel
 def _fill_differences(
     end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, change: Array,
-    h: float, kind: int, out: Array,
+    h: float, kind: int, start: float, out: Array,
 ) -> None:  # fmt: skip
-    """Fill ``out`` (RESULTS,) with differences of a kind along a change."""
+    """Fill ``out`` (RESULTS,) with differences of a kind along a change, from a place on."""
     clear(out)
     for point in range(POINTS):
         weight = WEIGHTS[kind, point]
         if weight != 0.0:
-            s = (PLACES[kind] + point) * h
+            s = start + (PLACES[kind] + point) * h
             add_contact_change(end, law, table, approach, bristle, motion, change, s, weight / h, out)
 
 
@@ -335,7 +343,7 @@ def exact_partials(
             low = contact_action(end, law, table, approach, z, _moved(motion, change, -h))
             _note_bounded(low, law, approach, bounds, seen[0])
             _note_bounded(high, law, approach, bounds, seen[2])
-            step, kind = place_stencil(h, bounds, still, seen)
+            step, kind, start = place_stencil(h, bounds, still, seen)
             if kind == FOURTH and step == h:  # with the values at one step, which are known
                 for k in range(RESULTS):
                     found[k] = WEIGHTS[FOURTH, 3] * (high[k] - low[k]) / h
@@ -343,9 +351,9 @@ def exact_partials(
                     weight = WEIGHTS[FOURTH, 4 if side > 0.0 else 0] / h
                     add_contact_change(end, law, table, approach, bristle, motion, change, side * h, weight, found)
             else:
-                _fill_differences(end, law, table, approach, bristle, motion, change, step, kind, found)
+                _fill_differences(end, law, table, approach, bristle, motion, change, step, kind, start, found)
         elif h > 0.0:
-            _fill_differences(end, law, table, approach, bristle, motion, change, h, FOURTH, found)
+            _fill_differences(end, law, table, approach, bristle, motion, change, h, FOURTH, 0.0, found)
         else:
             clear(found)
         for k in range(RESULTS):

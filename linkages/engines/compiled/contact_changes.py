@@ -143,7 +143,7 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
             _add_pair(variation, p if own else -1, k, end, law, table, approach, bristle, motion, h, s)
         return
     motion = inside(end, law, table, approach, bristle, motion, bounds)
-    h, kind = stencil_step(end, law, approach, motion, s.change, value, gap, s.room), FOURTH
+    h, kind, start = stencil_step(end, law, approach, motion, s.change, value, gap, s.room), FOURTH, 0.0
     if h == 0.0:
         return
     if bounded:
@@ -153,8 +153,8 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
                 move(variation, p, (i - 1) * h)
             end, law, table = moved.ends[k], moved.laws[k], moved.tables[k]
             bounded_values(end, law, table, approach, bristle, motion, s.change, (i - 1) * h, bounds, s.seen[i])
-        h, kind = place_stencil(h, bounds, s.moving, s.seen)
-    _add_differences(equations, variation, p if own else -1, k, motion, h, kind, s)
+        h, kind, start = place_stencil(h, bounds, s.moving, s.seen)
+    _add_differences(equations, variation, p if own else -1, k, motion, h, kind, start, s)
 
 
 @kernel
@@ -225,17 +225,18 @@ def gap_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
     clear(s.found)
     h = gap_step(model.ends[k], model.laws[k], motion, s.change, variation.gaps[p, k] if own else 0.0, s.room)
     if h > 0.0:
-        _add_differences(equations, variation, p if own else -1, k, motion, h, FOURTH, s)
+        _add_differences(equations, variation, p if own else -1, k, motion, h, FOURTH, 0.0, s)
 
 
 @kernel
 def _add_differences(
-    equations: Equations, variation: Variation, p: int, k: int, motion: Motion, h: float, kind: int, s: ContactState
-) -> None:
+    equations: Equations, variation: Variation, p: int, k: int, motion: Motion, h: float, kind: int, start: float,
+    s: ContactState,
+) -> None:  # fmt: skip
     """Add differences of the results of contact k to ``found``, with steps h along ``change``, and along value p."""
     moved, own = variation.equations.model, equations.work.memory[k]
     for point in range(POINTS):
-        weight, step = WEIGHTS[kind, point] / h, (PLACES[kind] + point) * h
+        weight, step = WEIGHTS[kind, point] / h, start + (PLACES[kind] + point) * h
         if weight != 0.0:
             if p >= 0:
                 move(variation, p, step)
