@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from linkages.errors import InputError
+from linkages.errors import AssemblyError, InputError
+
+if TYPE_CHECKING:
+    from linkages.files.foreign import Entry
+    from linkages.model.mechanism import Mechanism
 
 HELP = "convert SDFormat or URDF of another program to a mechanism (.sdf)"
 
 _EXAMPLES = """examples:
   linkages import robot.urdf --out robot.sdf
   linkages import gripper/model.sdf --out gripper.sdf
+  linkages import world.sdf --model arm --out arm.sdf
 """
 
 
@@ -20,12 +26,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     parser.add_argument("file", type=Path, metavar="FILE", help="SDFormat or URDF; xacro must be expanded first")
     parser.add_argument(
+        "--model", default="", metavar="NAME", help="model of a world with several; default: the only one"
+    )
+    parser.add_argument(
         "--out", type=Path, required=True, metavar="NAME.sdf", help="the mechanism's file; it must not exist"
     )
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the mechanism; return the exit status."""
+    from linkages.brief import counted
+    from linkages.files.foreign import MARK
     from linkages.files.importing import import_model
     from linkages.files.sdf import read_root
     from linkages.files.sdf_text import sdf_text
@@ -39,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--out", str(out), "must end in .sdf")
     if out.exists():
         raise InputError("--out", str(out), "already exists; choose another name, or remove it")
-    model, limits, notes, entries = import_model(options.file)
+    model, limits, notes, entries, gravity = import_model(options.file, options.model)
     found = closed_within_limits(options.file, model, limits) if limits else Drawn(model, {})
     if found is None:
         problem = (
@@ -57,12 +68,39 @@ def run(options: argparse.Namespace) -> int:
     machine = planar(
         options.file, read_root(options.file, parse_xml(options.file, text.encode())), {}
     )  # check that it can be read
+    mobility = _mobility(machine, entries)
     with errors_of_writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
     with whole(out) as partial:
         partial.write_text(text, encoding="utf-8")
-    for note in notes:
-        print(f"- {note}")
-    print(f"written: {out}, with {len(machine.links)} links and {len(machine.joints)} joints")
-    print("if the other program assumed gravity, its experiment needs: gravity = [0.0, 0.0, -9.81]  # m/s2")
+    for note in sorted(notes, key=lambda note: note.startswith(MARK)):
+        print(note if note.startswith(MARK) else f"- {note}")
+    if gravity is None:
+        print("if the other program assumed gravity, its experiment needs: gravity = [0.0, 0.0, -9.81]  # m/s2")
+    else:
+        print(f"the file's gravity, for the experiment: gravity = {list(gravity)}  # m/s2")
+    links, joints = len(machine.links), len(machine.joints)
+    parts = counted(links, "link"), counted(joints, "joint"), counted(joints - links, "loop")
+    print(f"written: {out}, with {', '.join(parts)}, {mobility}")
     return 0
+
+
+def _mobility(machine: Mechanism, entries: list[Entry]) -> str:
+    """Describe the degrees of freedom, with the gears of the entries and without."""
+    from linkages.model.experiment import nothing_done
+    from linkages.model.gear import Gear
+    from linkages.system import System
+
+    gears = {
+        entry.name: Gear.model_validate({**entry.values, "joints": list(entry.joints)})
+        for entry in entries
+        if entry.table == "gears"
+    }
+    try:
+        free, *more = (
+            System(machine, nothing_done(machine.source, gears=some)).assembly.mobility
+            for some in ((gears, {}) if gears else ({},))
+        )
+    except (InputError, AssemblyError) as problem:
+        return f"mobility unknown: {problem}"
+    return f"mobility {free}" + "".join(f" with the gears above, {without} without" for without in more)

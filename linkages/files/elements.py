@@ -11,7 +11,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import InputError, nearest
-from linkages.files.magnitudes import implausible
+from linkages.files.magnitudes import decimal, implausible
 
 _UNITS = {"m": "metres"}
 
@@ -35,7 +35,7 @@ def numbers(path: Path, element: ET.Element, count: int, where: str) -> Array:
     """
     words = (element.text or "").split()
     try:
-        values = np.array([float(word) for word in words])
+        values = np.array([decimal(word) for word in words])
     except ValueError:
         raise InputError(path, where, f'"{" ".join(words)}" is not {_count(count)}') from None
     if len(values) != count:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import math
 import operator
+import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
@@ -13,6 +14,7 @@ from linkages.errors import nearest
 
 _LONGEST = 200_000  # most characters of a formula (controllers are often generated)
 _DEEPEST = 60  # levels of nesting (evaluation recurses); a sum or product counts as one
+_UNDERSCORE = re.compile(r"(?<![\w.])[\d.]+(?:[eE][+-]?\d+)?_\w*")  # as in 2_0, which Python reads as 20
 _SHOWN = 80  # most characters of a formula in an error
 
 _OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
@@ -118,6 +120,8 @@ def parse(text: str, parts: Collection[str] = ("x", "y")) -> Formula:
     """
     if len(text) > _LONGEST:
         raise ValueError(f"is longer than {_LONGEST:,} characters; give a table instead, or several loads")
+    if found := _UNDERSCORE.search(text):
+        raise ValueError(f'has the number "{found[0]}"; write it without underscores')
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (RecursionError, MemoryError):

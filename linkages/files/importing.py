@@ -5,35 +5,40 @@ from __future__ import annotations
 import copy
 import os
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from linkages.errors import InputError
+from linkages.arrays import Array
+from linkages.errors import InputError, listed, nearest
 from linkages.files.constraints import joined
-from linkages.files.foreign import Entry, take_foreign
-from linkages.files.models import find_model, flattened
+from linkages.files.elements import numbers
+from linkages.files.foreign import CARRIED, MARK, Entry, Foreign, influence, take_foreign
+from linkages.files.inertials import complete_inertials
+from linkages.files.magnitudes import SMALLEST, decimal
+from linkages.files.models import flattened, is_static, update
 from linkages.files.raw_model import Chains, RawJoint, RawModel
 from linkages.files.rigid import fixed_into, without_massless
 from linkages.files.sdf import read_model
 from linkages.files.urdf import sdf_of
 from linkages.files.xml import DEEPEST, label, read_xml
 
-_CARRIED = {
-    "model": ("link", "joint", "frame", "pose", "static"),
-    "link": ("pose", "inertial", "visual", "linkages:beam"),
-    "joint": ("pose", "parent", "child", "axis", "linkages:bearing", "linkages:slot"),
-    "axis": ("xyz", "use_parent_model_frame"),
-    "frame": ("pose",),
-}
-_WHY = {
-    "collision": "links touch each other in clearance joints only",
-    "limit": "only stops of the experiment limit a joint",
-}
 _SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid")
 _SAME_PLACE = 1e-6  # relative to the size of the mechanism: closer places coincide
+_FAR = 1e6  # limits beyond this count as absent [rad or m]
+_PARALLEL = 1e-3  # largest angle between an axis and the plane's normal, from rounded angles such as 1.5708 [rad]
+_EXACT = 1e-9  # angles below this are rounding of the computer [rad]
+_GRAVITY = (0.0, 0.0, -9.8)  # of an SDFormat world without <gravity> [m/s2]
+
+#: Names in messages of elements that only URDF has.
+_URDF_NAMES = {
+    "<axis>/<limit>": "<limit>", "<axis>/<dynamics>": "<dynamics>", "<axis>/<mimic>": "<mimic>",
+    "<axis>/<xyz>": "<axis> xyz", "<axis>/<initial_position>": "<gazebo>/<initialJointPosition>",
+    "<velocity_decay>": "<gazebo>/<dampingFactor>", "<pose>": "<origin>",
+}  # fmt: skip
 
 
 class Imported(NamedTuple):
@@ -48,35 +53,71 @@ class Imported(NamedTuple):
         One line for every change and omission.
     entries : list of Entry
         Entries of the experiment.
+    gravity : tuple of three floats, or None
+        Gravity of the file's world, or of its links; None if the file says nothing [m/s2].
     """
 
     model: RawModel
     limits: dict[str, tuple[float, float]]
     notes: list[str]
     entries: list[Entry]
+    gravity: tuple[float, ...] | None
 
 
-def import_model(path: Path) -> Imported:
+def import_model(path: Path, name: str = "") -> Imported:
     """Read an SDFormat or URDF file that was written for another program.
 
     Use `linkages.load_mechanism` for files of this package. Elements that change the motion become joints or entries of
     an experiment, or are rejected. Nested models and included local files become one model. Links that are fixed to
     each other become one link, one link of each floating group is fixed to the world, and revolute joints on one axis
-    between the same two links become one joint.
+    between the same two links become one joint. Axes within 1e-3 rad of the plane's normal are aligned with it, and
+    numbers below 1e-50 are zero.
+
+    Parameters
+    ----------
+    path : Path
+    name : str
+        Name of the model, if the file has several that are not static.
 
     Raises
     ------
     InputError
         If the file cannot be imported: file, element and reason.
     """
-    model = _model(path, ())
+    model = _model(path, (), name)
+    try:
+        return _imported(path, model)
+    except InputError as problem:
+        if model.get("notation") != "URDF":
+            raise
+        where, what = problem.where, problem.problem
+        for theirs, own in _URDF_NAMES.items():
+            where, what = where.replace(theirs, own), what.replace(theirs, own)
+        raise InputError(problem.source, where, what) from None
+
+
+def _imported(path: Path, model: ET.Element) -> Imported:
+    """Convert a single model."""
+    _without_noise(model)
+    by_default = complete_inertials(path, model) if model.get("notation") != "URDF" else []
     limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
     foreign = take_foreign(path, model)
-    notes = _leave_out(model)
+    notes = _leave_out(model, limits)
     raw = joined(foreign, read_model(path, model))
     notes += foreign.notes
-    for change in (_on_the_ground, _rigid, _coaxial):
+    ground = Chains(link.name for link in raw.links)
+    for joint in raw.joints:
+        if joint.type == "fixed":
+            ground.join(joint.parent, joint.child)
+    standing = ground.of["world"]
+    if free := [name for name in by_default if name not in standing]:
+        taken = "values that <inertial> lacks are 1 kg and 1 kg m2 about each axis, as SDFormat defines; is that meant?"
+        notes.append(f"link{'s' * (len(free) > 1)} {', '.join(free)}: {taken}")
+    heavy = {link.name for link in raw.links if link.mass > 0.0} - standing
+    gravity = _gravity(path, model, heavy, foreign.weightless)
+    for change in (_on_the_ground, _rigid, _aligned):
         raw = change(path, raw, notes)
+    raw = _coaxial(path, raw, foreign, notes)
     raw = without_massless(path, raw)
     if not raw.links:
         raise InputError(path, label(model), "has no moving link: every link is fixed to the world")
@@ -86,11 +127,12 @@ def import_model(path: Path) -> Imported:
             if name not in names:
                 problem = f'joint "{name}" was merged with another, or removed; name a joint that is kept'
                 raise InputError(path, entry.element, problem)
-    return Imported(raw, {name: ends for name, ends in limits.items() if name in names}, notes, foreign.entries)
+    limits = {name: ends for name, ends in limits.items() if name in names}
+    return Imported(raw, limits, notes, foreign.entries, gravity)
 
 
-def _model(path: Path, passed: tuple[Path, ...]) -> ET.Element:
-    """Read the single <model> of a file, with its included models."""
+def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
+    """Read the <model> of a file, the only one that is not static or the one with a name, with its included models."""
     here = path.resolve()
     if here in passed or len(passed) > DEEPEST:
         raise InputError(passed[-1], f"<include> {path.name}", "includes itself; break the circle")
@@ -110,14 +152,96 @@ def _model(path: Path, passed: tuple[Path, ...]) -> ET.Element:
     root = read_xml(path)
     if root.tag == "robot":
         return sdf_of(path, root)
+    update(path, root)
     world = root.find("world")
-    root.extend(world.findall("model") if world is not None else ())
-    model = find_model(path, root)
-    for element in world if world is not None else ():
+    world = ET.Element("world") if world is None else world
+    models, missing = [*root.findall("model"), *world.findall("model")], []
+    for element in world.findall("include"):
+        try:
+            _included(path, element)
+        except InputError as problem:
+            missing.append(problem)
+            element.set("name", element.findtext("uri", "").strip())  # left out, if there is another model
+        else:
+            world.remove(element)
+            models.append(follow(element))
+    model = _chosen(path, models, name, missing)
+    if model.get("placement_frame") or model.find("pose[@relative_to]") is not None:
+        raise InputError(path, label(model), "is placed relative to a frame, which is not supported; give its <pose>")
+    for joint in world.findall("joint"):
+        if _own_joint(model, joint):
+            model.append(joint)
+            world.remove(joint)
+    if root.find("world") is not None:
+        gravity = world.find("gravity")
+        values = numbers(path, gravity, 3, "<world>/<gravity>") if gravity is not None else _GRAVITY
+        model.set("gravity", " ".join(repr(float(value)) for value in values))
+    others = {id(element): element for element in (*models, *world) if element.tag != "gravity"}
+    for element in others.values():
         if element is not model:
             element.tag = f"world/{element.tag}"  # left out, with a note
             model.append(element)
     return flattened(path, model, follow)
+
+
+def _chosen(path: Path, models: list[ET.Element], name: str, missing: list[InputError]) -> ET.Element:
+    """Return the model of a name; without a name the only one, or the only one that is not static."""
+    names = [model.get("name", "") for model in models]
+    if name and name not in names:
+        raise InputError(path, f'<model name="{name}">', f"does not exist; {nearest(name, names)}")
+    found = [model for model in models if (model.get("name") == name if name else not is_static(model))]
+    found = models if len(models) == 1 else found
+    if not found and missing:
+        raise missing[0]
+    if len(found) != 1:
+        many = f": {listed([model.get('name', '') for model in found])}; choose one with --model NAME" if found else ""
+        raise InputError(
+            path, "<sdf>", f"has {len(found)} <model> elements that are not static{many or '; one is needed'}"
+        )
+    return found[0]
+
+
+def _own_joint(model: ET.Element, joint: ET.Element) -> bool:
+    """Check whether a joint of a world joins only the model and the world, and write it as one of the model."""
+    start = f"{model.get('name')}::"
+    ends = [end for tag in ("parent", "child") for end in joint.findall(tag)]
+    names = [(end.text or "").strip() for end in ends]
+    if len(names) != 2 or not all(name == "world" or name.startswith(start) for name in names):
+        return False
+    for end, name in zip(ends, names, strict=True):
+        end.text = name.removeprefix(start)
+    for part in joint.iter():
+        for key in ("relative_to", "expressed_in"):
+            if part.get(key):
+                part.set(key, part.get(key, "").removeprefix(start))
+    return True
+
+
+def _without_noise(model: ET.Element) -> None:
+    """Replace numbers below the smallest plausible one, which are rounding errors of other programs, by zero."""
+    for element in model.iter():
+        words = (element.text or "").split()
+        if any("e-" in word or "E-" in word for word in words):
+            element.text = " ".join("0" if _is_noise(word) else word for word in words)
+
+
+def _is_noise(word: str) -> bool:
+    try:
+        return abs(decimal(word)) < SMALLEST
+    except ValueError:
+        return False
+
+
+def _gravity(path: Path, model: ET.Element, heavy: set[str], weightless: list[str]) -> tuple[float, ...] | None:
+    """Return the gravity of the file's world; zero if no link with a mass that moves has a weight."""
+    off = [name for name in weightless if name in heavy]
+    if off and (rest := sorted(heavy - set(off))):
+        problem = f'is false, but "{rest[0]}" has a weight; a part of the links without weight is not supported'
+        raise InputError(path, f'<link name="{off[0]}">/<gravity>', problem)
+    if off:
+        return (0.0, 0.0, 0.0)
+    told = model.get("gravity")
+    return tuple(map(float, told.split())) if told else None
 
 
 def _included(path: Path, include: ET.Element) -> Path:
@@ -140,35 +264,35 @@ def _limits(path: Path, joint: ET.Element) -> tuple[float, float] | None:
     limit = joint.find("axis/limit")
     if limit is None or joint.get("type") == "continuous" or not {"lower", "upper"} & {part.tag for part in limit}:
         return None
-    words = limit.findtext("lower", "-inf"), limit.findtext("upper", "inf")
+    words = limit.findtext("lower", "-inf").strip(), limit.findtext("upper", "inf").strip()
     try:
-        low, high = map(float, words)
+        low, high = map(decimal, words)
     except ValueError:
         low, high = np.nan, np.nan
     if not low <= high:
         problem = f"from {' to '.join(words)} is not a range; write two numbers, or remove it"
         raise InputError(path, f"{label(joint)}/<axis>/<limit>", problem)
-    return low, high
+    return (low, high) if low > -_FAR or high < _FAR else None
 
 
-def _leave_out(model: ET.Element) -> list[str]:
+def _leave_out(model: ET.Element, limited: Mapping[str, object]) -> list[str]:
     """Remove elements that cannot be converted; return one line per kind."""
-    owners: dict[tuple[str, str], list[str]] = {}
-    notes = []
+    owners: dict[tuple[str, str, str, str], list[str]] = {}
     for owner in [model, *model]:
         for holder in (owner, *owner.findall("axis")):
             for element in list(holder):
-                if element.tag in _CARRIED.get(holder.tag, (element.tag,)) and not _is_mesh(element):
+                if element.tag in CARRIED.get(holder.tag, (element.tag,)) and not _is_mesh(element):
                     continue
-                tag = "mesh" if _is_mesh(element) else element.tag
+                element.tag = "mesh" if _is_mesh(element) else element.tag
                 name = element.get("name", element.get("reference")) if owner is model else owner.get("name")
-                owners.setdefault((owner.tag, tag), []).append(name or "")
+                key = owner.tag, element.tag, *influence(owner, element, limited)
+                owners.setdefault(key, []).append(name or "")
                 holder.remove(element)
-    for (owner_tag, tag), names in owners.items():
-        listed = ", ".join(dict.fromkeys(filter(None, names)))
-        of = "" if owner_tag == "model" else f"of {owner_tag}{'s' * (len(names) > 1)} "
-        why = f": {_WHY[tag]}" if tag in _WHY else ""
-        notes.append(" ".join(f"<{tag}> {of}{listed} left out{why}".split()))
+    notes = []
+    for (owner_tag, tag, mark, why), names in owners.items():
+        of = "" if owner_tag == "model" else f"of {owner_tag}{'s' * (len(set(names)) > 1)} "
+        named = ", ".join(dict.fromkeys(filter(None, names)))
+        notes.append(mark + " ".join(f"<{tag}> {of}{named} left out{f': {why}' * bool(why)}".split()))
     return notes
 
 
@@ -190,7 +314,7 @@ def _on_the_ground(path: Path, model: RawModel, notes: list[str]) -> RawModel:
         ground = RawJoint(f"{link.name} to world", "fixed", "world", link.name, nowhere, nowhere, nowhere, None, None)
         chains.join("world", link.name)
         joints.append(ground)
-        notes.append(f"link {link.name} was not connected to the world: fixed to it in the file's pose")
+        notes.append(f"{MARK}link {link.name} was not connected to the world: fixed to it in the file's pose")
     return replace(model, joints=tuple(joints))
 
 
@@ -207,8 +331,43 @@ def _rigid(path: Path, model: RawModel, notes: list[str]) -> RawModel:
     return model
 
 
-def _coaxial(path: Path, model: RawModel, notes: list[str]) -> RawModel:
-    """Merge revolute joints on one axis between the same two links, which are one joint in the plane."""
+def _aligned(path: Path, model: RawModel, notes: list[str]) -> RawModel:
+    """Align axes that rounded angles of the file have tilted: with the plane of the first revolute joint.
+
+    The plane's normal is the nearest axis of the world, if it is as near.
+    """
+    normal = next((joint.axis for joint in model.joints if joint.type == "revolute"), None)
+    if normal is None:
+        return model
+    upright = np.eye(3)[np.argmax(np.abs(normal))] * np.sign(normal[np.argmax(np.abs(normal))])
+    tilts = {joint.name: _tilt(joint, normal) for joint in model.joints if joint.type != "fixed"}
+    tilted = {name: tilt for name, tilt in tilts.items() if _EXACT < tilt <= _PARALLEL}
+    if not tilted:
+        return model
+    normal = upright if np.linalg.norm(np.cross(normal, upright)) <= _PARALLEL else normal
+    joints = []
+    for joint in model.joints:
+        if tilts.get(joint.name, np.inf) <= _PARALLEL:
+            along = joint.axis @ normal
+            axis = np.sign(along) * normal if joint.type == "revolute" else joint.axis - along * normal
+            joint = replace(joint, axis=axis / np.linalg.norm(axis))
+        joints.append(joint)
+    most = f"up to {max(tilted.values()):.2g} rad"
+    notes.append(f"axes of {', '.join(tilted)} are tilted against the other axes by {most}: aligned")
+    return replace(model, joints=tuple(joints))
+
+
+def _tilt(joint: RawJoint, normal: Array) -> float:
+    """Compute the angle between a joint's axis and the normal, or the plane if the joint is prismatic [rad]."""
+    across = np.linalg.norm(np.cross(joint.axis, normal)) if joint.type == "revolute" else abs(joint.axis @ normal)
+    return float(np.arcsin(min(across, 1.0)))
+
+
+def _coaxial(path: Path, model: RawModel, foreign: Foreign, notes: list[str]) -> RawModel:
+    """Merge revolute joints on one axis between the same two links, which are one joint in the plane.
+
+    Springs, friction and gears of a merged joint act in the joint that is kept.
+    """
     places = np.array([joint.position for joint in model.joints])
     near = _SAME_PLACE * float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
     kept: list[RawJoint] = []
@@ -217,6 +376,8 @@ def _coaxial(path: Path, model: RawModel, notes: list[str]) -> RawModel:
         if twin is None:
             kept.append(joint)
         else:
+            sign = float(np.sign(joint.axis @ twin.axis)) * (1.0 if joint.parent == twin.parent else -1.0)
+            foreign.entries = [entry.merged(joint.name, twin.name, sign) for entry in foreign.entries]
             notes.append(
                 f"joint {joint.name} has the axis of {twin.name} between the same links: merged into {twin.name}"
             )

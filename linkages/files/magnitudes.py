@@ -7,6 +7,25 @@ from __future__ import annotations
 SMALLEST, LARGEST = 1e-50, 1e50
 
 
+def decimal(text: str) -> float:
+    """Read a number as all programs read it; `float` also accepts ``2_0`` and digits of other scripts.
+
+    Raises
+    ------
+    ValueError
+        If the text is not a number.
+
+    Examples
+    --------
+    >>> from linkages.files.magnitudes import decimal
+    >>> decimal("-1.5e3")
+    -1500.0
+    """
+    if "_" in text or not text.isascii():
+        raise ValueError(f'"{text}" is not a number')
+    return float(text)
+
+
 def implausible(value: float) -> str:
     """Describe the error of a number; empty if it is zero or of a plausible magnitude.
 

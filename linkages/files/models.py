@@ -30,15 +30,40 @@ def find_model(path: Path, root: ET.Element) -> ET.Element:
     InputError
         If there is none, or more than one.
     """
-    if root.tag == "robot":
-        raise InputError(path, "<robot>", f"is URDF; `linkages import {path.name}` converts it to SDFormat")
-    if root.tag != "sdf":
-        raise InputError(path, f"<{root.tag}>", "is not SDFormat; the root must be <sdf>")
-    _update(root)
+    update(path, root)
     models = root.findall("model")
     if len(models) != 1:
         raise InputError(path, "<sdf>", f"has {len(models)} <model> elements; exactly one is needed")
     return models[0]
+
+
+def update(path: Path, root: ET.Element) -> None:
+    """Convert notations of older versions in place: ``frame`` of poses, axes in the frame of the model.
+
+    Raises
+    ------
+    InputError
+        If the root is not SDFormat.
+    """
+    if root.tag == "robot":
+        raise InputError(path, "<robot>", f"is URDF; `linkages import {path.name}` converts it to SDFormat")
+    if root.tag != "sdf":
+        raise InputError(path, f"<{root.tag}>", "is not SDFormat; the root must be <sdf>")
+    version = [int(word) if word.isdecimal() else 99 for word in root.get("version", "1.7").split(".")]
+    if version >= [1, 7]:
+        return
+    for pose in root.iter("pose"):
+        if pose.get("frame"):
+            pose.set("relative_to", pose.attrib.pop("frame"))
+    for axis in root.iter("axis"):
+        told = axis.findtext("use_parent_model_frame", str(version < [1, 5])).strip().lower()
+        for xyz in axis.findall("xyz") if told in ("true", "1") else ():
+            xyz.set("expressed_in", "__model__")
+
+
+def is_static(model: ET.Element) -> bool:
+    """Check whether a model is fixed to the world as a whole."""
+    return model.findtext("static", "false").strip() in ("true", "1")
 
 
 def flattened(path: Path, model: ET.Element, follow: Follow | None = None) -> ET.Element:
@@ -80,7 +105,7 @@ def _scoped(path: Path, model: ET.Element, flat: ET.Element) -> list[ET.Element]
         raise InputError(path, "<model>", 'has no name; write name="..."')
     if model.get("placement_frame") or model.findtext("placement_frame"):
         raise InputError(path, label(model), "placement frames are not supported; give the pose of the model itself")
-    if model.findtext("static", "false").strip() in ("true", "1"):
+    if is_static(model):
         raise InputError(path, label(model), "is static; remove it, or fix its links to the world")
 
     def scoped(other: str) -> str:
@@ -113,17 +138,3 @@ def _scoped(path: Path, model: ET.Element, flat: ET.Element) -> list[ET.Element]
         *parts,
         *(element for element in flat if element.tag not in ("link", "joint", "frame", "pose", "static")),
     ]
-
-
-def _update(root: ET.Element) -> None:
-    """Convert notations of older versions: ``frame`` of poses, axes in the frame of the model."""
-    version = [int(word) if word.isdecimal() else 99 for word in root.get("version", "1.7").split(".")]
-    if version >= [1, 7]:
-        return
-    for pose in root.iter("pose"):
-        if pose.get("frame"):
-            pose.set("relative_to", pose.attrib.pop("frame"))
-    for axis in root.iter("axis"):
-        told = axis.findtext("use_parent_model_frame", str(version < [1, 5])).strip().lower()
-        for xyz in axis.findall("xyz") if told in ("true", "1") else ():
-            xyz.set("expressed_in", "__model__")

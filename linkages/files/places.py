@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from linkages.files.elements import annotation
+from linkages.files.magnitudes import decimal
 
 _POSE_KEYS = ("x", "y", "z", "roll", "pitch", "yaw")
 
@@ -23,7 +24,7 @@ class Place:
     def value(self) -> float:
         """Return the number, angles in radians; NaN if the text is not a number."""
         try:
-            number = float(self._words()[self.index or 0])
+            number = decimal(self._words()[self.index or 0])
         except (ValueError, IndexError):
             return math.nan
         return math.radians(number) if self._in_degrees() else number

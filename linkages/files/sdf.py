@@ -23,7 +23,7 @@ from linkages.arrays import Array
 from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS, check_inertial, of_beam, written_beam
 from linkages.files.elements import annotation, number, numbers, sizes
-from linkages.files.models import find_model, flattened
+from linkages.files.models import find_model, flattened, is_static
 from linkages.files.places import Place, places
 from linkages.files.poses import inertial, own_pose, with_pose
 from linkages.files.raw_model import Bearing, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot
@@ -144,7 +144,7 @@ class _Reader:
                 self._declare(element)
             else:
                 self._refuse_unknown(element, label(self.model))
-        if self.model.findtext("static", "false").strip() in ("true", "1"):
+        if is_static(self.model):
             raise self.error("<static>", "a static model cannot move; remove it or set it to false")
         self.names = {
             tag: tuple(name for name, element in self.elements.items() if element.tag == tag)

@@ -11,47 +11,127 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from linkages.errors import InputError
+from linkages.files.foreign import add_mimic, deep, joint_of
+from linkages.files.magnitudes import decimal
 from linkages.files.xml import label
 
 
 def sdf_of(path: Path, robot: ET.Element) -> ET.Element:
     """Return the ``<model>`` of a ``<robot>``.
 
-    Each link is placed by the joint that carries it. Drake's ``<loop_joint>`` and joints of SDFormat in ``<gazebo>``
-    blocks close loops.
+    Each link is placed by the joint that carries it. ``<loop_joint>`` (Drake, Isaac), ``<loop>`` (URDF+) and joints of
+    SDFormat in ``<gazebo>`` blocks close loops. Elements of a ``<gazebo reference>`` block become elements of their
+    link or joint; ``<coupling>`` (URDF+) and joints that mimic others in ``<ros2_control>`` become ``<mimic>``.
 
     Raises
     ------
     InputError
-        If it is xacro, or two joints carry the same link.
+        If it is xacro, two joints carry the same link, or an element cannot be converted.
     """
     for element in robot.iter():
         if element.tag.startswith("xacro:") or any("${" in value for value in element.attrib.values()):
             problem = f"is xacro, which URDF is made from; run `xacro {path.name} > NAME.urdf`, and import that"
             raise InputError(path, label(element), problem)
-    model = ET.Element("model", name=robot.get("name", ""))
+    model = ET.Element("model", name=robot.get("name", ""), notation="URDF")
     colors = {found.get("name"): found for found in robot.iter("material") if found.find("color") is not None}
-    carried: dict[str, str] = {}
+    carried: dict[str, ET.Element] = {}
     for joint in robot.findall("joint"):
+        for origin in joint.iterfind("origin"):
+            _check_origin(path, joint, origin)
         child = _named(joint, "child")
         if child in carried:
-            problem = (
-                f'is carried by two joints, "{carried[child]}" and "{joint.get("name")}"; close loops with <loop_joint>'
-            )
+            both = f'"{carried[child].get("name")}" and "{joint.get("name")}"'
+            problem = f"is carried by two joints, {both}; close loops with <loop_joint>"
             raise InputError(path, f'<link name="{child}">', problem)
-        carried[child] = joint.get("name", "")
+        carried[child] = joint
     for element in robot:
         if element.tag == "link" and element.get("name") != "world":
-            model.append(_link(element, carried.get(element.get("name", ""), ""), colors))
+            for origin in element.iter("origin"):
+                _check_origin(path, element, origin)
+            carrier = carried.get(element.get("name", ""))
+            model.append(_link(element, carrier.get("name", "") if carrier is not None else "", colors))
         elif element.tag == "joint":
             model.append(_joint(element))
-        elif element.tag == "loop_joint":
-            model.extend(_loop_joint(element))
+        elif element.tag in _LOOPS:
+            model.extend(_loop(path, element))
         elif element.tag == "gazebo" and not element.get("reference"):
             model.extend(copy.deepcopy(part) for part in element)
-        elif element.tag not in ("material", "link"):
+        elif element.tag not in ("material", "link", "gazebo", "coupling"):
             model.append(_told(element))
+    for element in robot:
+        if element.tag == "gazebo" and element.get("reference"):
+            _of_gazebo(model, element)
+        elif element.tag == "coupling":
+            add_mimic(path, model, label(element), _coupled(path, carried, element))
+        for joint in element.findall("joint") if element.tag == "ros2_control" else ():
+            name, given = joint.get("name", ""), {part.get("name"): part.text or "" for part in joint.findall("param")}
+            if "mimic" in given:
+                values = name, given["mimic"], given.get("multiplier", "1"), given.get("offset", "0")
+                add_mimic(path, model, label(joint), values)
+            start = joint.find("state_interface[@name='position']/param[@name='initial_value']")
+            if start is not None:
+                deep(joint_of(path, model, label(joint), name), "axis/initial_position").text = start.text
     return model
+
+
+def _check_origin(path: Path, owner: ET.Element, origin: ET.Element) -> None:
+    """Reject an <origin> without three numbers in each attribute."""
+    for key in ("xyz", "rpy"):
+        text = origin.get(key, "0 0 0")
+        try:
+            count = len([decimal(word) for word in text.split()])
+        except ValueError:
+            count = 0
+        if count != 3:
+            raise InputError(path, f"{label(owner)}/<{origin.tag}>", f'its {key} is "{text}"; give three numbers')
+
+
+#: Elements of ``<gazebo reference>``: their places in a link or joint of SDFormat.
+_OF_GAZEBO = {
+    "turnGravityOff": "gravity",
+    "dampingFactor": "velocity_decay/linear",
+    "springStiffness": "axis/dynamics/spring_stiffness",
+    "springReference": "axis/dynamics/spring_reference",
+    "initialJointPosition": "axis/initial_position",
+}
+
+
+def _of_gazebo(model: ET.Element, element: ET.Element) -> None:
+    """Move the elements of a <gazebo reference> into the link or joint that it names."""
+    name = element.get("reference")
+    owner = next((part for part in model if part.tag in ("link", "joint") and part.get("name") == name), None)
+    if owner is None:
+        model.append(copy.deepcopy(element))
+        return
+    for part in element:
+        place, text = _OF_GAZEBO.get(part.tag), (part.text or part.get("value") or "").strip()
+        if place is None:
+            owner.append(copy.deepcopy(part))
+            continue
+        if part.tag == "turnGravityOff":
+            text = "false" if text.lower() in ("true", "1") else "true"
+        deep(owner, place).text = text
+
+
+def _coupled(path: Path, carried: dict[str, ET.Element], element: ET.Element) -> tuple[str, str, str, str]:
+    """Return follower, leader, ratio and offset of a <coupling>; paths lead from the common ancestor of its links."""
+    chains = []
+    for end in ("predecessor", "successor"):
+        link, chain = _named(element, end), dict[str, str]()
+        while link in carried and link not in chain:
+            joint = carried[link]
+            if joint.get("type") != "fixed":
+                chain[link] = joint.get("name", "")
+            link = _named(joint, "parent")
+        chains.append(chain)
+    (one, two) = (
+        [joint for link, joint in chain.items() if link not in other] for chain, other in (chains, chains[::-1])
+    )
+    if len(one) != 1 or len(two) != 1:
+        problem = f"couples {len(one)} joints to {len(two)}; one joint on each side is supported"
+        raise InputError(path, label(element), problem)
+    ratio = element.find("ratio")
+    return two[0], one[0], ratio.get("value", "1") if ratio is not None else "1", "0"
 
 
 def _told(element: ET.Element) -> ET.Element:
@@ -73,6 +153,10 @@ def _link(element: ET.Element, carrier: str, colors: dict[str | None, ET.Element
             _visual(link, part, colors)
         else:
             link.append(copy.deepcopy(part))
+    if link.find("inertial") is None:  # SDFormat would take 1 kg
+        inertial = ET.SubElement(link, "inertial")
+        _add(inertial, "mass", "0")
+        inertial.append(_of_attributes(ET.Element("inertia", dict.fromkeys(("ixx", "iyy", "izz"), "0"))))
     return link
 
 
@@ -108,20 +192,36 @@ def _joint(element: ET.Element) -> ET.Element:
     return joint
 
 
-def _loop_joint(element: ET.Element) -> Iterator[ET.Element]:
-    """Yield frames on both links, and the joint between them with the first frame's axis."""
-    name = element.get("name", "")
-    joint = ET.Element("joint", name=name, type=element.get("type", ""))
-    for tag, side in (("parent", "link1"), ("child", "link2")):
+#: Elements that close loops, and the elements of their two links.
+_LOOPS = {"loop_joint": ("link1", "link2"), "loop": ("predecessor", "successor")}
+
+
+def _loop(path: Path, element: ET.Element) -> Iterator[ET.Element]:
+    """Yield frames on both links, and the joint between them with the first frame's axis.
+
+    A ball joint becomes Drake's ball constraint, which is a revolute joint in the plane.
+    """
+    name, kind, sides = element.get("name", ""), element.get("type", ""), _LOOPS[element.tag]
+    ends = [end if (end := element.find(side)) is not None else ET.Element(side) for side in sides]
+    places = [origin if (origin := end.find("origin")) is not None else end for end in ends]
+    for place in places:
+        _check_origin(path, element, place)
+    links = [end.get("link", end.get("name", "")) for end in ends]
+    if kind in ("ball", "spherical"):
+        ball = ET.Element("drake:ball_constraint")
+        for body, point, link, place in zip(("body_A", "body_B"), ("p_AP", "p_BQ"), links, places, strict=True):
+            _add(ball, f"drake:ball_constraint_{body}", link)
+            _add(ball, f"drake:ball_constraint_{point}", place.get("xyz", "0 0 0"))
+        yield ball
+        return
+    joint = ET.Element("joint", name=name, type=kind)
+    for tag, side, link, place in zip(("parent", "child"), sides, links, places, strict=True):
         _add(joint, tag, f"{name}_{side}")
-        end = element.find(side)
-        link = end.get("link", "") if end is not None else ""
         frame = ET.Element("frame", name=f"{name}_{side}", attached_to=link)
-        if end is not None:
-            _pose(frame, end)
+        _pose(frame, place)
         yield frame
     axis = _axis(element)
-    axis[0].set("expressed_in", f"{name}_link1")
+    axis[0].set("expressed_in", f"{name}_{sides[0]}")
     joint.append(axis)
     yield joint
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.arrays import Array
+from linkages.files.magnitudes import decimal
 from linkages.results.extremes import Bracket, refine
 from linkages.results.trajectory import Trajectory
 
@@ -155,7 +156,7 @@ def read_impacts(folder: Path) -> list[Impact]:
         with open(folder / name, newline="", encoding="utf-8") as file:
             tables.append(list(csv.DictReader(file)))
     merged = [{key: value for part in parts for key, value in part.items()} for parts in zip(*tables, strict=True)]
-    return [Impact(**{k: v if k == "joint" else float(v or "nan") for k, v in row.items()}) for row in merged]  # type: ignore[arg-type]
+    return [Impact(**{k: v if k == "joint" else decimal(v or "nan") for k, v in row.items()}) for row in merged]  # type: ignore[arg-type]
 
 
 def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:

@@ -1,0 +1,132 @@
+"""Mass and inertia that an SDFormat file leaves to its reader: default values, automatic inertia of shapes."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+
+from linkages.arrays import Array
+from linkages.errors import InputError
+from linkages.files.elements import number, numbers
+from linkages.files.poses import own_pose
+from linkages.files.raw_model import Pose
+from linkages.files.xml import label
+
+_WATER = 1000.0  # density that SDFormat takes if none is given [kg/m3]
+
+
+def complete_inertials(path: Path, model: ET.Element) -> list[str]:
+    """Add what SDFormat defines for links without all of <inertial>, in place.
+
+    Parameters
+    ----------
+    path : Path
+        File named in errors.
+    model : Element
+        A ``<model>`` without nested models.
+
+    Returns
+    -------
+    list of str
+        Links with default values: 1 kg, and 1 kg m2 about each axis.
+
+    Raises
+    ------
+    InputError
+        If the automatic inertia of a link cannot be computed: it has no shape, or one of unknown volume.
+    """
+    completed = []
+    for link in model.findall("link"):
+        inertial = link.find("inertial")
+        if inertial is not None and inertial.get("auto", "false").strip() in ("true", "1"):
+            _compute(path, link, inertial)
+        elif link.find("linkages:beam") is None:
+            inertial = ET.SubElement(link, "inertial") if inertial is None else inertial
+            missing = [tag for tag in ("mass", "inertia") if inertial.find(tag) is None]
+            if "mass" in missing:
+                ET.SubElement(inertial, "mass").text = "1"
+            if "inertia" in missing:
+                tensor = ET.SubElement(inertial, "inertia")
+                for key in ("ixx", "iyy", "izz"):
+                    ET.SubElement(tensor, key).text = "1"
+            completed += [link.get("name", "")] if missing else []
+    return completed
+
+
+def _compute(path: Path, link: ET.Element, inertial: ET.Element) -> None:
+    """Replace an automatic <inertial>: the link's collision shapes of given density, scaled to a given mass."""
+    where = f"{label(link)}/<inertial>"
+    usual = number(path, inertial, "density", where, _WATER)
+    total = number(path, inertial, "mass", where, 0.0)
+    bodies = [_body(path, link, collision, usual) for collision in link.findall("collision")]
+    mass = sum(body[0] for body in bodies)
+    if not mass > 0.0:
+        raise InputError(path, where, "is automatic, but the link has no <collision> with a volume; write its values")
+    centre = np.sum([part * place for part, place, _ in bodies], axis=0) / mass
+    tensor = np.zeros((3, 3))
+    for part, place, own in bodies:
+        off = place - centre
+        tensor += own + part * (off @ off * np.eye(3) - np.outer(off, off))
+    scale = total / mass if total else 1.0
+    inertial.clear()
+    ET.SubElement(inertial, "pose").text = Pose(np.eye(3), centre).text()
+    ET.SubElement(inertial, "mass").text = repr(float(mass * scale))
+    inertia = ET.SubElement(inertial, "inertia")
+    for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
+        ET.SubElement(inertia, f"i{'xyz'[i]}{'xyz'[j]}").text = repr(float(tensor[i, j] * scale))
+
+
+def _body(path: Path, link: ET.Element, collision: ET.Element, usual: float) -> tuple[float, Array, Array]:
+    """Return mass, centre and inertia tensor about it of a collision shape, in link axes."""
+    where = f"{label(link)}/{label(collision)}"
+    density = number(path, collision, "density", where, usual)
+    pose = own_pose(path, collision, where)
+    if collision.find("pose[@relative_to]") is not None:
+        raise InputError(path, where, "is placed relative to another element; write its <pose> in the link's axes")
+    shape = next(iter(collision.iterfind("geometry/*")), ET.Element("geometry"))
+    spot = f"{where}/<{shape.tag}>"
+
+    def size(key: str) -> float:
+        value = number(path, shape, key, spot)
+        if not value > 0.0:
+            raise InputError(path, f"{spot}/<{key}>", f"is {value:g} m; it must be positive")
+        return value
+
+    def three(key: str) -> Array:
+        element = shape.find(key)
+        if element is None or (values := numbers(path, element, 3, f"{spot}/<{key}>")).min() <= 0.0:
+            raise InputError(path, f"{spot}/<{key}>", "must be three positive lengths")
+        return values
+
+    squares: Array  # mean squares of x, y, z over the volume [m2]
+    match shape.tag:
+        case "box":
+            sides = three("size")
+            volume, squares = float(np.prod(sides)), sides**2 / 12.0
+        case "ellipsoid":
+            radii = three("radii")
+            volume, squares = 4.0 / 3.0 * math.pi * float(np.prod(radii)), radii**2 / 5.0
+        case "sphere":
+            r = size("radius")
+            volume, squares = 4.0 / 3.0 * math.pi * r**3, np.full(3, r**2 / 5.0)
+        case "cylinder" | "capsule":
+            r, h = size("radius"), size("length")
+            volume = math.pi * r**2 * h
+            squares = np.array([r**2 / 4.0, r**2 / 4.0, h**2 / 12.0])
+            if (
+                shape.tag == "capsule"
+            ):  # with two half spheres, their centres of mass 3 r / 8 beyond the cylinder's ends
+                ball = 4.0 / 3.0 * math.pi * r**3
+                along = r**2 / 5.0 - (3.0 * r / 8.0) ** 2 + (h / 2.0 + 3.0 * r / 8.0) ** 2
+                ends = np.array([r**2 / 5.0, r**2 / 5.0, along])
+                squares = (volume * squares + ball * ends) / (volume + ball)
+                volume += ball
+        case _:
+            known = "boxes, cylinders, spheres, capsules and ellipsoids have automatic inertia; write mass and inertia"
+            raise InputError(path, spot, known)
+    mass = density * volume
+    own = mass * np.diag(squares.sum() - squares)
+    return mass, pose.translation, pose.rotation @ own @ pose.rotation.T
