@@ -159,14 +159,14 @@ class Foreign:
     weightless: list[str] = field(default_factory=list)
 
 
-def influence(owner: ET.Element, element: ET.Element, limited: Mapping[str, object]) -> tuple[str, str]:
+def influence(owner: ET.Element, element: ET.Element, limited: set[str]) -> tuple[str, str]:
     """Describe the influence of a left-out element on the motion.
 
     Parameters
     ----------
     owner, element : Element
         A model, link, joint or axis, and an element in it that is left out.
-    limited : mapping of str to object
+    limited : set of str
         Joints with a limited coordinate.
 
     Returns

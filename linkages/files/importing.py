@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -18,7 +17,7 @@ from linkages.files.constraints import joined
 from linkages.files.elements import numbers
 from linkages.files.foreign import CARRIED, MARK, Entry, Foreign, influence, take_foreign
 from linkages.files.inertials import complete_inertials
-from linkages.files.magnitudes import SMALLEST, decimal
+from linkages.files.magnitudes import ALIGNED, SMALLEST, decimal
 from linkages.files.models import flattened, is_static, update
 from linkages.files.raw_model import Chains, RawJoint, RawModel
 from linkages.files.rigid import fixed_into, without_massless
@@ -29,7 +28,7 @@ from linkages.files.xml import DEEPEST, label, read_xml
 _SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid")
 _SAME_PLACE = 1e-6  # relative to the size of the mechanism: closer places coincide
 _FAR = 1e6  # limits beyond this count as absent [rad or m]
-_PARALLEL = 1e-3  # largest angle between an axis and the plane's normal, from rounded angles such as 1.5708 [rad]
+_OF_INCLUDE = ("pose", "placement_frame", "static")  # of an <include>, instead of the included model's
 _EXACT = 1e-9  # angles below this are rounding of the computer [rad]
 _GRAVITY = (0.0, 0.0, -9.8)  # of an SDFormat world without <gravity> [m/s2]
 
@@ -102,7 +101,7 @@ def _imported(path: Path, model: ET.Element) -> Imported:
     by_default = complete_inertials(path, model) if model.get("notation") != "URDF" else []
     limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
     foreign = take_foreign(path, model)
-    notes = _leave_out(model, limits)
+    notes = _leave_out(model, {name for name, ends in limits.items() if min(np.abs(ends)) < _FAR})
     raw = joined(foreign, read_model(path, model))
     notes += foreign.notes
     ground = Chains(link.name for link in raw.links)
@@ -142,7 +141,12 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
         if include.get("merge") in ("true", "1"):
             raise InputError(path, "<include>", "is merged, which is not supported; remove merge")
         model.set("name", include.findtext("name", model.get("name", "")).strip())
-        for key in ("pose", "placement_frame", "static"):
+        if other := [part.tag for part in include if part.tag not in ("uri", "name", "plugin", *_OF_INCLUDE)]:
+            raise InputError(
+                path, f"<include>/<{other[0]}>", "is not supported; write the change into the included file"
+            )
+        model.extend(include.findall("plugin"))
+        for key in _OF_INCLUDE:
             if (own := include.find(key)) is not None:
                 for old in model.findall(key):
                     model.remove(old)
@@ -262,7 +266,11 @@ def _included(path: Path, include: ET.Element) -> Path:
 def _limits(path: Path, joint: ET.Element) -> tuple[float, float] | None:
     """Read the limits of a joint; None if there are none."""
     limit = joint.find("axis/limit")
-    if limit is None or joint.get("type") == "continuous" or not {"lower", "upper"} & {part.tag for part in limit}:
+    if (
+        limit is None
+        or joint.get("type") in ("continuous", "fixed")
+        or not {"lower", "upper"} & {part.tag for part in limit}
+    ):
         return None
     words = limit.findtext("lower", "-inf").strip(), limit.findtext("upper", "inf").strip()
     try:
@@ -272,10 +280,10 @@ def _limits(path: Path, joint: ET.Element) -> tuple[float, float] | None:
     if not low <= high:
         problem = f"from {' to '.join(words)} is not a range; write two numbers, or remove it"
         raise InputError(path, f"{label(joint)}/<axis>/<limit>", problem)
-    return (low, high) if low > -_FAR or high < _FAR else None
+    return low, high
 
 
-def _leave_out(model: ET.Element, limited: Mapping[str, object]) -> list[str]:
+def _leave_out(model: ET.Element, limited: set[str]) -> list[str]:
     """Remove elements that cannot be converted; return one line per kind."""
     owners: dict[tuple[str, str, str, str], list[str]] = {}
     for owner in [model, *model]:
@@ -341,13 +349,13 @@ def _aligned(path: Path, model: RawModel, notes: list[str]) -> RawModel:
         return model
     upright = np.eye(3)[np.argmax(np.abs(normal))] * np.sign(normal[np.argmax(np.abs(normal))])
     tilts = {joint.name: _tilt(joint, normal) for joint in model.joints if joint.type != "fixed"}
-    tilted = {name: tilt for name, tilt in tilts.items() if _EXACT < tilt <= _PARALLEL}
+    tilted = {name: tilt for name, tilt in tilts.items() if _EXACT < tilt <= ALIGNED}
     if not tilted:
         return model
-    normal = upright if np.linalg.norm(np.cross(normal, upright)) <= _PARALLEL else normal
+    normal = upright if np.linalg.norm(np.cross(normal, upright)) <= ALIGNED else normal
     joints = []
     for joint in model.joints:
-        if tilts.get(joint.name, np.inf) <= _PARALLEL:
+        if tilts.get(joint.name, np.inf) <= ALIGNED:
             along = joint.axis @ normal
             axis = np.sign(along) * normal if joint.type == "revolute" else joint.axis - along * normal
             joint = replace(joint, axis=axis / np.linalg.norm(axis))

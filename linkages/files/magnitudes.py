@@ -5,6 +5,8 @@ from __future__ import annotations
 #: Magnitudes of nonzero numbers in files: a product of six such factors is finite, and the reciprocal of a fifth power
 #: too.
 SMALLEST, LARGEST = 1e-50, 1e50
+#: Largest tilt of an axis that an import corrects, as rounded angles such as 1.5708 or 1.57 cause [rad].
+ALIGNED = 1e-3
 
 
 def decimal(text: str) -> float:

@@ -217,7 +217,7 @@ class RawModel:
     """The complete content of the file.
 
     `frames` has the link that carries each named frame, and its pose; `values` the numbers of the file, by the
-    dotted paths that `linkages.files.sdf.read_sdf` replaces.
+    dotted paths that `linkages.files.sdf.read_sdf` replaces; `unweighed` the links without an ``<inertial>``.
     """
 
     name: str
@@ -225,6 +225,7 @@ class RawModel:
     joints: tuple[RawJoint, ...]
     frames: dict[str, tuple[str, Pose]]
     values: dict[str, float]
+    unweighed: tuple[str, ...] = ()
 
 
 class Chains:

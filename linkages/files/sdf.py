@@ -201,7 +201,10 @@ class _Reader:
                 values |= {
                     f"links.{link.name}.com.{axis}": float(x) for axis, x in zip("xyz", link.com_local, strict=True)
                 }
-        return RawModel(self.model.get("name", ""), links, joints, frames, values)
+        unweighed = tuple(
+            link.name for link in links if link.beam is None and self.elements[link.name].find("inertial") is None
+        )
+        return RawModel(self.model.get("name", ""), links, joints, frames, values, unweighed)
 
     def _read(self, tag: str, part: Callable[[str, ET.Element], Any]) -> dict[str, Any]:
         """Read all elements with a tag that are not read yet; return them by name."""

@@ -8,6 +8,7 @@ about n. SI units.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
@@ -22,7 +23,7 @@ from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS
-from linkages.files.magnitudes import implausible
+from linkages.files.magnitudes import ALIGNED, implausible
 from linkages.files.raw_model import Chains, Pose, RawJoint, RawLink, RawModel
 from linkages.files.reading import read_whole
 from linkages.files.sdf import read_sdf
@@ -101,6 +102,8 @@ class Mechanism(Brief):
         All replaceable numbers, by dotted path (see `load_mechanism`).
     text : bytes or None
         Content of the file; variants are made from it.
+    unweighed : tuple of str
+        Links of the file without an ``<inertial>``: massless here, frames of the links to which they are fixed.
     """
 
     name: str
@@ -111,6 +114,7 @@ class Mechanism(Brief):
     frames: tuple[Frame, ...]
     values: Mapping[str, float]
     text: bytes | None = None
+    unweighed: tuple[str, ...] = ()
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         line = f"{self.name}, {counted(len(self.links), 'link')}, {counted(len(self.joints), 'joint')}"
@@ -294,7 +298,8 @@ def planar(path: Path, raw: RawModel, inertias: Mapping[str, float], text: bytes
     joints = tuple(_joint(joint, plane) for joint in raw.joints)
     frames = tuple(_frame(name, link, pose, plane) for name, (link, pose) in raw.frames.items())
     values = raw.values | {f"links.{link.name}.inertia": link.inertia for link in links}
-    mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values, text).with_inertial(inertias)
+    mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values, text, raw.unweighed)
+    mechanism = mechanism.with_inertial(inertias)
     _check(mechanism)
     return mechanism
 
@@ -314,12 +319,20 @@ def _plane(path: Path, joints: tuple[tuple[str, str], ...], axes: bytes) -> Arra
                 normal = cross / np.linalg.norm(cross)
                 break
     for name, axis in revolute:
-        if np.linalg.norm(axis - axis @ normal * normal) > _PARALLEL:
-            raise _wrong(path, "joint", name, f'not planar: its axis is not parallel to the axis of "{first}"')
+        if (sine := float(np.linalg.norm(np.cross(axis, normal)))) > _PARALLEL:
+            problem = f'not planar: its axis is not parallel to the axis of "{first}"{_off(sine)}'
+            raise _wrong(path, "joint", name, problem)
     for name, axis in prismatic:
-        if abs(axis @ normal) > _PARALLEL:
-            raise _wrong(path, "joint", name, f'not planar: its axis leaves the plane normal to "{first}"')
+        if (sine := float(abs(axis @ normal))) > _PARALLEL:
+            raise _wrong(path, "joint", name, f'not planar: its axis leaves the plane normal to "{first}"{_off(sine)}')
     return _basis(normal)
+
+
+def _off(sine: float) -> str:
+    """Write the angle between an axis and its right direction; `sine` is its sine."""
+    angle = math.asin(min(sine, 1.0))
+    aligned = "; `linkages import` aligns it" if angle <= ALIGNED else ""
+    return f" by {angle:.3g} rad ({math.degrees(angle):.3g} degrees){aligned}"
 
 
 def _basis(normal: Array) -> Array:

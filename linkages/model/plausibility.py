@@ -12,6 +12,7 @@ from linkages.model.mechanism import Mechanism
 from linkages.model.skeleton import skeleton
 
 # limits of plausible values, all assumed
+_GYRATION = 10.0  # radius of gyration over the linkage's extent; kg mm2 make it 1000 times as large
 _LONG = 20.0  # length of a link [m]
 _STEEL = 7850.0  # density [kg/m3]: a link should be lighter than a steel cube of its length
 _TURNS = 4.0 * math.pi  # start of a drive [rad]
@@ -56,12 +57,15 @@ def _of_machine(mechanism: Mechanism, size: float) -> Iterator[str]:
     for path, value in mechanism.values.items():
         if path.endswith((".roll", ".pitch", ".yaw")) and abs(value) > 2.0 * math.pi + 1e-6:
             yield f'{path} is {value:.3g} rad: are these degrees? Write <pose degrees="true">'
+    for name in mechanism.unweighed:
+        if mechanism.point[name].link != "world":
+            yield f"{name} has no <inertial>: 0 kg here, 1 kg in other programs: is it massless? Write its <inertial>"
     for link in mechanism.links:
         length, mass = lengths[link.name], link.mass
         if length > 0.0 and mass > _STEEL * length**3:
             cube = "more than a cube of steel of that length"
             yield f"{link.name} has {mass:.3g} kg at a length of {length:.3g} m, {cube}: are these grams?"
-        if mass > 0.0 and link.inertia > mass * size**2:
+        if mass > 0.0 and link.inertia > mass * (_GYRATION * size) ** 2:
             reach = f"{math.sqrt(link.inertia / mass):.3g} m"
             yield (
                 f"the moment of inertia of {link.name}, {link.inertia:.3g} kg m2, equals its mass {reach} away: is"
