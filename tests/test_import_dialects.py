@@ -292,3 +292,136 @@ def _mass_in_drake(text):
     Parser(plant).AddModelsFromString(text, "sdf")
     plant.Finalize()
     return plant.CalcTotalMass(plant.CreateDefaultContext())
+
+
+# -- marked, or refused for the true reason --------------------------------------------------------------------------------
+
+PUSH = '<plugin name="push" filename="libpush.so"><link>fore</link></plugin>'
+MARKED = {
+    "plugin": (Style(tail=f"<gazebo>{PUSH}</gazebo>"), "<plugin> push left out: it can move joints or apply forces"),
+    "plugin of a link": (Style(link=PUSH), "<plugin> of links upper, fore left out"),
+    "unknown in a joint": (Style(joint="<drag value='3'/>"), "<drag> of joints shoulder, elbow left out: it is unknown"),
+    "detachable to another model": (
+        Style(tail="""<gazebo><plugin filename="gz-sim-detachable-joint-system" name="gz::sim::systems::DetachableJoint">
+<parent_link>fore</parent_link><child_model>load</child_model><child_link>body</child_link></plugin></gazebo>"""),
+        "<plugin> gz::sim::systems::DetachableJoint left out",
+    ),
+    "damping": (Style(joint='<dynamics damping="0.1"/>'), '<dynamics> of joint elbow left out; write it into the experiment'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", MARKED)
+def test_content_that_changes_the_motion_is_marked(imported, case):
+    style, line = MARKED[case]
+    _, said = imported(urdf(MACHINES["arm"], style))
+    assert any(each.startswith(f"changes the motion: {line}") for each in said.splitlines())
+    assert said.splitlines()[-1].endswith("2 links, 2 joints, 0 loops, mobility 2")
+
+
+@pytest.mark.parametrize("content", [
+    '<gazebo reference="fore"><mu1>1</mu1><material>Gazebo/Red</material><sensor name="s" type="imu"/></gazebo>',
+    '<gazebo><plugin name="gazebo_ros_joint_state_publisher" filename="libgazebo_ros_joint_state_publisher.so"/></gazebo>',
+    '<gazebo reference="elbow"><provideFeedback>true</provideFeedback></gazebo>',
+    '<mujoco><compiler balanceinertia="true"/></mujoco>',
+    '<gazebo><self_collide>true</self_collide><static>false</static></gazebo>',
+])  # fmt: skip
+def test_content_without_influence_is_not_marked(imported, content):
+    assert "changes the motion" not in imported(urdf(MACHINES["arm"], Style(tail=content)))[1]
+
+
+def test_a_start_state_of_a_world_is_marked(imported):
+    state = "<state world_name='w'><model name='machine'><pose>0 0 1 0 0 0</pose></model></state>"
+    text = f"<sdf version='1.9'><world name='w'>{sdf(MACHINES['arm'], Style(), 'absolute')}{state}</world></sdf>"
+    assert "changes the motion: <world/state> left out: the other program starts there" in imported(text)[1]
+
+
+def test_a_detachable_joint_fixes_its_links_to_one_another(imported):
+    """The five-bar with its two middle links as one body is a four-bar."""
+    plugin = """<gazebo><plugin filename="gz-sim-detachable-joint-system" name="gz::sim::systems::DetachableJoint">
+<parent_link>one</parent_link><child_model>machine</child_model><child_link>two</child_link></plugin></gazebo>"""
+    path, said = imported(urdf(replace(MACHINES["five_bar"], loops=()), Style(tail=plugin)))
+    assert said.splitlines()[-1].endswith("3 links, 4 joints, 1 loop, mobility 1")
+    assert load_mechanism(path).link["one"].mass == pytest.approx(0.6)
+
+
+def test_springs_and_gears_of_a_merged_joint_act_in_the_joint_that_is_kept(imported):
+    """The second joint has the opposite axis: a spring at 0.4 rad is one at -0.4 rad, a ratio of 2 one of -2."""
+    twin = """<gazebo><joint name="twin" type="revolute"><pose>0 0 0.1 0 0 0</pose><parent>upper</parent><child>fore</child><axis>
+<xyz>0 0 -1</xyz><dynamics><spring_stiffness>3</spring_stiffness><spring_reference>0.4</spring_reference></dynamics>
+<mimic joint="shoulder"><multiplier>2</multiplier><offset>0.1</offset></mimic></axis></joint></gazebo>"""
+    said = written(imported(urdf(MACHINES["arm"], Style(tail=twin)))[1])
+    assert (
+        'torsion_springs."twin_spring" = {joint = "elbow", stiffness = 3.0, free_angle = -0.4, damping = 0.0}' in said
+    )
+    assert 'gears."twin_mimic" = {joints = ["shoulder", "elbow"], ratio = -2.0, offset = -0.1}' in said
+
+
+def _model(body):
+    return f'<sdf version="1.11"><world name="w">{body}</world></sdf>'
+
+
+ARM = sdf(MACHINES["arm"], Style(), "absolute")
+ONE_OFF = '<gazebo reference="fore"><turnGravityOff>true</turnGravityOff></gazebo>'
+PLATE = "<mesh><uri>plate.stl</uri></mesh>"
+CONTRADICTION = PLUGIN.replace("-1.5", "2").join(("<gazebo>", "</gazebo>")) + PARAMETERS
+LONG = """<coupling name="c"><predecessor link="upper"/><successor link="world"/><ratio value="1"/></coupling>"""
+REFUSED = {
+    "armature": (urdf(MACHINES["arm"], Style(joint='<dynamics armature="0.1"/>')),
+                 '<joint name="shoulder">/<armature>: adds the rotor\'s inertia'),
+    "a part without weight": (urdf(MACHINES["arm"], Style(tail=ONE_OFF)), 'is false, but "upper" has a weight'),
+    "damping of a link": (urdf(MACHINES["arm"], Style(tail='<gazebo reference="fore"><dampingFactor>0.1</dampingFactor></gazebo>')),
+                          '<link name="fore">/<gazebo>/<dampingFactor>: is not supported'),
+    "underscore": (urdf(MACHINES["arm"], Style()).replace('xyz="0.3 0', 'xyz="0_3 0'),
+                   '<joint name="elbow">/<origin>: its xyz is "0_3 0 0"; give three numbers'),
+    "two numbers": (urdf(MACHINES["arm"], Style()).replace('xyz="0.3 0 0"', 'xyz="0.3 0"'), 'its xyz is "0.3 0"'),
+    "too large": (urdf(MACHINES["arm"], Style()).replace('xyz="0.3 0', 'xyz="3e60 0'), '<joint name="elbow">/<origin>: is 3e+60'),
+    "limit": (urdf(MACHINES["arm"], Style(joint='<limit lower="a" upper="1"/>')), '<joint name="shoulder">/<limit>: from a to 1'),
+    "damping of a word": (urdf(MACHINES["arm"], Style(joint='<dynamics damping="much"/>')),
+                          '<joint name="shoulder">/<dynamics>/<damping>: "much" is not a number'),
+    "tilted": (urdf(MACHINES["straight"], Style(frames="mixed", digits=1)), 'the axis of "shoulder" by 0.0292 rad (1.67 degrees)'),
+    "sliding axis": (urdf(MACHINES["slider_crank"], Style(loop="ball")).replace('xyz="1.0 0 0"/>', 'xyz="1 0 0.1"/>'),
+                     'leaves the plane normal to "O" by 0.0997 rad (5.71 degrees)'),
+    "automatic inertia of a mesh": (AUTO.format("", COLLISION.format("c", "0 0 0 0 0 0", "", PLATE)), "boxes, cylinders, spheres"),
+    "automatic inertia of nothing": (AUTO.format("", ""), "has no <collision> with a volume"),
+    "automatic inertia without a size": (AUTO.format("", COLLISION.format("c", "0 0 0 0 0 0", "", "<sphere/>")), "has no <radius>"),
+    "two models": (_model(ARM + ARM.replace("machine", "other")), "2 <model> elements that are not static: machine and other; choose one"),
+    "only scenery": (_model("<include><uri>model://sun</uri></include>"), "<include> model://sun: is neither in"),
+    "frame of a world": (_model(ARM.replace("<pose>", '<pose relative_to="table">', 1)), "is placed relative to a frame"),
+    "part of an include": (_model("<include><uri>a.sdf</uri><experimental:params/></include>"), "<include>/<experimental:params>: is not"),
+    "two ways": (urdf(MACHINES["gripper"], Style(tail=CONTRADICTION)), '<joint name="R">: mimics in two different ways'),
+    "coupling of many": (urdf(MACHINES["arm"], Style(tail=LONG.replace("upper", "fore"))), "couples 2 joints to 0"),
+    "mimic of nothing": (urdf(MACHINES["gripper"], Style(tail=f"<gazebo>{PLUGIN}</gazebo>".replace(">R<", ">Z<"))),
+                         '<plugin name="p">: names joint "Z", which does not exist'),
+    "loop of nothing": (urdf(MACHINES["four_bar"], Style(loop="urdf+")).replace('predecessor link="coupler"', 'predecessor link="cup"'),
+                        'names "cup", which does not exist'),
+    "universal joint": (sdf(MACHINES["arm"], Style(), "absolute").replace('"revolute"', '"universal"', 1).join(
+        ("<sdf version='1.9'>", "</sdf>")), 'type "universal" is not supported'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_file_that_cannot_be_imported_is_refused_in_one_line(tmp_path, capsys, case):
+    text, reason = REFUSED[case]
+    source, out = tmp_path / "theirs.xml", tmp_path / "ours.sdf"
+    source.write_text(text)
+    (tmp_path / "a.sdf").write_text(f"<sdf version='1.9'>{ARM}</sdf>")
+    assert main(["import", str(source), "--out", str(out)]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert reason in error
+    assert not out.exists()
+
+
+def test_a_model_that_a_world_lacks_is_refused(tmp_path, capsys):
+    (tmp_path / "w.sdf").write_text(_model(ARM))
+    assert main(["import", str(tmp_path / "w.sdf"), "--model", "machin", "--out", str(tmp_path / "o.sdf")]) == 2
+    assert '<model name="machin">: does not exist; did you mean "machine"?' in capsys.readouterr().err
+
+
+def test_a_link_without_inertial_has_the_mass_that_sdformat_gives_it(imported):
+    """Drake's total mass is the reference; the file itself is read with a question."""
+    tip = '<link name="tip"><pose>0.3 0 0 0 0 0</pose></link><joint name="T" type="fixed"><parent>arm</parent><child>tip</child></joint>'
+    text = f"<sdf version='1.9'>{sdf(MACHINES['pendulum'], Style(tail=tip), 'absolute')}</sdf>"
+    path, said = imported(text)
+    assert "- link tip: values that <inertial> lacks are 1 kg" in said
+    assert sum(link.mass for link in load_mechanism(path).links) == pytest.approx(_mass_in_drake(text))

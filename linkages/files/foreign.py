@@ -208,7 +208,7 @@ def take_foreign(path: Path, model: ET.Element) -> Foreign:
         if element.tag in CONSTRAINTS:
             found.constraints.append(element)
             model.remove(element)
-        else:
+        elif element.tag not in ("link", "joint"):
             _refuse(path, element, label(model))
     for link in model.findall("link"):
         _check_link(path, link)
