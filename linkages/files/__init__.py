@@ -15,7 +15,8 @@ It may import errors and `flexible`.
 | rigid           | move links; merge links that are fixed to each other                |
 | urdf            | conversion of URDF to SDFormat                                      |
 | importing       | import of mechanisms of other programs                              |
-| foreign         | elements that change the motion: converted or rejected              |
+| foreign         | elements of other programs: converted, marked or rejected           |
+| inertials       | mass and inertia that an SDFormat file leaves to its reader         |
 | constraints     | welds, ball joints and springs between links                        |
 | sdf_text        | write a mechanism as SDFormat                                       |
 | description     | a mechanism in a few lines: points, links, parameters               |
