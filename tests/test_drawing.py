@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from browser import find_browser, open_page
-from machines import PLANES, bar, four_bar, joint, model, slider_crank
+from machines import PLANES, bar, four_bar, joint, model, slider_crank, solid
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from shipped import BENT, NAMES
 
@@ -328,6 +328,27 @@ def test_a_value_in_another_unit_is_asked_about(values, question):
     system = load(find_file("four_bar_dry.toml"), values)
     asked = doubts(system.mechanism, system.tree.extent, system.experiment)
     assert asked == [] if question is None else (len(asked) == 1 and asked[0].partition(": ")[2].startswith(question))
+
+
+def test_a_heavy_link_that_reaches_far_beyond_its_joints_raises_no_question(experiment_file):
+    """47 kg with 6.7 kg m2 are a radius of gyration of 0.38 m: a boom of 1 m, on two pins at a distance of 3 cm."""
+    body = solid("base", 20.0) + solid("boom", 47.0, 6.7, "0.03 0 0 0 0 0", centre="0.5 0 0 0 0 0")
+    system = load(
+        experiment_file(
+            model("crane", body + joint("O", "world", "base") + joint("A", "base", "boom")), "duration = 1.0\n"
+        )
+    )
+    asked = doubts(system.mechanism, system.tree.extent, system.experiment)
+    assert not any("boom" in question for question in asked)
+
+
+def test_a_link_without_inertial_is_asked_about(experiment_file):
+    tip = '<link name="tip"><pose relative_to="crank_tip">0 0 0 0 0 0</pose></link>' + joint(
+        "T", "crank", "tip", "fixed"
+    )
+    system = load(experiment_file(four_bar().replace("</model>", f"{tip}</model>"), "duration = 1.0\n"))
+    (question,) = doubts(system.mechanism, system.tree.extent, system.experiment)
+    assert question == "tip has no <inertial>: 0 kg here, 1 kg in other programs: is it massless? Write its <inertial>"
 
 
 def test_a_run_begins_with_the_questions_of_the_drawing(tmp_path, capsys):

@@ -198,6 +198,10 @@ def test_a_section_that_a_formula_looks_at_is_there_in_runs(system_of):
 FORCE = '[forces.P]\npoint = "follower_tip"\n'
 #: case -> (text, expected part of the message)
 WRONG = {
+    "underscore": (
+        FORCE + 'formula = ["2_0*t", "0"]\n',
+        'forces.P: has the number "2_0"; write it without underscores',
+    ),
     "not a formula": (FORCE + 'formula = ["2*", "0"]\n', 'forces.P: "2*" is not a formula'),
     "one component": (FORCE + 'formula = ["2*t"]\n', "forces.P.formula"),
     "unknown name": (FORCE + 'formula = ["2*x", "0"]\n', '"2*x" has "x"; it may have t, the time'),

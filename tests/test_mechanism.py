@@ -161,6 +161,12 @@ REFUSED = {
         "break the circle",
     ),
     "not a number": (GOOD.replace("<mass>0.2</mass>", "<mass>heavy</mass>", 1), "is not a number"),
+    "a number with an underscore": (GOOD.replace("<mass>0.2<", "<mass>2_0<", 1), '"2_0" is not a number'),
+    "a number in other digits": (GOOD.replace("<pose>0.1 0", "<pose>\u0661 0", 1), "is not 6 numbers"),
+    "not parallel by an angle": (
+        GOOD.replace("<xyz>0 0 1</xyz>", "<xyz>0 0.0004 1</xyz>", 1),
+        "by 0.0004 rad (0.0229 degrees); `linkages import` aligns it",
+    ),
     "not finite": (GOOD.replace("<mass>0.2</mass>", "<mass>nan</mass>", 1), "must be finite"),
     "wrong count": (GOOD.replace("<xyz>0 0 1</xyz>", "<xyz>0 1</xyz>", 1), "3 are needed"),
     "zero axis": (GOOD.replace("<xyz>0 0 1</xyz>", "<xyz>0 0 0</xyz>", 1), "has no length"),

@@ -12,7 +12,7 @@ from linkages.model.mechanism import Mechanism
 from linkages.model.skeleton import skeleton
 
 # limits of plausible values, all assumed
-_GYRATION = 10.0  # radius of gyration over the linkage's extent; kg mm2 make it 1000 times as large
+_GYRATION = 10.0  # radius of gyration over the size of linkage and link; kg mm2 make it 1000 times as large
 _LONG = 20.0  # length of a link [m]
 _STEEL = 7850.0  # density [kg/m3]: a link should be lighter than a steel cube of its length
 _TURNS = 4.0 * math.pi  # start of a drive [rad]
@@ -47,10 +47,11 @@ def doubts(mechanism: Mechanism, size: float, experiment: Experiment) -> list[st
 
 
 def _of_machine(mechanism: Mechanism, size: float) -> Iterator[str]:
-    lengths = {}
+    lengths, sizes = {}, {}
     for link in mechanism.links:
         places = skeleton(mechanism, link, size).places
         lengths[link.name] = float(np.linalg.norm(places[:, None] - places, axis=2).max())
+        sizes[link.name] = max(size, float(np.linalg.norm(places - link.com, axis=1).max()))
     longest = max(lengths, key=lambda name: lengths[name], default="")
     if lengths and lengths[longest] > _LONG:
         yield f"{longest} is {lengths[longest]:.3g} m long: is this file in millimetres? SDFormat has metres"
@@ -65,7 +66,7 @@ def _of_machine(mechanism: Mechanism, size: float) -> Iterator[str]:
         if length > 0.0 and mass > _STEEL * length**3:
             cube = "more than a cube of steel of that length"
             yield f"{link.name} has {mass:.3g} kg at a length of {length:.3g} m, {cube}: are these grams?"
-        if mass > 0.0 and link.inertia > mass * (_GYRATION * size) ** 2:
+        if mass > 0.0 and link.inertia > mass * (_GYRATION * sizes[link.name]) ** 2:
             reach = f"{math.sqrt(link.inertia / mass):.3g} m"
             yield (
                 f"the moment of inertia of {link.name}, {link.inertia:.3g} kg m2, equals its mass {reach} away: is"
