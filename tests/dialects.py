@@ -234,6 +234,15 @@ def _ball(machine, style, name, one, x, y, other, u, v, form='<{} name="{}"/>', 
     return f"<drake:ball_constraint>{body}</drake:ball_constraint>"
 
 
+def _closing(machine, style, name, one, x, y, other, u, v):
+    first, second, _ = _ends(machine, style, one, x, y, other, u, v)
+    return "".join(
+        f"""<link name="closing_{name}_{k}"/><joint name="closing_{name}_{k}_frame" type="fixed"><parent link="{link}"/>
+<child link="closing_{name}_{k}"/><origin xyz="{place}" rpy="0 0 0"/></joint>"""
+        for k, link, place in ((1, one, first), (2, other, second))
+    )
+
+
 #: Notations of loops in URDF.
 LOOPS = {
     "loop_joint": _loop_joint,
@@ -242,6 +251,7 @@ LOOPS = {
     "urdf+": _loop_of_urdf_plus,
     "plugin": _loop_plugin,
     "ball": _ball,
+    "closing": _closing,
 }
 
 

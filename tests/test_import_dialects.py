@@ -28,7 +28,7 @@ CONTROLLER = '<gazebo><plugin name="gazebo_ros_control" filename="libgazebo_ros_
 #: Notations of exporters of URDF.
 EXPORTERS = {
     "solidworks": Style(frames="mixed", base="base_link", link=MESH, loop="gazebo", zero="-1.38777878078145E-17"),
-    "onshape": Style(plane="xz", principal=True, link=MESH, loop="loop_joint", zero="2e-114"),
+    "onshape": Style(plane="xz", principal=True, link=MESH, loop="closing", zero="2e-114", joint='<joint_properties damping="0.0"/>'),
     "fusion": Style(plane="yz", link=SHAPES, loop="urdf+", tail=CONTROLLER),
     "gazebo": Style(link=SHAPES, loop="plugin", joint='<dynamics damping="0.02"/>'),
     "isaac": Style(frames="mixed", principal=True, loop="spherical", joint='<dynamics damping="0.01" armature="0"/>',
@@ -147,7 +147,7 @@ def _in_worlds():
     yield "world-moon", _sdf("four_bar", around=moon, gravity=(0.0, 0.0, -1.62))
     scenery = "<include><uri>model://sun</uri></include><include><uri>https://fuel.example.org/a/ground</uri></include>"
     yield "world-scenery", _sdf("arm", around=around.replace(GROUND, scenery), gravity=OF_WORLDS, plain=True)
-    pieces = {"machine/model.sdf": f'<sdf version="1.9">{sdf(MACHINES["arm"], Style(), "relative")}</sdf>'}
+    pieces = {"models/machine/model.sdf": f'<sdf version="1.9">{sdf(MACHINES["arm"], Style(), "relative")}</sdf>'}
     include = f"<sdf version='1.9'><world name='w'>{GROUND}<include><uri>model://machine</uri></include></world></sdf>"
     yield "world-include", Case("arm", include, plain=True, gravity=OF_WORLDS, files=pieces)
     robot = {"machine.urdf": urdf(MACHINES["four_bar"], replace(Style(), loop="loop_joint"))}
@@ -245,7 +245,7 @@ def test_a_file_is_imported_with_its_mass_mobility_and_motion(tmp_path, capsys, 
     machine, source, out = MACHINES[case.machine], tmp_path / f"theirs.{case.kind}", tmp_path / "ours.sdf"
     source.write_text(case.text)
     for file, text in case.files.items():
-        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).parent.mkdir(exist_ok=True, parents=True)
         (tmp_path / file).write_text(text)
     assert main(["import", str(source), "--out", str(out), *case.options]) == 0, capsys.readouterr().err
     said = capsys.readouterr().out

@@ -62,8 +62,9 @@ def _weld(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
 def _ball(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
     """Join two points by a revolute joint, the planar equivalent of a ball joint."""
     (one, at), (other, here) = _points(foreign.path, raw, element)
-    name, normal = _free(raw, "ball_constraint"), _normal(foreign.path, raw, element)
-    foreign.notes.append(f"{label(element)}: revolute joint {name} between {one} and {other}")
+    name, normal = _free(raw, element.get("name") or "ball_constraint"), _normal(foreign.path, raw, element)
+    where = "loop" if element.get("name") else label(element)
+    foreign.notes.append(f"{where}: revolute joint {name} between {one} and {other}")
     joint = RawJoint(name, "revolute", one, other, normal, here, at, None, None)
     return replace(raw, joints=(*raw.joints, joint))
 

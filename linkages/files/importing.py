@@ -104,6 +104,7 @@ def _imported(path: Path, model: ET.Element) -> Imported:
     notes = _leave_out(model, {name for name, ends in limits.items() if min(np.abs(ends)) < _FAR})
     raw = joined(foreign, read_model(path, model))
     notes += foreign.notes
+    raw = _on_the_ground(raw, notes)
     ground = Chains(link.name for link in raw.links)
     for joint in raw.joints:
         if joint.type == "fixed":
@@ -114,9 +115,8 @@ def _imported(path: Path, model: ET.Element) -> Imported:
         notes.append(f"link{'s' * (len(free) > 1)} {', '.join(free)}: {taken}")
     heavy = {link.name for link in raw.links if link.mass > 0.0} - standing
     gravity = _gravity(path, model, heavy, foreign.weightless)
-    for change in (_on_the_ground, _rigid, _aligned):
-        raw = change(path, raw, notes)
-    raw = _coaxial(path, raw, foreign, notes)
+    raw = _aligned(_rigid(path, raw, notes), notes)
+    raw = _coaxial(raw, foreign, notes)
     raw = without_massless(path, raw)
     if not raw.links:
         raise InputError(path, label(model), "has no moving link: every link is fixed to the world")
@@ -249,12 +249,13 @@ def _gravity(path: Path, model: ET.Element, heavy: set[str], weightless: list[st
 
 
 def _included(path: Path, include: ET.Element) -> Path:
-    """Find the file of an <include>: in the folder of the including file, or in its parent folder."""
+    """Find the file of an <include>: in the folder of the including file or its parent, or in their folder "models"."""
     uri = include.findtext("uri", "").strip()
     scheme, _, name = uri.rpartition("://")
     if scheme not in ("", "file", "model", "package") or not name:
         raise InputError(path, f"<include> {uri}", "is not a local file; download it, and write its path")
-    for folder in (path.parent, path.parent.parent):
+    folders = path.parent, path.parent.parent
+    for folder in (*folders, *(folder / "models" for folder in folders)):
         file = folder / name
         if os.path.isdir(file):  # unlike Path.is_dir, returns False for invalid names
             file = file / "model.sdf"
@@ -308,7 +309,7 @@ def _is_mesh(element: ET.Element) -> bool:
     return element.tag == "visual" and not any(element.find(f"geometry/{shape}") is not None for shape in _SHAPES)
 
 
-def _on_the_ground(path: Path, model: RawModel, notes: list[str]) -> RawModel:
+def _on_the_ground(model: RawModel, notes: list[str]) -> RawModel:
     """Weld one link of each floating group to the world."""
     chains = Chains(link.name for link in model.links)
     for joint in model.joints:
@@ -339,7 +340,7 @@ def _rigid(path: Path, model: RawModel, notes: list[str]) -> RawModel:
     return model
 
 
-def _aligned(path: Path, model: RawModel, notes: list[str]) -> RawModel:
+def _aligned(model: RawModel, notes: list[str]) -> RawModel:
     """Align axes that rounded angles of the file have tilted: with the plane of the first revolute joint.
 
     The plane's normal is the nearest axis of the world, if it is as near.
@@ -371,7 +372,7 @@ def _tilt(joint: RawJoint, normal: Array) -> float:
     return float(np.arcsin(min(across, 1.0)))
 
 
-def _coaxial(path: Path, model: RawModel, foreign: Foreign, notes: list[str]) -> RawModel:
+def _coaxial(model: RawModel, foreign: Foreign, notes: list[str]) -> RawModel:
     """Merge revolute joints on one axis between the same two links, which are one joint in the plane.
 
     Springs, friction and gears of a merged joint act in the joint that is kept.

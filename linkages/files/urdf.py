@@ -19,8 +19,9 @@ from linkages.files.xml import label
 def sdf_of(path: Path, robot: ET.Element) -> ET.Element:
     """Return the ``<model>`` of a ``<robot>``.
 
-    Each link is placed by the joint that carries it. ``<loop_joint>`` (Drake, Isaac), ``<loop>`` (URDF+) and joints of
-    SDFormat in ``<gazebo>`` blocks close loops. Elements of a ``<gazebo reference>`` block become elements of their
+    Each link is placed by the joint that carries it. ``<loop_joint>`` (Drake, Isaac), ``<loop>`` (URDF+), joints of
+    SDFormat in ``<gazebo>`` blocks, and links ``closing_NAME_1`` and ``closing_NAME_2`` (onshape-to-robot) close loops.
+    Elements of a ``<gazebo reference>`` block become elements of their
     link or joint; ``<coupling>`` (URDF+) and joints that mimic others in ``<ros2_control>`` become ``<mimic>``.
 
     Raises
@@ -53,11 +54,16 @@ def sdf_of(path: Path, robot: ET.Element) -> ET.Element:
         elif element.tag == "joint":
             model.append(_joint(element))
         elif element.tag in _LOOPS:
-            model.extend(_loop(path, element))
+            model.extend(list(_loop(path, element)))
         elif element.tag == "gazebo" and not element.get("reference"):
             model.extend(copy.deepcopy(part) for part in element)
         elif element.tag not in ("material", "link", "gazebo", "coupling"):
             model.append(_told(element))
+    links = {link.get("name", "") for link in robot.findall("link")}
+    for first in sorted(links):
+        name = first.removesuffix("_1")  # as onshape-to-robot closes loops
+        if first.startswith("closing_") and f"{name}_2" in links - {first}:
+            model.append(_ball(name, (first, "0 0 0"), (f"{name}_2", "0 0 0")))
     for element in robot:
         if element.tag == "gazebo" and element.get("reference"):
             _of_gazebo(model, element)
@@ -208,11 +214,7 @@ def _loop(path: Path, element: ET.Element) -> Iterator[ET.Element]:
         _check_origin(path, element, place)
     links = [end.get("link", end.get("name", "")) for end in ends]
     if kind in ("ball", "spherical"):
-        ball = ET.Element("drake:ball_constraint")
-        for body, point, link, place in zip(("body_A", "body_B"), ("p_AP", "p_BQ"), links, places, strict=True):
-            _add(ball, f"drake:ball_constraint_{body}", link)
-            _add(ball, f"drake:ball_constraint_{point}", place.get("xyz", "0 0 0"))
-        yield ball
+        yield _ball(name, *((link, place.get("xyz", "0 0 0")) for link, place in zip(links, places, strict=True)))
         return
     joint = ET.Element("joint", name=name, type=kind)
     for tag, side, link, place in zip(("parent", "child"), sides, links, places, strict=True):
@@ -226,7 +228,16 @@ def _loop(path: Path, element: ET.Element) -> Iterator[ET.Element]:
     yield joint
 
 
-_OF_AXIS = ("axis", "limit", "dynamics", "mimic")
+def _ball(name: str, *ends: tuple[str, str]) -> ET.Element:
+    """Make a ball constraint between two points: link, and place in its frame."""
+    ball = ET.Element("drake:ball_constraint", name=name)
+    for body, point, (link, place) in zip(("body_A", "body_B"), ("p_AP", "p_BQ"), ends, strict=True):
+        _add(ball, f"drake:ball_constraint_{body}", link)
+        _add(ball, f"drake:ball_constraint_{point}", place)
+    return ball
+
+
+_OF_AXIS = ("axis", "limit", "dynamics", "mimic", "joint_properties")  # the last is an old name of <dynamics>
 
 
 def _axis(element: ET.Element) -> ET.Element:
@@ -235,7 +246,10 @@ def _axis(element: ET.Element) -> ET.Element:
     own = element.find("axis")
     _add(axis, "xyz", own.get("xyz", "1 0 0") if own is not None else "1 0 0")
     parts = [part for part in element if part.tag in _OF_AXIS[1:]]
-    axis.extend(copy.deepcopy(part) if part.tag == "mimic" else _of_attributes(part) for part in parts)
+    for part in parts:
+        axis.append(copy.deepcopy(part) if part.tag == "mimic" else _of_attributes(part))
+        if part.tag == "joint_properties":
+            axis[-1].tag = "dynamics"
     return axis
 
 
