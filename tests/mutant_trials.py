@@ -18,6 +18,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toy_optimisation
+from dialects import LOOPS, Style, urdf
+from dialects import MACHINES as FOREIGN_MACHINES
 from mutants import MACHINES, Mutator, write
 
 import linkages
@@ -53,6 +55,20 @@ URDF = b"""<robot name="four_bar">
 <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
 <loop_joint name="B" type="continuous"><axis xyz="0 0 1"/><link1 link="coupler" xyz="0.25 0 0" rpy="0 0 0"/>
 <link2 link="follower" xyz="0.2 0 0" rpy="0 0 0"/></loop_joint></robot>"""
+
+#: With loops in all notations; a world with automatic inertia; gears, a spring, start positions.
+FOREIGN = [urdf(FOREIGN_MACHINES["four_bar"], Style(loop=loop)).encode() for loop in LOOPS]
+FOREIGN.append(b"""<sdf version="1.11"><world name="w"><gravity>0 0 -9</gravity><model name="ground"><static>1</static></model>
+<include><uri>model://sun</uri></include><model name="m"><link name="arm"><inertial auto="true"><mass>2</mass></inertial>
+<collision name="c"><pose>0.5 0 0 0 0 0</pose><density>1000</density><geometry><capsule><radius>.1</radius><length>1</length>
+</capsule></geometry></collision></link><joint name="A" type="revolute"><parent>world</parent><child>arm</child><axis>
+<xyz>0 1 0</xyz><initial_position>0.1</initial_position></axis></joint></model></world></sdf>""")
+MORE = b"""<coupling name="c"><predecessor link="left"/><successor link="right"/><ratio value="2"/></coupling><gazebo reference="L">
+<springStiffness>3</springStiffness><springReference>0.1</springReference></gazebo><ros2_control name="r"><joint name="R">
+<param name="mimic">L</param><param name="multiplier">2</param><state_interface name="position"><param name="initial_value">0.2
+</param></state_interface></joint></ros2_control><gazebo><plugin name="d" filename="detachable-joint"><parent_link>left
+</parent_link><child_model>machine</child_model><child_link>right</child_link></plugin></gazebo></robot>"""
+FOREIGN.append(urdf(FOREIGN_MACHINES["gripper"], Style()).encode().replace(b"</robot>", MORE))
 
 
 class Told:
@@ -157,7 +173,9 @@ def importing(mutator: Mutator, folder: Path) -> str:
     source, out = folder / "theirs.xml", folder / "ours.sdf"
     out.unlink(missing_ok=True)
     given = [path.read_bytes() for path in MACHINES]
-    source.write_bytes(mutator.mutant(mutator.dice.choice([*given, *[URDF] * len(given)])))
+    source.write_bytes(
+        mutator.mutant(mutator.dice.choice([mutator.dice.choice(given), URDF, mutator.dice.choice(FOREIGN)]))
+    )
     status, _, _ = command("import", source, "--out", out)
     assert out.exists() == (status == 0)
     if status:

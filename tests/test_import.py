@@ -151,6 +151,16 @@ UNKNOWN_HERE = {
     "static": ("</model>", '<model name="n"><static>1</static></model></model>', "fix its links to the world"),
     "placement": ("</model>", '<model name="n" placement_frame="x"/></model>', "placement frames"),
     "URDF": (GOOD, '<robot name="r"/>', "linkages import m.sdf"),
+    "a world": (
+        GOOD,
+        '<sdf><world name="w"><model name="m"/></world></sdf>',
+        "`linkages import` takes the model of a world",
+    ),
+    "automatic inertia": (
+        "<inertial>",
+        '<inertial auto="true">',
+        "is automatic; `linkages import` computes its values",
+    ),
 }
 
 

@@ -46,6 +46,7 @@ _IDLE = """
 #: Elements without influence on the motion of a linkage that touches nothing outside its joints, with a reason for
 #: those that need one.
 HARMLESS = dict.fromkeys(_IDLE.split(), "") | {
+    "gravity": "the last lines say which gravity the file has",
     "gazebo": "it names no link or joint",
     "collision": "links touch each other in clearance joints only",
     "limit": "it limits effort and speed only",

@@ -33,7 +33,8 @@ def find_model(path: Path, root: ET.Element) -> ET.Element:
     update(path, root)
     models = root.findall("model")
     if len(models) != 1:
-        raise InputError(path, "<sdf>", f"has {len(models)} <model> elements; exactly one is needed")
+        world = "; `linkages import` takes the model of a world" if root.find("world") is not None else ""
+        raise InputError(path, "<sdf>", f"has {len(models)} <model> elements; exactly one is needed{world}")
     return models[0]
 
 

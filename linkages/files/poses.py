@@ -37,6 +37,8 @@ def inertial(path: Path, link: ET.Element) -> tuple[float, Array, Array]:
     where, inertial = f"{label(link)}/<inertial>", link.find("inertial")
     if inertial is None:
         return 0.0, np.zeros(3), np.zeros((3, 3))
+    if inertial.get("auto", "false") in ("true", "1"):
+        raise InputError(path, where, "is automatic; `linkages import` computes its values")
     mass = number(path, inertial, "mass", where)
     if mass < 0.0:
         raise InputError(path, f"{where}/<mass>", f"is {mass:g} kg; it must be positive")
