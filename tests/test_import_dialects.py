@@ -164,6 +164,12 @@ def _in_worlds():
         "world-joint",
         Case("arm", f"<sdf version='1.11'><world name='w'>{held}{joint}</world></sdf>", gravity=OF_WORLDS),
     )
+    ball = sdf(MACHINES["four_bar"], Style(frames="mixed"), "relative")
+    at = ball.rindex('"revolute"')
+    ball = ball[:at] + '"ball"' + re.sub("<axis>.*?</axis>", "", ball[at + len('"revolute"') :], flags=re.DOTALL)
+    text = f"<sdf version='1.9'><world name='w'><physics type='ode'><gravity>0 0 -5</gravity></physics>{ball}</world></sdf>"
+    said = ("- ball joint B: a revolute joint in the plane",)
+    yield "world-ball", Case("four_bar", text, plain=True, gravity=(0.0, 0.0, -5.0), said=said)
     inner = sdf(MACHINES["slider_crank"], Style(), "relative")
     nested = f"<sdf version='1.9'><model name='outer'>{inner}</model></sdf>"
     yield "nested", Case("slider_crank", nested, plain=True)

@@ -205,6 +205,11 @@ def take_foreign(path: Path, model: ET.Element) -> Foreign:
         for plugin in holder.findall("plugin"):
             if _plugin(found, model, plugin):
                 holder.remove(plugin)
+    for joint in model.findall("joint"):
+        if joint.get("type") == "ball":
+            _turn_in_the_plane(path, label(joint), model, joint)
+            joint.set("type", "revolute")
+            found.notes.append(f"ball joint {joint.get('name')}: a revolute joint in the plane")
     for element in list(model):
         if element.tag in CONSTRAINTS:
             found.constraints.append(element)
@@ -281,17 +286,22 @@ def _plugin(found: Foreign, model: ET.Element, plugin: ET.Element) -> bool:
     name = next(name for k in range(len(taken) + 1) if (name := f"{of}_{k + 1}" if k else of) not in taken)
     joint = ET.SubElement(model, "joint", name=name, type=type_)
     if type_ == "revolute":
-        first = next((j for j in model.iterfind("joint") if j.find("axis/xyz") is not None and _turns(j)), None)
-        if first is None:
-            raise InputError(path, where, "is in a mechanism without revolute joints, so its plane is unknown")
         deep(joint, "pose").text = f"{given.get('position', '0 0 0')} {given.get('rotation', '0 0 0')}"
-        xyz, own = deep(joint, "axis/xyz"), deep(first, "axis/xyz")
-        xyz.text = own.text
-        xyz.set("expressed_in", own.get("expressed_in") or first.get("name") or "")
+        _turn_in_the_plane(path, where, model, joint)
     for end, link in zip(("parent", "child"), ends, strict=True):
         deep(joint, end).text = link
     found.notes.append(f"{where}: {type_} joint {name} between {ends[0]} and {ends[1]}")
     return True
+
+
+def _turn_in_the_plane(path: Path, where: str, model: ET.Element, joint: ET.Element) -> None:
+    """Give a joint the axis of the first revolute joint, which is the plane's normal."""
+    first = next((j for j in model.iterfind("joint") if j.find("axis/xyz") is not None and _turns(j)), None)
+    if first is None:
+        raise InputError(path, where, "is in a mechanism without revolute joints, so its plane is unknown")
+    xyz, own = deep(joint, "axis/xyz"), deep(first, "axis/xyz")
+    xyz.text = own.text
+    xyz.set("expressed_in", own.get("expressed_in") or first.get("name") or "")
 
 
 def _turns(joint: ET.Element) -> bool:

@@ -178,6 +178,7 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
             world.remove(joint)
     if root.find("world") is not None:
         gravity = world.find("gravity")
+        gravity = world.find("physics/gravity") if gravity is None else gravity  # SDFormat before 1.5
         values = numbers(path, gravity, 3, "<world>/<gravity>") if gravity is not None else _GRAVITY
         model.set("gravity", " ".join(repr(float(value)) for value in values))
     others = {id(element): element for element in (*models, *world) if element.tag != "gravity"}
