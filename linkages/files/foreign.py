@@ -372,7 +372,7 @@ def _dynamics(path: Path, joint: ET.Element, element: ET.Element) -> Iterator[En
     name, where = joint.get("name", ""), f"{label(joint)}/<axis>/<dynamics>"
     keys = ("damping", "friction", "spring_stiffness", "spring_reference")
     damping, friction, stiffness, free = (number(path, element, key, where, 0.0) for key in keys)
-    turns = _turns(joint)
+    turns = joint.get("type") in ("revolute", "continuous")
     said = f"<dynamics> of joint {name}"
     if stiffness and not turns:
         problem = "is a spring in a prismatic joint; remove it, and write a spring between two points in the experiment"
