@@ -302,9 +302,11 @@ def _mass_in_drake(text):
 
 # -- marked, or refused for the true reason --------------------------------------------------------------------------------
 
+FLIGHT = '<gazebo><plugin name="flight_simulation" filename="libflight_simulation.so"/></gazebo>'
 PUSH = '<plugin name="push" filename="libpush.so"><link>fore</link></plugin>'
 MARKED = {
     "plugin": (Style(tail=f"<gazebo>{PUSH}</gazebo>"), "<plugin> push left out: it can move joints or apply forces"),
+    "plugin of a long name": (Style(tail=FLIGHT), "<plugin> flight_simulation left out"),
     "plugin of a link": (Style(link=PUSH), "<plugin> of links upper, fore left out"),
     "unknown in a joint": (Style(joint="<drag value='3'/>"), "<drag> of joints shoulder, elbow left out: it is unknown"),
     "detachable to another model": (
@@ -370,6 +372,8 @@ ARM = sdf(MACHINES["arm"], Style(), "absolute")
 ONE_OFF = '<gazebo reference="fore"><turnGravityOff>true</turnGravityOff></gazebo>'
 PLATE = "<mesh><uri>plate.stl</uri></mesh>"
 CONTRADICTION = PLUGIN.replace("-1.5", "2").join(("<gazebo>", "</gazebo>")) + PARAMETERS
+COAXIAL = """<gazebo><joint name="twin" type="revolute"><parent>upper</parent><child>fore</child><axis><xyz>0 0 1</xyz>
+<mimic joint="elbow"/></axis></joint></gazebo>"""
 LONG = """<coupling name="c"><predecessor link="upper"/><successor link="world"/><ratio value="1"/></coupling>"""
 REFUSED = {
     "armature": (urdf(MACHINES["arm"], Style(joint='<dynamics armature="0.1"/>')),
@@ -395,6 +399,7 @@ REFUSED = {
     "frame of a world": (_model(ARM.replace("<pose>", '<pose relative_to="table">', 1)), "is placed relative to a frame"),
     "part of an include": (_model("<include><uri>a.sdf</uri><experimental:params/></include>"), "<include>/<experimental:params>: is not"),
     "two ways": (urdf(MACHINES["gripper"], Style(tail=CONTRADICTION)), '<joint name="R">: mimics in two different ways'),
+    "coaxial gear": (urdf(MACHINES["arm"], Style(tail=COAXIAL)), '<mimic> of joint twin: couples joint "elbow" with itself'),
     "coupling of many": (urdf(MACHINES["arm"], Style(tail=LONG.replace("upper", "fore"))), "couples 2 joints to 0"),
     "mimic of nothing": (urdf(MACHINES["gripper"], Style(tail=f"<gazebo>{PLUGIN}</gazebo>".replace(">R<", ">Z<"))),
                          '<plugin name="p">: names joint "Z", which does not exist'),

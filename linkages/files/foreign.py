@@ -64,8 +64,8 @@ ACTING = {
 
 #: Plugins that measure, show or set up the simulation, by their file or name.
 _PASSIVE = re.compile(
-    r"publish|sensor|camera|imu|lidar|laser|[^a-z]ray|gps|navsat|p3d|contact|odometr|altimeter|magnetometer|logger|record"
-    r"|broadcast|scene|user-?commands|physics|visual|light|label|gui|touch|collision|disable-?link|performer",
+    r"publish|sensor|camera|lidar|laser|navsat|contact|odometr|altimeter|magnetometer|logger|record|broadcast|scene|visual"
+    r"|user-?commands|physics|touch|disable-?link|(?<![a-z])(imu|ray|gps|p3d|light|label|gui)(?![a-z])",
     re.IGNORECASE,
 )
 
@@ -312,7 +312,8 @@ def _refuse(path: Path, element: ET.Element, where: str) -> None:
     problem = _REFUSED.get(element.tag)
     if problem is None and element.tag.removeprefix("world/").startswith("drake:") and element.tag not in HARMLESS:
         problem = "may change the motion and is not supported; remove it"
-    inertia = next((part for part in element.iter() if part.tag in _ROTORS), None)
+    parts = element.iter() if not element.tag.startswith("world/") else ()
+    inertia = next((part for part in parts if part.tag in _ROTORS), None)
     if inertia is not None:
         at = f"{where}/<{inertia.tag}>"
         value = inertia.text if inertia.get("value") is None else inertia.get("value")

@@ -126,12 +126,17 @@ def _imported(path: Path, model: ET.Element) -> Imported:
             if name not in names:
                 problem = f'joint "{name}" was merged with another, or removed; name a joint that is kept'
                 raise InputError(path, entry.element, problem)
+        if len(set(entry.joints)) < len(entry.joints):
+            raise InputError(path, entry.element, f'couples joint "{entry.joints[0]}" with itself')
     limits = {name: ends for name, ends in limits.items() if name in names}
     return Imported(raw, limits, notes, foreign.entries, gravity)
 
 
 def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
-    """Read the <model> of a file, the only one that is not static or the one with a name, with its included models."""
+    """Read the <model> of a file, the only one that is not static or the one with a name, with its included models.
+
+    Its attributes "gravity" and "notation" say which gravity a world has, and that the file is URDF.
+    """
     here = path.resolve()
     if here in passed or len(passed) > DEEPEST:
         raise InputError(passed[-1], f"<include> {path.name}", "includes itself; break the circle")
@@ -170,7 +175,10 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
             world.remove(element)
             models.append(follow(element))
     model = _chosen(path, models, name, missing)
-    if model.get("placement_frame") or model.find("pose[@relative_to]") is not None:
+    for key in ("gravity", "notation"):
+        model.attrib.pop(key, None)
+    placed = model.get("placement_frame") or model.findtext("placement_frame")
+    if placed or any(pose.get("relative_to") not in (None, "", "world") for pose in model.findall("pose")):
         raise InputError(path, label(model), "is placed relative to a frame, which is not supported; give its <pose>")
     for joint in world.findall("joint"):
         if _own_joint(model, joint):

@@ -204,7 +204,7 @@ class _Reader:
         unweighed = tuple(
             link.name for link in links if link.beam is None and self.elements[link.name].find("inertial") is None
         )
-        return RawModel(self.model.get("name", ""), links, joints, frames, values, unweighed)
+        return RawModel(self.model.get("name", ""), links, joints, frames, values, unweighed=unweighed)
 
     def _read(self, tag: str, part: Callable[[str, ET.Element], Any]) -> dict[str, Any]:
         """Read all elements with a tag that are not read yet; return them by name."""

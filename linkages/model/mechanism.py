@@ -298,7 +298,7 @@ def planar(path: Path, raw: RawModel, inertias: Mapping[str, float], text: bytes
     joints = tuple(_joint(joint, plane) for joint in raw.joints)
     frames = tuple(_frame(name, link, pose, plane) for name, (link, pose) in raw.frames.items())
     values = raw.values | {f"links.{link.name}.inertia": link.inertia for link in links}
-    mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values, text, raw.unweighed)
+    mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values, text, unweighed=raw.unweighed)
     mechanism = mechanism.with_inertial(inertias)
     _check(mechanism)
     return mechanism
