@@ -164,6 +164,16 @@ def _in_worlds():
         "world-joint",
         Case("arm", f"<sdf version='1.11'><world name='w'>{held}{joint}</world></sdf>", gravity=OF_WORLDS),
     )
+    whole = sdf(MACHINES["arm"], Style(), "absolute")
+    fore, elbow = (
+        re.search(rf'<{tag} name="{name}".*?</{tag}>', whole, re.DOTALL)[0]
+        for tag, name in (("link", "fore"), ("joint", "elbow"))
+    )
+    first = whole.replace(fore, "").replace(elbow, "")
+    second = f'<model name="other">{re.search("<pose>.*?</pose>", whole)[0]}{fore}</model>'
+    joint = elbow.replace("<parent>upper", "<parent>machine::upper").replace("<child>fore", "<child>other::fore")
+    text = f"<sdf version='1.11'><world name='w'>{GROUND}{first}{second}{joint}</world></sdf>"
+    yield "world-models-joined", Case("arm", text, plain=True, gravity=OF_WORLDS)
     ball = sdf(MACHINES["four_bar"], Style(frames="mixed"), "relative")
     at = ball.rindex('"revolute"')
     ball = ball[:at] + '"ball"' + re.sub("<axis>.*?</axis>", "", ball[at + len('"revolute"') :], flags=re.DOTALL)
@@ -350,6 +360,18 @@ def test_a_detachable_joint_fixes_its_links_to_one_another(imported):
     path, said = imported(urdf(replace(MACHINES["five_bar"], loops=()), Style(tail=plugin)))
     assert said.splitlines()[-1].endswith("3 links, 4 joints, 1 loop, mobility 1")
     assert load_mechanism(path).link["one"].mass == pytest.approx(0.6)
+
+
+def test_a_detachable_joint_fixes_a_model_to_another(imported):
+    """The load is one of three links with a mass, on the second."""
+    plugin = """<plugin filename="gz-sim-detachable-joint-system" name="gz::sim::systems::DetachableJoint">
+<parent_link>fore</parent_link><child_model>load</child_model><child_link>body</child_link></plugin>"""
+    load = """<model name="load"><pose>0.4 0 0 0 0 0</pose><link name="body"><inertial><mass>2</mass><inertia><ixx>1</ixx>
+<iyy>1</iyy><izz>1</izz></inertia></inertial></link></model>"""
+    arm = sdf(MACHINES["arm"], Style(tail=plugin), "absolute")
+    path, said = imported(f"<sdf version='1.9'><world name='w'>{load}{arm}</world></sdf>")
+    assert said.splitlines()[-1].endswith("2 links, 2 joints, 0 loops, mobility 2")
+    assert load_mechanism(path).link["machine::fore"].mass == pytest.approx(2.3)
 
 
 def test_springs_and_gears_of_a_merged_joint_act_in_the_joint_that_is_kept(imported):

@@ -236,7 +236,7 @@ REFUSED = {
     "joint of a world": (
         f'<sdf version="1.9"><world name="w">{re.search("<model.*</model>", GOOD, re.DOTALL)[0]}'
         '<joint name="J" type="fixed"/></world></sdf>',
-        "joins models, which is not supported",
+        "joins models that are not imported",
     ),
     "mimic of nothing": (in_axis('<mimic joint="Z"/>'), 'follows joint "Z"; known are: A, B, Q'),
     "mimic without motion": (in_axis('<mimic joint="A"><multiplier>0</multiplier></mimic>'), "has the multiplier 0"),

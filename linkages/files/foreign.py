@@ -73,7 +73,7 @@ _REFUSED = {
     "drake:linear_bushing_rpy": "is a soft joint; write a revolute joint, or springs in the experiment",
     "drake:tendon_constraint": "is not supported; write a gear, or springs in the experiment",
     "drake:joint": "is of a type that no planar linkage has; a planar linkage has revolute, prismatic and fixed joints",
-    "world/joint": "joins models, which is not supported; write it into the model",
+    "world/joint": "joins models that are not imported; remove it, or write it into the model",
 }
 _ROTORS = ("drake:rotor_inertia", "armature")
 
@@ -187,6 +187,13 @@ def influence(owner: ET.Element, element: ET.Element, limited: set[str]) -> tupl
     return MARK, "it is unknown; check whether it moves joints or applies forces"
 
 
+def is_detachable(element: ET.Element) -> bool:
+    """Check whether an element is Gazebo's plugin that joins two links until a message parts them."""
+    return (
+        element.tag == "plugin" and "detachable" in _named(element).lower() and element.find("child_link") is not None
+    )
+
+
 def _named(plugin: ET.Element) -> str:
     """Return file and name of a plugin, with hyphens for underscores."""
     return f"{plugin.get('filename', '')} {plugin.get('name', '')}".replace("_", "-")
@@ -273,7 +280,7 @@ def _plugin(found: Foreign, model: ET.Element, plugin: ET.Element) -> bool:
         add_mimic(path, model, where, values)
         return True
     taken = {part.get("name") for part in model}
-    if "detachable" in kind and "child_link" in given:
+    if is_detachable(plugin):
         other, name = given.get("child_model", ""), given["child_link"]
         ends = given.get("parent_link", ""), name if other == model.get("name") else f"{other}::{name}"
         if ends[1] not in taken:

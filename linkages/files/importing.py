@@ -15,7 +15,7 @@ from linkages.arrays import Array
 from linkages.errors import InputError, listed, nearest
 from linkages.files.constraints import joined
 from linkages.files.elements import numbers
-from linkages.files.foreign import CARRIED, MARK, Entry, Foreign, influence, take_foreign
+from linkages.files.foreign import CARRIED, MARK, Entry, Foreign, influence, is_detachable, take_foreign
 from linkages.files.inertials import complete_inertials
 from linkages.files.magnitudes import ALIGNED, SMALLEST, decimal
 from linkages.files.models import flattened, is_static, update
@@ -174,7 +174,7 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
         else:
             world.remove(element)
             models.append(follow(element))
-    model = _chosen(path, models, name, missing)
+    model = _chosen(path, models if name else _joined_models(world, models), name, missing)
     for key in ("gravity", "notation"):
         model.attrib.pop(key, None)
     placed = model.get("placement_frame") or model.findtext("placement_frame")
@@ -189,7 +189,8 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
         gravity = world.find("physics/gravity") if gravity is None else gravity  # SDFormat before 1.5
         values = numbers(path, gravity, 3, "<world>/<gravity>") if gravity is not None else _GRAVITY
         model.set("gravity", " ".join(repr(float(value)) for value in values))
-    others = {id(element): element for element in (*models, *world) if element.tag != "gravity"}
+    inside = [id(part) for part in model]
+    others = {id(part): part for part in (*models, *world) if part.tag != "gravity" and id(part) not in inside}
     for element in others.values():
         if element is not model:
             element.tag = f"world/{element.tag}"  # left out, with a note
@@ -212,6 +213,25 @@ def _chosen(path: Path, models: list[ET.Element], name: str, missing: list[Input
             path, "<sdf>", f"has {len(found)} <model> elements that are not static{many or '; one is needed'}"
         )
     return found[0]
+
+
+def _joined_models(world: ET.Element, models: list[ET.Element]) -> list[ET.Element]:
+    """Put models that are not static into one, with the joints of the world, if any joint connects them."""
+    joints, moving = world.findall("joint"), [model for model in models if not is_static(model)]
+    if len(moving) < 2 or not (joints or any(is_detachable(plugin) for model in moving for plugin in model)):
+        return models
+    whole = ET.Element("model", name=world.get("name") or "world")
+    whole.extend([*moving, *joints])
+    for joint in joints:
+        world.remove(joint)
+        for parent in joint.findall("parent"):
+            owner = (parent.text or "").strip().partition("::")[0]
+            if any(is_static(model) and model.get("name") == owner for model in models):
+                parent.text = "world"
+    for model in moving:
+        if model in list(world):
+            world.remove(model)
+    return [whole, *(model for model in models if is_static(model))]
 
 
 def _own_joint(model: ET.Element, joint: ET.Element) -> bool:

@@ -16,7 +16,7 @@ Follow = Callable[[ET.Element], ET.Element]
 _NAMING = ("relative_to", "attached_to", "expressed_in", "canonical_link")
 #: Elements whose text is a name.
 _NAMES = (
-    *("parent", "child", "linkages:from", "linkages:to", "drake:parent", "drake:child"),
+    *("parent", "child", "parent_link", "linkages:from", "linkages:to", "drake:parent", "drake:child"),
     *(f"drake:{kind}_body_{end}" for kind in ("ball_constraint", "linear_spring_damper") for end in "AB"),
 )
 _MIMICS = ("mimic", "drake:mimic")
