@@ -445,9 +445,10 @@ def test_a_file_that_cannot_be_imported_is_refused_in_one_line(tmp_path, capsys,
     assert not out.exists()
 
 
-def test_a_model_that_a_world_lacks_is_refused(tmp_path, capsys):
-    (tmp_path / "w.sdf").write_text(_model(ARM))
-    assert main(["import", str(tmp_path / "w.sdf"), "--model", "machin", "--out", str(tmp_path / "o.sdf")]) == 2
+@pytest.mark.parametrize("text", [_model(ARM), f"<sdf>{ARM}</sdf>", urdf(MACHINES["arm"], Style())])
+def test_a_model_that_a_file_lacks_is_refused(tmp_path, capsys, text):
+    (tmp_path / "w.xml").write_text(text)
+    assert main(["import", str(tmp_path / "w.xml"), "--model", "machin", "--out", str(tmp_path / "o.sdf")]) == 2
     assert '<model name="machin">: does not exist; did you mean "machine"?' in capsys.readouterr().err
 
 

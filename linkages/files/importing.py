@@ -160,7 +160,7 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
 
     root = read_xml(path)
     if root.tag == "robot":
-        return sdf_of(path, root)
+        return sdf_of(path, _chosen(path, [root], name, []))
     update(path, root)
     world = root.find("world")
     world = ET.Element("world") if world is None else world
