@@ -314,7 +314,7 @@ def _plain(name):
     return urdf(Machine(whole.links, whole.joints, whole.mobility), Style())
 
 
-def motion(machine, style, text, kind, gravity, duration, weld="", start=(), springs=(), damping=()):
+def motion(machine, style, text, kind, gravity, duration, weld="", start=(), springs=(), damping=(), weightless=()):
     """Rotation and place of each link in the world, at the start and after a fall from rest.
 
     Drake parses the text and gives accelerations, mass matrix and Jacobians of the tree; the pins of the loops and the
@@ -331,6 +331,8 @@ def motion(machine, style, text, kind, gravity, duration, weld="", start=(), spr
         Torsion springs that Drake's parser ignores.
     damping : pairs of joint and coefficient
         Damping that it ignores.
+    weightless : names of links
+        Links without gravity, which it ignores.
     """
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
@@ -367,6 +369,9 @@ def motion(machine, style, text, kind, gravity, duration, weld="", start=(), spr
         torque = np.zeros(size)
         for name, stiffness, rest in springs:
             torque[index[name]] -= stiffness * (state[index[name]] - rest)
+        for body in map(plant.GetBodyByName, weightless):
+            how = context, JacobianWrtVariable.kV, body.body_frame(), body.default_com(), world, world
+            torque -= plant.CalcJacobianTranslationalVelocity(*how).T @ (body.default_mass() * np.array(gravity))
         for name, coefficient in damping:
             torque[index[name]] -= coefficient * state[size + index[name]]
         free = free + np.linalg.solve(mass, torque)

@@ -54,8 +54,8 @@ class Case:
     weld: str = ""
     start: tuple = ()
     springs: tuple = ()
-    joint: str = ""
-    damped: bool = False
+    damping: tuple = ()
+    weightless: tuple = ()
 
     @property
     def kind(self):
@@ -238,7 +238,7 @@ def _special():
 <link2 link="upper" xyz="0.3 0 0.1"/><dynamics damping="0.02"/></loop_joint>"""
     yield (
         "coaxial-damping",
-        _urdf("arm", Style(joint='<dynamics damping="0.01"/>', tail=twin), joint="elbow", damped=True),
+        _urdf("arm", Style(joint='<dynamics damping="0.01"/>', tail=twin), damping=(("elbow", 0.02),)),
     )
 
 
@@ -281,7 +281,7 @@ def test_a_file_is_imported_with_its_mass_mobility_and_motion(tmp_path, capsys, 
         expected = sum(link[0] for link in machine.links.values()) + extra_mass(case)
     assert sum(link.mass for link in ours.links) == pytest.approx(expected, rel=1e-12)
     run = simulate(experiment(out, f"gravity = {gravity}\n{written(said)}", DURATION), "compiled")
-    more = {"start": case.start, "springs": case.springs, "damping": (("elbow", 0.02),) if case.damped else ()}
+    more = {key: getattr(case, key) for key in ("start", "springs", "damping", "weightless")}
     first, then = motion(machine, case.style, text, case.kind, case.gravity, DURATION, case.weld, **more)
     scope = {
         link: link if link in ours.point else next(p for p in ours.point if p.endswith(f"::{link}"))
@@ -391,7 +391,6 @@ def _model(body):
 
 
 ARM = sdf(MACHINES["arm"], Style(), "absolute")
-ONE_OFF = '<gazebo reference="fore"><turnGravityOff>true</turnGravityOff></gazebo>'
 PLATE = "<mesh><uri>plate.stl</uri></mesh>"
 CONTRADICTION = PLUGIN.replace("-1.5", "2").join(("<gazebo>", "</gazebo>")) + PARAMETERS
 COAXIAL = """<gazebo><joint name="twin" type="revolute"><parent>upper</parent><child>fore</child><axis><xyz>0 0 1</xyz>
@@ -400,7 +399,6 @@ LONG = """<coupling name="c"><predecessor link="upper"/><successor link="world"/
 REFUSED = {
     "armature": (urdf(MACHINES["arm"], Style(joint='<dynamics armature="0.1"/>')),
                  '<joint name="shoulder">/<armature>: adds the rotor\'s inertia'),
-    "a part without weight": (urdf(MACHINES["arm"], Style(tail=ONE_OFF)), 'is false, but "upper" has a weight'),
     "damping of a link": (urdf(MACHINES["arm"], Style(tail='<gazebo reference="fore"><dampingFactor>0.1</dampingFactor></gazebo>')),
                           '<link name="fore">/<gazebo>/<dampingFactor>: is not supported'),
     "underscore": (urdf(MACHINES["arm"], Style()).replace('xyz="0.3 0', 'xyz="0_3 0'),

@@ -227,7 +227,6 @@ REFUSED = {
     "rotor": (in_joint(ROTOR), "adds the rotor's inertia"),
     "rotor of URDF": (in_model(f"<transmission><actuator>{ROTOR}</actuator></transmission>"), "the rotor's inertia"),
     "soft body": (in_link("<drake:deformable_properties/>"), "may change the motion"),
-    "weightless": (in_link("<gravity>false</gravity>"), "<gravity>: is false, but \"coupler\" has a weight"),
     "kinematic": (in_link("<kinematic>1</kinematic>"), "<kinematic>: is 1, which is not supported"),
     "in a fluid": (in_link("<velocity_decay><linear>0.1</linear></velocity_decay>"), "<velocity_decay>: is not supp"),
     "in water": (

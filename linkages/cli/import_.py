@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the mechanism; return the exit status."""
     from linkages.brief import counted
     from linkages.files.foreign import MARK
-    from linkages.files.importing import import_model
+    from linkages.files.importing import USUAL_GRAVITY, import_model
     from linkages.files.sdf import read_root
     from linkages.files.sdf_text import sdf_text
     from linkages.files.writing import errors_of_writing, whole
@@ -63,7 +63,8 @@ def run(options: argparse.Namespace) -> int:
         notes.append(
             "reference configuration computed within the joint limits: the file has an open loop, or exceeds a limit"
         )
-    notes += [entry.note for entry in entries]
+    basis = planar(options.file, drawn, {}).basis
+    notes += [entry.in_plane(basis).note for entry in entries]
     text = sdf_text(drawn, [f"made by `linkages import {options.file.name}`", *notes])
     machine = planar(
         options.file, read_root(options.file, parse_xml(options.file, text.encode())), {}
@@ -76,7 +77,8 @@ def run(options: argparse.Namespace) -> int:
     for note in sorted(notes, key=lambda note: note.startswith(MARK)):
         print(note if note.startswith(MARK) else f"- {note}")
     if gravity is None:
-        print("if the other program assumed gravity, its experiment needs: gravity = [0.0, 0.0, -9.81]  # m/s2")
+        usual = list(USUAL_GRAVITY)
+        print(f"if the other program assumed gravity, its experiment needs: gravity = {usual}  # m/s2")
     else:
         print(f"the file's gravity, for the experiment: gravity = {list(gravity)}  # m/s2")
     links, joints = len(machine.links), len(machine.joints)

@@ -9,6 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from linkages.arrays import Array
 from linkages.errors import InputError, nearest
 from linkages.files.elements import number
 from linkages.files.magnitudes import decimal
@@ -128,6 +131,13 @@ class Entry(NamedTuple):
             if key in values:
                 values[key] -= here[0]
         return self._replace(values=values)
+
+    def in_plane(self, basis: Array) -> Entry:
+        """Return the entry with a force in plane axes, not the world's; basis (3, 3) has x_P, y_P, n as columns."""
+        if "force" not in self.values or self.table != "forces":
+            return self
+        force = np.array(self.values["force"]) @ basis[:, :2]
+        return self._replace(values=self.values | {"force": tuple(map(float, force + 0.0))})
 
     @property
     def note(self) -> str:

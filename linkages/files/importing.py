@@ -13,13 +13,13 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import InputError, listed, nearest
-from linkages.files.constraints import joined
+from linkages.files.constraints import free_name, joined
 from linkages.files.elements import numbers
 from linkages.files.foreign import CARRIED, MARK, Entry, Foreign, influence, is_detachable, take_foreign
 from linkages.files.inertials import complete_inertials
 from linkages.files.magnitudes import ALIGNED, SMALLEST, decimal
 from linkages.files.models import flattened, is_static, update
-from linkages.files.raw_model import Chains, RawJoint, RawModel
+from linkages.files.raw_model import Chains, Pose, RawJoint, RawModel
 from linkages.files.rigid import fixed_into, without_massless
 from linkages.files.sdf import read_model
 from linkages.files.urdf import sdf_of
@@ -30,6 +30,7 @@ _SAME_PLACE = 1e-6  # relative to the size of the mechanism: closer places coinc
 _FAR = 1e6  # limits beyond this count as absent [rad or m]
 _OF_INCLUDE = ("pose", "placement_frame", "static")  # of an <include>, instead of the included model's
 _EXACT = 1e-9  # angles below this are rounding of the computer [rad]
+USUAL_GRAVITY = (0.0, 0.0, -9.81)  # proposed if the file says nothing [m/s2]
 _GRAVITY = (0.0, 0.0, -9.8)  # of an SDFormat world without <gravity> [m/s2]
 
 #: Names in messages of elements that only URDF has.
@@ -113,8 +114,7 @@ def _imported(path: Path, model: ET.Element) -> Imported:
     if free := [name for name in by_default if name not in standing]:
         taken = "values that <inertial> lacks are 1 kg and 1 kg m2 about each axis, as SDFormat defines; is that meant?"
         notes.append(f"link{'s' * (len(free) > 1)} {', '.join(free)}: {taken}")
-    heavy = {link.name for link in raw.links if link.mass > 0.0} - standing
-    gravity = _gravity(path, model, heavy, foreign.weightless)
+    raw, gravity = _gravity(model, raw, foreign, standing)
     raw = _aligned(_rigid(path, raw, notes), notes)
     raw = _coaxial(raw, foreign, notes)
     raw = without_massless(path, raw)
@@ -265,16 +265,29 @@ def _is_noise(word: str) -> bool:
         return False
 
 
-def _gravity(path: Path, model: ET.Element, heavy: set[str], weightless: list[str]) -> tuple[float, ...] | None:
-    """Return the gravity of the file's world; zero if no link with a mass that moves has a weight."""
-    off = [name for name in weightless if name in heavy]
-    if off and (rest := sorted(heavy - set(off))):
-        problem = f'is false, but "{rest[0]}" has a weight; a part of the links without weight is not supported'
-        raise InputError(path, f'<link name="{off[0]}">/<gravity>', problem)
-    if off:
-        return (0.0, 0.0, 0.0)
+def _gravity(
+    model: ET.Element, raw: RawModel, foreign: Foreign, standing: set[str]
+) -> tuple[RawModel, tuple[float, ...] | None]:
+    """Return the gravity of the file's world; zero if no link that moves has a weight.
+
+    Forces in the experiment cancel the weight of single links; the mechanism has frames at their mass centres.
+    """
     told = model.get("gravity")
-    return tuple(map(float, told.split())) if told else None
+    gravity = tuple(map(float, told.split())) if told else None
+    heavy = [link for link in raw.links if link.mass > 0.0 and link.name not in standing]
+    off = [link for link in heavy if link.name in foreign.weightless]
+    if off and len(off) == len(heavy):
+        return raw, (0.0, 0.0, 0.0)
+    frames = dict(raw.frames)
+    for link in off:
+        frame = free_name(raw, f"{link.name}_mass_centre")
+        frames[frame] = link.name, Pose(np.eye(3), link.rotation @ link.com_local + link.translation)
+        force = tuple(-link.mass * x for x in gravity or USUAL_GRAVITY)
+        entry = Entry(
+            f"<gravity> of link {link.name}", "forces", f"{link.name}_weight", {"point": frame, "force": force}
+        )
+        foreign.entries.append(entry)
+    return replace(raw, frames=frames), gravity
 
 
 def _included(path: Path, include: ET.Element) -> Path:
