@@ -49,7 +49,6 @@ _IDLE = """
 #: Elements without influence on the motion of a linkage that touches nothing outside its joints, with a reason for
 #: those that need one.
 HARMLESS = dict.fromkeys(_IDLE.split(), "") | {
-    "gravity": "the last lines say which gravity the file has",
     "gazebo": "it names no link or joint",
     "collision": "links touch each other in clearance joints only",
     "limit": "it limits effort and speed only",
@@ -235,8 +234,10 @@ def take_foreign(path: Path, model: ET.Element) -> Foreign:
             _refuse(path, element, label(model))
     for link in model.findall("link"):
         _check_link(path, link)
-        if (link.findtext("gravity") or "true").strip().lower() in ("false", "0"):
-            found.weightless.append(link.get("name", ""))
+        for gravity in link.findall("gravity"):
+            if (gravity.text or "").strip().lower() in ("false", "0"):
+                found.weightless.append(link.get("name", ""))
+                link.remove(gravity)
     for joint in model.findall("joint"):
         gears: list[Entry] = []
         for holder in (joint, *joint.findall("axis")) if joint.get("type") != "fixed" else ():

@@ -283,10 +283,8 @@ def _gravity(
         frame = free_name(raw, f"{link.name}_mass_centre")
         frames[frame] = link.name, Pose(np.eye(3), link.rotation @ link.com_local + link.translation)
         force = tuple(-link.mass * x for x in gravity or USUAL_GRAVITY)
-        entry = Entry(
-            f"<gravity> of link {link.name}", "forces", f"{link.name}_weight", {"point": frame, "force": force}
-        )
-        foreign.entries.append(entry)
+        said, values = f"<gravity> of link {link.name} (with the gravity below)", {"point": frame, "force": force}
+        foreign.entries.append(Entry(said, "forces", f"{link.name}_weight", values))
     return replace(raw, frames=frames), gravity
 
 
