@@ -228,6 +228,11 @@ def _special():
             "arm", Style(tail=MOTOR.format("elbow") + CONTROLLED.format("elbow")), said=("<transmission> t left out\n",)
         ),
     )
+    plate = urdf(MACHINES["pendulum"], Style())
+    moments = re.search('ixx="(.*?)" iyy="(.*?)" izz="(.*?)"', plate)
+    thin = [0.4 * float(moments[3]), 0.5999 * float(moments[3]), float(moments[3])]
+    text = plate.replace(moments[0], 'ixx="{!r}" iyy="{!r}" izz="{!r}"'.format(*thin))
+    yield "rounded-inertia", Case("pendulum", text, plain=True, said=("- moments of inertia of arm are rounded",))
     noise = Style(zero="-3e-320")
     yield "noise", _urdf("four_bar", replace(noise, loop="loop_joint"))
     hand = """<link name="tool"><inertial><mass value="0.2"/><inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/>

@@ -16,7 +16,7 @@ from linkages.errors import InputError, listed, nearest
 from linkages.files.constraints import free_name, joined
 from linkages.files.elements import numbers
 from linkages.files.foreign import CARRIED, MARK, Entry, Foreign, influence, is_detachable, take_foreign
-from linkages.files.inertials import complete_inertials
+from linkages.files.inertials import complete_inertials, correct_rounded
 from linkages.files.magnitudes import ALIGNED, SMALLEST, decimal
 from linkages.files.models import flattened, is_static, update
 from linkages.files.raw_model import Chains, Pose, RawJoint, RawModel
@@ -100,11 +100,14 @@ def _imported(path: Path, model: ET.Element) -> Imported:
     """Convert a single model."""
     _without_noise(model)
     by_default = complete_inertials(path, model) if model.get("notation") != "URDF" else []
+    rounded = correct_rounded(path, model)
     limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
     foreign = take_foreign(path, model)
     notes = _leave_out(model, {name for name, ends in limits.items() if min(np.abs(ends)) < _FAR})
     raw = joined(foreign, read_model(path, model))
     notes += foreign.notes
+    if rounded:
+        notes.append(f"moments of inertia of {', '.join(rounded)} are rounded: the smaller ones raised by up to 0.05 %")
     raw = _on_the_ground(raw, notes)
     ground = Chains(link.name for link in raw.links)
     for joint in raw.joints:

@@ -11,10 +11,11 @@ import numpy as np
 from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.files.elements import number, numbers
-from linkages.files.poses import own_pose
+from linkages.files.poses import own_pose, tensor_of
 from linkages.files.raw_model import Pose
 from linkages.files.xml import label
 
+_ROUNDED = 1e-3  # excess of the largest principal moment, relative, that rounded digits explain
 _WATER = 1000.0  # density that SDFormat takes if none is given [kg/m3]
 
 
@@ -56,6 +57,36 @@ def complete_inertials(path: Path, model: ET.Element) -> list[str]:
     return completed
 
 
+def correct_rounded(path: Path, model: ET.Element) -> list[str]:
+    """Raise the two smaller principal moments of inertia where rounded digits make them impossible, in place.
+
+    The moments of a thin plate obey I_3 = I_1 + I_2, and rounding can make I_3 larger. A motion in the plate's plane
+    stays the same.
+
+    Returns
+    -------
+    list of str
+        The corrected links.
+    """
+    corrected = []
+    for link in model.findall("link"):
+        for element in link.findall("inertial/inertia"):
+            moments, axes = np.linalg.eigh(tensor_of(path, element, f"{label(link)}/<inertial>/<inertia>"))
+            excess = moments[2] - moments[0] - moments[1]
+            if moments[0] >= 0.0 and 1e-9 * moments[2] < excess <= _ROUNDED * moments[2]:
+                moments[:2] += 0.5 * excess
+                _write_tensor(element, axes @ np.diag(moments) @ axes.T)
+                corrected.append(link.get("name", ""))
+    return corrected
+
+
+def _write_tensor(element: ET.Element, tensor: Array) -> None:
+    """Replace the entries of an <inertia>."""
+    element.clear()
+    for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
+        ET.SubElement(element, f"i{'xyz'[i]}{'xyz'[j]}").text = repr(float(tensor[i, j]))
+
+
 def _compute(path: Path, link: ET.Element, inertial: ET.Element) -> None:
     """Replace an automatic <inertial>: the link's collision shapes of given density, scaled to a given mass."""
     where = f"{label(link)}/<inertial>"
@@ -74,9 +105,7 @@ def _compute(path: Path, link: ET.Element, inertial: ET.Element) -> None:
     inertial.clear()
     ET.SubElement(inertial, "pose").text = Pose(np.eye(3), centre).text()
     ET.SubElement(inertial, "mass").text = repr(float(mass * scale))
-    inertia = ET.SubElement(inertial, "inertia")
-    for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
-        ET.SubElement(inertia, f"i{'xyz'[i]}{'xyz'[j]}").text = repr(float(tensor[i, j] * scale))
+    _write_tensor(ET.SubElement(inertial, "inertia"), tensor * scale)
 
 
 def _body(path: Path, link: ET.Element, collision: ET.Element, usual: float) -> tuple[float, Array, Array]:

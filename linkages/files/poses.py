@@ -47,9 +47,7 @@ def inertial(path: Path, link: ET.Element) -> tuple[float, Array, Array]:
     if tensor is None:
         raise InputError(path, where, "has no <inertia>; give ixx, iyy, izz")
     spot = f"{where}/<inertia>"
-    xx, yy, zz = (number(path, tensor, key, spot) for key in ("ixx", "iyy", "izz"))
-    xy, xz, yz = (number(path, tensor, key, spot, 0.0) for key in ("ixy", "ixz", "iyz"))
-    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    matrix = tensor_of(path, tensor, spot)
     principal = np.linalg.eigvalsh(matrix)
     slack = 1e-9 * max(abs(principal[-1]), 1e-300)
     if principal[0] < -slack or principal[-1] > principal[0] + principal[1] + slack:
@@ -57,6 +55,13 @@ def inertial(path: Path, link: ET.Element) -> tuple[float, Array, Array]:
         rule = "none may be negative or larger than the sum of the others"
         raise InputError(path, spot, f"the principal moments {moments} kg m2 are impossible; {rule}")
     return mass, centre.translation, centre.rotation @ matrix @ centre.rotation.T
+
+
+def tensor_of(path: Path, element: ET.Element, where: str) -> Array:
+    """Read the tensor (3, 3) of an <inertia>, in its axes."""
+    xx, yy, zz = (number(path, element, key, where) for key in ("ixx", "iyy", "izz"))
+    xy, xz, yz = (number(path, element, key, where, 0.0) for key in ("ixy", "ixz", "iyz"))
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def with_pose(visual: ET.Element, pose: Pose) -> str:
