@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -32,7 +32,6 @@ class Machine:
     mobility: int
     loops: tuple = ()
     gears: tuple = ()
-    springs: dict = field(default_factory=dict)
 
     def poses(self):
         """Place x, y and angle of each link."""
@@ -94,7 +93,6 @@ MACHINES = {
     "five_bar": _five_bar(),
     "slider_crank": _slider_crank(),
     "gripper": Machine({"left": rod(0.1), "right": rod(0.12)}, _FINGERS, 1, gears=(("L", "R", -1.5),)),
-    "fingers": Machine({"left": rod(0.1), "right": rod(0.12)}, _FINGERS, 1, gears=(("L", "R", -1.0),)),
 }
 
 #: Rotations of the frames of successive links against the plane's: joint axes along z; y, z, x, ...

@@ -125,7 +125,6 @@ def _geared():
 
 
 GROUND = '<model name="ground_plane"><static>true</static><link name="link"><collision name="c"/></link></model>'
-WORLD = '<sdf version="{1}"><world name="w">{{}}{0}</world></sdf>'
 SCENE = """<physics name="p" type="ode"/><plugin filename="gz-sim-physics-system" name="gz::sim::systems::Physics"/>
 <light name="sun" type="directional"/><scene/>"""
 AUTO = """<sdf version="1.11"><model name="machine"><link name="arm"><inertial auto="true">{}</inertial>{}</link>
