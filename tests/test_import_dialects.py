@@ -48,7 +48,7 @@ class Case:
     plain: bool = False  # Drake rejects the file, or ignores a part of it: it moves the plain machine
     gravity: tuple = USUAL
     said: tuple = ()
-    tolerance: float = 1e-7
+    tolerance: float = 1e-8
     options: tuple = ()
     files: dict = field(default_factory=dict)
     weld: str = ""
