@@ -114,6 +114,14 @@ def test_lengths_and_masses_follow_a_parameter(made):
     assert longer.replaced({"sdf.links.lever.mass": 2.0}).value("sdf.parameters.R") == 0.5
 
 
+def test_links_keep_their_order(made):
+    """A link with its own values comes before others in the file: its joints and the parameters stay the same."""
+    text = SIMPLE.replace('bar = "O A"', 'bar = { points = "O A", mass = 0.3 }, tail = "A P"')
+    other = load(made(text.replace("points = { ", "points = { P = [1, 1], ")), {"sdf.parameters.a": 0.2})
+    assert [link.name for link in other.mechanism.links] == ["bar", "tail"]
+    assert other.mechanism.joint["A"].parent == "bar"
+
+
 def test_a_machine_that_was_edited_takes_no_other_parameters(made):
     file = made(SIMPLE)
     machine = file.with_suffix(".sdf")

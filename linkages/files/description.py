@@ -23,10 +23,11 @@ from linkages.files.raw_model import Bearing, Pose, RawJoint, RawLink, RawModel,
 from linkages.files.sdf_text import sdf_text
 from linkages.files.shorthand import written_out
 from linkages.files.toml import Table, validate
-from linkages.files.unit_conversion import without_units
+from linkages.files.unit_conversion import is_quantity, si_unit, without_units
 from linkages.files.xml import parse_xml
 
 GROUND = "ground"
+_UNITS = "units"  # key of a stored description: SI units of parameters whose numbers had one
 _Pair = Annotated[list[Any], Field(min_length=2, max_length=2)]
 
 
@@ -83,11 +84,14 @@ class Described(NamedTuple):
         The description in SI units and without repetitions, which `redrawn` reads.
     parameters : dict of str to float
         Parameters by dotted path, in SI units.
+    units : dict of str to str
+        Their SI units by dotted path, where the description has them.
     """
 
     model: RawModel
     text: str
     parameters: dict[str, float]
+    units: dict[str, str]
 
 
 def described(path: Path, name: str, data: Mapping[str, Any], stored: bool = False) -> Described:
@@ -110,7 +114,11 @@ def described(path: Path, name: str, data: Mapping[str, Any], stored: bool = Fal
         If the description is invalid: file, key and reason.
     """
     try:
-        plain = written_out(validate(Description, data, path).model_dump(exclude_unset=True), stored)
+        own = {key: value for key, value in data.items() if not (stored and key == _UNITS)}
+        given = validate(Description, own, path).model_dump(exclude_unset=True)
+        plain = written_out(given, stored)
+        quantities = {key: str(value) for key, value in given.get("parameters", {}).items() if is_quantity(str(value))}
+        units = data.get(_UNITS, {}) if stored else {key: si_unit(value) for key, value in quantities.items()}
         description = validate(Description, plain, path)
         numbers = Numbers(description.parameters, description.points)
         model = _Drawing(name, description, numbers).model()
@@ -119,12 +127,15 @@ def described(path: Path, name: str, data: Mapping[str, Any], stored: bool = Fal
         raise InputError(path, *problem.args) from None
     except RecursionError:
         raise InputError(path, "parameters and points", "refer to each other in a chain that is too long") from None
-    return Described(model, tomlkit.dumps(plain), values)
+    if not all(isinstance(link, str) for link in plain["links"].values()):  # TOML has tables after texts
+        plain["links"] = {key: {"points": v} if isinstance(v, str) else v for key, v in plain["links"].items()}
+    text = tomlkit.dumps(plain | ({_UNITS: units} if units else {}))
+    return Described(model, text, values, {f"parameters.{key}": unit for key, unit in units.items()})
 
 
 def redrawn(
     path: Path, model: ET.Element, text: str, overrides: Mapping[str, float]
-) -> tuple[ET.Element, dict[str, float]]:
+) -> tuple[ET.Element, dict[str, float], dict[str, str]]:
     """Make a described mechanism again with other parameters.
 
     Parameters
@@ -140,8 +151,8 @@ def redrawn(
 
     Returns
     -------
-    (Element, dict of str to float)
-        The model, and all parameters by path.
+    (Element, dict of str to float, dict of str to str)
+        The model, all parameters by path, and their SI units where they are known.
 
     Raises
     ------
@@ -154,13 +165,13 @@ def redrawn(
         if key not in drawn.parameters:
             raise InputError(path, f"sdf.{key}", f"there is no such parameter; {nearest(key, drawn.parameters)}")
     if not overrides:
-        return model, drawn.parameters
+        return model, drawn.parameters, drawn.units
     if _content(_element(path, drawn)) != _content(model):
         problem = "the model no longer agrees with its description; write it again with `linkages new --from`"
         raise InputError(path, "<linkages:description>", f"{problem}, or replace values of its links instead")
     own = {key.partition(".")[2]: value for key, value in overrides.items()}
-    drawn = described(path, name, data | {"parameters": data.get("parameters", {}) | own}, stored=True)
-    return _element(path, drawn), drawn.parameters
+    other = described(path, name, data | {"parameters": data.get("parameters", {}) | own}, stored=True)
+    return _element(path, other), other.parameters, drawn.units
 
 
 def _element(path: Path, drawn: Described) -> ET.Element:

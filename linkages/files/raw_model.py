@@ -217,7 +217,8 @@ class RawModel:
     """The complete content of the file.
 
     `frames` has the link that carries each named frame, and its pose; `values` the numbers of the file, by the
-    dotted paths that `linkages.files.sdf.read_sdf` replaces; `unweighed` the links without an ``<inertial>``.
+    dotted paths that `linkages.files.sdf.read_sdf` replaces; `units` the units of parameters by the same paths;
+    `unweighed` the links without an ``<inertial>``.
     """
 
     name: str
@@ -225,6 +226,7 @@ class RawModel:
     joints: tuple[RawJoint, ...]
     frames: dict[str, tuple[str, Pose]]
     values: dict[str, float]
+    units: Mapping[str, str] = field(default_factory=dict)
     unweighed: tuple[str, ...] = ()
 
 

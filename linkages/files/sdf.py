@@ -90,14 +90,15 @@ def read_root(path: Path, root: ET.Element) -> RawModel:
 def _replaced(path: Path, reader: _Reader, overrides: Mapping[str, float] | None) -> RawModel:
     values = dict(overrides or {})
     parameters: dict[str, float] = {}
+    units: dict[str, str] = {}
     if (description := reader.model.findtext("linkages:description")) is not None:
         from linkages.files.description import redrawn  # needed by few files
 
         own = {key: values.pop(key) for key in list(values) if key.startswith("parameters.")}
-        model, parameters = redrawn(path, reader.model, description, own)
+        model, parameters, units = redrawn(path, reader.model, description, own)
         reader = _Reader(path, model) if own else reader
     raw = without_massless(path, reader.replaced(values).read())
-    return replace(raw, values=raw.values | parameters)
+    return replace(raw, values=raw.values | parameters, units=units)
 
 
 def read_model(path: Path, model: ET.Element) -> RawModel:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from typing import Any
 
@@ -14,6 +15,9 @@ _NAME = r"[A-Za-zµμ°%]+"
 _FACTOR = rf"{_NAME}(?:\^?-?\d)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*((?:1\s*/\s*)?{_FACTOR}(?:\s*[ */·]\s*{_FACTOR})*)\s*")
 _IN_FORMULA = re.compile(rf"(?<![\w.])({_FRACTION})\s*({_FACTOR})(?![\w.(])")
+
+#: SI units, one of each usual kind.
+_SI = ("m", "rad", "kg", "kg m2", "Pa", "kg/m3", "m2", "m4", "s", "rad/s", "m/s", "N", "N m", "N/m", "N m/rad")
 
 #: Units of a prismatic joint by the corresponding units of a revolute one.
 SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N", "N m s/rad": "N s/m"}
@@ -73,6 +77,22 @@ def si(text: str, unit: str = "") -> float:
         return float((given.to(units.parse_units(_for_pint(unit))) if unit else given.to_base_units()).magnitude)
     except (TypeError, ValueError, AttributeError):  # raised by pint for other dimensions and invalid units
         raise ValueError(f'is "{text}"; it must be measured in {unit}, or a unit of the same kind') from None
+
+
+def si_unit(text: str) -> str:
+    """Return the SI unit of a number with its unit; empty for an unusual kind.
+
+    Examples
+    --------
+    >>> from linkages.files.unit_conversion import si_unit
+    >>> si_unit("60 mm"), si_unit("30 deg")
+    ('m', 'rad')
+    """
+    for unit in _SI:
+        with suppress(ValueError):
+            si(text, unit)
+            return unit
+    return ""
 
 
 def read(value: Any, unit: str) -> Any:

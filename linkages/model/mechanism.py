@@ -100,6 +100,8 @@ class Mechanism(Brief):
         Columns x_P, y_P, n in world axes.
     values : mapping of str to float
         All replaceable numbers, by dotted path (see `load_mechanism`).
+    units : mapping of str to str
+        SI units of the parameters of a described mechanism, where they are known.
     text : bytes or None
         Content of the file; variants are made from it.
     unweighed : tuple of str
@@ -113,6 +115,7 @@ class Mechanism(Brief):
     joints: tuple[Joint, ...]
     frames: tuple[Frame, ...]
     values: Mapping[str, float]
+    units: Mapping[str, str]
     text: bytes | None = None
     unweighed: tuple[str, ...] = ()
 
@@ -298,7 +301,7 @@ def planar(path: Path, raw: RawModel, inertias: Mapping[str, float], text: bytes
     joints = tuple(_joint(joint, plane) for joint in raw.joints)
     frames = tuple(_frame(name, link, pose, plane) for name, (link, pose) in raw.frames.items())
     values = raw.values | {f"links.{link.name}.inertia": link.inertia for link in links}
-    mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values, text, unweighed=raw.unweighed)
+    mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values, raw.units, text, raw.unweighed)
     mechanism = mechanism.with_inertial(inertias)
     _check(mechanism)
     return mechanism
