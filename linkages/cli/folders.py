@@ -46,16 +46,27 @@ def output_folder(options: argparse.Namespace, name: str, command: str) -> Path:
     InputError
         If it is a file, cannot be made or written, or (without ``--force``) has results of another command.
     """
-    out: Path = options.out or Path("results") / name
+    out = possible_folder(options.out or Path("results") / name)
+    others = _others(out, command)
+    if others and not options.force:
+        problem = f"holds results of `linkages {others[0]}`; give another folder, or --force to replace them"
+        raise InputError("--out", str(out), problem)
+    return out
+
+
+def possible_folder(out: Path) -> Path:
+    """Return a folder that exists or can be made.
+
+    Raises
+    ------
+    InputError
+        If it is a file, or cannot be made or written.
+    """
     place = next(place for place in (out, *out.absolute().parents) if place.exists())
     if not place.is_dir():
         raise InputError("--out", str(out), "is a file; give a folder" if place == out else f"{place.name} is a file")
     if not os.access(place, os.W_OK | os.X_OK):
         raise InputError("--out", str(out), "cannot be written; give another folder")
-    others = _others(out, command)
-    if others and not options.force:
-        problem = f"holds results of `linkages {others[0]}`; give another folder, or --force to replace them"
-        raise InputError("--out", str(out), problem)
     return out
 
 

@@ -6,7 +6,9 @@ import argparse
 import webbrowser
 from pathlib import Path
 
+from linkages.cli.folders import possible_folder
 from linkages.cli.options import add_file, add_set, load_system, seconds, set_values
+from linkages.cli.progress import end_heartbeat
 from linkages.cli.ranges import path_and_range
 from linkages.errors import InputError
 
@@ -37,7 +39,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--limit", type=float, default=20.0, metavar="SECONDS", help="longest time of a run; default: %(default)g"
     )
     parser.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="host name of a proxy")
-    parser.add_argument("--out", default=".", metavar="DIR", help="folder for saved files; default: here")
+    parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help="folder for saved files; default: here")
     parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="replace the experiment's duration")
 
 
@@ -53,9 +55,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--port", str(options.port), "must be from 0 to 65535")
     if not options.limit > 0.0:
         raise InputError("--limit", f"{options.limit:g}", "must be positive")
-    folder = Path(options.out)
-    if not folder.is_dir():
-        raise InputError("--out", options.out, "is no folder")
+    folder = possible_folder(options.out)
     ranges = {path: (low, high) for path, low, high in map(path_and_range, options.vary)}
     system = load_system(options)
     given = set_values(options) | ({} if options.duration is None else {"duration": options.duration})
@@ -70,6 +70,7 @@ def run(options: argparse.Namespace) -> int:
 
     tell(say)
     print(f"live page of {system.experiment.source.name}: {server.address}\nCtrl-C ends it", flush=True)
+    end_heartbeat()
     if not options.no_browser:
         webbrowser.open(server.address)
     with server:

@@ -86,10 +86,15 @@ def message_shown() -> None:
     _silence.broken()
 
 
+def end_heartbeat() -> None:
+    """Print nothing more: the command waits for the user."""
+    _silence.quiet = True
+
+
 def be_quiet(options: argparse.Namespace) -> None:
     """Print no progress if the options include ``--quiet``."""
     if getattr(options, "quiet", False):
-        _silence.quiet = True
+        end_heartbeat()
 
 
 def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:

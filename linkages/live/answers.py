@@ -10,7 +10,8 @@
 | save     | values, name, replace         | the file that was written, and the command that runs it               |
 | export   | values, name, replace         | the folder that was written, by ``linkages simulate``                 |
 
-A request that cannot be answered gets ``{"error": TEXT}``, and a request for a run that a newer one has overtaken
+Each request can name its page by a text ``page``: runs, numbers and warnings of pages are independent. A request that
+cannot be answered gets ``{"error": TEXT}``, and a request for a run that a newer one of its page has overtaken
 ``{"outdated": true}``.
 """
 
@@ -31,14 +32,16 @@ from linkages.live.session import OutdatedError, Session, TimeLimitError, checke
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _EXPORT = 600.0  # longest time of an export [s]
+_PAGES = 20  # pages whose last run is kept
 
 
 class Answers:
-    """Answers the requests of one front end.
+    """Answers the requests of the front end, which can be shown several times: in tabs, or below cells of a notebook.
 
     Parameters
     ----------
     session : Session
+        Of the machine; each page has its own copy.
     controls : mapping of str to Control
         The values that may be changed.
     folder : Path
@@ -51,6 +54,7 @@ class Answers:
         self, session: Session, controls: Mapping[str, Control], folder: Path, given: Mapping[str, Any] | None = None
     ) -> None:
         self.session, self.controls, self.folder, self.given = session, controls, folder, dict(given or {})
+        self._pages: dict[str, Session] = {}
 
     def answer(self, kind: str, request: Any, outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
         """Answer a request.
@@ -69,16 +73,27 @@ class Answers:
         try:
             if kind not in known or not isinstance(request, dict):
                 raise InputError("page", str(kind)[:40], f"is no request; one of {', '.join(known)}")
-            return known[kind](request, outdated)
+            return known[kind](self._session_of(request), request, outdated)
         except OutdatedError:
             return {"outdated": True}
         except TimeLimitError:
             return {"error": f"the run takes longer than {self.session.limit:g} s and was given up"}
         except (InputError, AssemblyError, RunError) as problem:
             return {"error": str(problem)}
+        except OSError as problem:
+            return {"error": f"{problem.filename or self.folder}: {problem.strerror or problem}"}
 
-    def _start(self, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
-        experiment = self.session.system.experiment
+    def _session_of(self, request: dict[str, Any]) -> Session:
+        """Return the session of a request's page; the page that was used longest ago is forgotten."""
+        page = page_of(request)
+        session = self._pages.pop(page, None) or self.session.for_page()
+        self._pages[page] = session
+        if len(self._pages) > _PAGES:
+            self._pages.pop(next(iter(self._pages)))
+        return session
+
+    def _start(self, session: Session, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
+        experiment = session.system.experiment
         return {
             "title": experiment.title or experiment.source.stem,
             "file": experiment.source.name,
@@ -88,33 +103,38 @@ class Answers:
             "controls": [control.as_json() for control in self.controls.values()],
         }
 
-    def _run(self, request: dict[str, Any], outdated: Callable[[], bool]) -> dict[str, Any]:
+    def _run(self, session: Session, request: dict[str, Any], outdated: Callable[[], bool]) -> dict[str, Any]:
         values = self._values(request)
         if request.get("restart") is True:
-            self.session.restart()
-        return self.session.compute(values, outdated)
+            session.restart()
+        return session.compute(values, outdated)
 
-    def _picture(self, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
-        return self.session.picture(self._values(request))
+    def _picture(self, session: Session, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
+        return session.picture(self._values(request))
 
-    def _numbers(self, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
-        return self.session.numbers()
+    def _numbers(self, session: Session, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
+        return session.numbers()
 
-    def _warnings(self, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
-        return {"warnings": self.session.warnings()}
+    def _warnings(self, session: Session, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
+        return {"warnings": session.warnings()}
 
-    def _save(self, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
+    def _save(self, session: Session, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
         target = self._target(request, ".toml")
-        written = save(self.session.system.experiment, self._ran(request), target, request.get("replace") is True)
+        written = save(session.system.experiment, self._ran(session, request), target, request.get("replace") is True)
         return {"written": str(written), "command": f"linkages simulate {written}"}
 
-    def _export(self, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
+    def _export(self, session: Session, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
         """Save the file, and let ``linkages simulate`` write its folder: the files are the same by construction."""
         target = self._target(request, ".toml")
-        save(self.session.system.experiment, self._ran(request), target, request.get("replace") is True)
+        save(session.system.experiment, self._ran(session, request), target, request.get("replace") is True)
         out = target.with_suffix("")
         command = [sys.executable, "-m", "linkages.cli.main", "simulate", str(target), "--out", str(out), "--quiet"]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=_EXPORT, check=False)
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=_EXPORT, check=False)
+        except subprocess.TimeoutExpired:
+            raise InputError(
+                "export", target.name, f"takes longer than {_EXPORT:g} s; run: {' '.join(command[3:])}"
+            ) from None
         if done.returncode not in (0, 1):
             raise InputError("export", target.name, done.stderr.strip().rpartition("\n")[2] or "failed")
         return {"written": str(out), "command": f"linkages report {out}"}
@@ -122,9 +142,9 @@ class Answers:
     def _values(self, request: dict[str, Any]) -> dict[str, float | str]:
         return checked(request.get("values", {}), self.controls)
 
-    def _ran(self, request: dict[str, Any]) -> dict[str, Any]:
+    def _ran(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
         """Values of the run that the page shows: a file with them gives the same numbers."""
-        return {**self.given, **self.session.values_shown(self._values(request))}
+        return {**self.given, **session.values_shown(self._values(request))}
 
     def _target(self, request: dict[str, Any], suffix: str) -> Path:
         name = request.get("name")
@@ -132,3 +152,8 @@ class Answers:
             problem = "is no name of a file here; use letters, digits, '_', '-' and '.', without a folder"
             raise InputError("page", repr(name)[:60], problem)
         return self.folder / f"{name.removesuffix(suffix)}{suffix}"
+
+
+def page_of(request: Any) -> str:
+    """Return the name of a request's page; empty without one."""
+    return str(request.get("page", ""))[:40] if isinstance(request, dict) else ""

@@ -99,12 +99,16 @@ def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = No
     usual = set() if vary else set(_usual(system))
     found: dict[str, Control] = {}
     for path, value in _numbers(system):
-        low, high, logarithmic = _range(system, path, value)
+        unit = value_unit(path) or system.mechanism.units.get(path.removeprefix("sdf."), "")
+        low, high, logarithmic = _range(system, path, value, unit)
+        if low <= 0.0 <= value and not path.startswith("sdf."):
+            ends = (low, 0, 1, value // 2) if isinstance(value, int) else (low, 0.0, _round(value / _FACTOR))
+            low = next((end for end in ends if end < value and _is_allowed(system, path, end)), value)
         if path in vary:
             low, high = vary[path]
             logarithmic = 0.0 < _WIDE * low < high
         whole, first = isinstance(value, int), path in (vary or usual)
-        found[path] = Control(path, value, value_unit(path), low, high, logarithmic, whole=whole, first=first)
+        found[path] = Control(path, value, unit, low, high, logarithmic, whole=whole, first=first)
     unknown = [path for path in vary if path not in found]
     if unknown:
         raise InputError("--vary", unknown[0], f"is not the path of a number; {nearest(unknown[0], found)}")
@@ -168,9 +172,9 @@ def _usual(system: System) -> Iterator[str]:
                 yield f"joints.{name}.{key}"
 
 
-def _range(system: System, path: str, value: float) -> tuple[float, float, bool]:
+def _range(system: System, path: str, value: float, unit: str) -> tuple[float, float, bool]:
     """Low and high end of a slider, and whether it is logarithmic."""
-    key, unit = path.rpartition(".")[2], value_unit(path)
+    key = path.rpartition(".")[2]
     if path == "solver.accuracy":
         return 1e-9, 1e-3, True
     if value > 0.0 and (key in _DECADE or unit in ("Pa", "Pa s", "m2/N")):
@@ -179,7 +183,7 @@ def _range(system: System, path: str, value: float) -> tuple[float, float, bool]
         return _round(value / _MASS), _round(value * _MASS), True
     if key in _SHARES and 0.0 <= value <= 1.0:
         return (0.01 if key == "restitution" else 0.0), 1.0, False
-    if unit == "m":
+    if unit == "m" or (not unit and value and path.startswith("sdf.parameters.")):
         half = _LENGTH * (abs(value) or system.tree.extent)
         return value - half, value + half, False
     if unit == "rad":
@@ -188,6 +192,15 @@ def _range(system: System, path: str, value: float) -> tuple[float, float, bool]
     if key in ("speed", "torque", "force"):
         return -half, half, False
     return min(0.0, value - half), value + half, False
+
+
+def _is_allowed(system: System, path: str, value: float) -> bool:
+    """Return whether the experiment accepts a value."""
+    try:
+        system.experiment.replaced({path: value})
+    except InputError:
+        return False
+    return True
 
 
 def _round(value: float) -> float:

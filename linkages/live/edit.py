@@ -11,7 +11,7 @@ from tomlkit.items import Item
 
 from linkages.errors import InputError
 from linkages.files.toml import parse_value
-from linkages.files.writing import whole
+from linkages.files.writing import errors_of_writing, whole
 from linkages.model.experiment import Experiment
 
 
@@ -57,6 +57,8 @@ def save(experiment: Experiment, values: Mapping[str, Any], target: Path, replac
     if target.exists() and not replace:
         raise InputError("page", target.name, f"exists in {target.parent.resolve()}; choose another name")
     text = edited(experiment, values, target)
+    with errors_of_writing(target.parent):
+        target.parent.mkdir(parents=True, exist_ok=True)
     with whole(target) as partial:
         partial.write_text(text, encoding="utf-8")
     return target

@@ -3,14 +3,17 @@
 
 const RETRIES = 12; // runs after a change until the motion is steady
 const SHARE = 0.1; // most of the time that picture and table take while values change
+const SLOW = 400; // time after which a run is slow: what is shown becomes pale [ms]
 const REST = 400; // time without a change after which warnings are computed [ms]
 const FRAME = 100; // time between frames while a run is computed: drawing takes the same processor [ms]
 const LOOP = 4; // time in which the shown part of the run is played at the speed 1 [s]
 const SVG = "http://www.w3.org/2000/svg";
 
-export function mount(root, send) {
+export function mount(root, ask) {
+  const page = crypto.getRandomValues(new Uint32Array(3)).join("-"); // the server keeps the runs of pages apart
+  const send = (kind, request) => ask(kind, {...request, page});
   const state = {
-    start: null, controls: new Map(), shown: [], values: {}, past: [], future: [], view: null, pinned: null,
+    began: null, start: null, controls: new Map(), shown: [], values: {}, past: [], future: [], view: null, pinned: null,
     picture: null, wanted: null, busy: false, tries: 0, next: 0, playing: true, phase: 0, plots: null, names: "",
   };
   root.replaceChildren();
@@ -52,7 +55,8 @@ export function mount(root, send) {
     const field = at(".search input"), text = field.value.trim().toLowerCase();
     const found = [...state.controls.values()].find((c) => c.path.toLowerCase() === text)
       ?? [...state.controls.values()].find((c) => c.path.toLowerCase().includes(text) && !state.shown.includes(c.path));
-    if (!text || !found) return fail(`no value has "${field.value}" in its path`);
+    if (!text || !found) return complain(`no value has "${field.value}" in its path`);
+    complain("");
     field.value = "";
     show(found.path);
     at(`[data-path="${CSS.escape(found.path)}"] input, [data-path="${CSS.escape(found.path)}"] select`).focus();
@@ -114,11 +118,14 @@ export function mount(root, send) {
     while (state.wanted) {
       const {restart} = state.wanted, values = {...state.values};
       state.wanted = null;
-      const slow = setInterval(tellSlow, 700);
+      state.began = performance.now();
+      const slow = setInterval(tellSlow, SLOW);
       try {
         const reply = await send("run", {values, restart});
+        state.began = null;
         if (reply.error) fail(reply.error);
-        else if (!reply.outdated) {
+        else if (reply.outdated) state.wanted = {restart: restart || Boolean(state.wanted?.restart)};
+        else {
           fail("");
           display(reply);
           if (!reply.settled && !state.wanted && ++state.tries < RETRIES) state.wanted = {restart: false};
@@ -127,6 +134,7 @@ export function mount(root, send) {
       } catch (problem) {
         fail(`the server does not answer (${problem.message}); is the command still running? The picture is the last one.`);
       }
+      state.began = null;
       clearInterval(slow);
     }
     state.busy = false;
@@ -151,9 +159,13 @@ export function mount(root, send) {
     } catch { /* the run before has reported the failure */ }
   }
   async function tellSlow() {
+    const {began} = state;
+    if (began === null) return;
+    root.classList.add("waiting");
     try {
+      if (state.wanted && performance.now() - began > 2 * SLOW) await send("stop", {}); // newer values wait
       const {said} = await send("status", {});
-      at(".state").textContent = said || "computing ...";
+      if (state.began === began) at(".state").textContent = said || "computing ...";
     } catch { /* the request that runs will say it */ }
   }
   async function redraw(values) {
@@ -167,10 +179,15 @@ export function mount(root, send) {
       [element, element.dataset.at.split(" ").map((row) => row.split(",").map(Number))]);
     seek(state.phase);
   }
-  function fail(text) {
+  function complain(text) {
+    if (!text && root.classList.contains("stale")) return; // the reason is still shown
     at(".error").textContent = text;
     at(".error").hidden = !text;
+  }
+  function fail(text) { // what is shown belongs to other values
     root.classList.toggle("stale", Boolean(text));
+    complain(text);
+    root.classList.remove("waiting");
     if (text) at(".state").textContent = "not computed";
   }
 
@@ -336,15 +353,15 @@ export function mount(root, send) {
     const what = kind === "save" ? "Write the experiment file" : "Write the experiment file and, by linkages simulate, the folder of its results";
     form.replaceChildren(
       make("p", {}, `${what} in ${state.start.folder}:`), make("label", {}, "name ", name), make("label", {}, replace, " replace a file of this name"),
-      make("div", {class: "buttons"}, make("button", {value: "cancel"}, "cancel"), make("button", {value: "write"}, kind)));
+      make("div", {class: "buttons"}, button("cancel", () => dialog.close(), "write nothing"), make("button", {value: "write"}, kind)));
     dialog.addEventListener("close", async () => {
       if (dialog.returnValue !== "write") return;
       note(kind === "save" ? "saving ..." : "exporting ...");
       try {
         const reply = await send(kind, {values: state.values, name: name.value, replace: replace.checked});
-        if (reply.error) fail(reply.error);
-        else { fail(""); note(`written: ${reply.written}; ${reply.command}`); }
-      } catch (problem) { fail(`the server does not answer (${problem.message})`); }
+        complain(reply.error ?? "");
+        note(reply.error ? "not written" : `written: ${reply.written}; ${reply.command}`);
+      } catch (problem) { complain(`the server does not answer (${problem.message})`); }
     }, {once: true});
     dialog.returnValue = "";
     dialog.showModal();
@@ -452,9 +469,10 @@ export default {
     model.on("msg:custom", ({n, reply}) => { waiting.get(n)?.(reply); waiting.delete(n); });
     const holder = make("div", {class: "linkages-live"});
     el.append(holder);
-    mount(holder, (kind, request) => kind === "status" ? Promise.resolve({said: ""}) : new Promise((done) => {
-      waiting.set(++count, done);
-      model.send({n: count, kind, request});
+    mount(holder, (kind, request) => ["status", "stop"].includes(kind) ? Promise.resolve({said: ""}) : new Promise((done) => {
+      const n = `${request.page} ${++count}`; // all views of the model hear each reply
+      waiting.set(n, done);
+      model.send({n, kind, request});
     }));
   },
 };

@@ -2,8 +2,8 @@
 
 Only 127.0.0.1 is listened to. A request must come to a host name of this machine (a page of another site that resolves
 its own name to 127.0.0.1 fails here), from the page's own origin, to the address with the token, as JSON of a limited
-size. The page may load nothing from elsewhere. One computation runs at a time; a request for a run that a newer one has
-overtaken is given up.
+size. The page may load nothing from elsewhere. One computation runs at a time; a request for a run is given up if its
+page requests another one, or asks to stop. Each invalid request gets a status from 400.
 """
 
 from __future__ import annotations
@@ -13,20 +13,23 @@ import json
 import secrets
 import sys
 import threading
+from collections import Counter
 from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, urlsplit
 
 from linkages.files.writing import json_text
-from linkages.live.answers import Answers
+from linkages.live.answers import Answers, page_of
 from linkages.live.front_end import page, script, style
 
 HOST = "127.0.0.1"
 _OWN_NAMES = ("127.0.0.1", "localhost")
 _LARGEST = 1 << 20  # of a request [bytes]
 _SLOW = 30.0  # longest wait for a request to arrive [s]
+
+_INVALID = SplitResult("", "", "", "", "")
 
 _HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
@@ -59,7 +62,7 @@ class LiveServer(ThreadingHTTPServer):
         self.said = ""  # stage of the computation
         self._computing = threading.Lock()
         self._counting = threading.Lock()
-        self._latest = 0
+        self._latest: Counter[str] = Counter()  # requests for runs by page
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Say nothing of a browser that has closed its connection; raise anything else."""
@@ -72,15 +75,18 @@ class LiveServer(ThreadingHTTPServer):
         return f"http://{HOST}:{self.server_address[1]}/{self.token}/"
 
     def answer(self, kind: str, request: Any) -> dict[str, Any]:
-        """Answer a request; runs are counted, and only the latest one is computed."""
+        """Answer a request; the runs of a page are counted, and only the latest one is computed."""
         if kind == "status":
             return {"said": self.said}
+        page = page_of(request)
         with self._counting:
-            self._latest += kind == "run"
-            mine = self._latest
+            self._latest[page] += kind in ("run", "stop")
+            mine = self._latest[page]
+        if kind == "stop":
+            return {}
 
         def outdated() -> bool:
-            return kind == "run" and mine != self._latest
+            return kind == "run" and mine != self._latest[page]
 
         with self._computing:
             if outdated():
@@ -120,13 +126,16 @@ class _Handler(BaseHTTPRequestHandler):
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal():
             self._refuse(HTTPStatus.LENGTH_REQUIRED)
-        elif int(length) > _LARGEST:
+        elif float(length) > _LARGEST:  # int() refuses thousands of digits
             self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
         elif self.headers.get_content_type() != "application/json":
             self._refuse(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
         else:
             try:
-                request = json.loads(self.rfile.read(int(length)))
+                request = json.loads(self.rfile.read(int(float(length))))
+            except TimeoutError:
+                self._refuse(HTTPStatus.REQUEST_TIMEOUT)
+                return
             except (ValueError, RecursionError):
                 self._refuse(HTTPStatus.BAD_REQUEST)
                 return
@@ -137,8 +146,13 @@ class _Handler(BaseHTTPRequestHandler):
         """Return the part of the address behind the token; None after the refusal of a request."""
         host = self.headers.get("Host", "")
         origin = self.headers.get("Origin")
-        token, _, name = urlsplit(self.path).path.removeprefix("/").partition("/")
-        if _name_of(host) not in self.server.hosts or (origin is not None and urlsplit(origin).netloc != host):
+        address = _split(self.path)
+        token, _, name = address.path.removeprefix("/").partition("/")
+        if address == _INVALID:
+            self._refuse(HTTPStatus.BAD_REQUEST)
+        elif _split(f"//{host}").hostname not in self.server.hosts or (
+            origin is not None and _split(origin).netloc != host
+        ):
             self._refuse(HTTPStatus.FORBIDDEN)
         elif not hmac.compare_digest(token.encode(), self.server.token.encode()):
             self._refuse(HTTPStatus.NOT_FOUND)
@@ -158,13 +172,18 @@ class _Handler(BaseHTTPRequestHandler):
         if self.command != "HEAD":
             self.wfile.write(content)
 
+    def send_response_only(self, code: int, message: str | None = None) -> None:
+        """Send the status, which HTTP 0.9 lacks."""
+        self.request_version = "HTTP/1.0"
+        super().send_response_only(code, message)
+
     def log_message(self, format: str, *args: Any) -> None:
         """Say nothing of single requests."""
 
 
-def _name_of(host: str) -> str:
-    """Name in a Host header, without the port."""
+def _split(address: str) -> SplitResult:
+    """Split an address of a request; `_INVALID` if it is none."""
     try:
-        return urlsplit(f"//{host}").hostname or ""
+        return urlsplit(address)
     except ValueError:
-        return ""
+        return _INVALID

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,7 +56,7 @@ class TimeLimitError(Exception):
 
 
 class Session:
-    """Answers requests about one machine, one after the other.
+    """Answers requests of one page about one machine, one after the other.
 
     Parameters
     ----------
@@ -78,6 +79,12 @@ class Session:
         self._result: _Result | None = None  # of that run
         self._drawings: dict[str, tuple[Drawing, dict[str, Any]]] = {}
         self._ideals: dict[tuple[Any, ...], Ideal | None] = {}
+
+    def for_page(self) -> Session:
+        """Return a session of the same machine for another page; both share drawings and ideal motions."""
+        other = copy(self)
+        other._ratios, other._shown, other._result = {}, ({}, {}), None
+        return other
 
     def values_to_run(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values of a run: the requested ones, the duration, the journals' start.
@@ -176,8 +183,16 @@ class Session:
         return dict(ran) if asked == dict(values) else self.values_to_run(values)
 
     def numbers(self) -> dict[str, Any]:
-        """Return the numbers of the run that was shown last, see `linkages.live.view.numbers_for`."""
-        return {} if self._result is None else numbers_for(self._result.study, self._result.exact)
+        """Return the numbers of the run that was shown last, see `linkages.live.view.numbers_for`.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        if self._result is None:
+            raise InputError("page", "numbers", "has no run yet; change a value, or press reset")
+        return numbers_for(self._result.study, self._result.exact)
 
     def warnings(self) -> list[str]:
         """Return the warnings about the run that was shown last."""

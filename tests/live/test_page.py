@@ -1,6 +1,7 @@
 """The live page in a browser: controls, numbers, keeping a run, keys, widths."""
 
 import json
+import subprocess
 from urllib.parse import unquote
 
 import numpy as np
@@ -48,6 +49,9 @@ class Page:
     def button(self, name):
         self.browser.find_element(By.XPATH, f"//div[@class='buttons']//button[.='{name}']").click()
 
+    def opacity(self, selector):
+        return float(self.one(selector).value_of_css_property("opacity"))
+
     def field(self, path):
         return self.one(f'[data-path="{path}"] .typed')
 
@@ -93,6 +97,72 @@ def test_the_numbers_of_the_page_are_those_of_simulate(page, tmp_path):
         assert float(table[name][2]) == float(f"{entry['peak']:.5g}")
     for name, entry in shown["joints"].items():
         assert float(table[f"{name}.force"][2]) == float(f"{entry['force']['peak']:.5g}")
+
+
+@pytest.mark.parametrize("kind", ["save", "export"])
+def test_enter_writes_the_file_and_escape_does_not(page, tmp_path, monkeypatch, kind):
+    done = subprocess.CompletedProcess([], 0, "", "")
+    monkeypatch.setattr("linkages.live.answers.subprocess.run", lambda *_, **__: done)  # the run of an export is slow
+    page.button(kind)
+    page.one("dialog input").send_keys("not", Keys.ESCAPE)
+    page.wait(lambda: not page.one("dialog").is_displayed())
+    page.button(kind)
+    page.one("dialog input").send_keys(Keys.CONTROL + "a")
+    page.one("dialog input").send_keys("mine", Keys.ENTER)
+    page.wait(lambda: page.state.startswith("written"))
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
+    page.button(kind)
+    page.one("dialog input").send_keys(Keys.CONTROL + "a")
+    page.one("dialog input").send_keys("mine", Keys.ENTER)
+    page.wait(lambda: "exists" in page.error)
+    assert page.opacity(".numbers") == 1.0
+
+
+def test_two_tabs_have_their_own_tables(page):
+    """Both change a value at the same time; each table is that of its own value."""
+    browser, first, tables = page.browser, page.browser.current_window_handle, {}
+    browser.switch_to.new_window("tab")
+    try:
+        second = Page(browser, page.server)
+        for handle, value in ((first, "2e-4"), (browser.current_window_handle, "6e-4")):
+            browser.switch_to.window(handle)
+            field = second.field(CLEARANCE)
+            field.send_keys(Keys.CONTROL + "a")
+            field.send_keys(value, Keys.ENTER)
+        for handle in browser.window_handles:
+            browser.switch_to.window(handle)
+            second.settle()
+            tables[second.field(CLEARANCE).get_attribute("value")] = second.table()
+    finally:
+        if len(browser.window_handles) > 1:
+            browser.close()
+        browser.switch_to.window(first)
+    for value, table in tables.items():
+        page.type(CLEARANCE, "3e-4")
+        page.type(CLEARANCE, value)
+        alone = page.table()["A.eccentricity_ratio"][2]
+        assert float(table["A.eccentricity_ratio"][2]) == pytest.approx(float(alone), rel=2e-3)
+    assert len(tables) == 2
+
+
+def test_old_numbers_are_pale_and_newer_values_do_not_wait(browser, serve):
+    """A run that lasts minutes gives way as soon as another value is typed."""
+    page = Page(browser, serve(linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.01})))
+    page.server.answers.session.limit = 600.0
+    before = page.table()
+    page.one(".search input").send_keys("duration", Keys.ENTER)
+    field = page.field("duration")
+    for text in ("1000", "0.02"):
+        field.send_keys(Keys.CONTROL + "a")
+        field.send_keys(text, Keys.ENTER)
+        if text == "1000":
+            page.wait(lambda: page.opacity(".numbers") < 0.5 and page.opacity(".curves") < 0.5)
+            assert page.state == "computing ..."
+            assert page.table() == before
+    page.settle()
+    assert page.opacity(".numbers") == 1.0
+    assert "computed in" in page.state
+    assert page.browser.execute_script("return document.querySelector('.phase').value !== null")
 
 
 def test_a_pinned_run_is_compared(page):
@@ -164,6 +234,8 @@ def test_any_value_is_found(page):
     assert page.one('[data-path="sdf.links.link2.mass"] .unit').text == "kg"
     page.one(".search input").send_keys("no such value", Keys.ENTER)
     assert "no value has" in page.error
+    assert page.opacity(".numbers") == 1.0  # they are still those of the values
+    assert "computed in" in page.state
 
 
 def test_faults_are_reported_and_the_last_picture_remains(page):

@@ -5,13 +5,19 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import threading
+import time
 
 import pytest
 
 import linkages
+import linkages.live.session
+from linkages.cli import progress
+from linkages.cli.main import main
+from linkages.live.server import LiveServer, _Handler
 
 
 def ask(server, method="POST", path=None, body=b'{"values": {}}', headers=None):
@@ -70,6 +76,47 @@ def test_a_request_from_elsewhere_is_refused(serve, status, changes):
     assert ask(server)[0] == 200  # the page continues
 
 
+def send_raw(server, *lines, body=b""):
+    """Send lines of a request as they are; returns the first line of the answer."""
+    with socket.create_connection(server.server_address, timeout=60) as connection:
+        connection.sendall(b"\r\n".join([*lines, b"", body]))
+        with connection.makefile("rb") as answer:
+            return answer.readline().decode().strip()
+
+
+@pytest.mark.parametrize(
+    ("status", "first", "headers"),
+    [
+        (400, b"GET http://[/ HTTP/1.1", []),
+        (400, b"GET http://[/", []),
+        (400, b"POST http://[::1/ HTTP/1.0", []),
+        (400, b"GET http://a]b/ HTTP/0.9", []),
+        (403, b"GET / HTTP/1.1", [b"Origin: http://["]),
+        (403, b"GET / HTTP/1.1", [b"Origin: http://[::1"]),
+        (413, b"POST /TOKEN/run HTTP/1.1", [b"Content-Length: " + b"9" * 5000]),
+        (400, b"POST /TOKEN/run HTTP/1.1", [b"Content-Length: " + b"0" * 5000]),
+        (400, b"POST /TOKEN/run HTTP/0.9", [b"Content-Length: 0"]),
+        (404, b"GET /\xff\xfe HTTP/1.1", []),
+    ],
+)
+def test_a_malformed_request_gets_a_status(serve, capfd, status, first, headers):
+    """Not one of them prints a traceback, or closes the connection without an answer."""
+    server = serve()
+    host = b"Host: 127.0.0.1:%d" % server.server_address[1]
+    first = first.replace(b"TOKEN", server.token.encode())
+    answer = send_raw(server, first, host, b"Content-Type: application/json", *headers, b"")
+    assert answer.split()[1] == str(status)
+    assert not capfd.readouterr().err
+    assert ask(server)[0] == 200
+
+
+def test_a_request_that_does_not_arrive_is_refused_in_time(serve, monkeypatch):
+    monkeypatch.setattr(_Handler, "timeout", 0.2)
+    server = serve()
+    head = [b"POST /%s/run HTTP/1.1" % server.token.encode(), b"Host: localhost", b"Content-Length: 9"]
+    assert send_raw(server, *head, b"Content-Type: application/json", b"").split()[1] == "408"
+
+
 def test_the_names_of_this_machine_are_its_own(serve):
     server = serve()
     port = server.server_address[1]
@@ -107,6 +154,54 @@ def test_a_hundred_requests_at_once_give_one_run_after_the_other(serve):
     assert all("outdated" in reply or reply["status"] == "ok" for reply in replies)
     assert sum("status" in reply for reply in replies) < 100
     assert any("status" in reply for reply in replies)
+
+
+def test_pages_do_not_overtake_each_other(serve):
+    """Each of five pages gets its own run and its own table, however their requests are mixed."""
+    server, tables = serve(), {}
+
+    def table(page, clearance):
+        request = json.dumps({"page": page, "values": {"joints.A.clearance": clearance}}).encode()
+        replies = [json.loads(ask(server, body=request)[2])]
+        ready.wait()  # all pages have run
+        request = json.dumps({"page": page}).encode()
+        replies.append(json.loads(ask(server, path=f"/{server.token}/numbers", body=request)[2]))
+        tables[page] = replies
+
+    pages = {f"page {k}": 1e-4 * (1 + k) for k in range(5)}
+    ready = threading.Barrier(len(pages), timeout=60)
+    threads = [threading.Thread(target=table, args=given) for given in pages.items()]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for page, clearance in pages.items():
+        alone = linkages.live.session.Session(linkages.load(linkages.find_file("seven_bar.toml")))
+        alone.compute({"joints.A.clearance": clearance})
+        assert tables[page][0]["status"] == "ok"
+        assert tables[page][1] == json.loads(json.dumps(alone.numbers()))
+
+
+def test_a_page_stops_its_run_and_no_other(serve):
+    server = serve(linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 100.0}))
+    replies = {}
+
+    def run(page):
+        replies[page] = json.loads(
+            ask(server, body=json.dumps({"page": page, "values": {"duration": 1e4}}).encode())[2]
+        )
+
+    thread = threading.Thread(target=run, args=["mine"])
+    thread.start()
+    while not server._computing.locked():
+        time.sleep(0.01)
+    stop = f"/{server.token}/stop"
+    ask(server, path=stop, body=b'{"page": "other"}')
+    time.sleep(0.2)
+    assert thread.is_alive()
+    ask(server, path=stop, body=b'{"page": "mine"}')
+    thread.join(20.0)
+    assert replies == {"mine": {"outdated": True}}
 
 
 def test_names_with_markup_are_text(serve, system_of):
@@ -148,13 +243,28 @@ def test_the_command_serves_until_ctrl_c(tmp_path):
         (["--vary", "joints.A.clearance=2:1"], "--vary"),
         (["--port", "99999"], "--port"),
         (["--limit", "0"], "--limit"),
-        (["--out", "nowhere"], "--out"),
+        (["--out", __file__], "--out"),
     ],
 )
 def test_wrong_options_are_named(options, named, capsys):
-    from linkages.cli.main import main
-
     assert main(["play", "seven_bar.toml", "--no-browser", *options]) == 2
     said = capsys.readouterr().err
     assert named in said
     assert said.count("\n") == 1
+
+
+def test_a_served_page_prints_nothing(monkeypatch, capsys, tmp_path):
+    """The command waits for its user, and says so once; its folder is made when something is saved."""
+    for name in ("_FIRST", "_LATER", "_GRACE"):
+        monkeypatch.setattr(progress, name, 0.0)
+    printed = []
+
+    def serve(self, poll_interval):
+        capsys.readouterr()
+        time.sleep(0.3)
+        printed.append(capsys.readouterr().err)
+
+    monkeypatch.setattr(LiveServer, "serve_forever", serve)
+    assert main(["play", "seven_bar.toml", "--no-browser", "--out", str(tmp_path / "new" / "folder")]) == 0
+    assert printed == [""]
+    assert not list(tmp_path.iterdir())

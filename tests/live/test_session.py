@@ -8,6 +8,7 @@ import pytest
 
 import linkages
 from linkages import InputError
+from linkages.cli.main import main
 from linkages.cli.ranges import path_and_range
 from linkages.live.answers import Answers
 from linkages.live.controls import controls
@@ -187,6 +188,28 @@ def test_an_interrupted_save_leaves_the_file_as_it_was(answers, tmp_path, monkey
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"mine.toml": before}
 
 
+def test_pages_have_their_own_runs(answers):
+    """The table, the warnings and the start of the next run are those of the page that asks."""
+    of, alone = answers("seven_bar"), answers("seven_bar")
+    one, other = ({"page": k, "values": {"joints.A.clearance": c}} for k, c in (("one", 1e-4), ("other", 6e-4)))
+    for request in (one, other, one):
+        of.answer("run", request)
+    for request in (one, one):
+        alone.answer("run", request)
+    of.answer("run", other)
+    assert of.answer("numbers", {"page": "one"}) == alone.answer("numbers", {"page": "one"})
+    assert of.answer("numbers", {"page": "one"}) != of.answer("numbers", {"page": "other"})
+    assert "no run yet" in of.answer("numbers", {"page": "third"})["error"]
+
+
+def test_a_folder_is_made_for_the_first_file(tmp_path):
+    system = loaded("seven_bar")
+    of = Answers(Session(system), controls(system), tmp_path / "new" / "folder")
+    assert not list(tmp_path.iterdir())
+    assert "written" in of.answer("save", {"values": {}, "name": "mine"})
+    assert (tmp_path / "new" / "folder" / "mine.toml").is_file()
+
+
 def test_values_of_the_command_line_are_saved(answers, tmp_path):
     of = answers("seven_bar", **{"joints.B.viscosity": 0.7})
     of.answer("run", {"values": {}})
@@ -220,6 +243,33 @@ def test_a_wear_coefficient_has_a_range_of_decades():
     control = controls(loaded("slider_crank_wear"))["joints.B.wear.coefficient"]
     assert control.logarithmic
     assert control.high == pytest.approx(10.0 * control.value)
+
+
+def test_sliders_begin_at_values_that_the_experiment_accepts():
+    """No duration, exponent or number of nodes below zero, except for quantities with a sign."""
+    for name in ("seven_bar_mixed", "slider_crank_flexible", "slider_crank_wear"):
+        system = loaded(name)
+        for control in controls(system).values():
+            if not control.choices and not control.path.startswith("sdf."):
+                system.experiment.replaced({control.path: control.low})
+
+
+def test_parameters_of_a_description_have_units_and_ranges_of_their_kind(tmp_path):
+    (tmp_path / "text.toml").write_text(
+        """duration = 1.0
+        section = ["8 mm", "6 mm"]
+        density = 7850.0
+        drives = { O = { speed = "60 r/min" } }
+        parameters = { m = "500 g", r = "60 mm", turn = "30 deg", plain = 0.28 }
+        links = { ground = "O Q", crank = "O A", coupler = { points = "A B", mass = "m" }, rocker = "B Q" }
+        points = { O = [0, 0], Q = ["300 mm", 0], A = ["O", "r", "turn"], B = ["A", "plain", "Q", "240 mm"] }"""
+    )
+    assert main(["new", "four", "--from", str(tmp_path / "text.toml"), "--out", str(tmp_path)]) == 0
+    found = controls(linkages.load(tmp_path / "four.toml"))
+    of = {name: found[f"sdf.parameters.{name}"] for name in ("m", "r", "turn", "plain")}
+    assert {name: control.unit for name, control in of.items()} == {"m": "kg", "r": "m", "turn": "rad", "plain": ""}
+    assert all(0.0 < of[name].low < of[name].value < of[name].high for name in ("m", "r", "plain"))
+    assert of["turn"].low < 0.0 < of["turn"].high
 
 
 def test_given_ranges_come_first():
