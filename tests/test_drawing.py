@@ -17,7 +17,7 @@ from linkages.files.shipped import find_file
 from linkages.model.experiment import nothing_done
 from linkages.model.gear import Gear
 from linkages.model.plausibility import doubts
-from linkages.model.skeleton import skeleton
+from linkages.model.skeleton import COLORS, skeleton
 from linkages.plots import orbit, pose
 from linkages.plots.drawing import draw, page, svg
 from linkages.plots.drawing.raster import picture, write_moving
@@ -49,6 +49,22 @@ def test_transmission_angles_of_a_crank_rocker_are_those_of_its_triangles(mechan
     for value, angle in zip(way.values, one.angle, strict=True):
         diagonal = np.sqrt(0.3**2 + 0.1**2 - 2 * 0.3 * 0.1 * np.cos(value))
         assert angle == pytest.approx(angle_between(0.25, 0.3, diagonal), abs=1e-7)
+
+
+def test_links_have_the_colours_of_their_file():
+    """As the animation, which shows the file's own visuals."""
+    text = find_file("four_bar.sdf").read_text(encoding="utf-8")
+    bars = {one.color for one in draw(load(find_file("four_bar_dry.toml"))).shapes if one.role == "bar"}
+    parts = re.findall(r'<link name="\w+">.*?<diffuse>(.*?) 1</diffuse>', text, re.DOTALL)
+    assert len(parts) == 3
+    assert bars == {"#" + "".join(f"{round(255 * float(part)):02x}" for part in rgb.split()) for rgb in parts}
+
+
+def test_a_pale_link_is_darkened_for_its_name(mechanism_of):
+    paint = "<visual name='v'><geometry><sphere><radius>1</radius></sphere></geometry><material><diffuse>{}</diffuse>"
+    text = four_bar().replace("</link>", f"{paint.format('1 1 1 1')}</material></visual></link>", 1)
+    colors = [skeleton(mechanism, link, 1.0).color for mechanism in [mechanism_of(text)] for link in mechanism.links]
+    assert colors == ["#b2b2b2", COLORS[1], COLORS[2]]
 
 
 def test_links_with_drives_of_their_own_have_no_transmission_angle(mechanism_of):

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from machines import four_bar
 from matplotlib import image
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -11,7 +12,7 @@ import linkages
 import optim
 from linkages.cli.main import main
 from linkages.plots.frequency_response import bode_figure
-from linkages.plots.histories import forces_figure, write_figures
+from linkages.plots.histories import forces_figure, output_figure, write_figures
 from linkages.plots.style import engineering, figure_style, write_png
 
 SHIPPED = (
@@ -176,11 +177,28 @@ def test_a_difference_beyond_its_panel_is_stated():
     """The films carry nothing at t = 0; the panel shows the motion after that."""
     system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
     study = linkages.study(system, error_estimate=False)
-    panels = [axes for axes in forces_figure(study).axes if axes.get_ylabel().startswith("difference")]
-    assert len(panels) == 2
-    for name, bottom in zip("AB", panels, strict=True):
-        (note,) = (text.get_text() for text in bottom.texts)
-        assert note == f"at the start up to {study.ideal[f'{name}.force'][0]:.3g} N"
+    figure = forces_figure(study)
+    canvas = FigureCanvasAgg(figure)
+    panels = figure.axes
+    assert len(panels) == 4
+    for name, top, bottom in zip("AB", panels[::2], panels[1::2], strict=True):
+        (note,) = bottom.texts
+        assert note.get_text() == f"at the start up to {study.ideal[f'{name}.force'][0]:.3g} N"
+        box = note.get_window_extent(canvas.get_renderer())  # between both panels: it lies on no curve
+        assert bottom.bbox.y1 <= box.y0 < box.y1 <= top.bbox.y0
+        assert box.x1 <= bottom.bbox.x1 + 1.0
+
+
+def test_noise_is_not_drawn_as_a_motion(system_of):
+    """A linkage with ideal joints moves as the ideal linkage: the difference is zero, whatever its rounding is."""
+    system = system_of(four_bar(), 'duration = 0.3\noutputs = ["follower.omega"]\n[drives.O]\nspeed = 6.0\n')
+    study = linkages.study(system, "compiled", error_estimate=False)
+    top, bottom = output_figure(study, "follower.omega").axes
+    assert np.abs(study.run["follower.omega"] - study.ideal.evaluate(study.run.time)["follower.omega"]).max() > 0.0
+    assert not np.any(bottom.lines[0].get_ydata())
+    assert np.ptp(top.lines[0].get_ydata()) > 1.0
+    small = {"follower.omega": 1e3}  # a stated error above the motion itself
+    assert not np.any(output_figure(study, "follower.omega", small).axes[0].lines[0].get_ydata())
 
 
 @pytest.mark.slow

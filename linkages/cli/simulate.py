@@ -97,7 +97,7 @@ def run(options: argparse.Namespace) -> int:
             write_impacts(result.contacts, folder)
         if not options.no_plots:
             begin_stage("figures")
-            _draw(result, folder)
+            _draw(result, folder, summary["error"])
         if not options.no_animation:
             begin_stage("animation")
             _animate(result, folder / "animation.html", options.exaggerate)
@@ -107,12 +107,12 @@ def run(options: argparse.Namespace) -> int:
     return report_failures({"the run": run})
 
 
-def _draw(result: Study, folder: Path) -> None:
+def _draw(result: Study, folder: Path, errors: dict[str, float | None]) -> None:
     """Write the figures."""
     from linkages.plots.drawing import draw, svg
     from linkages.plots.histories import write_figures
 
-    write_figures(result, folder)
+    write_figures(result, folder, errors)
     (folder / "drawing.svg").write_text(svg(draw(result.system)), encoding="utf-8")
 
 

@@ -105,7 +105,7 @@ def view(study: Study, exact: Ideal | None, part: tuple[float, float], frames: M
         "from": part[0],
         "to": part[1],
         "time": short(np.linspace(0.0, part[1] - part[0], _FRAMES)),
-        "curves": curves(drawn, moved, exact.motion if exact else None, _INTERVALS),
+        "curves": curves(drawn, moved, exact.motion if exact else None, study.noise, _INTERVALS),
         "orbits": [_orbit(system, name, shown, frames) for name in system.tree.play if f"{name}.ex" in run.columns],
     }
 

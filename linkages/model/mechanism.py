@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 
 _INERTIA = re.compile(r"links\.[^.]+\.inertia")
+_PALEST, _LUMINANCE = 0.7, np.array([0.2126, 0.7152, 0.0722])  # largest luminance of a link; ITU-R BT.709
 _PARALLEL = 1e-6  # largest sine of the angle between an axis and the normal (or the plane)
 
 
@@ -50,12 +51,15 @@ class Link(RawLink):
         Reference position of the mass centre [m].
     inertia : float
         Moment of inertia about the mass centre and the plane's normal [kg m2].
+    color : str
+        Colour of the file's visuals as ``#rrggbb``, darkened if it is too pale for a name on paper; empty without one.
     """
 
     origin: Array
     angle: float
     com: Array
     inertia: float
+    color: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -376,7 +380,21 @@ def _link(path: Path, raw: RawLink, plane: bytes) -> Link:
         angle=_angle(raw.rotation, basis),
         com=to_plane @ (raw.translation + raw.rotation @ raw.com_local),
         inertia=float(normal @ raw.inertia_local @ normal),
+        color=_color("".join(raw.visuals)),
     )
+
+
+def _color(visuals: str) -> str:
+    """Return the first diffuse colour of visuals."""
+    found = re.search(r"<diffuse>([^<]*)</diffuse>", visuals)
+    try:
+        rgb = np.array(found[1].split()[:3], dtype=np.float64).clip(0.0, 1.0) if found else np.zeros(0)
+    except ValueError:  # Drake reports it
+        return ""
+    if rgb.shape != (3,) or not np.isfinite(rgb).all():
+        return ""
+    rgb *= min(1.0, _PALEST / max(float(_LUMINANCE @ rgb), _PALEST))
+    return "#" + "".join(f"{round(255 * part):02x}" for part in rgb)
 
 
 @lru_cache(maxsize=512)

@@ -28,7 +28,7 @@ class Skeleton:
     plate : tuple of int
         Corners of the convex hull of the places, counter-clockwise; empty if they lie on a line.
     color : str
-        Colour as ``#rrggbb``.
+        Colour as ``#rrggbb``: the link's own, else one of `COLORS`.
     """
 
     places: Array
@@ -50,7 +50,7 @@ def skeleton(mechanism: Mechanism, link: Link, size: float) -> Skeleton:
     families = list(
         dict.fromkeys(other.name.partition("/")[0] for other in mechanism.links)
     )  # segments have their link's colour
-    color = COLORS[families.index(link.name.partition("/")[0]) % len(COLORS)]
+    color = link.color or COLORS[families.index(link.name.partition("/")[0]) % len(COLORS)]
     places = _places(mechanism, link, _SAME * size)
     if len(places) < 2:
         return Skeleton(places, (), (), color)

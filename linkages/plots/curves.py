@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from typing import Any, cast
 
@@ -24,7 +24,11 @@ def columns(outputs: Iterable[str], play: Iterable[str], drives: Iterable[str]) 
 
 
 def curves(
-    names: Iterable[str], run: Trajectory, ideal: Trajectory | None, intervals: int = _INTERVALS
+    names: Iterable[str],
+    run: Trajectory,
+    ideal: Trajectory | None,
+    errors: Mapping[str, float],
+    intervals: int = _INTERVALS,
 ) -> list[dict[str, Any]]:
     """Return columns over time for `curves.js`.
 
@@ -35,6 +39,8 @@ def curves(
     run : Trajectory
     ideal : Trajectory or None
         Motion with ideal joints.
+    errors : mapping of str to float
+        Smallest variation of each column that is drawn, see `drawn_errors`.
     intervals : int
         Number of time intervals, see `seen`.
 
@@ -47,11 +53,25 @@ def curves(
     if len(run.time) < 2:
         return []
     return [
-        {"name": name, "unit": run.units.get(name, ""), "run": _drawn(run, name, intervals)}
-        | {"ideal": _drawn(ideal, name, intervals)}
+        {"name": name, "unit": run.units.get(name, ""), "run": _drawn(run, name, errors, intervals)}
+        | {"ideal": _drawn(ideal, name, errors, intervals)}
         for name in names
         if name in run.columns
     ]
+
+
+def drawn_errors(errors: Mapping[str, float | None], noise: Mapping[str, float]) -> dict[str, float]:
+    """Return the error of each column, by the key of its peak in `errors` if there is one, at least its rounding."""
+    return {name: max(errors.get(f"{name}.peak") or 0.0, least) for name, least in noise.items()}
+
+
+def resolved(values: Array, error: float) -> Array:
+    """Return values, or a constant if they vary by less than their error: noise is not drawn as a motion."""
+    low, high = float(np.fmin.reduce(values)), float(np.fmax.reduce(values))  # NaN is not drawn
+    if not high - low <= 2.0 * error:
+        return values
+    middle = 0.5 * (low + high)
+    return np.where(np.isfinite(values), middle if abs(middle) > error else 0.0, values)
 
 
 def script() -> str:
@@ -82,11 +102,14 @@ def seen(time: Array, values: Array, intervals: int = _INTERVALS) -> NDArray[np.
     return np.unique(np.concatenate([[0, len(time) - 1], starts, by_value[starts], by_value[ends]]))
 
 
-def _drawn(run: Trajectory | None, name: str, intervals: int) -> dict[str, list[float | None]] | None:
+def _drawn(
+    run: Trajectory | None, name: str, errors: Mapping[str, float], intervals: int
+) -> dict[str, list[float | None]] | None:
     if run is None or name not in run.columns:
         return None
-    keep = seen(run.time, run[name], intervals)
-    return {"time": short(run.time[keep]), "values": short(run[name][keep])}
+    values = resolved(run[name], errors.get(name, 0.0))
+    keep = seen(run.time, values, intervals)
+    return {"time": short(run.time[keep]), "values": short(values[keep])}
 
 
 def short(values: Array) -> list[Any]:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from linkages.files.writing import file_name
 from linkages.outputs.registry import unit
+from linkages.plots.curves import drawn_errors, resolved
 from linkages.plots.guides import guides_figure
 from linkages.plots.journals import contacts_figure, orbits_figure
 from linkages.plots.links import links_figure
@@ -42,7 +43,7 @@ _LABELS = {
 }
 
 
-def write_figures(study: Study, folder: Path) -> list[Path]:
+def write_figures(study: Study, folder: Path, errors: Mapping[str, float | None] | None = None) -> list[Path]:
     """Draw all figures of a study as PNG files.
 
     The figures are: one for each output, journal orbits, blocks in their slots, contacts, flexible links, joint forces
@@ -54,14 +55,18 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
         From `linkages.study`.
     folder : Path
         Existing folder.
+    errors : mapping of str to float or None
+        Errors of the peaks by their keys, see `linkages.results.summary.judge`; smaller variations are not drawn.
 
     Returns
     -------
     list of Path
         Written files.
     """
+    least = drawn_errors(errors or {}, study.noise)
     figures: dict[str, Callable[[Study], Figure]] = {
-        f"output_{file_name(name)}": partial(output_figure, name=name) for name in study.system.experiment.outputs
+        f"output_{file_name(name)}": partial(output_figure, name=name, errors=least)
+        for name in study.system.experiment.outputs
     }
     if study.system.tree.journals:
         figures["orbits"] = orbits_figure
@@ -71,45 +76,46 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
         figures["impacts"] = contacts_figure
     if study.system.tree.flexible:
         figures["links"] = links_figure
-    figures["joint_forces"] = forces_figure
+    figures["joint_forces"] = partial(forces_figure, errors=least)
     if study.system.experiment.drives:
-        figures["drive_torques"] = torques_figure
+        figures["drive_torques"] = partial(torques_figure, errors=least)
     with figure_style():
         for name, draw in figures.items():
             write_png(draw(study), folder / f"{name}.png")
     return [folder / f"{name}.png" for name in figures]
 
 
-def output_figure(study: Study, name: str) -> Figure:
+def output_figure(study: Study, name: str, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw an output of a link or frame over time; below, the effect of clearance."""
     point, _, quantity = name.rpartition(".")
     figure = Figure(figsize=(6.3, 4.4))
-    _compare(figure, study, {name: f"{point}: {_LABELS.get(quantity, quantity)}"})
+    _compare(figure, study, {name: f"{point}: {_LABELS.get(quantity, quantity)}"}, errors)
     return figure
 
 
-def forces_figure(study: Study) -> Figure:
+def forces_figure(study: Study, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw the force in each clearance joint, or else in every joint; below each, the difference."""
     names = study.system.tree.play or tuple(study.system.mechanism.joint)
     figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)))
-    _compare(figure, study, {f"{name}.force": f"force in {name}" for name in names})
+    _compare(figure, study, {f"{name}.force": f"force in {name}" for name in names}, errors)
     return figure
 
 
-def torques_figure(study: Study) -> Figure:
+def torques_figure(study: Study, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw the torques of all drives, or forces for prismatic joints; below each, the difference."""
     names = [f"{drive}.torque" for drive in study.system.experiment.drives]
     kinds = {name: "force" if unit(study.system, name) == "N" else "torque" for name in names}
     figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)))
-    _compare(figure, study, {name: f"{kind} of {name.removesuffix('.torque')}" for name, kind in kinds.items()})
+    _compare(figure, study, {name: f"{kind} of {name.removesuffix('.torque')}" for name, kind in kinds.items()}, errors)
     return figure
 
 
-def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
+def _compare(figure: Figure, study: Study, labels: Mapping[str, str], errors: Mapping[str, float] | None) -> None:
     """Draw columns of the ideal motion and the run, and below each the difference.
 
     An integrated ideal linkage has rigid links without deformation columns.
     """
+    errors = errors or study.noise
     run, ideal = study.run, study.ideal
     times, both = run.time[run.time <= ideal.time[-1]], [name for name in labels if name in ideal.columns]
     exact = ideal.evaluate(times) if ideal.evaluate else {n: np.interp(times, ideal.time, ideal[n]) for n in both}
@@ -117,14 +123,15 @@ def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
     axes = stacked_axes(figure, heights)
     panels = iter(axes)
     for name, label in labels.items():
-        top = next(panels)
-        largest = np.abs(run[name]).max()
-        unbounded = name in both and np.abs(ideal[name]).max() > _UNBOUNDED * largest > 0.0
-        seen = [run[name], ideal[name]] if name in both and not unbounded else [run[name]]
-        drawn, factor = _shown(study, name, np.concatenate(seen))
+        top, error = next(panels), errors.get(name, 0.0)
+        values = resolved(run[name], error)
+        perfect = resolved(ideal[name], error) if name in both else values
+        largest = np.abs(values).max()
+        unbounded = np.abs(perfect).max() > _UNBOUNDED * largest > 0.0
+        drawn, factor = _shown(study, name, values if unbounded else np.concatenate([values, perfect]))
         if name in both:
-            top.plot(ideal.time, factor * ideal[name], color=_IDEAL, lw=2.2, alpha=0.8, label=_ideal_label(study))
-        top.plot(run.time, factor * run[name], color=_RUN, lw=0.9, label=_run_label(study))
+            top.plot(ideal.time, factor * perfect, color=_IDEAL, lw=2.2, alpha=0.8, label=_ideal_label(study))
+        top.plot(run.time, factor * values, color=_RUN, lw=0.9, label=_run_label(study))
         top.set_ylabel(axis_label(label, drawn))
         if unbounded:  # at a dead point of the ideal linkage
             top.set_ylim(-1.1 * factor * largest, 1.1 * factor * largest)
@@ -133,7 +140,7 @@ def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
         if name not in both:  # a deflection: the links of the ideal motion are rigid
             continue
         bottom = next(panels)
-        difference = run[name][: len(times)] - exact[name]
+        difference = resolved(run[name][: len(times)] - exact[name], error)
         low, high = _limits_after_start(times, difference)
         drawn, factor = _shown(study, name, np.array([low, high]))
         bottom.plot(times, factor * difference, color="0.25", lw=0.8)
@@ -142,7 +149,8 @@ def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
             largest = np.abs(difference).max()
             drawn, factor = _shown(study, name, largest)
             note = f"at the start up to {factor * largest:.3g} {drawn}"
-            bottom.text(0.01, 0.96, note, transform=bottom.transAxes, va="top", fontsize=7)
+            bottom.text(1.0, 1.02, note, transform=bottom.transAxes, ha="right", va="bottom", fontsize=7)  # in the gap
+            top.tick_params(axis="x", length=0)
     add_legend(axes[0])
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("time [s]")

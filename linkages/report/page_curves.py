@@ -25,4 +25,5 @@ def curves_of(results: Results) -> list[dict[str, Any]]:
     files = (results.folder / name for name in ("trajectory.npz", "ideal.npz"))
     run, ideal = (load_trajectory(path) if path.is_file() else None for path in files)
     names = columns(results.summary["outputs"], results.play, results.summary["drives"])
-    return [] if run is None else curves(names, run, ideal)
+    errors = {name: results.summary["error"].get(f"{name}.peak") or 0.0 for name in names}
+    return [] if run is None else curves(names, run, ideal, errors)

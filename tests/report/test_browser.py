@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from browser import find_browser, open_page, picture
 
+from linkages.model.skeleton import COLORS
 from linkages.plots.animation.magnified import GAP, REACH
 from linkages.report import load_results, write_report
 from linkages.results.trajectory import load_trajectory
@@ -112,6 +113,14 @@ def test_the_animation_renders_and_moves(page):
     x, y, width, height = (int(v) for v in page.seen["frame"])
     seen = page.image[y + 40 : y + height - 2, x + 2 : x + width - 2]  # below the bar of controls
     assert np.mean(np.abs(seen - seen[2, 2]).max(axis=2) > 0.2) > 0.005
+
+
+def test_links_have_the_same_colours_in_the_animation_and_the_drawing(page):
+    """Faces in the plane: less than 0.03 of each channel from the colour of the link."""
+    shown = picture(page.seen["frames"][0]).reshape(-1, 3)
+    for color in COLORS[:3]:
+        wanted = [int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+        assert np.sum(np.abs(shown - wanted).max(axis=1) < 0.03) > 100, color
 
 
 def test_the_animation_plays_stops_and_seeks(page):

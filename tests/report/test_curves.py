@@ -1,8 +1,9 @@
 """Curves that the report draws: few points, and every peak."""
 
 import numpy as np
+import pytest
 
-from linkages.plots.curves import seen
+from linkages.plots.curves import drawn_errors, resolved, seen
 from linkages.report import load_results
 from linkages.report.page_curves import curves_of
 from linkages.results.trajectory import load_trajectory
@@ -26,6 +27,20 @@ def test_samples_crowd_where_the_solver_put_them():
     kept = seen(time, time)
     assert {0, 5000, 5001, 5002} <= set(kept.tolist())
     assert len(kept) < 10
+
+
+def test_variations_below_the_error_are_not_drawn():
+    noise = 1e-9 * np.sin(np.arange(50.0))
+    np.testing.assert_array_equal(resolved(noise, 1e-9), 0.0)
+    assert np.ptp(resolved(3.0 + noise, 1e-9)) == 0.0
+    assert resolved(3.0 + noise, 1e-9)[0] == pytest.approx(3.0, abs=1e-9)
+    np.testing.assert_array_equal(resolved(noise, 0.5e-9), noise)
+    gap = np.where(np.arange(50) == 7, np.nan, noise)
+    np.testing.assert_array_equal(resolved(gap, 1e-9), np.where(np.isnan(gap), np.nan, 0.0))
+    assert drawn_errors({"A.force.peak": 0.1, "B.force.peak": None}, {"A.force": 1e-12, "B.force": 1e-12}) == {
+        "A.force": 0.1,
+        "B.force": 1e-12,
+    }
 
 
 def test_ideal_joints_are_drawn_beside_the_run(results_folder):

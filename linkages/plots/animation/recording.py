@@ -191,6 +191,12 @@ def _look_at(study: Study, meshcat: Meshcat, views: list[View], low: Array, high
     meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=_FIELD_OF_VIEW))
     meshcat.SetProperty("/Background", "top_color", [1.0, 1.0, 1.0])
     meshcat.SetProperty("/Background", "bottom_color", [0.93, 0.94, 0.96])
+    for light in ("PointLightNegativeX", "PointLightPositiveX"):
+        meshcat.SetProperty(f"/Lights/{light}", "visible", False)
+    # light from everywhere and from above: faces in the plane get pi, and have the colours of the drawing
+    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", 0.8 * np.pi)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", 0.2 * np.pi * np.sqrt(2.0))
+    meshcat.SetProperty("/Lights/FillLight/<object>", "position", (10.0 * basis @ [0.0, 1.0, 1.0]).tolist())
     meshcat.SetProperty("/Grid", "visible", False)
     meshcat.SetProperty("/Axes", "visible", False)
     meshcat.SetCameraPose(middle + distance * (basis[:, 2] - 0.15 * basis[:, 1]), middle)
@@ -223,6 +229,7 @@ def _captioned(
         columns(study.system.experiment.outputs, study.system.tree.play, study.system.experiment.drives),
         study.run,
         study.ideal,
+        study.noise,
     )
     shown = shown_at | {
         "clock": clock,
