@@ -12,6 +12,9 @@ A part of the cavity counts as full, to regularise states that are not quasi-sta
   is in this state for a part of a turn only, and was fed before.
 - CENTRE^2/(eps^2 + CENTRE^2): the eccentricity has no direction at the centre.
 - All of it in a film that opens (y near pi), where the whirl changes its sense.
+
+The content has a jump where the whirl changes its sense. A pure squeeze motion has no whirl: it takes the mean of the
+contents of both senses, so that a mirrored film has the same friction.
 """
 
 from __future__ import annotations
@@ -39,6 +42,7 @@ CENTRE = 0.1
 #: Least share of the cavity that counts as full for the force.
 REST = 0.3
 _SOFT = 0.05  # width in cos^2(y) of the transition to a film that opens
+_LEAN = 0.05  # width in sin(y) of the transition between the contents of the two senses of whirl
 
 _TURN = 2.0 * math.pi
 
@@ -151,7 +155,9 @@ def solve_grooved(
         deps, half_ew = math.cos(y), math.sin(y) / math.sqrt(root_q)
         opening = max(-math.cos(y), 0.0) ** 2
         share = seen * (1.0 - opening / math.sqrt(opening + _SOFT))
-        whirl, content = steady[math.copysign(1.0, half_ew)]
+        whirl, _ = steady[math.copysign(1.0, half_ew)]
+        lean = math.tanh(math.sin(y) / _LEAN)
+        content = 0.5 * ((1.0 + lean) * steady[1.0][1] + (1.0 - lean) * steady[-1.0][1])
         f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
         scale = math.hypot(f_n, f_t)
         p = place.pressure(deps, half_ew, (1.0 - REST) * share, whirl, wet)
