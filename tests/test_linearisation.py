@@ -4,11 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from machines import bar, four_bar, joint, model, solid
+from machines import bar, four_bar, joint, model, rotor_in_block, solid
 from shipped import shipped
 
 from linkages import InputError, RunError, linearise, modes, simulate
 from linkages.cli.main import main
+from linkages.explore.flow import Flow
 
 LENGTH, MASS, GRAVITY = 0.4, 0.5, 9.81
 INERTIA = MASS * LENGTH**2 / 3.0  # of a uniform bar about its end
@@ -67,6 +68,32 @@ def test_the_equilibrium_of_a_pendulum_balances_its_torque(pendulum):
     pushed = shipped("slider_crank_dry", **{"joints": {}, "drives.O": {"torque": 1.0}})
     with pytest.raises(RunError, match="no equilibrium"):  # the slope vanishes where the rod lies along the crank
         linearise(pushed, equilibrium=True)
+
+
+ROTOR = """duration = 0.01
+drives.O = {speed = 0.0}
+forces.F = {point = "block", force = [0.0, 300.0]}
+[joints.A]
+model = "lubricated"
+film = "short"
+clearance = 5e-5
+viscosity = 0.03
+"""
+
+
+def test_a_journal_outside_its_film_is_no_state(system_of):
+    """A film without motion has no pressure: it carries no load, and the loaded journal has no equilibrium."""
+    loaded = system_of(rotor_in_block(), ROTOR)
+    with pytest.raises(RunError, match="no equilibrium .* inside its film"):
+        linearise(loaded, equilibrium=True)
+    assert linearise(loaded.replaced({"forces": {}}), ["A.ex"], equilibrium=True).at_rest
+    thin = loaded.replaced({"joints.A.offset": [0.99995 * 5e-5, 0.0]})
+    with pytest.raises(RunError, match="journal-left-bearing at t = 0 s"):
+        linearise(thin)
+    flow, beyond = Flow(loaded), loaded.replaced({"joints.A.offset": [0.0, 4e-5]})
+    flow.resume(0.0, Flow(beyond).y, flow.memory, 0.0)
+    with pytest.raises(RunError, match="journal-left-bearing"):
+        flow.resume(0.0, 2.0 * Flow(beyond).y, flow.memory, 0.0)
 
 
 def test_a_mass_on_a_spring_has_the_frequency_response_of_the_textbook(system_of, tmp_path):

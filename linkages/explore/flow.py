@@ -60,8 +60,7 @@ class Flow:
     def reach(self, until: float) -> Steps:
         """Continue up to a time; return the steps. RunError if the run fails."""
         steps = self.advance(until)
-        if self.status is not Status.OK:
-            raise RunError(f"{self.status.value} at t = {self.t:.6g} s; {self.status.remedy}")
+        expect_valid(self.status, self.t)
         return steps
 
     def follow(self, times: Array, names: Sequence[str]) -> Columns:
@@ -106,9 +105,13 @@ class Flow:
         return self._step
 
     def resume(self, t: float, y: Array, memory: Array, step: float) -> None:
-        """Set state, contacts' memory and next step of the run; contacts keep their status."""
-        self.t, self.y, self._step = t, y, step
+        """Set state, contacts' memory and next step of the run; contacts keep their status.
+
+        RunError if a loop is open or a journal lies outside its film.
+        """
         runner = self.runner
+        expect_valid(runner.status(t, y), t)
+        self.t, self.y, self._step, self.status = t, y, step, Status.OK
         runner.memory[:] = memory
         contacts = runner.evaluate(self.here(), np.array([self.t]))[3]
         depth = contacts[0, :, CLEARANCE_OUTPUTS.index("penetration")]
@@ -135,6 +138,12 @@ class Flow:
         """Compute all or the named outputs (see `linkages.outputs.registry`) at times within `piece`."""
         q, v, a, contacts = self.runner.evaluate(piece, times)
         return columns(self.system, times, q, v, a, contacts, names)
+
+
+def expect_valid(status: Status, t: float) -> None:
+    """Raise a RunError with a status and its remedy, unless it is OK."""
+    if status is not Status.OK:
+        raise RunError(f"{status.value} at t = {t:.6g} s; {status.remedy}")
 
 
 def period_of(system: System, drive: str | None = None) -> float:

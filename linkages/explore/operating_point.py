@@ -12,8 +12,8 @@ from linkages.engines.compiled.linear import slopes
 from linkages.engines.compiled.model import per_length
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import Runner
-from linkages.errors import InputError, RunError
-from linkages.explore.flow import Flow
+from linkages.errors import InputError, RunError, Status
+from linkages.explore.flow import Flow, expect_valid
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
 from linkages.outputs.columns import columns
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
@@ -52,7 +52,7 @@ class OperatingPoint:
     InputError
         If a drive prescribes a motion, or nothing can move.
     RunError
-        If the run to the time fails.
+        If the run to the time fails, or a journal lies outside its film there.
     """
 
     def __init__(self, system: System, time: float) -> None:
@@ -69,6 +69,7 @@ class OperatingPoint:
         if n == self.runner.model.rank:
             raise InputError(experiment.source, "drives", "hold all joints, and no link is flexible: nothing can move")
         self.y = self._reached()
+        expect_valid(self.runner.status(time, self.y), time)
         clearances = system.laws["clearance"]
         self.large = per_length(self.system) * system.tree.extent
         position = self.large * min([1.0, *(clearances[clearances > 0.0] / system.tree.extent)])
@@ -104,13 +105,22 @@ class OperatingPoint:
         return (found.jacobian @ local.tangent)[local.entries], local, found.rates[local.entries]
 
     def settle(self) -> None:
-        """Move to an equilibrium near the state, or if Newton's method finds none to a stable one."""
+        """Move to an equilibrium near the state, or if Newton's method finds none to a stable one.
+
+        RunError if none is found, or a journal lies outside its film in the one that is found.
+        """
         start = self.y.copy()
-        if not self._settled(newton_step):
-            self.y = start
-            if not self._settled(falling_step):
-                advice = "start closer to one (positions of the experiment)"
-                raise RunError(f"no equilibrium is found from this state; {advice}")
+        ends = []
+        for step_of in (newton_step, falling_step):
+            self.y = start.copy()
+            if self._settled(step_of):
+                ends.append(self.runner.status(self.time, self.y))
+                if ends[-1] is Status.OK:
+                    return
+        problem = "no equilibrium is found from this state"
+        if ends:
+            raise RunError(f"{problem} with every journal inside its film; a film without motion may carry no load")
+        raise RunError(f"{problem}; start closer to one (positions of the experiment)")
 
     def _settled(self, step_of: Callable[[Array, Array], Array]) -> bool:
         """Iterate on the accelerations of the independent coordinates at rest; return whether they vanish."""

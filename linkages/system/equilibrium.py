@@ -109,12 +109,13 @@ class _Joint:
         from scipy.optimize import brentq, root  # half a second of import time
 
         law, size = self.system.laws[self.contacts[0]], float(np.hypot(*wanted))
-        clearance, can_touch = float(law["clearance"]), bool(self.system.touching[self.contacts[0]])
+        clearance, reach = float(law["clearance"]), float(self.system.reach[self.contacts[0]])
+        can_touch = not np.isfinite(reach)
 
         def excess(distance: float) -> float:
             return float(np.hypot(*self.force(np.array([distance, 0.0])))) - size
 
-        far = clearance * (1.0 if can_touch else float(self.system.film_limits[self.contacts[0]]) * (1.0 - 1e-9))
+        far = clearance if can_touch else reach * (1.0 - 1e-9)
         depth = 1e-6 * clearance
         for _ in range(_DOUBLINGS if can_touch else 0):
             if excess(far) > 0.0:
@@ -130,7 +131,7 @@ class _Joint:
         if self.system.ends[self.contacts[0]]["kind"] == JOURNAL:
             return place
         found = root(lambda x: (self.force(x * clearance) - wanted) / size, place / clearance, tol=1e-12)
-        if not found.success:
+        if not found.success or np.hypot(*found.x) * clearance >= reach:
             self._refuse(size)
         return np.asarray(found.x) * clearance
 

@@ -179,8 +179,7 @@ class System(Unassembled):
     def arrays(self) -> Arrays:
         """Return all arrays that kernels read."""
         tree = self.tree
-        limits = np.where(self.touching, np.inf, self.laws["clearance"] * self.film_limits)
-        joints = self.laws, self.tables, limits, self.touching.astype(np.int64), self.bristles
+        joints = self.laws, self.tables, self.reach, self.touching.astype(np.int64), self.bristles
         dofs = tree.free_dofs, tree.driven_dofs, tree.powered_dofs, tree.driven_bodies, tree.powered_bodies
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
         # calls by address assume contiguous arrays without a check

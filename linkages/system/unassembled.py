@@ -197,6 +197,14 @@ class Unassembled(Brief):
         return self._contact_laws.touching
 
     @property
+    def reach(self) -> Array:
+        """Return the eccentricity at which a journal leaves its film, (nc,) [m]; infinite for contacts that can touch.
+
+        States with such an eccentricity are not valid: runs end there, and searches for states refuse them.
+        """
+        return np.where(self.touching, np.inf, self.laws["clearance"] * self.film_limits)
+
+    @property
     def bristles(self) -> NDArray[np.int64]:
         """Return the contacts whose friction has a state (LuGre)."""
         return self._contact_laws.bristles

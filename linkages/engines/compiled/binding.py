@@ -46,18 +46,33 @@ def signs(equations: Equations, g: Array, dg: Array) -> None:
 
 
 @kernel
+def verdict(equations: Equations) -> int:
+    """Check the state of the work: DONE, OPEN with open loops, LEFT with a journal outside its film."""
+    model, work = equations.model, equations.work
+    if len(model.rows) and loop_error(model.rows, work.dynamics.pose) > LOOSE * model.size:
+        return OPEN
+    return LEFT if outside(model, work) >= 0 else DONE
+
+
+@lazy_kernel
+def check(equations: Equations, t: float, y: Array) -> int:
+    """Check a state; see `verdict`."""
+    solve_state(equations, t, y)
+    return verdict(equations)
+
+
+@kernel
 def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, bool]:
-    """Latch the approach speed of a contact that starts, close the loops, advance the films, check loops and films."""
+    """Latch the approach speed of a contact that starts, close the loops, check the state, advance the films."""
     model, work = equations.model, equations.work
     if event >= 0 and work.modes[event] > 0:
         work.memory[event, APPROACH] = work.contacts[event, CLOSING]
     changed = False
     if len(model.rows):
         changed = project_state(equations, y)
-        if loop_error(model.rows, work.dynamics.pose) > LOOSE * model.size:
-            return OPEN, changed
-    if outside(model, work) >= 0:
-        return LEFT, changed
+    status = verdict(equations)
+    if status != DONE:
+        return status, changed
     if has_history(work.memory):
         advance_films(model.ends, model.laws, model.tables, work.memory, t, work.dynamics.pose, work.dynamics.vel)
         work.solved[0] = math.nan

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.engines.compiled.binding import LEFT, OPEN, evaluate, run
+from linkages.engines.compiled.binding import LEFT, OPEN, check, evaluate, run
 from linkages.engines.compiled.job import ACCURACY, END, LONGEST, make_given
 from linkages.engines.compiled.kinks import kinks
 from linkages.engines.compiled.model import Equations, error_scale, make_memory, make_work
@@ -127,6 +127,10 @@ class Runner:
         (work.memory[:], work.modes[:]), work.solved[:] = kept, np.nan
         self._idle.append((equations, stepper))
         return out
+
+    def status(self, t: float, y: Array) -> Status:
+        """Check a state (ny,) at a time: OK if its loops are closed and its journals lie within their films."""
+        return STATUS[check(packed(self.aside()), t, y)]
 
     def aside(self) -> Equations:
         """Return a copy of the equations with the contacts' memory reset."""

@@ -93,8 +93,7 @@ class _Watch:
         self.times: list[float] = []
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
-        self._limit = system.laws["clearance"] * system.film_limits
-        self._film_alone = ~system.touching
+        self._reach = system.reach
 
     def __call__(self, root: Context) -> EventStatus:
         time = root.get_time()
@@ -115,7 +114,7 @@ class _Watch:
             return self._end(Status.TOO_MANY_STEPS, "too many steps")
         if linkage.clearance is not None:
             joints = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
-            outside = self._film_alone & (np.hypot(joints[:, 0], joints[:, 1]) >= self._limit)
+            outside = np.hypot(joints[:, 0], joints[:, 1]) >= self._reach
             if outside.any():
                 name = linkage.clearance.joints[int(np.argmax(outside))]
                 return self._end(Status.JOURNAL_LEFT_BEARING, f"journal {name} left its bearing")

@@ -18,7 +18,7 @@ from linkages.engines.compiled.linear import closure_at
 from linkages.engines.compiled.model import per_length
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.sensitivity import differentiate
-from linkages.errors import InputError, Status
+from linkages.errors import InputError
 from linkages.explore.differences import extrapolated
 from linkages.explore.flow import Flow
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
@@ -202,7 +202,6 @@ class ReturnMap:
         memory = self._memory.copy()
         memory[self._latched, 0] = x[len(self._local.entries) :]
         y = self._lifted(flow, first, x[: len(self._local.entries)])
-        flow.status = Status.OK
         flow.resume(first, y, memory, 0.0)
         steps = flow.reach(last)
         return self._returned(flow, period, steps, x, value)
