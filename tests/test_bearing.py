@@ -156,8 +156,11 @@ def test_the_command_writes_numbers_and_figures(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        (["--groove", "angle=0, extent=1, length=2"], "from 0 to 1, the length of the bearing"),
+        (["--groove", "angle=0, extent=1, length=2"], "at most 1, the length of the bearing"),
+        (["--groove", "angle=180 deg, extent=0"], "groove 1: extent 0 rad: must be above 0"),
+        (["--groove", "angle=0, extent=1, length=0"], "groove 1: length 0: must be above 0"),
         (["--groove", "angle=0, extent=1", "--supply-pressure=-1e4"], "must not be below the cavity pressure"),
+        (["--supply-pressure", "1e5"], "--supply-pressure: 1e5: is the pressure of grooves; give --groove"),
         (["--tilt", "0.1, 0"], "the journal touches the bearing"),
         (["--cavitation", "mass-conserving"], "add a groove, set a cavity pressure below 0, or choose"),
         (["--groove", "angle=0"], "extent: is missing"),

@@ -92,6 +92,8 @@ def run(options: argparse.Namespace) -> int:
     from linkages.laws.heat import Heat
 
     supply = _number("--supply-pressure", options.supply_pressure, "Pa")
+    if supply and not options.groove:
+        raise InputError("--supply-pressure", options.supply_pressure, "is the pressure of grooves; give --groove")
     grooves = [Groove(**_groove(text, supply)) for text in options.groove]
     tilt = [_number("--tilt", part, "") for part in options.tilt.split(",")]
     if len(tilt) != 2:

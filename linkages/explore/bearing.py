@@ -266,7 +266,7 @@ def bearing(
 
 
 def checked(case: BearingCase) -> BearingCase:
-    """Check the values of a case; return it with the grooves that have an area.
+    """Check the values of a case; return it.
 
     Raises
     ------
@@ -293,7 +293,7 @@ def checked(case: BearingCase) -> BearingCase:
     if not own and (case.grooves or case.cavitation or case.cavity_pressure or any(case.tilt)):
         raise fault("film", f'"{case.film}" has no groove, tilt or rule of cavitation: choose film finite')
     try:
-        grooves = check_grooves(case.grooves, case.cavity_pressure)
+        check_grooves(case.grooves, case.cavity_pressure)
     except ValueError as problem:
         raise fault("", str(problem)) from None
     if not all(map(math.isfinite, case.tilt)):
@@ -303,10 +303,9 @@ def checked(case: BearingCase) -> BearingCase:
         raise fault(
             "tilt", f"{math.hypot(*case.tilt):g}: the journal touches the bearing at {most:g} (2 c/L) and above"
         )
-    found = BearingCase(**{**case.__dict__, "grooves": grooves})
-    if own and found.rule == "mass-conserving" and not grooves and case.cavity_pressure == 0.0:
+    if own and case.rule == "mass-conserving" and not case.grooves and case.cavity_pressure == 0.0:
         raise fault("", str(NoLoadError()))
-    return found
+    return case
 
 
 def chart(case: BearingCase, progress: Callable[[float], object] | None = None) -> dict[str, Array]:

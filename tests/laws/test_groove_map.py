@@ -231,7 +231,7 @@ def test_both_engines_move_alike():
     ("values", "text"),
     [
         ({}, "add a groove, or choose cavitation guembel or reynolds"),
-        ({"joints.A.groove": {"angle": 0.0, "extent": 7.0}}, "extent 7 rad: must be from 0 to a turn"),
+        ({"joints.A.groove": {"angle": 0.0, "extent": 7.0}}, "extent 7 rad: must be above 0 .* at most a turn"),
         ({"joints.A.groove": {"angle": 0.0, "extent": 0.3, "length": 1.5}}, "length"),
         ({"joints.A.groove": {"angle": 0.0, "extent": 0.3, "position": 0.2}}, "reaches beyond the bearing"),
         ({"joints.A.groove": {"angle": 0.0, "extent": 0.3, "pressure": -1.0}}, "pressure"),

@@ -181,7 +181,6 @@ def test_a_turned_frame_turns_the_force():
 
 
 def test_limits():
-    assert check_grooves((Groove(1.0, 0.0, 0.5, 1e5), Groove(1.0, 0.3, 0.0)), 0.0) == ()
     plain = film_of(0.6, 0.4, (), rule="reynolds", around=192, along=16)
     other = reynolds(make_mesh(0.6, 1.0), 0.0, 0.3)
     # the same equation, forces in the units of this solver: L/R = 2
@@ -224,8 +223,11 @@ def test_a_tilted_journal_feels_a_moment_that_rights_it():
 @pytest.mark.parametrize(
     ("groove", "cavity", "text"),
     [
-        (Groove(0.0, 0.3, 1.2), 0.0, "from 0 to 1, the length of the bearing"),
-        (Groove(0.0, 7.0), 0.0, "from 0 to a turn"),
+        (Groove(0.0, 0.3, 1.2), 0.0, "at most 1, the length of the bearing"),
+        (Groove(0.0, 0.3, 0.0), 0.0, "length 0: must be above 0"),
+        (Groove(0.0, 0.0), 0.0, "extent 0 rad: must be above 0"),
+        (Groove(0.0, 1e-300), 0.0, "extent 1e-300 rad: must be above 0"),
+        (Groove(0.0, 7.0), 0.0, "at most a turn"),
         (Groove(180.0, 0.3), 0.0, "angle 180 rad: must be within a turn; give degrees with their unit"),
         (Groove(0.0, TURN), 0.0, "covers the whole bearing"),
         (Groove(0.0, 0.3, 0.5, -2e5), -1e5, "must not be below the cavity pressure"),
@@ -236,3 +238,9 @@ def test_a_tilted_journal_feels_a_moment_that_rights_it():
 def test_impossible_grooves_are_refused(groove, cavity, text):
     with pytest.raises(ValueError, match=text):
         check_grooves((groove,), cavity)
+
+
+@pytest.mark.parametrize("groove", [Groove(1.0, 0.0), Groove(1.0, 0.3, 0.0), Groove(1.0, -0.3), Groove(1.0, math.nan)])
+def test_a_mesh_has_no_groove_without_area(groove):
+    with pytest.raises(ValueError, match="groove 2: .* must be above 0"):
+        surface_mesh(1.0, (TOP, groove))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from linkages.kernel import Array
 
 _TURN = 2.0 * math.pi
+_LEAST = 1e-9  # least extent [rad] and length: meshes round their edges to 1e-13
 
 
 class Groove(NamedTuple):
@@ -22,9 +23,9 @@ class Groove(NamedTuple):
     angle : float
         Angle of its middle [rad], positive in the sense of rotation; from the load, or from x of the bearing.
     extent : float
-        Angle that it extends over, at most a turn (a circumferential groove) [rad].
+        Angle that it extends over, above 0, at most a turn (a circumferential groove) [rad].
     length : float
-        Axial length as a share of the bearing's, at most 1.
+        Axial length as a share of the bearing's, above 0, at most 1.
     pressure : float
         Supply pressure, gauge [Pa] (solver: in its unit of pressure).
     position : float
@@ -63,8 +64,8 @@ class Groove(NamedTuple):
         return around**2 + along**2 <= 1.0 if self.hole else (around <= 1.0) & (along <= 1.0)
 
 
-def check_grooves(grooves: Sequence[Groove], cavity_pressure: float) -> tuple[Groove, ...]:
-    """Check grooves; return the ones with an area.
+def check_grooves(grooves: Sequence[Groove], cavity_pressure: float) -> None:
+    """Check grooves.
 
     Raises
     ------
@@ -76,12 +77,22 @@ def check_grooves(grooves: Sequence[Groove], cavity_pressure: float) -> tuple[Gr
     for number, groove in enumerate(grooves, 1):
         for fault in _faults(groove, cavity_pressure):
             raise ValueError(f"groove {number}: {fault}")
-    found = tuple(groove for groove in grooves if groove.extent > 0.0 and groove.length > 0.0)
-    for number, groove in enumerate(found, 1):
-        for other in found[: number - 1]:
+        for other in grooves[: number - 1]:
             if other.pressure != groove.pressure and _meet(groove, other):
                 raise ValueError(f"groove {number}: overlaps another one, whose pressure differs")
-    return found
+
+
+def check_areas(grooves: Sequence[Groove]) -> None:
+    """Check that grooves have an area.
+
+    Raises
+    ------
+    ValueError
+        As `check_grooves`.
+    """
+    for number, groove in enumerate(grooves, 1):
+        for fault in _sizes(groove):
+            raise ValueError(f"groove {number}: {fault}")
 
 
 def _faults(groove: Groove, cavity_pressure: float) -> Iterable[str]:
@@ -89,16 +100,20 @@ def _faults(groove: Groove, cavity_pressure: float) -> Iterable[str]:
         yield "a number is not finite"
     if abs(groove.angle) > _TURN * (1.0 + 1e-12):
         yield f'angle {groove.angle:g} rad: must be within a turn; give degrees with their unit: "{groove.angle:g} deg"'
-    if not 0.0 <= groove.extent <= _TURN * (1.0 + 1e-12):
-        yield f"extent {groove.extent:g} rad: must be from 0 to a turn"
-    if not 0.0 <= groove.length <= 1.0:
-        yield f"length {groove.length:g}: must be from 0 to 1, the length of the bearing"
+    yield from _sizes(groove)
     if max(map(abs, groove.reach)) > 0.5 + 1e-12:
         yield "reaches beyond the bearing: position and half its length must stay within half the bearing's length"
     if groove.extent >= _TURN and groove.length >= 1.0:
         yield "covers the whole bearing: no film is left"
     if groove.pressure < cavity_pressure:
         yield f"supply pressure {groove.pressure:g} Pa: must not be below the cavity pressure {cavity_pressure:g} Pa"
+
+
+def _sizes(groove: Groove) -> Iterable[str]:
+    if not _LEAST <= groove.extent <= _TURN * (1.0 + 1e-12):
+        yield f"extent {groove.extent:g} rad: must be above 0 ({_LEAST:g} rad or more), at most a turn"
+    if not _LEAST <= groove.length <= 1.0:
+        yield f"length {groove.length:g}: must be above 0 ({_LEAST:g} or more), at most 1, the length of the bearing"
 
 
 def _meet(groove: Groove, other: Groove) -> bool:

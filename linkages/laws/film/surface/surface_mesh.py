@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.kernel import Array
-from linkages.laws.film.surface.grooves import Groove
+from linkages.laws.film.surface.grooves import Groove, check_areas
 
 _TURN = 2.0 * math.pi
 _SAMPLES = 4096  # of the density of lines
@@ -62,7 +62,6 @@ def surface_mesh(
     slenderness : float
         L/D.
     grooves : sequence of Groove
-        With an area each.
     eccentricity : (float, float)
         The film that the mesh is graded for, in units of the clearance.
     around, along : int
@@ -73,12 +72,13 @@ def surface_mesh(
     Raises
     ------
     ValueError
-        If L/D or the numbers of cells are out of range.
+        If L/D, the numbers of cells, or extent or length of a groove are out of range.
     """
     if not (slenderness > 0.0 and math.isfinite(slenderness)):
         raise ValueError(f"slenderness L/D {slenderness!r}: must be positive")
     if around < 8 or along < 2:
         raise ValueError(f"mesh {around} x {along}: needs at least 8 cells around and 2 along")
+    check_areas(grooves)
     if half is None:
         half = all(groove.position == 0.0 for groove in grooves)
     eps, psi = min(math.hypot(*eccentricity), 0.999), math.atan2(eccentricity[1], eccentricity[0])
