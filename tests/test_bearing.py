@@ -181,11 +181,18 @@ def test_bad_input_is_one_line(words, text, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+def test_a_vanishing_tilt_is_the_untilted_bearing():
+    """The whole length is solved instead of its half: eccentricity and stiffness to 0.1 %."""
+    tilted, plain = (linkages.bearing(0.1, 0.05, 1e-4, 0.03, 100.0, 1000.0, tilt=(t, 0.0)) for t in (1e-9, 0.0))
+    assert tilted.eccentricity_ratio == pytest.approx(plain.eccentricity_ratio, rel=1e-3)
+    np.testing.assert_allclose(tilted.coefficients.stiffness, plain.coefficients.stiffness, rtol=1e-3)
+
+
 def test_the_heat_balance_closes():
     """Power equals removed heat; without flow to carry it, conduction alone gives T = T_surroundings + P/G."""
     heat = linkages.Heat(46, 40.0, conductance=2.0, surroundings=20.0)
     groove = [Groove(math.pi, math.radians(20.0), 0.8)]
-    warm = linkages.warm_bearing(heat, 0.1, 0.05, 1e-4, 100.0, 1000.0, grooves=groove, cells=(72, 6))
+    warm = linkages.warm_bearing(heat, 0.1, 0.05, 1e-4, speed=100.0, load=1000.0, grooves=groove, cells=(72, 6))
     content, rho = warm.content, density(warm.temperature)
     assert content["heat"]["by_flow"] == pytest.approx(
         rho * 2000.0 * content["flow"] * (warm.temperature - 40.0), rel=1e-9

@@ -84,7 +84,7 @@ viscosity = 0.03
 def test_a_journal_outside_its_film_is_no_state(system_of):
     """A film without motion has no pressure: it carries no load, and the loaded journal has no equilibrium."""
     loaded = system_of(rotor_in_block(), ROTOR)
-    with pytest.raises(RunError, match="no equilibrium .* inside its film"):
+    with pytest.raises(RunError, match=r"no equilibrium .* inside its film"):
         linearise(loaded, equilibrium=True)
     assert linearise(loaded.replaced({"forces": {}}), ["A.ex"], equilibrium=True).at_rest
     thin = loaded.replaced({"joints.A.offset": [0.99995 * 5e-5, 0.0]})

@@ -120,7 +120,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("command line", "--inlet", "--grade needs the temperature of the oil that enters")
     else:
         heat = Heat(options.grade, options.inlet, options.conductance or 0.0, options.surroundings)
-        warm = warm_bearing(heat, *values.values(), **chosen)
+        warm = warm_bearing(heat, **values, **chosen)
         point, content = warm.bearing, warm.content
     with (results := results_folder(out, "bearing")) as folder:
         (folder / "bearing.json").write_text(json_text(content, 1), encoding="utf-8")

@@ -30,14 +30,24 @@ class WarmBearing:
         }
 
 
-def warm_bearing(heat: Heat, *dimensions: float, cells: tuple[int, int] = CELLS, **options: Any) -> WarmBearing:
+def warm_bearing(
+    heat: Heat,
+    diameter: float,
+    length: float,
+    clearance: float,
+    speed: float,
+    load: float,
+    *,
+    cells: tuple[int, int] = CELLS,
+    **options: Any,
+) -> WarmBearing:
     """Find the operating point at the temperature where friction power and removed heat are equal.
 
     Parameters
     ----------
     heat : Heat
-    *dimensions : float
-        diameter, length, clearance [m], speed [rad/s], load [N]: as for `linkages.bearing`, without the viscosity.
+    diameter, length, clearance, speed, load : float
+        As for `linkages.bearing` [m], [rad/s], [N]; the viscosity follows from the temperature.
     cells : (int, int)
     **options
         Of `linkages.bearing`.
@@ -59,7 +69,6 @@ def warm_bearing(heat: Heat, *dimensions: float, cells: tuple[int, int] = CELLS,
     """
     for name, problem in heat.faults():
         raise InputError("bearing", name, problem)
-    diameter, length, clearance, speed, load = dimensions
 
     def point(celsius: float, mesh: tuple[int, int]) -> Bearing:
         return bearing(diameter, length, clearance, heat.viscosity(celsius), speed, load, cells=mesh, **options)

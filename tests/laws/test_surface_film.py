@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from linkages.laws.film.reynolds import make_mesh, reynolds
 from linkages.laws.film.surface.balance import Balance, Thickness, make_balance
 from linkages.laws.film.surface.complementarity import Boundary, solve
+from linkages.laws.film.surface.elimination import eliminate
 from linkages.laws.film.surface.grooves import Groove, check_grooves
 from linkages.laws.film.surface.surface_film import (
     RULES,
@@ -195,6 +196,20 @@ def test_limits():
     assert whole.moment == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
+def test_elimination_solves_a_banded_system():
+    """Dominant columns, against a dense solution."""
+    count, width, random = 30, 4, np.random.default_rng(1)
+    row, column = np.indices((count, count))
+    matrix = np.where(abs(row - column) <= width, -random.random((count, count)), 0.0)
+    matrix[row == column] = 1.1 * np.abs(matrix).sum(axis=0)
+    band, right = np.zeros((count, 2 * width + 1)), random.random(count)
+    inside = matrix != 0.0
+    band[row[inside], (width + column - row)[inside]] = matrix[inside]
+    exact = np.linalg.solve(matrix, right)
+    eliminate(band, right)
+    np.testing.assert_allclose(right, exact, rtol=1e-13)
+
+
 def test_a_film_without_groove_and_cavity_at_ambient_carries_nothing():
     """The balance of any ring gives p = 0 everywhere, and the content is not unique: said, not computed."""
     with pytest.raises(NoLoadError, match="groove"):
@@ -242,5 +257,5 @@ def test_impossible_grooves_are_refused(groove, cavity, text):
 
 @pytest.mark.parametrize("groove", [Groove(1.0, 0.0), Groove(1.0, 0.3, 0.0), Groove(1.0, -0.3), Groove(1.0, math.nan)])
 def test_a_mesh_has_no_groove_without_area(groove):
-    with pytest.raises(ValueError, match="groove 2: .* must be above 0"):
+    with pytest.raises(ValueError, match=r"groove 2: .* must be above 0"):
         surface_mesh(1.0, (TOP, groove))

@@ -14,6 +14,7 @@ import numpy as np
 
 from linkages.kernel import Array, Indices, inlined_kernel, kernel
 from linkages.laws.film.history_cells import ALONG, AROUND, NODES, SIDES, groove_share, length_of, line_of
+from linkages.laws.film.surface.elimination import eliminate
 
 _NOTHING = 1e-12  # deficit, and pressure over the largest, that count as zero: round-off must not choose the set
 _TRIES = 10  # changes of many cells at once that do not reduce the number of wrong ones; then single cells change
@@ -139,26 +140,6 @@ def _couple(wet: Indices, band: Array, r: int, i: int, j: int, conductance: floa
     band[r, 2 * m + _row(i, j, n, m) - r] -= conductance if wet[i, j] == 1 else carried
 
 
-@kernel
-def _eliminate(band: Array, right: Array) -> None:
-    """Solve the banded system in place, without pivots."""
-    count, width = band.shape[0], band.shape[1] // 2
-    for k in range(count):
-        last = min(width, count - 1 - k)
-        pivot = 1.0 / band[k, width]
-        for d in range(1, last + 1):
-            factor = band[k + d, width - d] * pivot
-            if factor != 0.0:
-                for e in range(1, last + 1):
-                    band[k + d, width - d + e] -= factor * band[k, width + e]
-                right[k + d] -= factor * right[k]
-    for k in range(count - 1, -1, -1):
-        total = right[k]
-        for d in range(1, min(width, count - 1 - k) + 1):
-            total -= band[k, width + d] * right[k + d]
-        right[k] = total / band[k, width]
-
-
 @inlined_kernel
 def _is_wrong(z: float, wet: int, largest: float) -> bool:
     """Whether an unknown has the wrong sign: a full cell's pressure below the cavity's, or a deficit below zero."""
@@ -179,7 +160,7 @@ def settle(table: Array, sheet: Sheet, supply: float, guess: Array) -> None:
     fewest, tries = n * m + 1, _TRIES
     for _ in range(_MOST):
         _assemble(table, sheet, supply, wet, band, right)
-        _eliminate(band, right)
+        eliminate(band, right)
         largest, wrong, last = 0.0, 0, -1
         for k in range(n * m):
             largest = max(largest, right[k])

@@ -6,6 +6,7 @@
 | surface_mesh    | cells of the surface, faces on the edges of grooves                            |
 | balance         | volume balance of a cell: conductances, transport of the film content          |
 | complementarity | pressure and film content by Newton's method (FBNS)                            |
+| elimination     | banded systems of equations                                                    |
 | obstacle        | pressure under Reynolds' condition, in compiled code                           |
 | surface_film    | a solved film: force, moment, flows, shear, mass balance                       |
 | transient       | films with history, along an orbit or with the motion of a loaded journal       |

@@ -7,7 +7,7 @@ volume that appears from nowhere and B the identity (Reynolds' condition).
 Fischer-Burmeister-Newton-Schur (FBNS; Woloszynski, Podsiadlo, Stachowiak, Tribology Letters 58, 2015): Newton's
 method on the balance and on P + d - sqrt(P^2 + d^2) = 0. The second equation has a diagonal Jacobian, so in each cell
 either P or d is eliminated, and one system of the size of the mesh is left. Its bandwidth is small: lines of cells
-around the film are folded, i next to n - 1 - i, and LAPACK solves the band. The last steps fix which cells cavitate
+around the film are folded, i next to n - 1 - i. The last steps fix which cells cavitate
 (a primal-dual active set), so that P d = 0 holds exactly and the balance to round-off.
 """
 
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from linkages.kernel import Array
 from linkages.laws.film.surface.balance import Balance
+from linkages.laws.film.surface.elimination import eliminate
 
 Flags = NDArray[np.bool_]
 
@@ -208,12 +209,11 @@ def _residual(
 
 
 class _Band:
-    """Banded matrix of the folded lines of cells, solved by LAPACK."""
+    """Banded matrix of the folded lines of cells."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         n, m = shape
         line = np.where(np.arange(n) < (n + 1) // 2, 2 * np.arange(n), 2 * (n - 1 - np.arange(n)) + 1)
-        self.order = np.argsort(line)  # the place of line i in the fold is line[i]
         place = (line[:, None] * m + np.arange(m)).astype(np.int64)
         self.width = 2 * m
         self.place, self.size = place, n * m
@@ -224,25 +224,24 @@ class _Band:
             beside[:, : -1 if shift == 1 else None][:, 0 if shift == 1 else 1 :] = True
             rows.append(np.where(beside, place + shift, place))
             inside.append(beside)
-        self.diagonals = [2 * self.width + row - place for row in rows]
+        self.entries = [
+            (row[chosen], (self.width + place - row)[chosen]) for row, chosen in zip(rows, inside, strict=True)
+        ]
         self.inside = inside
 
     def solve(self, columns: _Columns, alpha: Array, beta: Array, right: Array, balance: Balance) -> Array:
         """Solve with columns alpha*A - beta*B; the result vanishes in grooves."""
-        from scipy.linalg.lapack import dgbsv
-
         free = balance.free
-        matrix = np.zeros((3 * self.width + 1, self.size))
+        matrix = np.zeros((self.size, 2 * self.width + 1))
         for k, entries in enumerate(columns.a):
             values = alpha * entries
             if k < 3:
                 values = values - beta * columns.b[k]
             values = np.where(free, values, 1.0 if k == 0 else 0.0)
-            chosen = self.inside[k]
-            matrix[self.diagonals[k][chosen], self.place[chosen]] = values[chosen]
+            matrix[self.entries[k]] = values[self.inside[k]]
         vector = np.empty(self.size)
         vector[self.place] = np.where(free, right, 0.0)
-        _, _, x, info = dgbsv(self.width, self.width, matrix, vector, overwrite_ab=1, overwrite_b=1)
-        if info:
+        eliminate(matrix, vector)
+        if not np.isfinite(vector).all():
             raise ArithmeticError("film: the system of equations is singular")
-        return np.asarray(x)[self.place]
+        return vector[self.place]
