@@ -3,8 +3,12 @@
 With mass conservation the film content is the one of the steady whirl at this place (deps = 0), stationary seen from
 the eccentricity. It gives the sources of the pressure: the wedge in the full film, none in the cavity, and where the
 cavity ends the volume that the arriving film lacks. The pressure obeys Reynolds' condition with these sources and the
-squeeze motion. In a steady motion this is the mass-conserving film. A content that followed every motion at once would
-make the force fall with the velocity in some states: a journal would jump.
+squeeze motion. A content that followed every motion at once would make the force fall with the velocity in some states:
+a journal would jump.
+
+In a steady rotation (y = +-pi/2) and small motions about it the force is the one of the film whose content follows the
+motion: stiffness and damping are those of `linkages.bearing`. Its weight is sin(y)^8, and less at places where its
+force in the steady rotation differs from the one above, as with a groove at the thinnest gap.
 
 A part of the cavity counts as full, to regularise states that are not quasi-static:
 
@@ -43,6 +47,8 @@ CENTRE = 0.1
 REST = 0.3
 _SOFT = 0.05  # width in cos^2(y) of the transition to a film that opens
 _LEAN = 0.05  # width in sin(y) of the transition between the contents of the two senses of whirl
+_NEAR = 0.2  # deps over ew/2 of the differences about a steady rotation
+_NARROW = 8  # power of sin(y): weight of these differences in other motions
 
 _TURN = 2.0 * math.pi
 
@@ -85,6 +91,33 @@ class _Place:
         balance = self.balance((0.0, 0.0), sign / self.eps)
         content = 1.0 - solve(balance, Boundary(0.0, np.zeros_like(balance.along))).deficit
         return self.outflow(balance, content), content_at_centres(balance, content)
+
+    def near_steady(self, half_ew: float, own: Array) -> tuple[float, Array]:
+        """Expand the force of a film whose content follows the motion, about a steady rotation.
+
+        Parameters
+        ----------
+        half_ew : float
+            1 or -1.
+        own : (2,) array
+            Force of the steady rotation that the map has otherwise.
+
+        Returns
+        -------
+        weight : float
+            1 where both films have the same force in the steady rotation, down to 0 where they have little in common.
+        coefficients : (3, 2) array
+            Of the powers of deps.
+        """
+        before, steady, after = (self._following(deps, half_ew) for deps in (-_NEAR, 0.0, _NEAR))
+        weight = max(1.0 - math.hypot(*(steady - own)) / math.hypot(*own), 0.0) ** 4
+        bend = (before - 2.0 * steady + after) / (2.0 * _NEAR**2)
+        return weight, np.array([steady, (after - before) / (2.0 * _NEAR), bend])
+
+    def _following(self, deps: float, half_ew: float) -> Array:
+        """Force of a film whose content follows the motion at once, (2,)."""
+        balance = self.balance((deps, 0.0), half_ew / self.eps)
+        return np.array(self.force(solve(balance, Boundary(0.0, np.zeros_like(balance.along))).p))
 
     @staticmethod
     def outflow(balance: Balance, content: Array) -> Array:
@@ -151,6 +184,11 @@ def solve_grooved(
         seen = eps * eps / (eps * eps + CENTRE**2)
         steady = {sign: place.steady(sign) for sign in steady}
     out, wet = np.empty((len(angles), CHANNELS)), np.ones(full.shape, dtype=bool)
+    near = {}
+    if seen > 0.0:
+        for sign, (whirl, _) in steady.items():
+            own = place.force(place.pressure(0.0, sign, (1.0 - REST) * seen, whirl, wet))
+            near[sign] = place.near_steady(sign, np.array(own))
     for row, y in zip(out, angles, strict=True):
         deps, half_ew = math.cos(y), math.sin(y) / math.sqrt(root_q)
         opening = max(-math.cos(y), 0.0) ** 2
@@ -162,6 +200,13 @@ def solve_grooved(
         scale = math.hypot(f_n, f_t)
         p = place.pressure(deps, half_ew, (1.0 - REST) * share, whirl, wet)
         f_n, f_t = place.force(p)
+        if seen > 0.0:
+            weight, coefficients = near[math.copysign(1.0, half_ew)]
+            weight *= seen * math.sin(y) ** _NARROW
+            if weight > 0.0:
+                powers = np.array([1.0, deps / abs(half_ew), (deps / half_ew) ** 2])
+                small = abs(half_ew) * powers @ coefficients
+                f_n, f_t = f_n + weight * (small[0] - f_n), f_t + weight * (small[1] - f_t)
         if share > 0.0:  # no cavity is closed for the flow: what it takes up does not leave at the ends
             p = place.pressure(deps, half_ew, share, whirl, wet)
         extent = place.extent(share * content + (1.0 - share) * full)
