@@ -43,8 +43,8 @@ YIELD = 1.67
 DEPTH_OF_JOURNAL = 0.01
 #: Penetration of a block's corner over its height. Assumed: the yield strain of steel.
 DEPTH_OF_BLOCK = 0.001
-#: Share of the cavity of a map that counts as full, above which stability is not the one of the bearing. Measured: up to
-#: 0.1 the critical mass of a rotor is within 8 % of `linkages.bearing`, at 0.34 up to 57 % too large.
+#: Share of the cavity of a map that counts as full, above which the threshold of whirl is not the one of the bearing.
+#: Measured: up to 0.1 the critical mass is within 8 % of `linkages.bearing`, at 0.34 up to 57 % too large.
 FADED = 0.1
 
 
