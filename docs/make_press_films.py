@@ -153,7 +153,7 @@ def _heated(found: dict[str, Any]) -> dict[str, str]:
     for name in ("fed", "sealed"):
         joints = found[f"groove, heat, {name}/{SPEEDS[-1]:g}"]["joints"]
         rises[name] = sorted(joints[joint]["temperature"] - SUPPLY for joint in JOINTS)
-        words[name] = "{:.0f} to {:.0f} K".format(*rises[name])
+        words[name] = "{:.1f} to {:.1f} K".format(*rises[name])
     cold, *warm = (iso_vg_viscosity(460, SUPPLY + rise) for rise in (0.0, *reversed(rises["sealed"])))
     return words | {"thin": "{:.0f} to {:.0f} %".format(*(100.0 * value / cold for value in warm))}
 
