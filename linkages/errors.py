@@ -8,9 +8,6 @@ import sys
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
-from typing import TypeVar
-
-Name = TypeVar("Name")
 
 
 class InputError(ValueError):
@@ -54,19 +51,6 @@ class AssemblyError(RunError):
     def __init__(self, status: Status, detail: str) -> None:
         super().__init__(f"{status.value}: {detail}; {status.remedy}")
         self.status = status
-
-
-def several(names: Iterable[Name], argument: str) -> tuple[Name, ...]:
-    """Return the names of an argument; refuse one text, of which Python would take the letters.
-
-    Raises
-    ------
-    InputError
-        If `names` is a text.
-    """
-    if isinstance(names, str):
-        raise InputError("argument", argument, f'is a text; give a list: ["{names}"]')
-    return tuple(names)
 
 
 @cache

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arguments import Names, names, validated
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
 from linkages.engines.heat import settle
@@ -31,12 +33,13 @@ _SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, whi
 _FEWEST = 50  # steps of the repetition: two runs of few steps omit the same vibrations
 
 
+@validated
 def simulate(
     system: System,
     engine: str = DEFAULT,
     progress: Progress | None = None,
-    outputs: Sequence[str] | None = None,
-    wrt: Sequence[str | Direction] = (),
+    outputs: Names | None = None,
+    wrt: Annotated[Sequence[str | Direction], names] = (),
 ) -> Trajectory:
     """Run a system.
 
@@ -98,6 +101,7 @@ def _with_units(system: System, run: Trajectory) -> Trajectory:
     return replace(run, units={name: "s" if name == "time" else unit(system, name) for name in run.columns})
 
 
+@validated
 def study(
     system: System,
     engine: str = DEFAULT,
@@ -176,6 +180,7 @@ def _typical_step(times: Array) -> float:
     return float(steps[np.searchsorted(covered, 0.5 * covered[-1])])
 
 
+@validated
 def ideal(system: System, engine: str = DEFAULT) -> Trajectory:
     """Compute the motion of the ideal linkage: exactly if its drives determine it, otherwise by a run.
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from linkages.arguments import validated
 from linkages.arrays import Array
 from linkages.errors import InputError, RunError, nearest
 from linkages.laws.film.closed_form import EPS_MAX
@@ -201,6 +202,7 @@ class Bearing:
         return _thickness(self.case, self.x, self.y)
 
 
+@validated
 def bearing(
     diameter: float,
     length: float,

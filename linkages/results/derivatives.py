@@ -65,7 +65,7 @@ class Derivatives(Mapping[str, Columns]):
     until : float
         Last time with derivatives [s].
     evaluate : callable
-        Function that gives the same at any times of the run.
+        Function that gives the same at times (n,) of the run, in any order; InputError for times outside.
     """
 
     columns: dict[str, Columns]

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.arguments import Names, validated
 from linkages.arrays import Array
-from linkages.errors import InputError, several
+from linkages.errors import InputError
 from linkages.integrate.parabola import parabola_top
 from linkages.results.trajectory import Trajectory
 
@@ -69,7 +70,8 @@ class Peak(NamedTuple):
     time: float
 
 
-def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes]:
+@validated
+def extremes(trajectory: Trajectory, names: Names) -> dict[str, Extremes]:
     """Compute the extremes over continuous time of columns.
 
     Use it instead of the samples' extremes, which miss peaks between steps: the best samples are bracketed by their
@@ -94,7 +96,6 @@ def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes
     >>> round(force.peak, 3), round(force.time, 5)  # N, s
     (3.322, 0.00033)
     """
-    names = several(names, "names")
     highs = _maxima(trajectory, [(name, sign) for name in names for sign in (1.0, -1.0)])
     result = {}
     for name in names:

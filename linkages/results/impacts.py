@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arguments import Names, validated
 from linkages.arrays import Array
 from linkages.results.extremes import Bracket, refine
 from linkages.results.trajectory import Trajectory
@@ -70,7 +71,8 @@ FILES = {
 }
 
 
-def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
+@validated
+def impacts(trajectory: Trajectory, joints: Names) -> list[Impact]:
     """Collect all contacts of joints in the order of their starts.
 
     The run's steps end at the start and end of each contact. A step is in contact if the penetration at its middle,
@@ -158,6 +160,7 @@ def read_impacts(folder: Path) -> list[Impact]:
     return [Impact(**{k: v if k == "joint" else float(v or "nan") for k, v in row.items()}) for row in merged]  # type: ignore[arg-type]
 
 
+@validated
 def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
     """Classify each step of a run as `FREE` flight, `IMPACT` or `SUSTAINED_CONTACT` of a joint.
 

@@ -26,6 +26,7 @@ from functools import partial
 
 import numpy as np
 
+from linkages.arguments import validated
 from linkages.arrays import Array
 from linkages.errors import Status
 from linkages.results.akima import interpolated
@@ -179,6 +180,7 @@ def repeats(history: Callable[[Array], Array], end: float) -> float | None:
     return None
 
 
+@validated
 def motion_of(system: System, run: Trajectory) -> Motion:
     """Classify the motion at the end of a run.
 

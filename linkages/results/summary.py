@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from linkages.arguments import validated
 from linkages.brief import Brief
 from linkages.errors import Status
 from linkages.files.versions import versions
@@ -154,6 +155,7 @@ class Study(Brief):
         return apart(run, tighter, self.system, 1 + len(tighter.time) // _COMPARED)
 
 
+@validated
 def summarize(study: Study) -> dict[str, Any]:
     """Make the contents of ``summary.json`` in SI units; see docs/outputs.md.
 
