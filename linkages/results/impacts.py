@@ -33,7 +33,7 @@ SUSTAINED = 2.0
 
 @dataclass(frozen=True)
 class Impact:
-    """One contact of one joint, SI units.
+    """One contact of one joint, SI units; of a stop of a revolute joint angles and torques, for lengths and forces.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ def impacts(trajectory: Trajectory, joints: Names) -> list[Impact]:
     ----------
     trajectory : Trajectory
     joints : sequence of str
-        Joints that can touch; for a guide with clearance its corners, ``GUIDE.corner1``.
+        Joints that can touch, stops and points at lines; for a guide with clearance its corners, ``GUIDE.corner1``.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def impacts(trajectory: Trajectory, joints: Names) -> list[Impact]:
     found = []
     brackets: list[Bracket] = []
     _ = [trajectory[f"{name}.closing"] for name in joints]  # raises if a joint has no clearance
-    trajectory = _with_normal_forces(trajectory, joints)
+    trajectory = _with_forces(trajectory, joints)
     time = trajectory.time
     for name in joints:
         for first, last in _intervals(trajectory, name):
@@ -194,10 +194,13 @@ def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
     return result
 
 
-def _with_normal_forces(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
-    """Add a column ``NAME.normal_force`` for each contact: the normal force [N]."""
+def _with_forces(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
+    """Add a column ``NAME.normal_force`` for each contact; for stops of revolute joints all that other contacts have."""
+    turning = [name for name in names if f"{name}.force" not in trajectory]
 
     def normal_force(columns: Mapping[str, Array], name: str) -> Array:
+        if name in turning:
+            return columns[f"{name}.torque"]
         if f"{name}.ex" not in columns:
             return columns[f"{name}.load"]
         guide, corner, _ = name.rpartition(".corner")
@@ -211,7 +214,10 @@ def _with_normal_forces(trajectory: Trajectory, names: Sequence[str]) -> Traject
         return np.abs(np.real(force * across.conj())) / np.abs(across)
 
     def extended(columns: Mapping[str, Array]) -> dict[str, Array]:
-        return {**columns, **{f"{name}.normal_force": normal_force(columns, name) for name in names}}
+        forces = {f"{name}.normal_force": normal_force(columns, name) for name in names}
+        for name in turning:
+            forces |= {f"{name}.force": columns[f"{name}.torque"], f"{name}.sliding": np.zeros_like(columns["time"])}
+        return {**columns, **forces}
 
     evaluate = trajectory.evaluate
     between = None if evaluate is None else lambda times: extended(evaluate(times))
