@@ -195,7 +195,7 @@ def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
 
 
 def _with_forces(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
-    """Add a column ``NAME.normal_force`` for each contact; for stops of revolute joints all that other contacts have."""
+    """Add ``NAME.normal_force`` of each contact; of stops of revolute joints also ``force`` and ``sliding``."""
     turning = [name for name in names if f"{name}.force" not in trajectory]
 
     def normal_force(columns: Mapping[str, Array], name: str) -> Array:
