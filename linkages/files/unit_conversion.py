@@ -16,7 +16,7 @@ _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*((?:1\s*/\s*)?{_FACTOR}(?:\s*[ */·]\
 _IN_FORMULA = re.compile(rf"(?<![\w.])({_FRACTION})\s*({_FACTOR})(?![\w.(])")
 
 #: Units of a prismatic joint by the corresponding units of a revolute one.
-SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N", "N m s/rad": "N s/m"}
+SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m"}
 
 
 def is_quantity(text: str) -> bool:
