@@ -10,6 +10,7 @@ from linkages.results.peak_errors import largest_of_quantities, quantity
 from linkages.results.singular import CHANGE_POINT, DEAD_POINT, ONE_BRANCH, Passage
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
+from linkages.system.gear_locks import locking_gears
 from linkages.system.rigid_segments import system_of
 
 ROUGH = 0.1  # error over a peak that gives a warning
@@ -29,8 +30,8 @@ _CONTINUATION = {
     "torques are unbounded",
     CHANGE_POINT: "another branch crosses there, so that the continuation is not determined: the run continues with "
     "the same velocity; forces and torques are unbounded, and also accelerations if a length has an error",
-    ONE_BRANCH: "to first order; the redundant loops allow one branch only, so that motion and drive torques are "
-    "determined: forces in joints and gears are unbounded",
+    ONE_BRANCH: "to first order, but the redundant loops allow one branch only: it determines motion and drive "
+    "torques, while forces in joints and gears are unbounded",
 }
 
 
@@ -52,6 +53,8 @@ def singular(run: Sequence[Passage], ideal: Sequence[Passage]) -> list[dict[str,
         f"drives do not (ratio of singular values down to {worst.quality:.1g}); {_CONTINUATION[worst.kind]}"
     )
     remedy = "change the lengths or the range of the drives, or drive another joint"
+    if worst.kind == ONE_BRANCH:
+        remedy = "change the range of the drives, or give a joint of a redundant loop clearance"
     return [warning("singular", found[0].time, what, remedy)]
 
 
@@ -109,18 +112,24 @@ def chaotic(apart: tuple[float, float] | None, unknown: Sequence[str]) -> list[d
 
 
 def geared(system: System) -> list[dict[str, Any]]:
-    """Warn of joints of geared wheels: gears couple coordinates and omit the tooth forces on the pins."""
+    """Warn of gears that lock each other, and of joints of geared wheels: gears omit the tooth forces on the pins."""
     gears = system.experiment.gears
     joints = dict.fromkeys(name for gear in gears.values() for name in gear.joints)
     if not gears:
         return []
+    locking, found = locking_gears(system.tree, system.tree.loop_rows, system.assembly.q), []
+    if locking:
+        names = _listed([[*gears][k] for k in locking])
+        stuck = _listed(list(dict.fromkeys(name for k in locking for name in [*gears.values()][k].joints)))
+        what = f"the gears {names} contradict each other, or the loops: {stuck} cannot move"
+        found.append(warning("gear", None, what, "correct a ratio, or remove a gear"))
     named = _listed(list(joints)), _listed(list(gears))
     what = "the forces in {} exclude the tooth or belt forces of {}".format(*named)
     remedy = (
         "add, in both joints, the torque on the second one over its wheel's pitch radius and, of teeth, over the "
         "cosine of their pressure angle"
     )
-    return [warning("gear", None, what, remedy)]
+    return [*found, warning("gear", None, what, remedy)]
 
 
 def unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
