@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import operator
+from collections import abc
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial, wraps
@@ -31,8 +32,9 @@ _KINDS = {"U": "texts", "S": "texts", "c": "complex"}  # of numpy's types
 def validated(function: F) -> F:
     """Convert and check the arguments of a function by their annotations.
 
-    ``float`` takes finite numbers, ``int`` whole ones, a class of ours its instances, ``Annotated[type, check]`` what
-    `check` returns or raises as a ValueError. None passes where the annotation allows it, everything else unchecked.
+    ``float`` takes finite numbers, ``int`` whole ones, ``str`` texts, a class of ours its instances, ``Callable`` what
+    can be called, a ``tuple`` as many of these, ``Annotated[type, check]`` what `check` returns or raises as a
+    ValueError. None passes where the annotation allows it. Other annotations, and unions, are not checked.
 
     Raises
     ------
@@ -60,30 +62,45 @@ def _checks(function: Callable[..., Any]) -> dict[str, Callable[[Any], Any]]:
     found = {}
     for name, hint in get_type_hints(function, include_extras=True).items():
         kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
-        checks = [check for kind in kinds if (check := _check(kind)) is not None]
-        if name != "return" and len(checks) == 1:
-            found[name] = partial(_unless_none, checks[0]) if NoneType in kinds else checks[0]
+        given = [kind for kind in kinds if kind is not NoneType]
+        check = _check(given[0]) if name != "return" and len(given) == 1 else None
+        if check is not None:
+            found[name] = partial(_unless_none, check) if NoneType in kinds else check
     return found
 
 
 def _check(kind: Any) -> Callable[[Any], Any] | None:
-    if get_origin(kind) is Annotated:
-        return cast(Callable[[Any], Any], get_args(kind)[1])
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return cast(Callable[[Any], Any], inner[1])
+    if origin is tuple and Ellipsis not in inner:
+        return partial(items, [_check(one) or (lambda item: item) for one in inner])
     if kind in (int, float):
         return whole if kind is int else number
+    if origin is abc.Callable or kind is str:
+        return partial(instance, abc.Callable if origin else str, "a function" if origin else "a text")
     ours = isinstance(kind, type) and kind.__module__.partition(".")[0] in ("linkages", "optim")
-    return partial(instance, kind) if ours else None
+    if not ours or getattr(kind, "_is_protocol", False):
+        return None
+    return partial(instance, kind, f"a {kind.__name__} of {kind.__module__.partition('.')[0]}")
 
 
 def _unless_none(check: Callable[[Any], Any], value: Any) -> Any:
     return None if value is None else check(value)
 
 
-def instance(kind: type, value: Any) -> Any:
+def instance(kind: Any, what: str, value: Any) -> Any:
     """Return an object of a class; ValueError for others."""
     if not isinstance(value, kind):
-        raise ValueError(f"is {_shown(value)}; give a {kind.__name__} of {kind.__module__.partition('.')[0]}")
+        raise ValueError(f"is {_shown(value)}; give {what}")
     return value
+
+
+def items(checks: Sequence[Callable[[Any], Any]], values: Any) -> tuple[Any, ...]:
+    """Convert some values to a tuple, each by its check; ValueError for fewer or more."""
+    if np.ndim(values) != 1 or isinstance(values, str) or len(values) != len(checks):
+        raise ValueError(f"is {_shown(values)}; give {len(checks)} values")
+    return tuple(check(value) for check, value in zip(checks, values, strict=True))
 
 
 def number(value: Any) -> float:
@@ -137,6 +154,11 @@ def lines(values: Any) -> Array:
 
 def names(values: Any) -> tuple[Any, ...]:
     """Convert names to a tuple; ValueError for one text, of which Python would take the letters."""
+    return tuple(instance(str, "a list of names", name) for name in several(values))
+
+
+def several(values: Any) -> tuple[Any, ...]:
+    """Convert the items of a list to a tuple; ValueError for a text."""
     if isinstance(values, str):
         raise ValueError(f'is a text; give a list: ["{values}"]')
     try:

@@ -1,5 +1,6 @@
 """Arguments of public functions: one line names the argument, the value and what is allowed."""
 
+from collections.abc import Callable
 from fractions import Fraction
 
 import numpy as np
@@ -29,6 +30,10 @@ def taken(
     matrix: Matrix | None = None,
     lines: Lines | None = None,
     system: linkages.System | None = None,
+    text: str = "",
+    function: Callable[[float], float] | None = None,
+    pair: tuple[float, Count] = (0.0, 1),
+    either: str | float = 0.0,
 ):
     """Return what the checks return."""
     return {key: value for key, value in locals().items() if value is not None}
@@ -50,6 +55,8 @@ def taken(
         ("vector", np.ma.array([1.0, 2.0]), [1.0, 2.0]),
         ("matrix", [[1, 2]], [[1.0, 2.0]]),
         ("lines", [1, np.nan], [[1.0, np.nan]]),
+        ("pair", np.array([1, 2]), (1.0, 2)),
+        ("either", 1j, 1j),
     ],
 )
 def test_values_that_mean_the_same_are_converted(name, given, wanted):
@@ -86,6 +93,12 @@ def test_values_that_mean_the_same_are_converted(name, given, wanted):
         ("vector", [[1.0], [1.0, 2.0]], "are no table of numbers"),
         ("matrix", [1.0], "have 1 dimensions; give a table, a line for each"),
         ("lines", [[[1.0]]], "have 3 dimensions; give a table, a line for each"),
+        ("names", ["a", 3], "is 3; give a list of names"),
+        ("text", 3, "is 3; give a text"),
+        ("function", 3, "is 3; give a function"),
+        ("pair", 3.0, "is 3.0; give 2 values"),
+        ("pair", (1.0,), r"is \(1.0,\); give 2 values"),
+        ("pair", (1.0, 0.5), "is 0.5; give a whole number, 1 or more"),
         ("system", "seven_bar.toml", "is 'seven_bar.toml'; give a System of linkages"),
     ],
 )
@@ -121,6 +134,22 @@ CRANKS = {
         (lambda system: linkages.simulate("seven_bar.toml"), "system: is 'seven_bar.toml'; give a System"),
         (lambda system: linkages.simulate_batch(system, threads=-1), "threads: is -1; give a whole number, 1 or more"),
         (lambda system: linkages.simulate_batch(system, windows=[[0.0, 1j]]), "windows: are no real numbers"),
+        (
+            lambda system: linkages.simulate_batch(system, ["joints.A.viscosity"], [[0.1]], limits=[[0.1], [np.inf]]),
+            "limits",
+        ),
+        (lambda system: linkages.simulate(system, wrt=[3]), "wrt: has 3; give dotted paths, or Direction"),
+        (lambda system: linkages.simulate(system, progress=3), "progress: is 3; give a function"),
+        (
+            lambda system: linkages.bearing(0.1, 0.05, 1e-4, 0.03, 100.0, 1e3, cells=(72, 1)),
+            "cells: is 1; give a whole",
+        ),
+        (lambda system: linkages.integral(run(), 1j * TIMES), "values: are no real numbers but complex"),
+        (
+            lambda system: linkages.IdealMotion(system).states([0.0], np.zeros((2, 2))),
+            "offset: its values have the shape",
+        ),
+        (lambda system: linkages.linearise(system, time=-1.0), "time: is -1 s, before the start of the run"),
         (lambda system: linkages.stroboscopic(system, ["A.force"], 1.5), "revolutions: is 1.5; give a whole number"),
         (lambda system: linkages.sweep(system, "joints.A.viscosity", [[0.1]], ["A.force"], 1), "values: have 2 dim"),
         (lambda system: linkages.sweep(system, "joints.A.viscosity", [0.1], ["A.force"], 1, threads=0), "threads: is"),

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arguments import Names, names, validated
+from linkages.arguments import Names, validated
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
 from linkages.engines.heat import settle
@@ -18,7 +17,7 @@ from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.link_tables import MOST_SEGMENTS
 from linkages.outputs.columns import columns
 from linkages.outputs.registry import unit
-from linkages.results.derivatives import Direction
+from linkages.results.derivatives import Wrt
 from linkages.results.loops import Loops
 from linkages.results.summary import Study
 from linkages.results.trajectory import Progress, Trajectory, sample
@@ -35,11 +34,7 @@ _FEWEST = 50  # steps of the repetition: two runs of few steps omit the same vib
 
 @validated
 def simulate(
-    system: System,
-    engine: str = DEFAULT,
-    progress: Progress | None = None,
-    outputs: Names | None = None,
-    wrt: Annotated[Sequence[str | Direction], names] = (),
+    system: System, engine: str = DEFAULT, progress: Progress | None = None, outputs: Names | None = None, wrt: Wrt = ()
 ) -> Trajectory:
     """Run a system.
 

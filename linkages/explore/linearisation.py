@@ -142,6 +142,8 @@ def linearise(
     >>> model.states, model.inputs
     (('q.O', 'v.O'), ('O.torque',))
     """
+    if time < 0.0:
+        raise InputError("argument", "time", f"is {time:g} s, before the start of the run; give 0 or more")
     point, known = OperatingPoint(system, time), inputs_of(system)
     chosen = _checked(known, inputs)
     if equilibrium:

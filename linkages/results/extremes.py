@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.arguments import Names, validated
+from linkages.arguments import Names, numbers, validated
 from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.integrate.parabola import parabola_top
@@ -246,6 +246,7 @@ def _drop_lower(searches: Sequence[_Search]) -> None:
         search.settled |= search.top[1] + _DOUBT * search.miss < highest[search.bracket.name, search.bracket.sign]
 
 
+@validated
 def integral(trajectory: Trajectory, values: str | Array) -> float:
     """Integrate a column, or values at the samples, over time by parabolas through neighbouring samples.
 
@@ -288,9 +289,9 @@ def _sampled(trajectory: Trajectory, values: Array) -> Array:
     """Return values as an array with one number per sample, or raise InputError."""
     wanted = f"give the name of a column, or an array of {len(trajectory.time)} numbers, one for each sample"
     try:
-        found = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError("argument", "values", f"are not numbers; {wanted}") from None
+        found = numbers(values)
+    except ValueError as problem:
+        raise InputError("argument", "values", f"{problem}; {wanted}") from None
     if found.shape != trajectory.time.shape:
         raise InputError("argument", "values", f"have the shape {found.shape}; {wanted}")
     return found

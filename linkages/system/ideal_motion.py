@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.arguments import Vector, inside, validated
+from linkages.arguments import Vector, inside, shaped, validated
 from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.planar.closure import closure_quality, follow
@@ -176,7 +176,11 @@ class IdealMotion:
         InputError
             If a time lies outside the table.
         """
-        times = inside(times, 0.0, float(self.times[-1]))
+        times, tree = inside(times, 0.0, float(self.times[-1])), self.system.tree
+        if offset is not None:
+            offset = shaped(offset, (len(times), len(tree.closure_rows)), "offset", "values")
+        if hinges is not None:
+            hinges = shaped(hinges, (len(times), len(tree.hinge_dofs)), "hinges", "angles")
         q, v, a = self._prescribed(times)
         if hinges is not None:
             q[:, self.system.tree.hinge_dofs] = hinges

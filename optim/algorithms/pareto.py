@@ -113,8 +113,7 @@ def knee(objectives: Matrix) -> int | None:
     1
     """
     m, no = objectives.shape
-    span = np.ptp(objectives, axis=0)
-    if m <= no or np.any(span <= 0.0):
+    if m <= no or np.any((span := np.ptp(objectives, axis=0)) <= 0.0):
         return None
     scaled = (objectives - objectives.min(axis=0)) / span
     # the extreme of an objective is where it is best; of equal ones that with the least sum

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from linkages.arguments import Count, Lines, Names, names, validated
+from linkages.arguments import Count, Lines, Names, validated
 from linkages.brief import Brief, counted
 from linkages.engines.compiled.batch_derivatives import STATISTICS_WITH_RATES, differentiate_runs
 from linkages.engines.compiled.designs import designs_of
@@ -18,7 +18,7 @@ from linkages.errors import InputError, Status
 from linkages.files.table_formats import needed
 from linkages.kernel import Array, Indices
 from linkages.outputs.registry import default_outputs, pack
-from linkages.results.derivatives import Direction
+from linkages.results.derivatives import Wrt
 from linkages.system import System
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ def simulate_batch(
     windows: Lines | None = None,
     threads: Count | None = None,
     progress: Callable[[float], None] | None = None,
-    wrt: Annotated[Sequence[str | Direction], names] = (),
+    wrt: Wrt = (),
     limits: Lines | None = None,
 ) -> Batch:
     """Run a system many times with different values, in parallel threads.
@@ -231,8 +231,8 @@ def simulate_batch(
     runs = Runs(designs, table)
     share = _OF_RUNS if wrt else 1.0
     bounds = None if limits is None else _values_of(limits, variables, "limits")
-    if bounds is not None and len(bounds) != 2:
-        raise InputError("argument", "limits", "must have two lines, the ends of the ranges")
+    if bounds is not None and (len(bounds) != 2 or not np.isfinite(bounds).all()):
+        raise InputError("argument", "limits", "must have two lines, the ends of the ranges, of finite numbers")
     runs.make(threads, progress and (lambda part: progress(share * part)), bounds)
     statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
     batch = Batch(tuple(variables), table, chosen, spans, statistics, runs.status, runs.reason, runs.steps)
