@@ -22,7 +22,6 @@ from linkages.errors import InputError
 
 F = TypeVar("F", bound=Callable[..., Any])
 Result = TypeVar("Result")
-Name = TypeVar("Name")
 
 _ROUNDING = 1e-12  # times that lie so far beyond an end, relative to it, count as the end
 _LONGEST = 40  # most characters of a wrong value in a message
@@ -32,9 +31,9 @@ _KINDS = {"U": "texts", "S": "texts", "c": "complex"}  # of numpy's types
 def validated(function: F) -> F:
     """Convert and check the arguments of a function by their annotations.
 
-    ``float`` takes finite numbers, ``int`` whole ones, ``str`` texts, a class of ours its instances, ``Callable`` what
-    can be called, a ``tuple`` as many of these, ``Annotated[type, check]`` what `check` returns or raises as a
-    ValueError. None passes where the annotation allows it. Other annotations, and unions, are not checked.
+    ``float`` takes finite numbers, ``int`` whole ones, ``str`` texts, a class of ours its instances, ``Callable``
+    functions, ``tuple`` as many values as it names. ``Annotated[type, check]`` is converted by ``check``, which raises
+    ValueErrors. None passes where the annotation allows it. Other annotations, and unions, are not checked.
 
     Raises
     ------
@@ -47,7 +46,7 @@ def validated(function: F) -> F:
     @wraps(function)
     def call(*arguments: Any, **named: Any) -> Any:
         given = parameters.bind(*arguments, **named)
-        for name in checks().keys() & given.arguments.keys():
+        for name in [name for name in checks() if name in given.arguments]:
             try:
                 given.arguments[name] = checks()[name](given.arguments[name])
             except ValueError as problem:

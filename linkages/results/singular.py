@@ -22,7 +22,7 @@ NEAR = 1e-3
 _MOST = 4000  # number of first samples
 _ZOOMS, _POINTS = 4, 33  # refinements, and points of each, for the smallest ratio between samples
 _TAKES_PART = 0.1  # smallest relative component of a joint in the motion with fixed drives
-_BESIDE = 1e-3  # distance of the position at which the tangent of the motion is taken [rad, or linkage lengths]
+_NEARBY = 1e-3  # distance of the position at which the tangent of the motion is taken [rad, or linkage lengths]
 _STEP = 1e-5  # of differences of the closure's Jacobian
 _ALONE = 1e-2  # ratio of singular values of the second-order conditions above which no other branch fulfils them
 
@@ -106,8 +106,8 @@ def _kind(arrays: Arrays, q: Callable[[Array], Array], there: Array, times: Arra
     if here >= rank:
         return DEAD_POINT
     kernel, reactions = right[here:], left.T[here:]
-    beside = _beside(q, there, times, time)
-    tangent = np.linalg.svd(jacobian_at(arrays.bodies, arrays.rows, beside))[2][rank:]
+    regular = _regular(q, there, times, time)
+    tangent = np.linalg.svd(jacobian_at(arrays.bodies, arrays.rows, regular))[2][rank:]
     inner, _, outer = np.linalg.svd(tangent @ kernel.T)
     tangent, further = outer[: len(inner)] @ kernel, outer[len(inner) :] @ kernel
     if len(further) != 1:
@@ -126,13 +126,13 @@ def _kind(arrays: Arrays, q: Callable[[Array], Array], there: Array, times: Arra
     return ONE_BRANCH if max(others, default=0.0) > _ALONE * first else CHANGE_POINT
 
 
-def _beside(q: Callable[[Array], Array], there: Array, times: Array, time: float) -> Array:
+def _regular(q: Callable[[Array], Array], there: Array, times: Array, time: float) -> Array:
     """Return a regular position of the motion near a singular one."""
     ends = times[0] - time, times[-1] - time
     whole = max(ends, key=abs)
     for part in np.geomspace(1e-6, 1.0, 61):
         found = q(np.array([time + part * whole]))[0]
-        if np.abs(found - there).max() > _BESIDE:
+        if np.abs(found - there).max() > _NEARBY:
             return found
     return there
 

@@ -174,7 +174,7 @@ def four_wheels():
 
 @pytest.mark.parametrize("drive", ["", "[drives.A]\nspeed = 6.0\n", "[drives.D]\ntorque = 1.0\n"])
 def test_gears_that_contradict_each_other_are_named(system_of, drive):
-    """c = 2 a, b = -a/2, c = -3 b = 1.5 a: all stand still. The fourth gear follows, and contradicts nothing."""
+    """c = 2 a, b = -a/2, c = -3 b = 1.5 a: none can turn. The fourth gear follows, and contradicts nothing."""
     system = system_of(four_wheels(), f"duration = 0.1\n{drive}{CONTRADICTION}")
     if drive:
         with pytest.raises(InputError, match="gears: g1, g2 and g3: contradict each other"):
