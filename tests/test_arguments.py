@@ -12,6 +12,7 @@ import optim
 from linkages import InputError, Status, three_rrr
 from linkages.arguments import Count, Lines, Matrix, Names, Vector, Whole, validated
 from linkages.results.trajectory import sample
+from optim.evaluate.requests import Statistics
 
 TIMES = np.linspace(0.0, 2.0, 41)
 
@@ -201,3 +202,23 @@ def test_a_study_refuses_designs_of_another_size():
         optim.optimise(study, start=[0.1, 0.2])
     with pytest.raises(InputError, match="threads: is -1; give a whole number, 1 or more"):
         optim.Evaluator(study, threads=-1)
+
+
+@pytest.mark.parametrize(
+    ("shape", "count", "problem"),
+    [
+        ((4, 1, 1), 1, r"engine: its statistics have the shape \(4, 1, 1\)"),
+        ((4, 1, 1, 1), 2, "2 statuses and 2 reasons for 1"),
+    ],
+)
+def test_an_engine_of_the_users_must_answer_all_that_it_is_asked(shape, count, problem):
+    study = optim.load_study(optim.find_study("sevenbar_force"))
+
+    def engine(request):
+        size = (*np.shape(request.windows)[:1], len(request.outputs))
+        return Statistics(
+            np.zeros((*shape[:2], *(size if len(shape) == 4 else size[:1]))), ["ok"] * count, [""] * count
+        )
+
+    with pytest.raises(InputError, match=problem):
+        optim.Evaluator(study, engine=engine)(study.nominal[None])
