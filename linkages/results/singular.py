@@ -96,9 +96,9 @@ def _kind(arrays: Arrays, q: Callable[[Array], Array], there: Array, times: Arra
     """Classify a singular position by the second order of the closure.
 
     There the rows allow more directions than elsewhere, and have more reactions without load. A direction continues as
-    a motion if the curvature of the rows along it does no work on any such reaction. The motion's own tangent t does;
-    of the further direction w, x t + w must: a linear condition on x for each reaction. Two that contradict each other
-    leave no other branch.
+    a motion if the curvature of the rows along it is orthogonal to each such reaction. The tangent t of the motion
+    fulfils this. With the further direction w, the sum x t + w fulfils it if a linear condition on x holds for each
+    reaction. If the conditions contradict each other, there is no other branch.
     """
     rank, jacobian = arrays.rank, jacobian_at(arrays.bodies, arrays.rows, there)
     left, values, right = np.linalg.svd(jacobian)
