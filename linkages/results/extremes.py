@@ -289,7 +289,7 @@ def _sampled(trajectory: Trajectory, values: Array) -> Array:
     """Return values as an array with one number per sample, or raise InputError."""
     wanted = f"give the name of a column, or an array of {len(trajectory.time)} numbers, one for each sample"
     try:
-        found = numbers(values)
+        found = numbers(values, finite=False)
     except ValueError as problem:
         raise InputError("argument", "values", f"{problem}; {wanted}") from None
     if found.shape != trajectory.time.shape:
