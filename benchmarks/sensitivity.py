@@ -95,7 +95,7 @@ def compare(nominal, accuracy, paths, outputs, exact) -> str:
 def split(system, paths, outputs) -> tuple[float, float, float]:
     """Measure the parts of derivatives [s]: neighbouring systems, steps, outputs at the steps."""
     runner = Runner(system)
-    steps = join([runner.run(0.0, runner.start, 0.0, 10**6, stages=True)])
+    steps = join([runner.run(0.0, runner.start, 0.0, 10**6, differentiated=True)])
     found = Differentiation(runner, steps, paths)
     _ = found.columns
     systems = cpu(lambda: Differentiation(runner, steps, paths))

@@ -147,25 +147,30 @@ def study(
 
 
 def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
-    """Add the run at a ten times tighter tolerance to a study whose run reached its end.
+    """Add the run at a ten times tighter tolerance to a study whose run reached its end."""
+    if study.run.status is not Status.OK:
+        return study
+    finer = tightened(study.system, study.run, _TIGHTER)
+    return replace(study, tighter=simulate(finer, study.engine, stage("error estimate")))
+
+
+def tightened(system: System, run: Trajectory, ratio: float) -> System:
+    """Return the system for the repetition of a run that estimates its error, with the tolerance times a ratio.
 
     Its longest step is half the run's typical one, because Newton's method or the longest step may limit both runs at
     any tolerance. It takes at least `_FEWEST` steps. Flexible links get twice as many rigid segments, and films with
     history half the film step.
     """
-    if study.run.status is not Status.OK:
-        return study
-    experiment, times = study.system.experiment, study.run.time
+    experiment, times = system.experiment, run.time
     tighter = {
-        "solver.accuracy": experiment.solver.accuracy * _TIGHTER,
+        "solver.accuracy": experiment.solver.accuracy * ratio,
         "solver.max_step": min(_SHORTER * _typical_step(times), times[-1] / _FEWEST),
     }
-    tighter |= {f"joints.{name}.history.step": 0.5 * step for name, step in study.system.film_steps.items()}
-    if system_of(study.system, study.run.columns) is not study.system:
+    tighter |= {f"joints.{name}.history.step": 0.5 * step for name, step in system.film_steps.items()}
+    if system_of(system, run.columns) is not system:
         counts = {name: experiment.links[name].segments for name in experiment.flexible}
         tighter |= {f"links.{name}.segments": min(2 * count, MOST_SEGMENTS) for name, count in counts.items()}
-    finer = study.system.replaced(tighter)
-    return replace(study, tighter=simulate(finer, study.engine, stage("error estimate")))
+    return system.replaced(tighter)
 
 
 def _typical_step(times: Array) -> float:

@@ -12,8 +12,9 @@ import numpy as np
 from linkages.arguments import Names, validated
 from linkages.brief import Brief, counted
 from linkages.engines.compiled.batch import simulate_batch
+from linkages.engines.compiled.job import COARSE
 from linkages.engines.compiled.neighbours import magnitude_of
-from linkages.engines.study import simulate
+from linkages.engines.study import simulate, tightened
 from linkages.errors import InputError, RunError, Status
 from linkages.outputs.registry import default_outputs
 from linkages.results.derivatives import MEANING, OK
@@ -22,8 +23,13 @@ from linkages.results.trajectory import Progress, Trajectory
 from linkages.results.warnings import warning
 from linkages.system import System
 
-_TIGHTER = 0.1  # accuracy of the run that gives the errors, over the accuracy of the run
+# Accuracy of the run that gives the errors, over the accuracy of the run, and least accuracy of this kind. Ten times is
+# too little: near kinks and with interpolated films both runs share a part of their errors.
+_TIGHTER, _LEAST = 1e-3, 1e-13
 _SAFETY = 1.5  # factor on the change, because the tighter run has an error too
+# Error that both runs share, in parts of a derivative: of differences of laws, and of the times of peaks; the second
+# one of runs with finer differences.
+_SHARED, _SHARED_FINE = 1e-6, 1e-8
 _ROUNDING = 1e-11  # of the differences in derivatives, in parts of the number over the value's magnitude
 _NEAR = 1e-3  # relative distance of two maxima whose order may change
 _BESIDE = 1e-4  # distance from a peak at which it is tested, in parts of the local step
@@ -45,7 +51,7 @@ class Sensitivities(Brief):
     derivatives : dict of dict of float or None
         By path and key, in units of the number per unit of the value; None where there is none.
     errors : dict of dict of float or None
-        Their errors, 1.5 times the change with a ten times tighter accuracy.
+        Their errors, 1.5 times the change with a thousand times tighter accuracy.
     checks : dict of dict of float
         Differences of runs, by path and key of peaks; empty unless requested.
     warnings : list of dict
@@ -99,7 +105,7 @@ def sensitivities(
     outputs : sequence of str, optional
         Default: the outputs of `simulate_batch`.
     error_estimate : bool
-        Whether to repeat the run at a ten times tighter accuracy.
+        Whether to repeat the run at a thousand times tighter accuracy.
     check : bool
         Whether to compute differences of runs of the fourth order as well.
     progress : callable, optional
@@ -128,21 +134,24 @@ def sensitivities(
     found = _Differentiated(system, paths, names, stage("run"))
     errors: dict[str, dict[str, float | None]] = {path: dict.fromkeys(found.numbers) for path in paths}
     if error_estimate:
-        tighter = system.replaced({"solver.accuracy": _TIGHTER * system.experiment.solver.accuracy})
-        finer = _Differentiated(tighter, paths, names, stage("error estimate"))
-        errors = {path: _errors(found, finer, path, system.value(path)) for path in paths}
+        ratio = max(_TIGHTER, min(0.1, _LEAST / system.experiment.solver.accuracy))
+        finer = _Differentiated(tightened(system, found.run, ratio), paths, names, stage("error estimate"))
+        shared = _SHARED if system.experiment.solver.accuracy >= COARSE else _SHARED_FINE
+        errors = {path: _errors(found, finer, path, system.value(path), shared) for path in paths}
     checks = {path: _differences(system, path, names) for path in paths} if check else {}
     values = {path: system.value(path) for path in paths}
     return Sensitivities(values, found.numbers, found.derivatives, errors, checks, found.warnings, found.run)
 
 
-def _errors(found: _Differentiated, finer: _Differentiated, path: str, value: float) -> dict[str, float | None]:
-    """Estimate the errors of derivatives: their change, but at least their rounding."""
+def _errors(
+    found: _Differentiated, finer: _Differentiated, path: str, value: float, shared: float
+) -> dict[str, float | None]:
+    """Estimate the errors of derivatives: their change, but at least their rounding and a part that both runs share."""
     errors: dict[str, float | None] = dict.fromkeys(found.numbers)
     for key, rate in found.derivatives[path].items():
         if rate is not None and (other := finer.derivatives[path][key]) is not None:
             rounding = _ROUNDING * abs(found.numbers[key]) / magnitude_of(path, value)
-            errors[key] = max(_SAFETY * abs(rate - other), rounding)
+            errors[key] = max(_SAFETY * abs(rate - other), rounding, shared * abs(rate))
     return errors
 
 

@@ -13,6 +13,8 @@ attempt    ``attempt(problem, s, t, h, y, exact) -> (error, ratio)`` attempts a 
 signs      ``signs(problem, g, dg)`` fills the event functions and their rates at the last evaluation of `rhs`
 settle     ``settle(problem, t, y, event) -> (status, changed)`` is called with every new state, the first one included,
            and with the event at the end of the step, or -1; it may change y
+divide     ``divide(problem, s, t, h, y, divisions) -> size`` shortens an attempted step to end where the equations stop
+           being smooth, and attempts it again; h if they are smooth, negative if the attempt failed. Default: `whole`
 observe    ``observe(problem, observer, t, y, row)`` fills further columns of the record; the last evaluation of
            the problem belongs to the state, if `attempt` ends with it
 ========== ==========================================================================================================
@@ -46,6 +48,7 @@ class Options(NamedTuple):
     most: int  # steps after which the run pauses
     relative: float  # relative tolerance, added to the absolute one
     landing: Array  # magnitude of each event function that counts as zero, (ne,)
+    divisions: Array  # data of `divide`, which is called only if there are any
     accuracy: float  # tolerance of an entry of the state relative to its scale, for the choice of the first step
 
 
@@ -87,7 +90,13 @@ def _set_scale(s: Stepper, tolerance: Array, relative: float, y: Array) -> None:
         s.scale[i] = tolerance[i] + relative * abs(y[i])
 
 
-def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any:
+@kernel
+def whole(problem: Any, s: Stepper, t: float, h: float, y: Array, divisions: Array) -> float:
+    """Divide no step: return h."""
+    return h
+
+
+def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide: Any = whole) -> Any:
     """Make the function that integrates, from compiled functions; see the table at the head of the module."""
     first_step, land = starter(rhs), lander(attempt, signs)
 
@@ -143,6 +152,11 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             event, size = -1, h
             if error <= 1.0 and ne:
                 event, size = land(problem, s, t, h, y, modes, options.landing, g0, d0, g1, d1)
+            divided = False
+            if error <= 1.0 and size > 0.0 and len(options.divisions):
+                part = divide(problem, s, t, size, y, options.divisions)
+                if part < size:
+                    event, size, divided = -1, part, True
             if not error <= 1.0 or size < 0.0:
                 rejected += 1
                 failed = failed or error == math.inf
@@ -153,7 +167,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             if failed:  # Newton's method would most likely fail again for a longer step
                 ratio = min(ratio, 1.0)
             failed = False
-            if event >= 0:
+            if event >= 0 or divided:
                 stuck = stuck + 1 if size < smallest else 0
                 if stuck > _STUCK:
                     status = COLLAPSED
@@ -161,7 +175,8 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
                 last = last and size == h
                 ratio = max(ratio, 1.0) * h / size if size > smallest else 1.0
                 ratio = min(ratio, h / max(size, smallest))
-                modes[event] = -modes[event]
+                if event >= 0:
+                    modes[event] = -modes[event]
             else:
                 stuck = 0
             accept(s, size, error)
@@ -170,10 +185,10 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             copy(s.new, y)
             steps += 1
             status, changed = settle(problem, t, y, event)
-            if changed or event >= 0:
+            if changed or event >= 0 or divided:
                 rhs(problem, t, y, s.f0)
                 s.memory[ERROR] = 0.0  # the error belongs to the state before the change
-            if event >= 0:
+            if event >= 0 or divided:
                 restart(s)
             if ne:
                 signs(problem, g0, d0)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from linkages.kernel import Array, clear, inlined_kernel, kernel
+from linkages.laws.contact.contact_laws import push
 from linkages.laws.film.films import MAPPED
 from linkages.laws.parameters import MODELS
 from linkages.planar import contacts
@@ -39,10 +40,14 @@ RESULT_PLACES = (
     contacts.PENETRATION, contacts.CLOSING, contacts.SLIDING, contacts.LOAD,
 )  # fmt: skip
 #: Bounds within which a contact's force is smooth: ratio of the closing speed to the approach speed, sliding speed,
-#: penetration; the smallest sliding speed over which friction changes smoothly; and whether differences of the fourth
-#: order are taken without any of these bounds too.
-RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, FRICTION_SPEED, FINE = range(8)
-BOUNDS = 8
+#: penetration, the law's force before its limit at zero; the smallest sliding speed over which friction changes
+#: smoothly; and whether differences of the fourth order are taken without any of these bounds too.
+RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, PUSH_FROM, PUSH_TO, FRICTION_SPEED, FINE = range(
+    10
+)
+BOUNDS = 10
+#: Quantities that are bounded.
+BOUNDED = FRICTION_SPEED // 2
 _SHARE = 0.01  # of that speed in a step
 #: Weights of differences of the fourth order, at -2 to 2 steps, 0 to 4, and -4 to 0, and of central ones of the second
 #: order; the first place of each.
@@ -66,6 +71,7 @@ _DEEP = 2.0  # factor of the penetration as a scale of dry contacts; with 3, dif
 _NEAR_DRY = 1e-9  # lower limit of the penetration as a scale of dry contacts, in parts of the clearance
 _DRY, _LUBRICATED = MODELS["dry"], MODELS["lubricated"]
 _EMPTY = 1e-9  # smallest room between bounds, in steps
+_ROOM = 0.9  # part of the room that differences use: its bounds are extrapolated linearly
 
 
 @kernel
@@ -128,7 +134,7 @@ def stencil_step(
     value : float
         Change of a law's parameters along the direction, in parts of their magnitudes.
     gap : float
-        The same of numbers that change the gap, such as the clearance.
+        Change of the gap along the direction by numbers other than the motion, such as the clearance.
     room : (INPUTS,) array
         To work in.
     """
@@ -137,17 +143,17 @@ def stencil_step(
     if dry:
         room[0], room[1] = _DEEP * room[0], _DEEP * room[1]
     step = _WIDE_DRY if dry else (_WIDE_MAPPED if law.film == MAPPED else _WIDE)
-    return step * _reach(law, approach, change, value, gap, room)
+    return step * _reach(approach, change, value, gap, room)
 
 
 @kernel
-def gap_step(end: np.record, law: np.record, motion: Motion, change: Array, value: float, room: Array) -> float:
+def gap_step(end: np.record, law: np.record, motion: Motion, change: Array, gap: float, room: Array) -> float:
     """Choose the step of differences of penetration and speeds, which are smooth whether the bodies touch or not.
 
     Arguments as of `stencil_step`.
     """
     input_scales(end, law, motion, 1.0, room)
-    return _WIDE_DRY * _reach(law, math.inf, change, value, value, room)
+    return _WIDE_DRY * _reach(math.inf, change, 0.0, gap, room)
 
 
 @inlined_kernel
@@ -163,9 +169,9 @@ def is_film(law: np.record) -> bool:
 
 
 @kernel
-def _reach(law: np.record, approach: float, change: Array, value: float, gap: float, scales: Array) -> float:
+def _reach(approach: float, change: Array, value: float, gap: float, scales: Array) -> float:
     """Smallest of the scales of the inputs over their changes; zero if nothing changes."""
-    worst = max(value, gap * law.clearance / scales[0])
+    worst = max(value, gap / scales[0])
     for i in range(INPUTS):
         if change[i] != 0.0 and scales[i] > 0.0:
             worst = max(worst, abs(change[i]) / scales[i])
@@ -175,25 +181,27 @@ def _reach(law: np.record, approach: float, change: Array, value: float, gap: fl
 
 
 @inlined_kernel
-def _note_bounded(found: Any, approach: float, out: Array) -> None:
-    """Fill ``out`` (3,) with the quantities that `bounds` limit, from the results of `contact_action`."""
-    out[0], out[1], out[2] = found[_CLOSING] / approach, found[_SLIDING], found[DELTA]
+def _note_bounded(found: Any, law: np.record, approach: float, bounds: Array, out: Array) -> None:
+    """Fill ``out`` (BOUNDED,) with the quantities that the bounds limit, from the results of `contact_action`."""
+    out[0], out[1], out[2], out[3] = found[_CLOSING] / approach, found[_SLIDING], found[DELTA], 0.0
+    if bounds[PUSH_FROM] > -math.inf or bounds[PUSH_TO] < math.inf:
+        out[3] = push(found[DELTA], found[_CLOSING], approach, law)
 
 
 @kernel
 def bounded_values(
     end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, change: Array,
-    s: float, out: Array,
+    s: float, bounds: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Fill ``out`` (3,) with the quantities that `bounds` limit, at s times a change."""
+    """Fill ``out`` (BOUNDED,) with the quantities that the bounds limit, at s times a change."""
     z, began = bristle + s * change[INPUTS - 1], approach + s * change[APPROACHING]
-    _note_bounded(contact_action(end, law, table, began, z, _moved(motion, change, s)), began, out)
+    _note_bounded(contact_action(end, law, table, began, z, _moved(motion, change, s)), law, began, bounds, out)
 
 
 def no_bounds() -> Array:
     """Return the bounds of a contact without any, (BOUNDS,); differences are of the second order."""
     bounds = np.full(BOUNDS, np.inf)
-    bounds[RATIO_FROM], bounds[SLIDING_FROM], bounds[DEPTH_FROM], bounds[FINE] = -np.inf, -np.inf, -np.inf, 0.0
+    bounds[:FRICTION_SPEED:2], bounds[FINE] = -np.inf, 0.0
     return bounds
 
 
@@ -214,7 +222,7 @@ def place_stencil(h: float, bounds: Array, moving: Array, seen: Array) -> tuple[
     ----------
     moving : (FRICTION_SPEED,) array
         Changes of the bounds along the direction.
-    seen : (3, 3) array
+    seen : (3, BOUNDED) array
         `bounded_values` at -1, 0 and 1 steps.
 
     Returns
@@ -236,6 +244,7 @@ def place_stencil(h: float, bounds: Array, moving: Array, seen: Array) -> tuple[
                 low = max(low, place)
             else:
                 high = min(high, place)
+    low, high = _ROOM * low, _ROOM * high
     if low <= -2.0 * h and high >= 2.0 * h:
         return h, 0
     if max(high, -low) < _EMPTY * given:  # no room between two bounds: of several kinds, at one state
@@ -305,7 +314,7 @@ def exact_partials(
     out: Array,
 ) -> None:  # fmt: skip
     """Fill ``out`` as `contact_partials`, by differences of the fourth order within bounds, at twice the cost."""
-    change, room, found, seen = np.zeros(CHANGES), np.zeros(INPUTS), np.empty(RESULTS), np.empty((3, 3))
+    change, room, found, seen = np.zeros(CHANGES), np.zeros(INPUTS), np.empty(RESULTS), np.empty((3, BOUNDED))
     still = np.zeros(FRICTION_SPEED)
     motion, bounded = inside(end, law, table, approach, bristle, motion, bounds), is_bounded(bounds)
     clear(out)
@@ -313,7 +322,7 @@ def exact_partials(
         here = contact_action(end, law, table, approach, bristle, motion)
         if law.model == _DRY and here[DELTA] < 0.0 and here[_LOAD] == 0.0 and law.bristle_scale == 0.0:
             return  # without contact there are no forces; the differences stay beside it
-        _note_bounded(here, approach, seen[1])
+        _note_bounded(here, law, approach, bounds, seen[1])
     for i in range(INPUTS):
         if not _counts(end, law, i):
             continue
@@ -324,8 +333,8 @@ def exact_partials(
             high = contact_action(end, law, table, approach, z, _moved(motion, change, h))
             z = bristle - h * change[INPUTS - 1]
             low = contact_action(end, law, table, approach, z, _moved(motion, change, -h))
-            _note_bounded(low, approach, seen[0])
-            _note_bounded(high, approach, seen[2])
+            _note_bounded(low, law, approach, bounds, seen[0])
+            _note_bounded(high, law, approach, bounds, seen[2])
             step, kind = place_stencil(h, bounds, still, seen)
             if kind == FOURTH and step == h:  # with the values at one step, which are known
                 for k in range(RESULTS):

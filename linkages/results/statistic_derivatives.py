@@ -8,14 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from linkages.arrays import Array
+from linkages.outputs.columns import Columns
 from linkages.results.extremes import Extremes, extremes, integral
 from linkages.results.trajectory import Trajectory
 
+_ROOTS, _SHARES = np.polynomial.legendre.leggauss(3)
+_ABSCISSAS, _WEIGHTS = 0.5 * (1.0 + _ROOTS), 0.5 * _SHARES  # on [0, 1]
+_SHARES_OF_STEP = 0.1, 0.01, 1e-3  # distances of the values whose parabola gives the time of an extreme
+_VISIBLE = 1e-9  # bend of the parabola in parts of the values, above their rounding
 _EXTREMES = ("minimum", "maximum", "peak", "range")  # peak: largest magnitude; range: maximum less minimum
 
 
@@ -74,25 +80,21 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[
     [1.0]
     """
     windows = dict.fromkeys((one.start, one.end) for one in wanted)
-    parts = {window: _part(run, *window) for window in windows}
+    parts = {window: _Part(run, *window) for window in windows}
     tops: dict[tuple[str, float, float], Extremes] = {}
     for window, part in parts.items():
         names = [one.output for one in wanted if one.statistic in _EXTREMES and (one.start, one.end) == window]
         names = list(dict.fromkeys(names))
-        tops |= {(name, *window): top for name, top in extremes(part, names).items()}
-    times = np.unique([t for top in tops.values() for t in (top.time_min, top.time_max)])
-    columns = list(run.sensitivity.evaluate(times).values()) if len(times) else []
-
-    def at(output: str, time: float) -> Array:
-        return np.array([column[output][np.searchsorted(times, time)] for column in columns])
+        tops |= {(name, *window): top for name, top in extremes(part.run, names).items()}
+    rates = _at_extremes(run, [(key, time) for key, top in tops.items() for time in (top.time_min, top.time_max)])
 
     found = []
     for output, statistic, start, end in wanted:
         if statistic not in _EXTREMES:
-            found.append(_average(parts[start, end], output, statistic))
+            found.append(parts[start, end].average(output, statistic))
             continue
         top = tops[output, start, end]
-        low, high = at(output, top.time_min), at(output, top.time_max)
+        low, high = (rates[(output, start, end), time] for time in (top.time_min, top.time_max))
         sign = 1.0 if top.max >= -top.min else -1.0
         found.append(
             {
@@ -105,27 +107,73 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[
     return found
 
 
-def _part(run: Trajectory, start: float, end: float) -> Trajectory:
-    """Return the run between two times, with its sensitivities."""
-    end = min(end, float(run.time[-1]))
-    if start <= run.time[0] and end >= run.time[-1]:
-        return run
+_Place = tuple[tuple[str, float, float], float]  # output, start and end of a window; time of an extreme
+
+
+def _at_extremes(run: Trajectory, places: Sequence[_Place]) -> dict[_Place, Array]:
+    """Return the derivatives of outputs at the times of their extremes."""
+    if not places:
+        return {}
+    columns = list(run.sensitivity.evaluate(_stationary(run, places)).values())
+    return {place: np.array([column[place[0][0]][k] for column in columns]) for k, place in enumerate(places)}
+
+
+def _stationary(run: Trajectory, places: Sequence[_Place]) -> Array:
+    """Return the times of extremes, refined: the value of an extreme hardly depends on its time, its derivative does.
+
+    Vertices of parabolas through three values, ever closer to each other. Extremes at the ends of windows stay there.
+    """
     assert run.evaluate is not None
-    times = np.union1d(run.time[(run.time >= start) & (run.time <= end)], [start, end])
-    columns = {"time": times, **run.evaluate(times)}
-    rates = replace(run.sensitivity, columns=run.sensitivity.evaluate(times))
-    return Trajectory(times, columns, run.status, {}, run.evaluate, sensitivity=rates)
+    times = np.array([time for _, time in places])
+    first, last = np.clip(np.array([key[1:] for key, _ in places]).T, run.time[0], run.time[-1])
+    after = np.clip(np.searchsorted(run.time, times), 1, len(run.time) - 1)
+    longest = np.minimum(run.time[after] - run.time[after - 1], np.minimum(times - first, last - times))
+    for share in _SHARES_OF_STEP:
+        h = share * longest
+        asked = np.stack([times - h, times, times + h])
+        columns = run.evaluate(asked.ravel())
+        values = np.array([columns[name].reshape(asked.shape)[:, k] for k, ((name, _, _), _) in enumerate(places)])
+        slope, bend = values[:, 2] - values[:, 0], values[:, 2] - 2.0 * values[:, 1] + values[:, 0]
+        visible = np.abs(bend) > _VISIBLE * np.abs(values).max(axis=1)
+        shift = -0.5 * slope / np.where(visible, bend, np.inf)
+        times = np.clip(times + np.clip(shift, -1.0, 1.0) * h, first, last)
+    return times
 
 
-def _average(part: Trajectory, output: str, statistic: str) -> Found:
-    """Compute the mean, integral, root mean square or last value of an output, and its derivatives."""
-    span, column = float(np.ptp(part.time)), part[output]
-    rates = [columns[output] for columns in part.sensitivity.values()]
-    if statistic == "last":
-        return Found(float(column[-1]), np.array([rate[-1] for rate in rates]))
-    if statistic == "rms":
-        rms = float(np.sqrt(max(integral(part, column**2) / span, 0.0)))
-        slopes = [integral(part, column * rate) / (span * rms) if rms > 0.0 else np.nan for rate in rates]
-        return Found(rms, np.array(slopes))
-    share = 1.0 / span if statistic == "mean" else 1.0
-    return Found(share * integral(part, column), np.array([share * integral(part, rate) for rate in rates]))
+class _Part:
+    """A run between two times, with its sensitivities, also within its steps."""
+
+    def __init__(self, run: Trajectory, start: float, end: float) -> None:
+        assert run.evaluate is not None
+        self.run, end = run, min(end, float(run.time[-1]))
+        if start > run.time[0] or end < run.time[-1]:
+            times = np.union1d(run.time[(run.time >= start) & (run.time <= end)], [start, end])
+            columns = {"time": times, **run.evaluate(times)}
+            rates = replace(run.sensitivity, columns=run.sensitivity.evaluate(times))
+            self.run = Trajectory(times, columns, run.status, {}, run.evaluate, sensitivity=rates)
+
+    @cached_property
+    def _within(self) -> tuple[Array, Columns, list[Columns]]:
+        """Weights, columns and their derivatives of Gauss's quadrature within the steps.
+
+        The derivatives of forces jump at the ends of steps: quadrature from the ends does not converge.
+        """
+        assert self.run.evaluate is not None
+        times, steps = self.run.time, np.diff(self.run.time)[:, None]
+        inner = (times[:-1, None] + steps * _ABSCISSAS).ravel()
+        rates = self.run.sensitivity.evaluate(inner)
+        return (steps * _WEIGHTS).ravel(), self.run.evaluate(inner), list(rates.values())
+
+    def average(self, output: str, statistic: str) -> Found:
+        """Compute the mean, integral, root mean square or last value of an output, and its derivatives."""
+        run, span = self.run, float(np.ptp(self.run.time))
+        if statistic == "last":
+            return Found(float(run[output][-1]), np.array([rates[output][-1] for rates in run.sensitivity.values()]))
+        weights, columns, found = self._within
+        rates = np.array([one[output] for one in found])
+        if statistic == "rms":
+            rms = float(np.sqrt(max(integral(run, run[output] ** 2) / span, 0.0)))
+            slopes = rates @ (weights * columns[output]) / (span * rms) if rms > 0.0 else np.full(len(rates), np.nan)
+            return Found(rms, slopes)
+        share = 1.0 / span if statistic == "mean" else 1.0
+        return Found(share * integral(run, run[output]), share * (rates @ weights))

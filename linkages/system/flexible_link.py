@@ -117,7 +117,7 @@ class FlexibleLink:
         """Stations (n,) and their modes (n, nm): places on both sides of each section, and between sections."""
         modes, nf = self.modes, len(self.modes.names)
         density, length = self.beam.density * self.beam.area, self.beam.length
-        ends = sorted({*self.abscissas, *self.ends})
+        ends = _distinct([*self.abscissas, *self.ends], 0.0, *self.ends)
         places = np.concatenate(
             [np.linspace(a + _SAME * length, b - _SAME * length, _BETWEEN) for a, b in pairwise(ends)]
         )

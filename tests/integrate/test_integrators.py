@@ -45,6 +45,7 @@ def integrate(
         most,
         relative,
         np.full(len(modes), landing),
+        np.zeros((0, 1)),
         0.0,
     )
     problem = (np.array(parameters, dtype=float), kind, np.zeros(2))

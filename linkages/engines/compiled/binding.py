@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from linkages.engines.compiled.equations import derivatives, outside, set_state, solve_state
+from linkages.engines.compiled.kinks import set_sides, shortened
 from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.projection import project_state
@@ -65,6 +66,13 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
 
 
 @lazy_kernel
+def divide(equations: Equations, s: Stepper, t: float, h: float, y: Array, kinks: Array) -> float:
+    """Shorten an attempted step to end at its first kink, see `linkages.engines.compiled.kinks`."""
+    set_sides(equations, s, t, h, y, kinks)
+    return shortened(equations, s, t, h, y, kinks)
+
+
+@lazy_kernel
 def _start_films(equations: Equations, t: float, y: Array) -> None:
     """Set place and time of the films with history at the start of a run, at t = 0 their content too."""
     model, work = equations.model, equations.work
@@ -88,7 +96,7 @@ def runner(observe: Any) -> Any:
 
     `observe` fills the columns of the record, see `linkages.integrate.driver`.
     """
-    drive = driver(derivatives, attempt, signs, settle, observe)
+    drive = driver(derivatives, attempt, signs, settle, observe, divide)
 
     @kernel
     def run(
@@ -99,6 +107,8 @@ def runner(observe: Any) -> Any:
         if has_history(work.memory):
             _start_films(equations, t, y)
         if t == 0.0:
+            for k in range(len(model.ends)):
+                work.kinked.sides[k] = math.nan
             solve_state(equations, t, y)
             for k in range(len(model.ends)):
                 delta, closing = work.contacts[k, PENETRATION], work.contacts[k, CLOSING]

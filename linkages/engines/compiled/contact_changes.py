@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.engines.compiled.equations import set_state
-from linkages.engines.compiled.kinks import KINKS, RATIOS
-from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.variation import GAP, Variation, move
+from linkages.engines.compiled.model import RATIOS, SPEEDS, Equations
+from linkages.engines.compiled.variation import Variation, changes_law, move
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, inlined_kernel, kernel
 from linkages.kernel.simd import WIDTH
 from linkages.planar.arrays import Arrays
 from linkages.planar.contact_partials import (
+    BOUNDED,
     CHANGES,
     DELTA,
     FINE,
@@ -28,6 +28,7 @@ from linkages.planar.contact_partials import (
     OUTPUTS,
     PLACES,
     POINTS,
+    RATIO_FROM,
     RESULT_PLACES,
     RESULTS,
     SECOND,
@@ -63,10 +64,11 @@ class ContactState(NamedTuple):
     change: Array  # to work in, (CHANGES,)
     room: Array  # (INPUTS,)
     found: Array  # (RESULTS,)
-    seen: Array  # (3, 3)
+    seen: Array  # (3, BOUNDED)
     moving: Array  # (FRICTION_SPEED,)
-    plus: Array  # residuals, (k,)
+    plus: Array  # residuals, to work in: of `linkages.engines.compiled.forcing.value_forcing` alone, (k,)
     minus: Array
+    forced: Array  # result of `value_forcing` for one value, (k,)
     columns: Array  # of the Jacobian, (ny, WIDTH)
     drive: Array  # changes of prescribed coordinates, rates and accelerations, (3, nd)
 
@@ -82,8 +84,9 @@ def make_contact_state(nc: int, np_: int, ny: int, k: int, nd: int) -> ContactSt
         np.zeros(CHANGES),
         np.zeros(INPUTS),
         np.zeros(RESULTS),
-        np.zeros((3, 3)),
+        np.zeros((3, BOUNDED)),
         np.zeros(FRICTION_SPEED),
+        np.zeros(k),
         np.zeros(k),
         np.zeros(k),
         np.zeros((ny, WIDTH)),
@@ -125,13 +128,14 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
     The contact is at its motion in ``s``; unit changes of the value are meant.
     """
     model, work, moved = equations.model, equations.work, variation.equations.model
-    own = p >= 0 and variation.laws[p, k] > 0
+    own = p >= 0 and changes_law(variation, p, k)
     a = s.motion[k]
     motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
     approach, bristle = work.memory[k, APPROACH], work.memory[k, BRISTLE]
     bounds, end, law, table = work.scratch.bounds[k], model.ends[k], model.laws[k], model.tables[k]
-    bounded, value = is_bounded(bounds), 1.0 / variation.unit[p] if own else 0.0
-    gap = value if own and variation.laws[p, k] == GAP else 0.0
+    bounded, value, gap = is_bounded(bounds), 0.0, 0.0
+    if own:
+        value, gap = variation.laws[p, k], variation.gaps[p, k]
     clear(s.found)
     if not bounded and bounds[FINE] == 0.0:
         h = _NARROW * stencil_step(end, law, approach, motion, s.change, value, gap, s.room)
@@ -148,7 +152,7 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
             if own:
                 move(variation, p, (i - 1) * h)
             end, law, table = moved.ends[k], moved.laws[k], moved.tables[k]
-            bounded_values(end, law, table, approach, bristle, motion, s.change, (i - 1) * h, s.seen[i])
+            bounded_values(end, law, table, approach, bristle, motion, s.change, (i - 1) * h, bounds, s.seen[i])
         h, kind = place_stencil(h, bounds, s.moving, s.seen)
     _add_differences(equations, variation, p if own else -1, k, motion, h, kind, s)
 
@@ -159,10 +163,11 @@ def _move_bounds(variation: Variation, p: int, k: int, bounds: Array, out: Array
     clear(out)
     if p < 0:
         return
-    for i in range(SLIDING_FROM + 2):
-        for j in range(KINKS):
-            if (i < SLIDING_FROM) == (j < RATIOS) and bounds[i] == variation.kinks[k, j]:
-                out[i] = variation.kink_rates[p, k, j]
+    for first, last, place in ((0, RATIOS, RATIO_FROM), (RATIOS, SPEEDS, SLIDING_FROM)):
+        for i in range(place, place + 2):
+            for j in range(first, last):
+                if bounds[i] == variation.kinks[k, j]:
+                    out[i] = variation.kink_rates[p, k, j]
 
 
 @kernel
@@ -216,9 +221,9 @@ def gap_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
     """Fill ``found`` as `law_change`, with penetration and speeds accurate where a contact starts or ends."""
     model, a = equations.model, s.motion[k]
     motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
-    own = p >= 0 and variation.laws[p, k] > 0
+    own = p >= 0 and changes_law(variation, p, k)
     clear(s.found)
-    h = gap_step(model.ends[k], model.laws[k], motion, s.change, 1.0 / variation.unit[p] if own else 0.0, s.room)
+    h = gap_step(model.ends[k], model.laws[k], motion, s.change, variation.gaps[p, k] if own else 0.0, s.room)
     if h > 0.0:
         _add_differences(equations, variation, p if own else -1, k, motion, h, FOURTH, s)
 

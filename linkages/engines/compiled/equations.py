@@ -31,13 +31,19 @@ def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
         for k in range(len(model.driven)):
             d = model.driven[k]
             w.q[d], w.v[d], w.a[d], w.tau[d] = value[k], rate[k], second[k], 0.0
-    if len(model.powered):
-        evaluate_motions((model.torque, model.torque_c, model.torque_n), t, value, rate, second)
-        for k in range(len(model.powered)):
-            w.tau[model.powered[k]] = value[k]
+    set_drive_forces(model, work, t)
     for k in range(len(model.bristles)):
         work.memory[model.bristles[k], BRISTLE] = y[2 * n + k]
     body_states(model.bodies, w.q, w.v, w.pose, w.vel)
+
+
+@inlined_kernel
+def set_drive_forces(model: Arrays, work: Work, t: float) -> None:
+    """Fill the prescribed torques and forces of drives."""
+    if len(model.powered):
+        evaluate_motions((model.torque, model.torque_c, model.torque_n), t, work.value, work.rate, work.second)
+        for k in range(len(model.powered)):
+            work.dynamics.tau[model.powered[k]] = work.value[k]
 
 
 @inlined_kernel

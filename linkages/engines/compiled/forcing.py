@@ -21,10 +21,10 @@ from linkages.engines.compiled.contact_changes import (
     own_change,
     value_motions,
 )
-from linkages.engines.compiled.equations import rate_residuals, set_state
+from linkages.engines.compiled.equations import rate_residuals, set_drive_forces, set_state
 from linkages.engines.compiled.jacobian import value_columns
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.variation import EXACT, Variation, is_exact, move
+from linkages.engines.compiled.variation import EXACT, Variation, changes_law, is_exact, move
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, kernel
 from linkages.kernel.simd import WIDTH, with_lane
@@ -40,8 +40,8 @@ _SHORT = 1e-5  # step of differences of drives, in parts of a value: phases grow
 
 
 @kernel
-def _copy_state(source: Equations, target: Equations) -> None:
-    """Fill what `set_state` fills from equations that are solved at the state."""
+def _copy_state(source: Equations, target: Equations, t: float) -> None:
+    """Fill what `set_state` fills from equations that are solved at the state; forces of drives are the target's."""
     model, at, w = target.model, source.work.dynamics, target.work.dynamics
     target.work.solved[0] = math.nan
     copy(at.q, w.q)
@@ -51,8 +51,7 @@ def _copy_state(source: Equations, target: Equations) -> None:
     for i in range(len(at.pose)):
         copy(at.pose[i], w.pose[i])
         copy(at.vel[i], w.vel[i])
-    for k in range(len(model.powered)):
-        w.tau[model.powered[k]] = source.work.value[k]
+    set_drive_forces(model, target.work, t)
 
 
 @kernel
@@ -121,7 +120,7 @@ def _central(
         if p >= 0:
             move(variation, p, side * h)
         if still:
-            _copy_state(equations, moved)
+            _copy_state(equations, moved, t)
         else:
             set_state(moved.model, moved.work, t, y)
         _fixed_residual(moved, t, y, dy, s, side * h, side * weight, s.plus if side > 0.0 else s.minus)
@@ -148,9 +147,9 @@ def add_forcing(
     exact = not _interpolated(equations)
     for p in range(len(variation.unit)):
         if not (exact and is_exact(variation, p)):
-            value_forcing(equations, variation, p, t, y, dy, s, s.plus)
+            value_forcing(equations, variation, p, t, y, dy, s, s.forced)
             for i in range(len(out)):
-                out[i, first + p] += s.plus[i]
+                out[i, first + p] += s.forced[i]
     if exact:
         for group in range(len(variation.lanes)):
             _add_lanes(equations, variation, group, t, s, first, out)
@@ -173,7 +172,7 @@ def _add_lanes(
     for column in range(WIDTH):
         p = variation.lanes[group, column]
         for k in range(s.direct.shape[0]):
-            if p >= 0 and variation.laws[p, k]:
+            if p >= 0 and changes_law(variation, p, k):
                 own_change(equations, variation, p, k, s)
                 for i in range(OUTPUTS):
                     x.dlaw[k, i] = with_lane(x.dlaw[k, i], column, s.found[i])
@@ -255,7 +254,7 @@ def value_forcing(
         value_motions(equations, variation, p, t, y, s.moved)
         _add_moved(equations, s)
     for k in range(s.direct.shape[0]):
-        if variation.laws[p, k]:
+        if changes_law(variation, p, k):
             own_change(equations, variation, p, k, s)
             for i in range(OUTPUTS):
                 s.direct[k, i] += s.found[i]

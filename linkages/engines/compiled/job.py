@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.engines.budget import least_advance, most
-from linkages.engines.compiled.model import Equations, error_scale, make_memory, make_work, start_state
+from linkages.engines.compiled.kinks import kinks
+from linkages.engines.compiled.model import KINKS, Equations, error_scale, make_memory, make_work, start_state
 from linkages.engines.methods import method
 from linkages.integrate.stepper import Stepper, make_stepper
 from linkages.kernel import Array, Indices, Records
@@ -24,6 +25,10 @@ _FEWEST = 200  # steps of a prescribed motion, as many as the ideal motion has t
 # cavity overshoots the oil.
 _OF_FILM_STEP = 0.25
 
+#: Accuracy of runs from which on steps may cross kinks if they are not differentiated, and differences of the second
+#: order, with errors of 1e-7, are as exact as their derivatives need.
+COARSE = 1e-9
+
 #: Indices of `Given.limits`: end of the run [s], longest step [s], accuracy, smallest advance of
 #: `linkages.engines.budget.WINDOW` steps [s], most steps.
 END, LONGEST, ACCURACY, LEAST, MOST = range(5)
@@ -35,6 +40,7 @@ class Given(NamedTuple):
     start: Array  # state at t = 0, (ny,)
     tolerance: Array  # of each entry of the state, per step, (ny,)
     landing: Array  # see `linkages.planar.contacts.landing`, (nc,)
+    kinks: Array  # at which steps end, (nc, KINKS) or none; see `linkages.engines.compiled.kinks.kinks`
     limits: Array  # by the indices above, (5,)
     windows: Array  # times [s], (nw, 2)
     outputs: Records  # of `linkages.outputs.formulas.OUTPUT`, (no,)
@@ -53,6 +59,7 @@ class Job(NamedTuple):
     start: Array
     tolerance: Array
     landing: Array
+    kinks: Array
     limits: Array
     windows: Array
     outputs: Records
@@ -78,6 +85,7 @@ def make_given(system: System, outputs: Records, windows: Array, steps: int | No
         start_state(system),
         solver.accuracy * error_scale(system),
         landing(model.laws, model.size),
+        kinks(system) if solver.accuracy < COARSE else np.zeros((0, KINKS)),
         np.array([duration, longest, solver.accuracy, least_advance(duration), steps or most(system)]),
         np.minimum(windows, duration),
         outputs,
@@ -111,6 +119,7 @@ def make_job(given: Given) -> Job:
         given.start,
         given.tolerance,
         given.landing,
+        given.kinks,
         given.limits,
         given.windows,
         given.outputs,

@@ -1,29 +1,28 @@
 """Kinks: states at which the force of a contact is continuous but its slope jumps, other than its start and its end.
 
 A step across a kink is no solution of smooth equations: its derivative has an error of the order of its size. Steps are
-therefore differentiated in parts that end at kinks.
+therefore differentiated in parts that end at kinks, and the steps of runs of high accuracy end there too: across a kink
+their error can be 24 times the tolerance.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.methods import attempt
-from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.model import KINKS, RATIOS, SPEEDS, Equations
 from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import Array, Indices, kernel
+from linkages.kernel import Array, kernel
 from linkages.laws import FRICTIONS
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import DEPTH_FROM, DEPTH_TO, RATIO_FROM, SLIDING_FROM
+from linkages.laws.contact.contact_laws import CONTACTS, push
+from linkages.planar.contact_partials import DEPTH_FROM, DEPTH_TO, PUSH_FROM, RATIO_FROM, SLIDING_FROM
 from linkages.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
 from linkages.system import System
 
-RATIOS, _SPEEDS = 3, 4  # numbers of kinks of a contact: in the ratio of speeds, in the sliding speed
-KINKS = RATIOS + _SPEEDS
 _TRIES = 40
 _CLOSE = 1e-9  # of a kink's speed: its distance that counts as zero
 _NEAR = 1e-7  # a step that starts so near to a kink starts at it
@@ -31,9 +30,10 @@ _SLOW = 1e-6  # smallest speed of a kink for that [m/s]
 
 
 def kinks(system: System) -> Array:
-    """Return the kinks of each contact, (nc, KINKS): ratios of the speed to that at the start, and sliding speeds.
+    """Return the kinks of each contact, (nc, KINKS): ratios of the speed to that at the start, sliding speeds, zero.
 
-    NaN where there are fewer. The damping of a contact is limited, and no contact pulls. No rows if no contact can
+    NaN where there are fewer. The damping of a contact is limited. The last one is the zero of `push`: no contact
+    pulls, so that the force of a law with much damping vanishes before the bodies part. No rows if no contact can
     touch: films have no kinks.
     """
     if not system.experiment.can_touch:
@@ -41,11 +41,11 @@ def kinks(system: System) -> Array:
     result = np.full((len(system.models), KINKS), np.nan)
     for row, model, law in zip(result, system.models, system.laws, strict=True):
         limit, chi = float(law["damping_limit"]), float(law["hysteresis"])
-        if model.can_touch and chi > 0.0:
-            if math.isfinite(limit):
-                row[:2] = limit, -limit
-            if chi * limit > 1.0:
-                row[2] = -1.0 / chi
+        if model.contact is not None and model.can_touch:
+            if chi > 0.0 and math.isfinite(limit):
+                row[:RATIOS] = limit, -limit
+            if chi * limit > 1.0 or not CONTACTS[model.contact.law].chi:
+                row[SPEEDS] = 0.0
         if model.can_touch and model.friction is not None and model.friction.acts:
             speeds = FRICTIONS[model.friction.law].kinks(model.friction.parameters)
             both = sorted({side * speed for speed in speeds for side in (-1.0, 1.0)})
@@ -63,23 +63,6 @@ def friction_speeds(system: System) -> Array:
     return result
 
 
-class Kinked(NamedTuple):
-    """Arrays to locate kinks: distances at both ends of a step, sides of the kinks, contacts that act, that touch."""
-
-    starts: Array  # (nc, KINKS)
-    ends: Array
-    sides: Array
-    acting: Array  # (nc,)
-    touching: Array  # (nc,)
-
-
-def make_kinked(nc: int) -> Kinked:
-    """Make the arrays for nc contacts; no side is known."""
-    return Kinked(
-        np.zeros((nc, KINKS)), np.zeros((nc, KINKS)), np.full((nc, KINKS), np.nan), np.zeros(nc), np.zeros(nc)
-    )
-
-
 @kernel
 def kink_values(equations: Equations, limits: Array, out: Array) -> None:
     """Fill ``out`` (nc, KINKS) with the distances to the kinks at a solved state, in parts of their speeds."""
@@ -88,22 +71,26 @@ def kink_values(equations: Equations, limits: Array, out: Array) -> None:
         found, approach = work.contacts[k], max(work.memory[k, APPROACH], GRAZING)
         for j in range(KINKS):
             out[k, j] = math.nan
+            if limits[k, j] != limits[k, j]:
+                continue
             if j < RATIOS:
                 if approach < math.inf:
                     out[k, j] = found[CLOSING] / approach - limits[k, j]
+            elif j == SPEEDS:
+                out[k, j] = push(found[PENETRATION], found[CLOSING], approach, equations.model.laws[k])
             else:
                 out[k, j] = (found[SLIDING] - limits[k, j]) / max(abs(limits[k, j]), _SLOW)
 
 
 @kernel
-def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array, work: Kinked) -> None:
+def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array) -> None:
     """Fill the sides of the kinks on which an attempted step from (t, y) starts; NaN where a contact does not act.
 
     A step that starts at a kink is on the side to which it moves, unless the step before has ended there.
     """
+    work, acts = equations.work.kinked, equations.work.contacts
     solve_state(equations, t + h, s.new)
     kink_values(equations, limits, work.ends)
-    acts = equations.work.contacts
     for k in range(len(limits)):
         work.acting[k] = 1.0 if acts[k, LOAD] > 0.0 and not acts[k, PENETRATION] > 0.0 else 0.0
     solve_state(equations, t, y)
@@ -123,8 +110,9 @@ def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
 
 
 @kernel
-def set_sides_here(equations: Equations, limits: Array, work: Kinked) -> None:
+def set_sides_here(equations: Equations, limits: Array) -> None:
     """Fill the sides of the kinks on which a solved state is."""
+    work = equations.work.kinked
     kink_values(equations, limits, work.starts)
     for k in range(len(limits)):
         found = equations.work.contacts[k]
@@ -136,12 +124,12 @@ def set_sides_here(equations: Equations, limits: Array, work: Kinked) -> None:
 
 
 @kernel
-def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array, work: Kinked) -> float:
+def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array) -> float:
     """Shorten an attempted step from (t, y) to end at its first kink, and attempt it; return its size, -1 if it failed.
 
     Regula falsi, with every third step a bisection. `set_sides` has been called; the side of the kink is changed.
     """
-    low, high, size = 0.0, h, h
+    work, low, high, size = equations.work.kinked, 0.0, h, h
     for trial in range(_TRIES):
         solve_state(equations, t + size, s.new)
         kink_values(equations, limits, work.ends)
@@ -173,10 +161,11 @@ def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
 
 
 @kernel
-def set_bounds(limits: Array, can_touch: Indices, work: Kinked, bounds: Array) -> None:
-    """Fill the bounds (nc, BOUNDS) of the contacts' speeds on the sides of the kinks; infinite where none acts."""
+def set_bounds(equations: Equations, limits: Array) -> None:
+    """Fill the bounds of the contacts' speeds on the sides of the kinks; infinite where none acts."""
+    work, bounds = equations.work.kinked, equations.work.scratch.bounds
     for k in range(len(limits)):
-        for first, last, place in ((0, RATIOS, RATIO_FROM), (RATIOS, KINKS, SLIDING_FROM)):
+        for first, last, place in ((0, RATIOS, RATIO_FROM), (RATIOS, SPEEDS, SLIDING_FROM), (SPEEDS, KINKS, PUSH_FROM)):
             low, high = -math.inf, math.inf
             for j in range(first, last):
                 if work.sides[k, j] > 0.0:
@@ -185,5 +174,5 @@ def set_bounds(limits: Array, can_touch: Indices, work: Kinked, bounds: Array) -
                     high = min(high, limits[k, j])
             bounds[k, place], bounds[k, place + 1] = low, high
         bounds[k, DEPTH_FROM], bounds[k, DEPTH_TO] = -math.inf, math.inf
-        if can_touch[k]:
+        if equations.model.touching[k]:
             bounds[k, DEPTH_FROM if work.touching[k] > 0.0 else DEPTH_TO] = 0.0

@@ -23,6 +23,27 @@ from linkages.system import System
 _FILM, _TOUCH = 1e4, 20.0
 
 
+#: Places after the kinks of a contact in the ratio of speeds, in the sliding speed, and at the zero of its force; see
+#: `linkages.engines.compiled.kinks`.
+RATIOS, SPEEDS, KINKS = 2, 6, 7
+
+
+class Kinked(NamedTuple):
+    """Arrays to locate kinks: distances at both ends of a step, sides of the kinks, contacts that act, that touch."""
+
+    starts: Array  # (nc, KINKS)
+    ends: Array
+    sides: Array
+    acting: Array  # (nc,)
+    touching: Array  # (nc,)
+
+
+def make_kinked(nc: int) -> Kinked:
+    """Make the arrays for nc contacts; no side is known."""
+    starts, ends, sides = np.zeros((nc, KINKS)), np.zeros((nc, KINKS)), np.full((nc, KINKS), np.nan)
+    return Kinked(starts, ends, sides, np.zeros(nc), np.zeros(nc))
+
+
 class Work(NamedTuple):
     """Arrays that an evaluation fills."""
 
@@ -38,6 +59,7 @@ class Work(NamedTuple):
     efforts: Array  # for drives, (nd,)
     applied: Array  # for loads, (nl, 4)
     scratch: Scratch
+    kinked: Kinked
 
 
 class Equations(NamedTuple):
@@ -71,6 +93,7 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
         np.zeros(nd + len(model.powered)),
         np.zeros((len(model.loads), len(LOAD_OUTPUTS))),
         make_scratch(nb, n, nr, nc, nm),
+        make_kinked(nc),
     )
 
 

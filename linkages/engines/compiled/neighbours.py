@@ -297,19 +297,18 @@ class Neighbours:
                 if each.covers(self.along) and (found := each.rates(make, self.along)) is not None:
                     return found
             self._begin()
-        kept: dict[int, Contents] = {}
+        own = contents(make(self.system))
+        kept: dict[int, Contents] = {id(self.system): own}
 
         def read(one: System) -> Contents:
             if id(one) not in kept:
                 kept[id(one)] = contents(make(one))
+            if kept[id(one)].structure != own.structure:
+                raise self._other_structure()
             return kept[id(one)]
 
-        own = read(self.system)
-        others = [read(one) for one in self.systems]
-        if any(one.structure != own.structure for one in others):
-            raise self._other_structure()
         try:
-            places, _ = _changed(own, others)
+            places, _ = _changed(own, [read(one) for one in self.systems])
         except InputError:
             raise self._other_structure() from None
         return Rates(places, self.derivative(lambda one: read(one).words[places].view(np.float64)))

@@ -1,4 +1,4 @@
-"""Derivatives of outputs from derivatives of the state: central differences of the formulas of all outputs."""
+"""Derivatives of outputs from derivatives of the state: differences of the fourth order of the outputs' formulas."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.rigid_segments import Segmented
 
-_STEP = 1e-5  # of differences, in parts of a value, of 1 rad, and of a clearance
+# Step of differences of the fourth order, in parts of a value and of 1 rad; in parts of a clearance, beyond which an
+# eccentricity near zero is far from linear.
+_STEP, _SHORT = 1e-3, 1e-4
+_PLACES, _WEIGHTS = (-1.0, 1.0, -2.0, 2.0), (-2 / 3, 2 / 3, 1 / 12, -1 / 12)  # a constant gives zero, by pairs
 
 
 class OutputTable:
@@ -63,7 +66,7 @@ class OutputTable:
         arrays, records = near.arrays, near.rates(self._read)
         places = np.concatenate([arrays.places, self._first + records.places])
         rates = np.concatenate([arrays.rates, records.rates])
-        h = _STEP / _largest(change[0] / min(1.0, model.size), change[3], model.laws["clearance"], 1.0 / near.magnitude)
+        h = 1.0 / _largest(change[0] / min(1.0, model.size), change[3], model.laws["clearance"], 1.0 / near.magnitude)
         result, initial = np.zeros((len(self.names), len(times))), self._numbers.initial[places]
         given = (
             self._records,
@@ -76,9 +79,9 @@ class OutputTable:
         )
         if self._add is None:
             self._add = cast(Callable[..., None], bound(add_moved, *given, h, 1.0, result))
-        for side in (-1.0, 1.0):
-            self._numbers.numbers[places] = initial + side * h * rates
-            self._add(*given, side * h, 0.5 * side / h, result)
+        for place, weight in zip(_PLACES, _WEIGHTS, strict=True):
+            self._numbers.numbers[places] = initial + place * h * rates
+            self._add(*given, place * h, weight / h, result)
         self._numbers.numbers[places] = initial
         if self._jitter:
             plain = [self.names[k].removesuffix(JITTER) for k in self._jitter]
@@ -88,16 +91,19 @@ class OutputTable:
 
 @kernel
 def _largest(turns: Array, contacts: Array, clearances: Array, least: float) -> float:
-    """Largest of angles (nt, n), of displacements of journals in contacts (nt, nc, WIDTH) over clearances; not NaN."""
-    found = least
+    """Return the inverse of the step: the largest change in parts of its scale; not NaN.
+
+    Changes: of angles (nt, n), of displacements of journals in contacts (nt, nc, WIDTH) over clearances, of the value.
+    """
+    found, shorter = least / _STEP, 1.0 / _SHORT
     for i in range(len(turns)):
         for k in range(turns.shape[1]):
-            if abs(turns[i, k]) > found:
-                found = abs(turns[i, k])
+            if abs(turns[i, k]) > found * _STEP:
+                found = abs(turns[i, k]) / _STEP
         for k in range(contacts.shape[1]):
             for j in (EX, EY):
-                if abs(contacts[i, k, j]) > found * clearances[k]:
-                    found = abs(contacts[i, k, j]) / clearances[k]
+                if shorter * abs(contacts[i, k, j]) > found * clearances[k]:
+                    found = shorter * abs(contacts[i, k, j]) / clearances[k]
     return found
 
 

@@ -79,7 +79,7 @@ def integrate(job: Job, stop: Indices, reached: Array) -> tuple[Steps, Array, in
     steps, table = Steps(np.empty(0), np.empty((0, len(job.start))), np.empty((0, nm))), np.empty((0, no))
     y, t, before, first, total = job.start, 0.0, 0.0, 0.0, 0
     while True:
-        options = Options(limits[END], first, limits[LONGEST], WINDOW, 0.0, job.landing, limits[ACCURACY])
+        options = Options(limits[END], first, limits[LONGEST], WINDOW, 0.0, job.landing, job.kinks, limits[ACCURACY])
         record = _run(job.equations, job, job.stepper, job.tolerance, t, y, nm + no, options)
         count = len(record.times)
         if record.status == OPEN and count > 1:

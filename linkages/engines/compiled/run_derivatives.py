@@ -222,8 +222,8 @@ def differentiate_states(
             close_columns(equations, variation, t, y, c)
             solve_state(equations, t, y)
         if known and len(limits):
-            set_sides_here(equations, limits, c.kinked)
-            set_bounds(limits, equations.model.touching, c.kinked, equations.work.scratch.bounds)
+            set_sides_here(equations, limits)
+            set_bounds(equations, limits)
         if at_step:
             note_contacts(equations, c.contacts)
         elif known:

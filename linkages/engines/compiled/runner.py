@@ -8,6 +8,7 @@ import numpy as np
 
 from linkages.engines.compiled.binding import LEFT, OPEN, evaluate, run
 from linkages.engines.compiled.job import ACCURACY, END, LONGEST, make_given
+from linkages.engines.compiled.kinks import kinks
 from linkages.engines.compiled.model import Equations, error_scale, make_memory, make_work
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.methods import expect_run
@@ -64,6 +65,7 @@ class Runner:
         self.tolerance, self.scale = given.tolerance, error_scale(system)
         expect_run(system, "compiled")
         self._landing, self._limits = given.landing, given.limits
+        self._kinks = given.kinks, kinks(system)
         nc = len(self.model.ends)
         self.memory, self.modes = make_memory(self.model), np.full(nc, -1)
         self._stepper = packed(make_stepper(len(self.start), len(self.model.free)))
@@ -75,7 +77,7 @@ class Runner:
         return _restored, (self.system, self.memory, self.modes)
 
     def run(
-        self, t: float, y: Array, first: float, most: int, end: float | None = None, stages: bool = False
+        self, t: float, y: Array, first: float, most: int, end: float | None = None, differentiated: bool = False
     ) -> Record:
         """Run from a state, at most up to the last step with closed loops.
 
@@ -91,14 +93,18 @@ class Runner:
             Steps after which the run pauses.
         end : float, optional
             Default the experiment's duration [s].
-        stages : bool
-            Whether to record the stages of an implicit method, from which derivatives are computed faster.
+        differentiated : bool
+            Whether derivatives will be computed: steps end at kinks at any accuracy, and the stages of an implicit
+            method are recorded.
         """
         limits = self._limits
         last, longest, accuracy = (float(limits[k]) for k in (END, LONGEST, ACCURACY))
-        options = Options(last if end is None else end, first, longest, most, 0.0, self._landing, accuracy)
+        end, divisions = last if end is None else end, self._kinks[differentiated]
+        options = Options(end, first, longest, most, 0.0, self._landing, divisions, accuracy)
         with deferred():
-            record = run(self._equations, self._stepper, self.tolerance, t, y, options, stages and self.implicit)
+            record = run(
+                self._equations, self._stepper, self.tolerance, t, y, options, differentiated and self.implicit
+            )
         if record.status == OPEN and len(record.times) > 1:
             times, states, observed = record.times[:-1], record.states[:-1], record.observed[:-1]
             return record._replace(times=times, states=states, observed=observed)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.arguments import Dense
-from linkages.engines.compiled.job import make_given
+from linkages.engines.compiled.job import COARSE, make_given
 from linkages.engines.compiled.kinks import friction_speeds, kinks
 from linkages.engines.compiled.neighbours import neighbours
 from linkages.engines.compiled.output_derivatives import IdealMotions, OutputTable
@@ -27,7 +27,6 @@ from linkages.planar.contact_partials import FINE, FRICTION_SPEED
 from linkages.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
 
-_COARSE = 1e-9  # accuracy of runs from which on differences of the second order, with errors of 1e-7, are as exact
 _FELT = 0.01  # part of its scale by which an error of a run may change the state while derivatives have a meaning
 
 
@@ -95,7 +94,7 @@ class Differentiation:
         equations = runner.aside()
         bounds = equations.work.scratch.bounds
         bounds[:, FRICTION_SPEED] = friction_speeds(system)
-        bounds[:, FINE] = system.experiment.solver.accuracy < _COARSE
+        bounds[:, FINE] = system.experiment.solver.accuracy < COARSE
         self._numbers = packed(equations), self._variation, packed(make_stepper(ny, n)), runner.tolerance
         self._kinks, self._ideals = kinks(system), IdealMotions()
 

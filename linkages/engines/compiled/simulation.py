@@ -66,7 +66,7 @@ def simulate(
     totals = np.zeros(3, dtype=np.int64)
     try:
         while True:
-            part = runner.run(t, y, step, _CHUNK, stages=bool(wrt))
+            part = runner.run(t, y, step, _CHUNK, differentiated=bool(wrt))
             parts.append(part)
             totals += part.steps, part.rejected, part.evaluations
             t = float(part.times[-1])

@@ -15,7 +15,7 @@ from linkages.engines.compiled.contact_changes import ContactState, make_contact
 from linkages.engines.compiled.equations import derivatives, set_state, solve_state
 from linkages.engines.compiled.forcing import add_forcing, approach_forcing
 from linkages.engines.compiled.jacobian import exact_jacobian
-from linkages.engines.compiled.kinks import Kinked, make_kinked, set_bounds, set_sides, shortened
+from linkages.engines.compiled.kinks import set_bounds, set_sides, shortened
 from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import STAGES, Steps, around, recorded, remember
@@ -66,7 +66,6 @@ class Column(NamedTuple):
     start: Lanes  # of some columns, to work in, (ny,)
     solved: Lanes  # (s k,)
     contacts: ContactState
-    kinked: Kinked
 
 
 def make_column(ny: int, model: Arrays, m: int, np_: int, implicit: bool) -> Column:
@@ -79,7 +78,7 @@ def make_column(ny: int, model: Arrays, m: int, np_: int, implicit: bool) -> Col
         np.zeros((stages, k, m)), np.zeros((ny, ny)), np.full(1, np.nan), np.zeros(ny), np.zeros(ny), np.zeros(k),
         np.zeros((max(m, 1), nc, CHANGES)),
         np.zeros(k, np.int64), lane_array(ny), lane_array(stages * k),
-        make_contact_state(nc, np_, ny, k, len(model.driven)), make_kinked(nc),
+        make_contact_state(nc, np_, ny, k, len(model.driven)),
     )  # fmt: skip
 
 
@@ -167,9 +166,9 @@ def advance(
             h *= 0.5
             continue
         if len(limits):
-            set_sides(equations, s, now, h, y, limits, c.kinked)
-            set_bounds(limits, equations.model.touching, c.kinked, equations.work.scratch.bounds)
-            h = shortened(equations, s, now, h, y, limits, c.kinked)
+            set_sides(equations, s, now, h, y, limits)
+            set_bounds(equations, limits)
+            h = shortened(equations, s, now, h, y, limits)
             if h < 0.0:
                 return False
         if not _attempted(equations, variation, s, now, h, y, c):

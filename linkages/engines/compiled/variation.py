@@ -30,8 +30,6 @@ from linkages.planar.record_types import BODY, ENDS, MARKER
 from linkages.system import System
 
 EXACT = 2
-#: Entry of `Variation.laws` for a value that changes the gap of a contact at a given motion.
-GAP = 2
 _INERTIAL = ("mass", "cx", "cy", "inertia")  # the last fields of a body: they move nothing
 assert (BODY.names or ())[-len(_INERTIAL) :] == _INERTIAL
 _WORDS, _LAST = BODY.itemsize // 8, len(_INERTIAL)
@@ -42,18 +40,19 @@ assert (BODY.names or ())[0] == "mount"
 assert (ENDS.names or ())[1:3] == ("bearing", "journal")
 _OF_ENDS = [2, 3, 5, 6]  # coordinates among them
 _CLEARANCE = (PARAMETERS.names or ()).index("clearance")  # word of a law
+assert (ENDS.names or ())[-3:] == ("nx", "ny", "half")
+_NORMAL, _HALF = slice(-3, -1), -1  # words of the ends
 #: Effects of a number: on the law of a contact; on the mechanics; without exact derivatives of it; on the motions of
-#: contacts at given coordinates; on prescribed motions; on the gap of a contact at a given motion.
-_LAW, _MECHANICS, _ROUGH, _KINEMATICS, _DRIVES, _GAP = 1, 2, 4, 8, 16, 32
+#: contacts at given coordinates; on prescribed motions.
+_LAW, _MECHANICS, _ROUGH, _KINEMATICS, _DRIVES = 1, 2, 4, 8, 16
 #: Effects of the numbers of some fields of a model; others have effects on the mechanics, without exact derivatives.
 _OF_FIELDS = {
     ("limits", "stiff"): 0,
-    ("laws",): _LAW,
-    ("tables",): _LAW | _GAP,
+    ("laws", "tables"): _LAW,
     ("gravity", "joints"): _MECHANICS,
     ("motion", "motion_c"): _MECHANICS | _KINEMATICS | _DRIVES,
     ("bodies",): _MECHANICS | _ROUGH | _KINEMATICS,
-    ("ends",): _MECHANICS | _ROUGH | _KINEMATICS | _LAW | _GAP,
+    ("ends",): _MECHANICS | _ROUGH | _KINEMATICS,
 }
 
 
@@ -75,8 +74,10 @@ class Variation(NamedTuple):
         Their derivatives with respect to the value.
     unit : (np,) array
         Magnitude of the value.
-    laws : (np, nc) array of int
-        1 where the value changes the law of a contact; `GAP` where it changes its gap too, as a clearance does.
+    laws : (np, nc) array
+        Rate of the parameters of the law of each contact, in parts of their magnitudes; 0 where the value changes none.
+    gaps : (np, nc) array
+        Rate of the gap of each contact at a given motion [m, stop of a revolute joint: rad, per unit of the value].
     mechanics : (np,) array of int
         1 where it changes anything else; `EXACT` where the mechanics has exact derivatives with respect to the changed
         numbers: of rigid bodies without closure rows, of markers of contacts, of gravity and prescribed motions.
@@ -101,7 +102,8 @@ class Variation(NamedTuple):
     numbers: Array
     rates: Array
     unit: Array
-    laws: Indices
+    laws: Array
+    gaps: Array
     mechanics: Indices
     kinematics: Indices
     drives: Indices
@@ -117,6 +119,12 @@ class Variation(NamedTuple):
 def is_exact(variation: Variation, p: int) -> bool:
     """Whether value p is in the lanes."""
     return p >= 0 and len(variation.lanes) > 0 and variation.mechanics[p] != 1
+
+
+@inlined_kernel
+def changes_law(variation: Variation, p: int, k: int) -> bool:
+    """Whether value p changes the law or the gap of contact k."""
+    return bool(variation.laws[p, k] > 0.0 or variation.gaps[p, k] > 0.0)
 
 
 @kernel
@@ -146,10 +154,12 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     fields = _fields(model)
     effects, contacts = _effects(model, fields)
     found = np.array([np.bitwise_or.reduce(effects[one.places], initial=0) for one in changes], np.int64)
-    laws = np.zeros((len(nearby), nc), np.int64)
-    for line, one in zip(laws, changes, strict=True):
-        for effect, code in ((_LAW, 1), (_GAP, GAP)):
-            line[contacts[one.places[(effects[one.places] & effect) > 0]]] = code
+    laws, gaps, factors = np.zeros((len(nearby), nc)), np.zeros((len(nearby), nc)), _gap_factors(model, fields)
+    for p, (near, one) in enumerate(zip(nearby, changes, strict=True)):
+        laws[p, contacts[one.places[(effects[one.places] & _LAW) > 0]]] = 1.0 / near.magnitude
+        mine = factors[one.places] > 0.0
+        changed = one.places[mine]
+        np.maximum.at(gaps[p], contacts[changed], factors[changed] * np.abs(one.rates[mine]))
     mechanics = np.where(found & _MECHANICS, np.where(found & _ROUGH, 1, EXACT), 0)
     kinematics, drives = ((found & effect > 0).astype(np.int64) for effect in (_KINEMATICS, _DRIVES))
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
@@ -163,6 +173,7 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         np.concatenate([np.zeros(0), *(one.rates for one in changes)]),
         np.array([near.magnitude for near in nearby]),
         laws,
+        gaps,
         mechanics,
         kinematics,
         drives,
@@ -228,15 +239,26 @@ def _effects(model: Arrays, fields: Mapping[str, slice]) -> tuple[Indices, Indic
     for name in ("laws", "tables", "ends"):  # a line for each contact
         contacts[fields[name]] = np.repeat(np.arange(nc), _count(getattr(model, name)) // max(nc, 1))
     ends = effects[fields["ends"]].reshape(nc, ENDS.itemsize // 8)
-    ends[:, _MARKERS] &= ~(_LAW | _GAP)
     ends[:, _OF_ENDS] &= ~_ROUGH
-    effects[fields["laws"]].reshape(nc, PARAMETERS.itemsize // 8)[:, _CLEARANCE] |= _GAP
+    ends[:, _HALF] = 0
     bodies = effects[fields["bodies"]][: nb * _WORDS].reshape(nb, _WORDS)
     bodies[:, _OF_BODY] &= ~_ROUGH
     bodies[:, -_LAST:] &= ~_KINEMATICS
     if not _is_rigid_tree(model):
         effects[(effects & _MECHANICS) > 0] |= _ROUGH
     return effects, contacts
+
+
+def _gap_factors(model: Arrays, fields: Mapping[str, slice]) -> Array:
+    """Return the change of a contact's gap with each number of a model, at a given motion; at least in magnitude.
+
+    A wall's normal turns about a point within the linkage's length.
+    """
+    nc, factors = len(model.ends), np.zeros(fields["size"].stop)
+    factors[fields["laws"]].reshape(nc, PARAMETERS.itemsize // 8)[:, _CLEARANCE] = 1.0
+    ends = factors[fields["ends"]].reshape(nc, ENDS.itemsize // 8)
+    ends[:, _NORMAL], ends[:, _HALF] = model.size, 1.0
+    return factors
 
 
 def _is_rigid_tree(model: Arrays) -> bool:

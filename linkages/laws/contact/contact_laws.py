@@ -12,12 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from linkages.kernel import address, caller, kernel
+from linkages.kernel import address, caller, inlined_kernel, kernel
 from linkages.laws.contact.contact_forces import dubowsky_freudenstein, esdu_78035, johnson, kelvin_voigt, power_law
 from linkages.laws.parameters import Parameter, named_record
 
 #: Smallest restitution that a law with 1/e uses.
 LEAST_RESTITUTION = 1e-3
+
+_SHALLOW = 1e-10  # smallest penetration of `push`, in parts of the clearance
 
 _F = types.float64
 _call = caller(_F)
@@ -129,4 +131,31 @@ def contact_force(delta: float, ddelta: float, ddelta0: float, joint: np.record)
     """
     if delta <= 0.0:
         return 0.0
-    return max(_call(joint.contact, (delta, ddelta, ddelta0, joint)), 0.0)
+    return max(unlimited_force(delta, ddelta, ddelta0, joint), 0.0)
+
+
+@inlined_kernel
+def unlimited_force(delta: float, ddelta: float, ddelta0: float, joint: np.record) -> float:
+    """Evaluate the contact law of a joint at a positive penetration [N]; negative where the damping would pull.
+
+    Arguments as of `contact_force`.
+    """
+    return _call(joint.contact, (delta, ddelta, ddelta0, joint))
+
+
+@kernel
+def push(delta: float, ddelta: float, ddelta0: float, joint: np.record) -> float:
+    """Compute how far the contact is from losing its force while the bodies still overlap.
+
+    Arguments as of `contact_force`.
+
+    Returns
+    -------
+    float
+        Between -1 and 1 with the sign of `unlimited_force`; zero where this force vanishes. A penetration of zero or
+        less counts as a very small one, so that the value is defined up to the parting.
+    """
+    depth = max(delta, _SHALLOW * joint.clearance)
+    force, elastic = unlimited_force(depth, ddelta, ddelta0, joint), unlimited_force(depth, 0.0, ddelta0, joint)
+    size = abs(force) + abs(elastic)
+    return force / size if size > 0.0 else 1.0

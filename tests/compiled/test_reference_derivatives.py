@@ -1,0 +1,209 @@
+"""Derivatives of runs against independently computed values.
+
+The values of the ball, the rattling block and the oscillator come from variational equations with jumps at the contacts
+(SciPy, relative tolerance 1e-13), and from central differences of solutions with 32 digits (mpmath); the oscillator's
+from the closed form of its linear pieces, with 40 digits. Those of the slider-crank are differences of runs with the
+accuracy 2e-13, extrapolated over two ladders of steps.
+"""
+
+import numpy as np
+import pytest
+from machines import BEARING, bar, joint, model, solid, written
+
+import linkages
+
+BALL = (
+    model("block", solid("block", 2.0) + joint("slide", "world", "block", "prismatic", "0 1 0")),
+    """duration = 0.9
+gravity = [0.0, 0.0, 0.0]
+outputs = ["block.y"]
+[drives.slide]
+angle = 0.0
+speed = 0.0
+force = -19.62
+[stops.floor]
+joint = "slide"
+side = "lower"
+limit = -0.2
+contact = { law = "hunt-crossley", restitution = 0.7, stiffness = 1e6 }
+[solver]
+max_step = 1e-2
+""",
+)
+RATTLE = (
+    model(
+        "rattle",
+        solid("block", 0.7)
+        + joint("slide", "world", "block", "prismatic", "1 0 0")
+        + joint("B", "world", "block", inner=BEARING.replace("0.01<", "0.05<")),
+    ),
+    """duration = 0.07
+gravity = [0.0, 0.0, 0.0]
+outputs = ["block.x"]
+[drives.slide]
+angle = 0.0
+speed = 0.2
+force = 0.0
+[forces.shake]
+point = "block"
+formula = ["60.0*sin(157.07963267948966*t)", "0"]
+[joints.B]
+model = "dry"
+clearance = 1e-3
+contact = { law = "lankarani-nikravesh", restitution = 0.8, stiffness = 1e9 }
+[solver]
+max_step = 1e-3
+""",
+)
+OSCILLATOR = (
+    model("block", solid("block", 1.0) + joint("slide", "world", "block", "prismatic", "1 0 0")),
+    """duration = 0.75398223686155
+gravity = [0.0, 0.0, 0.0]
+outputs = ["block.x", "block.vx"]
+[drives.slide]
+angle = -0.01
+speed = 0.0
+force = 0.0
+[forces.shake]
+point = "block"
+formula = ["-20*cos(25*t)", "0"]
+[springs.spring]
+point = "block"
+anchor = [-1.0, 0.0]
+stiffness = 400.0
+free_length = 1.0
+damping = 4.0
+[stops.end]
+joint = "slide"
+side = "upper"
+limit = 0.02
+contact = { law = "kelvin-voigt", restitution = 1.0, stiffness = 4000.0, damping = 8.0 }
+[solver]
+max_step = 1e-3
+""",
+)
+#: Machine: path, output, time [s], derivative.
+VALUES = {
+    "ball": [
+        ("drives.slide.force", "block.y", 0.15, 0.15**2 / 4.0),  # t2/(2 m), before the contact
+        ("drives.slide.force", "block.y", 0.21, -0.002041330852804687),
+        ("drives.slide.force", "block.y", 0.45, 0.008904540786374933),
+        ("drives.slide.force", "block.y", 0.6, -0.007564088133081761),
+        ("stops.floor.limit", "block.y", 0.3, 1.0242075048004315),
+        ("stops.floor.limit", "block.y", 0.53, 1.1732853012180176),
+        ("stops.floor.limit", "block.y", 0.8, 2.2213910252068256),
+        ("stops.floor.contact.stiffness", "block.y", 0.45, -2.4041015686425575e-09),
+        ("sdf.links.block.mass", "block.y", 0.8, -0.13540808338890079),
+        ("drives.slide.angle", "block.y", 0.6, -0.4735842978245312),
+    ],
+    "rattle": [
+        ("drives.slide.force", "block.x", 0.014, -1.1946934178831524e-05),
+        ("drives.slide.force", "block.x", 0.03, 0.000230007081651091),
+        ("joints.B.clearance", "block.x", 0.03, -5.927597395839152),
+        ("joints.B.contact.restitution", "block.x", 0.022, -0.005590083958678197),
+        ("sdf.links.block.mass", "block.x", 0.03, -0.010136466435053292),
+    ],
+    "oscillator": [
+        ("sdf.links.block.mass", "block.vx", 0.3, -2.125191526827646),
+        ("springs.spring.stiffness", "block.x", 0.2, -8.528294717202981e-05),
+        ("springs.spring.damping", "block.vx", 0.7, 0.16392853374892016),
+        ("stops.end.limit", "block.x", 0.3, -0.5709600835734128),
+        ("stops.end.contact.stiffness", "block.vx", 0.3, 9.158909447220645e-05),
+        ("stops.end.contact.damping", "block.x", 0.7, 0.002101425979848421),
+        ("drives.slide.angle", "block.vx", 0.2, 1.3013616347657047),
+        ("drives.slide.speed", "block.x", 0.3, 0.0218453255323931),
+    ],
+    "slider_crank_dry": [
+        ("joints.B.clearance", "B.ex", 0.00077, -0.4739159738262496),
+        ("joints.B.contact.restitution", "slider.x", 0.00077, 0.00010539105762435523),
+        ("joints.B.friction.coefficient", "slider.x", 0.00077, -0.0014850920285759304),
+        ("drives.O.speed", "B.ey", 0.001, 2.231018814699612e-06),
+        ("sdf.links.slider.mass", "B.ex", 0.00077, -0.000894103884183865),
+    ],
+}
+MACHINES = {"ball": BALL, "rattle": RATTLE, "oscillator": OSCILLATOR}
+
+
+def _system(name, folder, overrides):
+    if name in MACHINES:
+        return linkages.load(written(folder, *MACHINES[name]), overrides)
+    return linkages.load(linkages.find_file(f"{name}.toml"), {"duration": 0.0011, **overrides})
+
+
+def _derivatives(system, wanted):
+    run = linkages.simulate(system, outputs=sorted({one[1] for one in wanted}), wrt=sorted({one[0] for one in wanted}))
+    assert run.sensitivity.status == "ok"
+    return np.array([run.sensitivity.evaluate(np.array([t]))[path][output][0] for path, output, t, _ in wanted])
+
+
+@pytest.mark.parametrize("name", VALUES)
+@pytest.mark.parametrize(("accuracy", "limit"), [(1e-12, 2e-6), (1e-9, 1e-3)])
+def test_derivatives_are_the_independent_values(name, accuracy, limit, tmp_path):
+    """The slider-crank's own references are known to 1e-6."""
+    found = _derivatives(_system(name, tmp_path, {"solver.accuracy": accuracy}), VALUES[name])
+    np.testing.assert_allclose(found, [one[3] for one in VALUES[name]], rtol=limit if name[0] == "s" else limit / 2)
+
+
+@pytest.mark.parametrize("shift", [-1.0, -5.0])
+def test_derivatives_by_a_stop_do_not_depend_on_where_its_coordinate_begins(shift, tmp_path):
+    wanted = [one for one in VALUES["ball"] if one[0] == "stops.floor.limit"]
+    overrides = {"drives.slide.angle": -shift, "stops.floor.limit": -0.2 - shift, "solver.accuracy": 1e-11}
+    found = _derivatives(_system("ball", tmp_path, overrides), wanted)
+    np.testing.assert_allclose(found, [one[3] for one in wanted], rtol=1e-6)
+
+
+def test_derivatives_of_a_kelvin_voigt_contact_converge_with_the_accuracy(tmp_path):
+    """The force vanishes before the bodies part: steps end there."""
+    path, output, time, right = next(one for one in VALUES["oscillator"] if one[0] == "drives.slide.angle")
+    errors = [
+        abs(
+            _derivatives(_system("oscillator", tmp_path, {"solver.accuracy": a}), [(path, output, time, right)])[0]
+            - right
+        )
+        for a in (1e-8, 1e-10, 1e-12)
+    ]
+    assert errors[1] < 1e-5 * right
+    assert errors[2] < 1e-7 * right
+
+
+def test_a_machine_with_a_spring_and_no_contact_has_derivatives_by_the_place_of_a_joint(tmp_path):
+    """A double pendulum from rest, its second joint on a spring: differences of runs of the fourth order."""
+    bars = bar("rod", 0.3, "__model__", 0.3) + bar("tail", 0.2, "rod_tip", -0.5)
+    pendulum = model("pendulum", bars + joint("O", "world", "rod") + joint("A", "rod_tip", "tail"))
+    text = """duration = 0.4
+outputs = ["rod_tip.x"]
+[springs.s]
+point = "rod_tip"
+anchor = [0.1, 0.4]
+stiffness = 30.0
+free_length = 0.2
+damping = 0.5
+[solver]
+accuracy = 1e-12
+"""
+    system = linkages.load(written(tmp_path, pendulum, text))
+    path, times = "sdf.frames.rod_tip.pose.x", np.array([0.1, 0.2, 0.4])
+    found = linkages.simulate(system, wrt=[path]).sensitivity.evaluate(times)[path]["rod_tip.x"]
+    near = [
+        linkages.simulate(system.replaced({path: 0.3 + k * 1e-4})).evaluate(times)["rod_tip.x"] for k in (-2, -1, 1, 2)
+    ]
+    expected = ((near[0] - near[3]) / 12 + (near[2] - near[1]) * 2 / 3) / 1e-4
+    np.testing.assert_allclose(found, expected, rtol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("path", "expected"),
+    [
+        ("drives.O.speed", {"B.force": 5.138, "rod.stress": 1.859e6}),
+        ("sdf.links.rod.beam.height", {"B.force": 70.81, "rod.stress": -1.678e10}),
+    ],
+)
+def test_peaks_of_a_flexible_machine_have_derivatives_within_their_stated_errors(path, expected):
+    """The values are differences of runs with tight accuracy."""
+    system = linkages.load(linkages.find_file("slider_crank_flexible.toml"), {"duration": 0.03})
+    found = linkages.sensitivities(system, [path], list(expected))
+    for output, right in expected.items():
+        key = f"{output}.peak"
+        off = abs(found.derivatives[path][key] - right)
+        assert off < 2.0 * found.errors[path][key] + 2e-4 * abs(right)
+        assert off < 2e-3 * abs(right)
