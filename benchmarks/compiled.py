@@ -64,7 +64,7 @@ def differentiate(given, y, out, count):
 
 def each(function, system, shape, count, repeat):
     """Median time of one evaluation [us], at a state of a run."""
-    run = simulate(system.replaced({"duration": TIME})).evaluate
+    run = simulate(system.replaced({"duration": TIME})).evaluate.function
     problem, y = packed(run.runner.aside()), run.steps.states[-1]
     out = np.zeros((len(y),) * shape)
     function(problem, y.copy(), out, 1)

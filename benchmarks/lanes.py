@@ -90,7 +90,7 @@ def main() -> None:
     parser.add_argument("--groups", type=int, default=10)
     options = parser.parse_args()
     system = linkages.load(linkages.find_file("seven_bar.toml"))
-    run = simulate(system.replaced({"duration": TIME})).evaluate
+    run = simulate(system.replaced({"duration": TIME})).evaluate.function
     equations, y = run.runner.aside(), run.steps.states[-1]
     problem, out = packed(equations), np.zeros(len(y))
     whole = spent(leave, problem, y.copy(), out)

@@ -40,7 +40,7 @@ def windows(n, folder):
 def forces(system):
     """Median time of the forces in all joints at one sample [us]."""
     run = simulate(system, "compiled")
-    states = run.evaluate.runner.evaluate(run.evaluate.steps, run.time)
+    states = run.evaluate.function.runner.evaluate(run.evaluate.function.steps, run.time)
     names = [f"{joint}.force" for joint in system.mechanism.joint]
     count = max(1, 2000 // len(run.time))
 

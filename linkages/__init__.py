@@ -9,6 +9,7 @@ Each folder imports only from those above it:
 | brief     | short texts of objects, counts, cells of tables |
 | signals   | SIGINT and SIGTERM                                                                          |
 | disk      | atomic writing of files, verified cache on disk                           |
+| arguments | arguments of public functions, converted and checked                                        |
 | kernel    | how functions are compiled                                                                  |
 | flexible  | beam elements, component modes, generalised-alpha                                           |
 | files     | SDFormat, TOML, shipped files, atomic writing                            |

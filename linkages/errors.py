@@ -8,9 +8,6 @@ import sys
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
-from typing import TypeVar
-
-Name = TypeVar("Name")
 
 
 class InputError(ValueError):
@@ -54,19 +51,6 @@ class AssemblyError(RunError):
     def __init__(self, status: Status, detail: str) -> None:
         super().__init__(f"{status.value}: {detail}; {status.remedy}")
         self.status = status
-
-
-def several(names: Iterable[Name], argument: str) -> tuple[Name, ...]:
-    """Return the names of an argument; refuse one text, of which Python would take the letters.
-
-    Raises
-    ------
-    InputError
-        If `names` is a text.
-    """
-    if isinstance(names, str):
-        raise InputError("argument", argument, f'is a text; give a list: ["{names}"]')
-    return tuple(names)
 
 
 @cache
@@ -164,7 +148,7 @@ _REMEDY = {
     Status.NO_ASSEMBLY: "the loops cannot be closed at this position of the drives: check the link lengths,"
     " the drives' start angles and the initial poses in the SDF file",
     Status.SINGULAR: "the linkage starts in a singular position: drive another joint, or start elsewhere",
-    Status.LOCKED: "the linkage is at a dead point and its loops cannot be closed beyond: shorten"
+    Status.LOCKED: "the loops cannot be closed beyond this position, such as a dead point: shorten"
     " the motion of the drives, change the lengths, or drive another joint",
     Status.LOOP_OPEN: "a loop of ideal joints opened by more than a millionth of the linkage's size: tighten"
     " solver.accuracy; near a dead point change the lengths, or drive another joint",

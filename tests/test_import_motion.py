@@ -179,6 +179,20 @@ def test_friction_and_damping_of_joints_are_entries_of_the_experiment(imported):
     assert (found.frictions["P_friction"].constant, found.frictions["P_friction"].viscous) == (0.1, 0.2)
 
 
+def test_a_spring_in_a_slider_is_an_entry_of_the_experiment(imported):
+    """A mass on a spring: x = x0 (1 - cos(omega t))."""
+    spring = "<spring_stiffness>50</spring_stiffness><spring_reference>0.1</spring_reference><damping>0</damping>"
+    slide = joint("P", "world", "one", "prismatic", "1 0 0")
+    path, said = imported(
+        model(
+            "slide",
+            bar("one", 0.2, "__model__", mass=0.5) + slide.replace("</xyz>", f"</xyz><dynamics>{spring}</dynamics>"),
+        )
+    )
+    run = simulate(experiment(path, written(said)), "compiled")
+    np.testing.assert_allclose(run["one.x"], 0.1 * (1.0 - np.cos(10.0 * run.time)), atol=1e-6)
+
+
 # -- refused -----------------------------------------------------------------------------------------
 
 
@@ -199,9 +213,6 @@ def in_axis(text):
 
 
 ROTOR = "<drake:rotor_inertia>0.01</drake:rotor_inertia>"
-SLIDING_SPRING = joint("P", "world", "crank", "prismatic", "1 0 0").replace(
-    "</xyz>", "</xyz><dynamics><spring_stiffness>5</spring_stiffness></dynamics>"
-)
 REFUSED = {
     "weld of nothing": (in_model(weld("crank_tp", "coupler")), 'its <parent> is "crank_tp"; did you mean "crank_tip"?'),
     "weld without a child": (in_model("<drake:weld_constraint><parent>crank</parent></drake:weld_constraint>"), '<child> is ""'),
@@ -240,7 +251,6 @@ REFUSED = {
     "mimic of nothing": (in_axis('<mimic joint="Z"/>'), 'follows joint "Z"; known are: A, B, Q'),
     "mimic without motion": (in_axis('<mimic joint="A"><multiplier>0</multiplier></mimic>'), "has the multiplier 0"),
     "mimic of a word": (in_axis('<mimic joint="A"><multiplier>x</multiplier></mimic>'), '"x" is not a number'),
-    "sliding spring": (in_model(SLIDING_SPRING), "is a spring in a prismatic joint"),
 }  # fmt: skip
 
 

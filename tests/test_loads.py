@@ -160,7 +160,7 @@ def test_tangent_is_the_derivative_of_the_wrenches(system_of):
 
 def test_springs_between_links_exert_no_net_force_and_no_net_moment(system_of):
     _, tree, loads = loaded(system_of)
-    between = (loads[0]["a"]["body"] > 0) & (loads[0]["b"]["body"] > 0)  # two moving bodies
+    between = np.all([np.maximum(loads[0][end]["body"], loads[0]["term"][end]["body"]) > 0 for end in "ab"], axis=0)
     inner = (loads[0][between], *loads[1:])
     assert len(inner[0]) == 2
     pose, vel = states(tree, *RNG.normal(size=(2, tree.size)))
@@ -336,11 +336,25 @@ def test_bad_loads_are_refused_in_one_line(experiment_file, tmp_path, capsys, ca
     assert not out.exists()
 
 
-def test_torsion_in_a_prismatic_joint_is_refused(experiment_file):
-    sdf = model("slide", bar("block", 0.1, "__model__") + joint("O", "world", "block", "prismatic", "1 0 0"))
-    path = experiment_file(sdf, "duration = 1.0\n" + TORSION.replace('"Q"', '"O"'))
-    with pytest.raises(InputError, match="is prismatic; name a revolute joint"):
-        load(path)
+@pytest.mark.parametrize(
+    ("kind", "values", "problem"),
+    [
+        ("prismatic", "stiffness = '2 kN/m'\nfree_angle = '100 mm'\ndamping = '3 N s/m'", ""),
+        ("prismatic", "stiffness = '2 kN/m'\nfree_angle = '5 deg'", "torsion_springs.T.free_angle: is \"5 deg\"; it must be measured in m"),
+        ("revolute", "stiffness = '2 kN m/rad'\nfree_angle = '100 mm'", 'torsion_springs.T.free_angle: is "100 mm"; it must be measured in rad'),
+        ("fixed", "stiffness = 2.0\nfree_angle = 0.1", 'torsion_springs.T.joint: "O" is a fixed joint and cannot move'),
+    ],
+)  # fmt: skip
+def test_units_of_a_spring_in_a_joint_are_of_its_coordinate(experiment_file, kind, values, problem):
+    body = bar("block", 0.1, "__model__") + bar("other", 0.1, "__model__") + joint("P", "world", "other")
+    sdf = model("slide", body + joint("O", "world", "block", kind, "1 0 0" if kind == "prismatic" else "0 0 1"))
+    path = experiment_file(sdf, f'duration = 1.0\n[torsion_springs.T]\njoint = "O"\n{values}\n')
+    if problem:
+        with pytest.raises(InputError, match=problem):
+            load(path)
+        return
+    spring = load(path).experiment.torsion_springs["T"]
+    assert (spring.stiffness, spring.free_angle, spring.damping) == (2000.0, 0.1, 3.0)
 
 
 def test_a_frame_fixed_to_the_world_is_an_anchor(system_of):

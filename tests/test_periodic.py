@@ -585,6 +585,23 @@ def test_kinds_of_bifurcations_follow_from_the_multiplier():
     assert kind(-0.6 + 0.8j, False) == NEIMARK_SACKER
 
 
+@pytest.mark.parametrize("drive", ["force = 3.0\nspeed = 0.2", "force = 3.0\nspeed = -5.0\nangle = 0.1"])
+def test_a_constant_force_with_a_speed_at_the_start_has_any_period(system_of, drive):
+    """A damped mass on a moving base, m (x'' + u'') + c x' + k x = F: response, multipliers and start in closed form."""
+    body = solid("base", 1.0) + solid("block", 2.0) + joint("shaker", "world", "base", "prismatic", "1 0 0")
+    sdf = model("m", body + joint("slide", "base", "block", "prismatic", "1 0 0"))
+    text = "duration = 2.0\n[drives.shaker]\nformula = '0.05*sin(10*t)'\n[drives.slide]\n" + drive
+    text += "\n[springs.S]\npoint = 'block'\nto = 'far'\nstiffness = 80.0\nfree_length = 1.0\ndamping = 4.0\n"
+    far = '<frame name="far" attached_to="base"><pose>1 0 0 0 0 0</pose></frame>'
+    motion = periodic_motion(system_of(sdf.replace("</model>", far + "</model>"), text), transient=2)
+    m, c, k, w = 2.0, 4.0, 80.0, 10.0
+    x = -0.05j * m * w**2 / (k - m * w**2 + 1j * c * w)  # for u = -0.05j exp(iwt)
+    assert motion.state["q.slide"] == pytest.approx(3.0 / k + x.real, abs=1e-8)
+    assert motion.state["v.slide"] == pytest.approx((1j * w * x).real, abs=1e-7)
+    roots = np.exp(np.roots([m, c, k]) * 2.0 * np.pi / w)
+    assert np.sort_complex(np.asarray(motion.multipliers)) == pytest.approx(np.sort_complex(roots), abs=1e-7)
+
+
 def test_what_has_no_period_is_refused(oscillator):
     with pytest.raises(InputError, match="have no common period"):
         periodic_motion(oscillator.replaced({"drives.drive": {"formula": "0.1*t**2"}}))

@@ -2,9 +2,11 @@
 
 import json
 import math
+import re
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,41 @@ from linkages.results.trajectory import sample
 
 def wave(times):
     return {"time": times, "y": np.sin(7.0 * times) * np.exp(-0.3 * times), "z": np.cos(times)}
+
+
+def test_dense_output_stays_within_the_run():
+    """A cubic continues beyond its steps to any value; so times outside are refused, and rounding is none."""
+    run = sample(np.linspace(0.0, 5.0, 19), wave, Status.OK, {})
+    part = run.within(1.0, 2.0)
+    for one, low, high in ((run, 0.0, 5.0), (part, 1.0, 2.0), (replace(run, units={"y": "m"}), 0.0, 5.0)):
+        times = np.array([high, low, 0.5 * (low + high), high * (1.0 + 1e-15)])  # in any order
+        np.testing.assert_allclose(one.evaluate(times)["y"], wave(times)["y"], rtol=1e-13)
+        for beyond in (low - 1e-6, high + 1e-6, 1e9):
+            with pytest.raises(
+                InputError, match=re.escape(f"times: have {beyond:g} s, outside the run from {low:g} to {high:g} s")
+            ):
+                one.evaluate(np.array([low, beyond]))
+    for times in (0.5, [[0.5]], [np.nan], [0.5j], ["0.5"]):
+        with pytest.raises(InputError, match=r"^argument: times: "):
+            run.evaluate(times)
+    np.testing.assert_array_equal(run.evaluate(np.array([0.5], np.float32))["y"], wave(np.array([0.5]))["y"])
+    np.testing.assert_array_equal(run.evaluate([1])["y"], wave(np.array([1.0]))["y"])
+
+
+def test_a_part_of_a_run_has_limits_within_it_in_order(tmp_path):
+    run = sample(np.linspace(0.0, 5.0, 19), wave, Status.OK, {})
+    run.save(tmp_path / "run.npz")
+    for one in (run, load_trajectory(tmp_path / "run.npz")):
+        part = one.within(0.0, 4.0)
+        assert part.time[[0, -1]].tolist() == [0.0, 4.0]
+        for start, end in ((-0.1, 1.0), (1.0, 5.1), (6.0, 7.0)):
+            with pytest.raises(InputError, match=r"start and end: have .* s, outside the run from 0 to 5 s"):
+                one.within(start, end)
+        for start, end in ((2.0, 1.0), (1.0, 1.0)):
+            with pytest.raises(InputError, match=f"end: is {end:g} s, not after the start of {start:g} s"):
+                one.within(start, end)
+        with pytest.raises(InputError, match="start: is nan"):
+            one.within(float("nan"), 1.0)
 
 
 def test_extremes_are_those_of_continuous_time_not_of_the_samples():

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arguments import Names, validated
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
 from linkages.engines.heat import settle
@@ -16,7 +17,7 @@ from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.link_tables import MOST_SEGMENTS
 from linkages.outputs.columns import columns
 from linkages.outputs.registry import unit
-from linkages.results.derivatives import Direction
+from linkages.results.derivatives import Wrt
 from linkages.results.loops import Loops
 from linkages.results.summary import Study
 from linkages.results.trajectory import Progress, Trajectory, sample
@@ -31,12 +32,9 @@ _SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, whi
 _FEWEST = 50  # steps of the repetition: two runs of few steps omit the same vibrations
 
 
+@validated
 def simulate(
-    system: System,
-    engine: str = DEFAULT,
-    progress: Progress | None = None,
-    outputs: Sequence[str] | None = None,
-    wrt: Sequence[str | Direction] = (),
+    system: System, engine: str = DEFAULT, progress: Progress | None = None, outputs: Names | None = None, wrt: Wrt = ()
 ) -> Trajectory:
     """Run a system.
 
@@ -98,6 +96,7 @@ def _with_units(system: System, run: Trajectory) -> Trajectory:
     return replace(run, units={name: "s" if name == "time" else unit(system, name) for name in run.columns})
 
 
+@validated
 def study(
     system: System,
     engine: str = DEFAULT,
@@ -181,6 +180,7 @@ def _typical_step(times: Array) -> float:
     return float(steps[np.searchsorted(covered, 0.5 * covered[-1])])
 
 
+@validated
 def ideal(system: System, engine: str = DEFAULT) -> Trajectory:
     """Compute the motion of the ideal linkage: exactly if its drives determine it, otherwise by a run.
 

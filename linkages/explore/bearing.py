@@ -9,10 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Annotated, Any
 
 import numpy as np
 
+from linkages.arguments import validated, whole
 from linkages.arrays import Array
 from linkages.errors import InputError, RunError, nearest
 from linkages.laws.film.closed_form import EPS_MAX
@@ -201,6 +203,7 @@ class Bearing:
         return _thickness(self.case, self.x, self.y)
 
 
+@validated
 def bearing(
     diameter: float,
     length: float,
@@ -215,7 +218,7 @@ def bearing(
     cavity_pressure: float = 0.0,
     tilt: tuple[float, float] = (0.0, 0.0),
     mass: float | None = None,
-    cells: tuple[int, int] = CELLS,
+    cells: tuple[Annotated[int, partial(whole, least=8)], Annotated[int, partial(whole, least=2)]] = CELLS,
 ) -> Bearing:
     """Find the operating point of a journal bearing under a static load.
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from linkages.arguments import validated
 from linkages.brief import Brief
 from linkages.engines.study import simulate
 from linkages.model.experiment import Experiment
@@ -77,6 +78,7 @@ class Comparison(Brief):
         return bool(self.until < min(run.time[-1] for run in self.runs.values()))
 
 
+@validated
 def compare(system: System, progress: Callable[[str], Progress] | None = None) -> Comparison:
     """Run an experiment on both engines and compare them.
 

@@ -17,9 +17,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arguments import Names, validated
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
-from linkages.errors import InputError, nearest, several
+from linkages.errors import InputError, nearest
 from linkages.explore.differences import extrapolated
 from linkages.explore.local_coordinates import LocalCoordinates
 from linkages.explore.operating_point import Observed, OperatingPoint, at_rest
@@ -99,10 +100,11 @@ class StateSpace(Brief):
         np.savez(path, allow_pickle=False, **arrays)
 
 
+@validated
 def linearise(
     system: System,
-    outputs: Sequence[str] | None = None,
-    inputs: Sequence[str] | None = None,
+    outputs: Names | None = None,
+    inputs: Names | None = None,
     time: float = 0.0,
     equilibrium: bool = False,
 ) -> StateSpace:
@@ -140,14 +142,14 @@ def linearise(
     >>> model.states, model.inputs
     (('q.O', 'v.O'), ('O.torque',))
     """
+    if time < 0.0:
+        raise InputError("argument", "time", f"is {time:g} s, before the start of the run; give 0 or more")
     point, known = OperatingPoint(system, time), inputs_of(system)
     chosen = _checked(known, inputs)
     if equilibrium:
         point.settle()
     A, local, rates = point.matrix()
-    names = several(
-        outputs or system.experiment.outputs or [name for name in local.names if name.startswith("q.")], "outputs"
-    )
+    names = tuple(outputs or system.experiment.outputs or [name for name in local.names if name.startswith("q.")])
     pack(system, names)
     C, error_c = _by_state(point, local, names)
     B, D, error_d = _by_inputs(point, local, names, chosen)
@@ -159,7 +161,7 @@ def linearise(
 
 def _checked(known: Mapping[str, object], names: Sequence[str] | None) -> tuple[str, ...]:
     """Check the names of the inputs; default: all."""
-    chosen = several(known if names is None else names, "inputs")
+    chosen = tuple(known if names is None else names)
     for name in chosen:
         if name not in known:
             raise InputError("argument", f'input "{name}"', f"is unknown; {nearest(name, known)}")

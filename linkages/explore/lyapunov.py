@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linkages.arguments import Count, Whole, validated
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError
@@ -54,13 +55,14 @@ class Exponent(Brief):
         return np.cumsum(self.growth) / np.arange(1, len(self.growth) + 1)
 
 
+@validated
 def largest_exponent(
     system: System,
-    revolutions: int,
-    transient: int = 0,
+    revolutions: Count,
+    transient: Whole = 0,
     drive: str | None = None,
     distance: float = 1e-7,
-    renormalisations: int = 20,
+    renormalisations: Count = 20,
 ) -> Exponent:
     """Compute the largest Lyapunov exponent of a driven linkage.
 
@@ -105,8 +107,6 @@ def largest_exponent(
     experiment = system.experiment
     system.without_history("the Lyapunov exponent")
     period = period_of(system, drive)
-    if renormalisations < 1:
-        raise InputError("argument", "renormalisations", f"is {renormalisations}; it must be 1 or more")
     if not distance > 0.0:
         raise InputError("argument", "distance", f"is {distance:g}; it must be above zero")
     accuracy = min(experiment.solver.accuracy, _ACCURACY * distance)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linkages.arguments import validated
 from linkages.arrays import Array
 from linkages.engines.compiled.linear import linearised
 from linkages.engines.compiled.runner import Runner
@@ -108,6 +109,7 @@ class ModesOver:
     mac: Array
 
 
+@validated
 def modes(system: System, time: float = 0.0) -> Modes:
     """Compute the modes of a linkage at rest in the pose at a time.
 

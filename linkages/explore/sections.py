@@ -8,12 +8,13 @@ from functools import partial
 
 import numpy as np
 
+from linkages.arguments import Count, Names, Whole, validated
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.engines.compiled.designs import Systems
 from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.statistics import STATISTICS
-from linkages.errors import InputError, RunError, Status, several
+from linkages.errors import InputError, RunError, Status
 from linkages.explore.compare import PARTED, dense, looser
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.outputs.columns import Columns
@@ -55,11 +56,12 @@ class Section(Brief):
         return np.maximum(np.abs(self.low[name]), np.abs(self.high[name]))
 
 
+@validated
 def stroboscopic(
     system: System,
-    names: Sequence[str],
-    revolutions: int,
-    transient: int = 0,
+    names: Names,
+    revolutions: Count,
+    transient: Whole = 0,
     drive: str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Section:
@@ -120,7 +122,6 @@ def checked(
     for number, least, what in ((revolutions, 1, "revolutions"), (transient, 0, "transient")):
         if number < least:
             raise InputError("argument", what, f"is {number}; it must be {least} or more")
-    names = several(names, "names")
     for system in systems:
         pack(system, names)
     return [(lasting(system, transient + revolutions, drive), period_of(system, drive)) for system in systems]
@@ -191,6 +192,7 @@ def recorded(flow: Flow, start: float, period: float, names: Sequence[str], revo
     return Section(period, np.array(times), strobe, low, high, flow.status)
 
 
+@validated
 def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = True, start: float = 0.0) -> Columns:
     """Compute a Poincaré section at a level of a column: all columns at the crossings.
 
@@ -242,6 +244,7 @@ def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = Tru
     return evaluate(right)
 
 
+@validated
 def horizon(system: System, most: float, drive: str | None = None) -> float:
     """Count the revolutions for which runs at the experiment's and at a ten times looser accuracy agree.
 

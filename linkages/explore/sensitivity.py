@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from linkages.arguments import Names, validated
 from linkages.brief import Brief, counted
 from linkages.engines.compiled.batch import simulate_batch
 from linkages.engines.compiled.job import COARSE
 from linkages.engines.compiled.neighbours import magnitude_of
 from linkages.engines.study import simulate, tightened
-from linkages.errors import InputError, RunError, Status, several
+from linkages.errors import InputError, RunError, Status
 from linkages.outputs.registry import default_outputs
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics
@@ -83,10 +84,11 @@ class Sensitivities(Brief):
         )
 
 
+@validated
 def sensitivities(
     system: System,
-    wrt: Sequence[str],
-    outputs: Sequence[str] | None = None,
+    wrt: Names,
+    outputs: Names | None = None,
     error_estimate: bool = True,
     check: bool = False,
     progress: Callable[[str], Progress] | None = None,
@@ -124,10 +126,10 @@ def sensitivities(
     >>> round(found.per_cent("drives.O.speed", "slider.ax.peak"), 4)
     0.0255
     """
-    paths = tuple(dict.fromkeys(several(wrt, "wrt")))
+    paths = tuple(dict.fromkeys(wrt))
     if not paths:
         raise InputError("argument", "wrt", "names no value; give dotted paths, such as joints.A.clearance")
-    names = list(dict.fromkeys(default_outputs(system) if outputs is None else several(outputs, "outputs")))
+    names = list(dict.fromkeys(default_outputs(system) if outputs is None else outputs))
     stage = progress or (lambda name: lambda time: None)
     found = _Differentiated(system, paths, names, stage("run"))
     errors: dict[str, dict[str, float | None]] = {path: dict.fromkeys(found.numbers) for path in paths}

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import get_window, welch
 
+from linkages.arguments import validated
 from linkages.arrays import Array
 from linkages.brief import Brief
 from linkages.errors import InputError
@@ -31,6 +32,7 @@ class Spectrum(Brief):
         return f"{self.name}, {count:,} frequencies up to {last:g} Hz", {"largest density at": f"{strongest:g} Hz"}
 
 
+@validated
 def spectrum(
     run: Trajectory, name: str, start: float = 0.0, samples: int = 8192, segments: int = 1, window: str = "hann"
 ) -> Spectrum:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
+from linkages.arguments import Count, Names, Whole, validated, vector
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.engines.threads import in_threads
@@ -50,16 +52,17 @@ class Sweep(Brief):
         return line, {"outputs": ", ".join(self.names), "transient": counted(self.transient, "revolution")}
 
 
+@validated
 def sweep(
     system: System,
     path: str,
-    values: Sequence[float] | Array,
-    names: Sequence[str],
-    revolutions: int,
-    transient: int = 0,
+    values: Annotated[Sequence[float] | Array, vector],
+    names: Names,
+    revolutions: Count,
+    transient: Whole = 0,
     drive: str | None = None,
     horizons: bool = False,
-    threads: int | None = None,
+    threads: Count | None = None,
     progress: Callable[[float], None] | None = None,
     origin: str = ARGUMENT,
 ) -> Sweep:

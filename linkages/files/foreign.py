@@ -387,19 +387,17 @@ def _gear(path: Path, model: ET.Element, joint: ET.Element, element: ET.Element)
 
 
 def _dynamics(path: Path, joint: ET.Element, element: ET.Element) -> Iterator[Entry]:
-    """Convert the <dynamics> of a joint to friction and a torsion spring."""
+    """Convert the <dynamics> of a joint to friction and a spring."""
     name, where = joint.get("name", ""), f"{label(joint)}/<axis>/<dynamics>"
     keys = ("damping", "friction", "spring_stiffness", "spring_reference")
     damping, friction, stiffness, free = (number(path, element, key, where, 0.0) for key in keys)
     turns = joint.get("type") in ("revolute", "continuous")
     said = f"<dynamics> of joint {name}"
-    if stiffness and not turns:
-        problem = "is a spring in a prismatic joint; remove it, and write a spring between two points in the experiment"
-        raise InputError(path, f"{where}/<spring_stiffness>", problem)
-    if turns and (stiffness or damping):
+    springs = stiffness != 0.0 or (turns and damping != 0.0)
+    if springs:
         spring = {"joint": name, "stiffness": stiffness, "free_angle": free, "damping": damping}
         yield Entry(said, "torsion_springs", f"{name}_spring", spring)
-    losses = {"constant": friction, "viscous": 0.0 if turns else damping}
+    losses = {"constant": friction, "viscous": 0.0 if springs else damping}
     if any(losses.values()):
         given = {key: value for key, value in losses.items() if value}
         yield Entry(said, "frictions", f"{name}_friction", {"joint": name, **given})

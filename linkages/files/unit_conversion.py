@@ -20,7 +20,7 @@ _IN_FORMULA = re.compile(rf"(?<![\w.])({_FRACTION})\s*({_FACTOR})(?![\w.(])")
 _SI = ("m", "rad", "kg", "kg m2", "Pa", "kg/m3", "m2", "m4", "s", "rad/s", "m/s", "N", "N m", "N/m", "N m/rad")
 
 #: Units of a prismatic joint by the corresponding units of a revolute one.
-SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N", "N m s/rad": "N s/m"}
+SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m"}
 
 
 def is_quantity(text: str) -> bool:

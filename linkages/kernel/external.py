@@ -274,13 +274,20 @@ def _with_records(function: Callable[..., Any], seen: Sequence[Any]) -> Callable
 
 
 def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:
-    """Make ``call(address, arguments)``, for use within kernels, for C functions with this type of result."""
+    """Make ``call(address, arguments)``, for use within kernels, for C functions with this type of result.
+
+    The functions take floats, to which other real numbers are converted, records and arrays.
+    """
     if OFF:
         return lambda address, arguments: _interpreted[address](*arguments)
 
     @intrinsic
     def call(typing: Any, address: Any, arguments: Any) -> Any:
-        kinds = tuple(types.unliteral(kind) for kind in arguments)
+        numbers = types.Integer, types.Boolean, types.Float
+        kinds = tuple(types.float64 if isinstance(kind, numbers) else kind for kind in arguments)
+        for kind in kinds:
+            if kind != types.float64 and not isinstance(kind, types.Record | types.Array):
+                raise numba.TypingError(f"takes real numbers and records, not {kind}")
 
         def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             given = (builder.extract_value(values[1], k) for k in range(len(kinds)))

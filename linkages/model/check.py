@@ -115,12 +115,15 @@ class _Check:
             self.refuse("", "a joint with clearance cannot be driven; make it ideal")
         if (drive.force, drive.forces) != (None, None) and self.mechanism.joint[name].type == "revolute":
             self.refuse("force", "belongs to a prismatic joint; this one is revolute: give a torque")
-        self.units(Drive, name)
+        self.units(Drive, self.slides(name))
         self.covers(drive.times)
 
-    def units(self, table: type[Table], joint: str) -> None:
-        """Check the units of a table's values for a revolute or prismatic joint."""
-        slides = self.mechanism.joint[joint].type == "prismatic"
+    def slides(self, joint: str) -> bool:
+        """Tell whether a joint is prismatic."""
+        return self.mechanism.joint[joint].type == "prismatic"
+
+    def units(self, table: type[Table], slides: bool) -> None:
+        """Check the units of a table's values for a coordinate that is a displacement, or an angle."""
         start = f"{self.where}."
         for path, text in self.experiment.texts.items():
             key = path.removeprefix(start)
@@ -183,14 +186,19 @@ class _Check:
             self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
 
     def friction(self, friction: JointFriction) -> None:
-        self.known("joint", friction.joint, self.mechanism.joint)
-        if self.mechanism.joint[friction.joint].type == "fixed":
-            self.refuse("joint", f'"{friction.joint}" is a fixed joint and cannot move')
+        self.moving(friction.joint)
         if friction.joint in self.experiment.play:
             self.refuse(
                 "joint", f'"{friction.joint}" has clearance; give it a table [joints.{friction.joint}.friction]'
             )
-        self.units(JointFriction, friction.joint)
+        self.units(JointFriction, self.slides(friction.joint))
+
+    def moving(self, name: str) -> str:
+        """Return the name of a joint; refuse an unknown or fixed one."""
+        self.known("joint", name, self.mechanism.joint)
+        if self.mechanism.joint[name].type == "fixed":
+            self.refuse("joint", f'"{name}" is a fixed joint and cannot move')
+        return name
 
     def gear(self, gear: Gear) -> None:
         for name in gear.joints:
@@ -201,12 +209,10 @@ class _Check:
                 self.refuse("joints", f'"{name}" has clearance; a rack needs an ideal guide')
 
     def stop(self, stop: Stop) -> None:
-        self.known("joint", stop.joint, self.mechanism.joint)
-        if self.mechanism.joint[stop.joint].type == "fixed":
-            self.refuse("joint", f'"{stop.joint}" is a fixed joint; it cannot move to a stop')
+        self.moving(stop.joint)
         if stop.joint in self.experiment.play and self.mechanism.joint[stop.joint].type == "prismatic":
             self.refuse("joint", f'"{stop.joint}" has clearance; stop a point of its block by a table [contacts.NAME]')
-        self.units(Stop, stop.joint)
+        self.units(Stop, self.slides(stop.joint))
         self.plain(stop.contact)
 
     def line_contact(self, touch: LineContact) -> None:
@@ -263,8 +269,8 @@ class _Check:
             self.refuse("", f'joins two points of the same link, "{link}"')
 
     def torsion_spring(self, load: TorsionSpring) -> None:
+        self.units(TorsionSpring, load.joint is not None and self.slides(self.moving(load.joint)))
         if load.joint is not None:
-            self.turns(load.joint)
             return
         first, second = load.links or ["", ""]
         for link in (first, second):

@@ -129,14 +129,21 @@ class Spring(Table):
 
 
 class TorsionSpring(Table):
-    """A torsion spring with a damper, in a joint or between two links; zero angle in the reference configuration."""
+    """A spring with a damper along a joint's coordinate, or along the angle between two links.
 
-    joint: str | None = Field(None, description="revolute joint in which it acts; its angle is the joint's")
+    The coordinate is zero in the reference configuration. In a prismatic joint the spring gives a force.
+    """
+
+    of_any_joint = True
+
+    joint: str | None = Field(None, description="joint along whose coordinate it acts")
     links: Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
         None, description='or two links, "world" included; its angle is the angle of the second relative to the first'
     )
     stiffness: NonNegative = Field(description="stiffness [N m/rad]")
-    free_angle: Finite = Field(description="angle without torque, zero in the reference configuration [rad]")
+    free_angle: Finite = Field(
+        description="angle, or displacement, without torque or force; zero in the reference configuration [rad]"
+    )
     damping: NonNegative = Field(0.0, description="damping [N m s/rad]")
 
     @model_validator(mode="after")

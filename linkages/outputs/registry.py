@@ -118,15 +118,16 @@ def _beside(quantities: dict[str, Quantity], *chosen: str) -> dict[str, Quantity
 
 
 def _of_joints(table: str, kind: str) -> Callable[[System], Iterable[str]]:
-    """List the stops, frictions or gears of revolute or prismatic joints; the second joint of a gear counts."""
+    """List the stops, frictions, gears or torsion springs of revolute or prismatic joints, see `turns`."""
+    turning = kind == "revolute"
+    return lambda system: [name for name in getattr(system.experiment, table) if turns(system, table, name) is turning]
 
-    def names(system: System) -> Iterator[str]:
-        for name, element in getattr(system.experiment, table).items():
-            joint = element.joints[1] if table == "gears" else element.joint
-            if system.mechanism.joint[joint].type == kind:
-                yield name
 
-    return names
+def turns(system: System, table: str, name: str) -> bool:
+    """Tell whether a stop, friction, gear or spring gives a torque; the second joint of a gear counts."""
+    element = getattr(system.experiment, table)[name]
+    joint = element.joints[1] if table == "gears" else element.joint
+    return joint is None or system.mechanism.joint[joint].type == "revolute"
 
 
 def _contacts(film: bool, touching: bool) -> Callable[[System], Iterable[str]]:
@@ -289,10 +290,18 @@ OWNERS = (
         {"force": Quantity("tension", "N", 0), "length": Quantity("distance of the ends", "m", 1), "power": _POWER},
     ),
     Owner(
-        LOAD, "TORSION SPRING", False, _loads("torsion_springs"), _load,
+        LOAD, "TORSION SPRING", False, _of_joints("torsion_springs", "revolute"), _load,
         {
             "torque": Quantity("torque against its angle", "N m", 0),
             "angle": Quantity("angle, zero in the reference configuration", "rad", 1),
+            "power": _POWER,
+        },
+    ),
+    Owner(
+        LOAD, "TORSION SPRING (prismatic)", False, _of_joints("torsion_springs", "prismatic"), _load,
+        {
+            "force": Quantity("force against its displacement", "N", 0),
+            "displacement": Quantity("displacement, zero in the reference configuration", "m", 1),
             "power": _POWER,
         },
     ),

@@ -5,8 +5,8 @@ Loads are packed as ``(records, signals, breaks, coefficients, segments)``: an a
 `linkages.system.load_records.pack_loads`.
 
 A spring from point a to point b, d = p_b - p_a, length l = |d|, u = d/l, pulls with the tension
-T = k (l - l_0) + c dl/dt: T u on a, -T u on b. A torsion spring between bodies a and b at the angle phi (zero in the
-reference configuration) resists with the torque M = k (phi - phi_0) + c dphi/dt: -M along phi on b, M on a.
+T = k (l - l_0) + c dl/dt: T u on a, -T u on b. A coordinate spring resists a joint's coordinate, or the angle between
+two bodies, s (zero in the reference configuration), with M = k (s - s_0) + c ds/dt: -M along s on b, M on a.
 
 At exactly zero length a spring has the direction of the relative velocity v_rel, and only the damping force c v_rel
 acts, the mean of the forces just before and just after. With a free length above zero the force jumps there.
@@ -36,14 +36,14 @@ from linkages.planar.markers import (
     turned,
 )
 from linkages.planar.motion import Curves, function_jet
-from linkages.planar.record_types import FORCE, PUSH, SPRING, TORQUE
+from linkages.planar.record_types import FORCE, PUSH, SPRING
 from linkages.planar.tangent import add_term_tangent, term_rate_tangent
 
 Loads = tuple[Records, Records, Array, Array, Indices]
 
-#: Quantities of each load at a state. Force: fx, fy in plane axes [N]; torque: its value [N m] and 0; spring: tension
-#: [N] and length [m]; torsion spring: resisting torque [N m] and angle [rad]; push: torque or force, and 0. Then for
-#: each the power that it delivers to the bodies [W], and the energy that it stores [J].
+#: Quantities of each load at a state. Force: fx, fy in plane axes [N]; push: torque [N m] or force [N], and 0; spring:
+#: tension [N] and length [m]; coordinate spring: resisting torque or force, and angle [rad] or displacement [m]. Then
+#: for each the power that it delivers to the bodies [W], and the energy that it stores [J].
 LOAD_OUTPUTS = ("value", "second", "power", "energy")
 VALUE, SECOND, POWER, ENERGY = range(len(LOAD_OUTPUTS))
 
@@ -67,11 +67,10 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
     inputs = _inputs(loads[1], t, pose, vel)
     for k in range(len(records)):
         load = records[k]
-        a, b = load.a.body, load.b.body
         if load.kind == FORCE:
             fx, fy, _, _ = _force(load, curves, inputs, pose)
             rx, ry = arm(pose, load.a)
-            add_force(wrench, a, rx, ry, fx, fy)
+            add_force(wrench, load.a.body, rx, ry, fx, fy)
         elif load.kind == PUSH:
             add_term_wrench(load.term, pose, load.sign * function_jet(curves, load.motion, inputs)[0], wrench)
         elif load.kind == SPRING:
@@ -79,11 +78,7 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
             _, _, arms = gap(pose, load.a, load.b)
             add_pair(wrench, load.a, load.b, arms, -tension * ux, -tension * uy)
         else:
-            torque = -_torsion(load, pose, vel)[0]
-            if load.kind == TORQUE:
-                torque = function_jet(curves, load.motion, inputs)[0]
-            wrench[b, 0] += load.sign * torque
-            wrench[a, 0] -= load.sign * torque
+            add_term_wrench(load.term, pose, -load.sign * _coordinate_spring(load, pose, vel)[0], wrench)
 
 
 @lazy_kernel
@@ -94,10 +89,7 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
     for k in range(len(records)):
         load = records[k]
         second, energy = 0.0, 0.0
-        if load.kind == TORQUE:
-            value = function_jet(curves, load.motion, inputs)[0]
-            power = value * load.sign * (vel[load.b.body, 0] - vel[load.a.body, 0])
-        elif load.kind == PUSH:
+        if load.kind == PUSH:
             value = function_jet(curves, load.motion, inputs)[0]
             power = value * load.sign * term_rate(load.term, pose, vel)
         elif load.kind == FORCE:
@@ -109,7 +101,7 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
             if load.kind == SPRING:
                 value, _, _, second, rate = _spring(load, pose, vel)
             else:
-                value, second, rate = _torsion(load, pose, vel)
+                value, second, rate = _coordinate_spring(load, pose, vel)
             power = -value * rate
             energy = 0.5 * load.stiffness * (second - load.free) ** 2
         outputs[k, VALUE], outputs[k, SECOND], outputs[k, POWER], outputs[k, ENERGY] = value, second, power, energy
@@ -157,11 +149,11 @@ def _spring(load: np.record, pose: Array, vel: Array) -> tuple[float, float, flo
 
 
 @kernel
-def _torsion(load: np.record, pose: Array, vel: Array) -> tuple[float, float, float]:
-    """Resisting torque, angle and its rate of a torsion spring."""
-    angle = load.sign * (pose[load.b.body, 2] - pose[load.a.body, 2])
-    rate = load.sign * (vel[load.b.body, 0] - vel[load.a.body, 0])
-    return load.stiffness * (angle - load.free) + load.damping * rate, angle, rate
+def _coordinate_spring(load: np.record, pose: Array, vel: Array) -> tuple[float, float, float]:
+    """Resisting torque or force, coordinate and its rate of a coordinate spring."""
+    value = load.sign * term_value(load.term, pose)
+    rate = load.sign * term_rate(load.term, pose, vel)
+    return load.stiffness * (value - load.free) + load.damping * rate, value, rate
 
 
 @lazy_kernel
@@ -189,8 +181,8 @@ def load_wrenches_tangent(
             inputs[1 + k, 1] = signal.scale * term_rate(signal.term, pose, dpose)
     for k in range(len(records)):
         load = records[k]
-        a, b = load.a.body, load.b.body
         if load.kind == FORCE:
+            a = load.a.body
             fx, fy, dfx, dfy = _force(load, curves, inputs, pose)
             turn = dpose[a, 0] if load.turns else 0.0
             rx, ry = arm(pose, load.a)
@@ -203,11 +195,11 @@ def load_wrenches_tangent(
         elif load.kind == SPRING:
             _spring_tangent(load, pose, vel, dpose, dvel, dwrench)
         else:
-            change = -load.stiffness * (dpose[b, 0] - dpose[a, 0]) - load.damping * (dvel[b, 0] - dvel[a, 0])
-            if load.kind == TORQUE:
-                change = load.sign * function_jet(curves, load.motion, inputs)[1]
-            dwrench[b, 0] += change
-            dwrench[a, 0] -= change
+            rise = load.stiffness * term_rate(load.term, pose, dpose)
+            rise += load.damping * term_rate_tangent(load.term, pose, vel, dpose, dvel)
+            value = -load.sign * _coordinate_spring(load, pose, vel)[0]
+            add_term_wrench(load.term, pose, -rise, dwrench)
+            add_term_tangent(load.term, pose, value, dpose, dwrench)
 
 
 @kernel

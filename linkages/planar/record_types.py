@@ -77,7 +77,7 @@ ENDS = record_type(
 )
 
 #: Kinds of applied load.
-FORCE, TORQUE, SPRING, TORSION, PUSH = 0, 1, 2, 3, 4
+FORCE, PUSH, SPRING, COORDINATE_SPRING = 0, 1, 2, 3
 
 #: A position or speed that a load depends on: ``scale`` times a term's value less ``offset``, or times its rate.
 SIGNAL = record_type(
@@ -112,9 +112,9 @@ STATION = record_type(
 #: times the abscissa; both shapes at the station.
 STATION_MODE = record_type(mass_a="f8", mass_b="f8", first_a="f8", first_b="f8", a="f8", b="f8")
 
-#: One applied load. A force acts at marker a, a torque on b's body and against a's; their values are the functions
-#: ``motion`` (and ``motion + 1``, a force's second component). A spring joins marker a to marker b; a torsion spring
-#: turns b's body against a's. A push acts along a joint's coordinate, on the child and against the parent.
+#: One applied load. A force acts at marker a. A push, such as a torque, acts along a term, on its second body and
+#: against the first. Their values are the functions ``motion`` (and ``motion + 1``, a force's second component). A
+#: spring joins marker a to marker b; a coordinate spring resists the change of a term.
 LOAD = record_type(
     kind="i8",
     a=MARKER,
@@ -123,11 +123,11 @@ LOAD = record_type(
     turns="i8",  # force: 1 if given in the axes of a frame on the body, 0 if in plane axes
     ux="f8",  # force: x axis of that frame
     uy="f8",
-    sign="f8",  # torque, torsion: +1 if it turns b's body counter-clockwise, its angle grows with b's angle from a
-    stiffness="f8",  # [N/m], torsion [N m/rad]
+    sign="f8",  # change of the joint's coordinate, or of the angle, over the change of the term: 1 or -1
+    stiffness="f8",  # [N/m, N m/rad]
     free="f8",  # free length [m] or angle [rad]
-    damping="f8",  # [N s/m], torsion [N m s/rad]
-    term=TERM,  # push: changes by the change of the joint's coordinate, times the sign
+    damping="f8",  # [N s/m, N m s/rad]
+    term=TERM,  # push, coordinate spring
 )
 
 #: Sources of the force in a joint: the tree's recursion, a cut joint's closure rows, a journal's contact, the contacts

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.outputs.registry import unit
+from linkages.outputs.registry import turns, unit
 from linkages.results.extremes import extremes, integral, peaks
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
@@ -92,15 +92,8 @@ def _nearest(trajectory: Trajectory, time: float) -> int:
 
 def effort_of(system: System, table: str, name: str) -> str:
     """Return the characteristic quantity of an applied load, gear, stop or contact."""
-    experiment = system.experiment
-    of = {
-        "frictions": lambda: experiment.frictions[name].joint,
-        "gears": lambda: experiment.gears[name].joints[1],
-        "stops": lambda: experiment.stops[name].joint,
-    }
-    if table in of:
-        return "torque" if system.mechanism.joint[of[table]()].type == "revolute" else "force"
-    return "torque" if table in ("torques", "torsion_springs") else "force"
+    along = table in ("frictions", "gears", "stops", "torsion_springs")
+    return "torque" if table == "torques" or (along and turns(system, table, name)) else "force"
 
 
 def _covered(rows: list[Impact], begin: float, last: float) -> float:

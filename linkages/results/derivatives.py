@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Annotated, Any, NamedTuple
 
+from linkages.arguments import number, several
 from linkages.arrays import Array
 from linkages.errors import InputError, nearest
 from linkages.outputs.columns import Columns
@@ -52,6 +53,21 @@ class Direction(NamedTuple):
     rates: Mapping[str, float]
 
 
+def values_to_move(values: Any) -> tuple[str | Direction, ...]:
+    """Convert a list of dotted paths and `Direction` to a tuple; ValueError for others."""
+    found = several(values)
+    for one in found:
+        if not isinstance(one, str | Direction):
+            raise ValueError(f"has {one!r}; give dotted paths, or Direction of linkages")
+        if isinstance(one, Direction):
+            number(one.value)
+    return found
+
+
+#: Type of arguments ``wrt``.
+Wrt = Annotated[Sequence[str | Direction], values_to_move]
+
+
 @dataclass(frozen=True, repr=False)
 class Derivatives(Mapping[str, Columns]):
     """Derivatives of outputs at fixed times: ``run.sensitivity["joints.A.clearance"]["A.force"]``.
@@ -65,7 +81,7 @@ class Derivatives(Mapping[str, Columns]):
     until : float
         Last time with derivatives [s].
     evaluate : callable
-        Function that gives the same at any times of the run.
+        Function that gives the same at times (n,) of the run, in any order; InputError for times outside.
     """
 
     columns: dict[str, Columns]

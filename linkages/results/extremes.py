@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.arguments import Names, numbers, validated
 from linkages.arrays import Array
-from linkages.errors import InputError, several
+from linkages.errors import InputError
 from linkages.integrate.parabola import parabola_top
 from linkages.results.trajectory import Trajectory
 
@@ -69,7 +70,8 @@ class Peak(NamedTuple):
     time: float
 
 
-def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes]:
+@validated
+def extremes(trajectory: Trajectory, names: Names) -> dict[str, Extremes]:
     """Compute the extremes over continuous time of columns.
 
     Use it instead of the samples' extremes, which miss peaks between steps: the best samples are bracketed by their
@@ -94,7 +96,6 @@ def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes
     >>> round(force.peak, 3), round(force.time, 5)  # N, s
     (3.322, 0.00033)
     """
-    names = several(names, "names")
     highs = _maxima(trajectory, [(name, sign) for name in names for sign in (1.0, -1.0)])
     result = {}
     for name in names:
@@ -245,6 +246,7 @@ def _drop_lower(searches: Sequence[_Search]) -> None:
         search.settled |= search.top[1] + _DOUBT * search.miss < highest[search.bracket.name, search.bracket.sign]
 
 
+@validated
 def integral(trajectory: Trajectory, values: str | Array) -> float:
     """Integrate a column, or values at the samples, over time by parabolas through neighbouring samples.
 
@@ -287,9 +289,9 @@ def _sampled(trajectory: Trajectory, values: Array) -> Array:
     """Return values as an array with one number per sample, or raise InputError."""
     wanted = f"give the name of a column, or an array of {len(trajectory.time)} numbers, one for each sample"
     try:
-        found = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError("argument", "values", f"are not numbers; {wanted}") from None
+        found = numbers(values, finite=False)
+    except ValueError as problem:
+        raise InputError("argument", "values", f"{problem}; {wanted}") from None
     if found.shape != trajectory.time.shape:
         raise InputError("argument", "values", f"have the shape {found.shape}; {wanted}")
     return found

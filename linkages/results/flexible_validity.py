@@ -73,6 +73,7 @@ def _slope(case: FlexibleCase) -> Finding | None:
     worst = int(np.argmax(largest))
     value = float(largest[worst])
     text = f"the relative error of the stiffness is half its square, 1 % at {SLOPE:.3g}"
+    text += f"; the link has `pieces` = {len(case.substructures)}"
     return Finding(value, float(case.run.time[worst]), text) if value > SLOPE else None
 
 
@@ -119,7 +120,7 @@ FLEXIBLE_RULES = (
     Rule(
         "flexible",
         "the deflection of a link exceeds the validity of its model: its largest slope is",
-        "make it stiffer, or divide it: set its `pieces` to 2 or more",
+        "make it stiffer, or give it more `pieces`",
         _slope,
     ),
     Rule(

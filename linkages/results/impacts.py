@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arguments import Names, validated
 from linkages.arrays import Array
 from linkages.files.magnitudes import decimal
 from linkages.results.extremes import Bracket, refine
@@ -33,7 +34,7 @@ SUSTAINED = 2.0
 
 @dataclass(frozen=True)
 class Impact:
-    """One contact of one joint, SI units.
+    """One contact of one joint, SI units; of a stop of a revolute joint angles and torques, for lengths and forces.
 
     Attributes
     ----------
@@ -71,7 +72,8 @@ FILES = {
 }
 
 
-def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
+@validated
+def impacts(trajectory: Trajectory, joints: Names) -> list[Impact]:
     """Collect all contacts of joints in the order of their starts.
 
     The run's steps end at the start and end of each contact. A step is in contact if the penetration at its middle,
@@ -81,7 +83,7 @@ def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
     ----------
     trajectory : Trajectory
     joints : sequence of str
-        Joints that can touch; for a guide with clearance its corners, ``GUIDE.corner1``.
+        Joints that can touch, stops and points at lines; for a guide with clearance its corners, ``GUIDE.corner1``.
 
     Returns
     -------
@@ -100,7 +102,7 @@ def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
     found = []
     brackets: list[Bracket] = []
     _ = [trajectory[f"{name}.closing"] for name in joints]  # raises if a joint has no clearance
-    trajectory = _with_normal_forces(trajectory, joints)
+    trajectory = _with_forces(trajectory, joints)
     time = trajectory.time
     for name in joints:
         for first, last in _intervals(trajectory, name):
@@ -159,6 +161,7 @@ def read_impacts(folder: Path) -> list[Impact]:
     return [Impact(**{k: v if k == "joint" else decimal(v or "nan") for k, v in row.items()}) for row in merged]  # type: ignore[arg-type]
 
 
+@validated
 def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
     """Classify each step of a run as `FREE` flight, `IMPACT` or `SUSTAINED_CONTACT` of a joint.
 
@@ -192,10 +195,13 @@ def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
     return result
 
 
-def _with_normal_forces(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
-    """Add a column ``NAME.normal_force`` for each contact: the normal force [N]."""
+def _with_forces(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
+    """Add ``NAME.normal_force`` of each contact; of stops of revolute joints also ``force`` and ``sliding``."""
+    turning = [name for name in names if f"{name}.force" not in trajectory]
 
     def normal_force(columns: Mapping[str, Array], name: str) -> Array:
+        if name in turning:
+            return columns[f"{name}.torque"]
         if f"{name}.ex" not in columns:
             return columns[f"{name}.load"]
         guide, corner, _ = name.rpartition(".corner")
@@ -209,7 +215,10 @@ def _with_normal_forces(trajectory: Trajectory, names: Sequence[str]) -> Traject
         return np.abs(np.real(force * across.conj())) / np.abs(across)
 
     def extended(columns: Mapping[str, Array]) -> dict[str, Array]:
-        return {**columns, **{f"{name}.normal_force": normal_force(columns, name) for name in names}}
+        forces = {f"{name}.normal_force": normal_force(columns, name) for name in names}
+        for name in turning:
+            forces |= {f"{name}.force": columns[f"{name}.torque"], f"{name}.sliding": np.zeros_like(columns["time"])}
+        return {**columns, **forces}
 
     evaluate = trajectory.evaluate
     between = None if evaluate is None else lambda times: extended(evaluate(times))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -21,6 +22,13 @@ NEAR = 1e-3
 _MOST = 4000  # number of first samples
 _ZOOMS, _POINTS = 4, 33  # refinements, and points of each, for the smallest ratio between samples
 _TAKES_PART = 0.1  # smallest relative component of a joint in the motion with fixed drives
+_NEARBY = 1e-3  # distance of the position at which the tangent of the motion is taken [rad, or linkage lengths]
+_STEP = 1e-5  # of differences of the closure's Jacobian
+_ALONE = 1e-2  # ratio of singular values of the second-order conditions above which no other branch fulfils them
+
+#: Kinds of singular positions: a drive cannot continue; two branches cross; one branch passes, which the linkage could
+#: leave to first order, but redundant loops forbid any other one.
+DEAD_POINT, CHANGE_POINT, ONE_BRANCH = "dead point", "change point", "one branch"
 
 
 class Passage(NamedTuple):
@@ -34,15 +42,14 @@ class Passage(NamedTuple):
         Conditioning: smallest over largest singular value of the closure's Jacobian; zero if singular.
     joints : tuple of str
         Coordinates of the tree that drives and loops leave free there.
-    unique : bool
-        Whether the linkage has one branch there (a dead point, where a drive cannot continue), or two branches
-        cross (a change point).
+    kind : str
+        `DEAD_POINT`, `CHANGE_POINT` or `ONE_BRANCH`.
     """
 
     time: float
     quality: float
     joints: tuple[str, ...]
-    unique: bool
+    kind: str
 
 
 def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
@@ -80,9 +87,54 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
             low, high = between[max(best - 1, 0)], between[min(best + 1, _POINTS - 1)]
         if ratios[best] < NEAR and (not found or between[best] > found[-1].time):
             there = q(between[best : best + 1])[0]
-            unique = bool(_quality(jacobian_at(arrays.bodies, arrays.rows, there), arrays.rank) > NEAR)
-            found.append(Passage(float(between[best]), float(ratios[best]), _loose(tree, arrays, there), unique))
+            time, kind = float(between[best]), _kind(arrays, q, there, motion.time, between[best])
+            found.append(Passage(time, float(ratios[best]), _loose(tree, arrays, there), kind))
     return found
+
+
+def _kind(arrays: Arrays, q: Callable[[Array], Array], there: Array, times: Array, time: float) -> str:
+    """Classify a singular position by the second order of the closure.
+
+    There the rows allow more directions than elsewhere, and have more reactions without load. A direction continues as
+    a motion if the curvature of the rows along it is orthogonal to each such reaction. The tangent t of the motion
+    fulfils this. With the further direction w, the sum x t + w fulfils it if a linear condition on x holds for each
+    reaction. If the conditions contradict each other, there is no other branch.
+    """
+    rank, jacobian = arrays.rank, jacobian_at(arrays.bodies, arrays.rows, there)
+    left, values, right = np.linalg.svd(jacobian)
+    here = int(np.count_nonzero(values > NEAR * values[0]))
+    if here >= rank:
+        return DEAD_POINT
+    kernel, reactions = right[here:], left.T[here:]
+    regular = _regular(q, there, times, time)
+    tangent = np.linalg.svd(jacobian_at(arrays.bodies, arrays.rows, regular))[2][rank:]
+    inner, _, outer = np.linalg.svd(tangent @ kernel.T)
+    tangent, further = outer[: len(inner)] @ kernel, outer[len(inner) :] @ kernel
+    if len(further) != 1:
+        return CHANGE_POINT
+    driven = np.setdiff1d(np.arange(len(there)), arrays.free)
+    if len(driven) and _quality(tangent[:, driven].T, len(driven)) < NEAR:
+        return DEAD_POINT
+
+    def slope(way: Array) -> Array:
+        ends = (jacobian_at(arrays.bodies, arrays.rows, there + step * way) for step in (_STEP, -_STEP))
+        return np.subtract(*ends) / (2.0 * _STEP)
+
+    (w,) = further
+    conditions = np.array([*(2.0 * slope(t) @ w for t in tangent), slope(w) @ w])
+    first, *others = np.linalg.svd(conditions @ reactions.T, compute_uv=False)
+    return ONE_BRANCH if max(others, default=0.0) > _ALONE * first else CHANGE_POINT
+
+
+def _regular(q: Callable[[Array], Array], there: Array, times: Array, time: float) -> Array:
+    """Return a regular position of the motion near a singular one."""
+    ends = times[0] - time, times[-1] - time
+    whole = max(ends, key=abs)
+    for part in np.geomspace(1e-6, 1.0, 61):
+        found = q(np.array([time + part * whole]))[0]
+        if np.abs(found - there).max() > _NEARBY:
+            return found
+    return there
 
 
 def _candidates(quality: Array) -> list[int]:

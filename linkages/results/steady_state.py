@@ -26,6 +26,7 @@ from functools import partial
 
 import numpy as np
 
+from linkages.arguments import validated
 from linkages.arrays import Array
 from linkages.errors import Status
 from linkages.results.akima import interpolated
@@ -90,8 +91,9 @@ def common_period(system: System) -> float | None:
     """Find the shortest time in which all drives repeat their motion [s]; None without one.
 
     A drive of constant speed repeats it after a revolution, a table or formula after the time found by `repeats`. A
-    load over time, a drive by torque, a prismatic drive at constant speed, a linkage without a moving drive, and drive
-    frequencies without a ratio of small integers have no common period.
+    constant torque or force, whatever its speed at the start, has any period. A load over time, a prismatic drive at
+    constant speed, a linkage without a prescribed drive that moves, and drive frequencies without a ratio of small
+    integers have no common period.
     """
     experiment = system.experiment
     changing = [load for table, name in experiment.loads if (load := getattr(experiment, table)[name])]
@@ -99,7 +101,7 @@ def common_period(system: System) -> float | None:
         return None
     frequencies = []
     for name, drive in experiment.drives.items():
-        if not drive.speed and not drive.varies:
+        if not drive.varies and not (drive.prescribed and drive.speed):
             continue
         period = drive_period(system, name, experiment.duration) if drive.prescribed else None
         if period is None:
@@ -179,6 +181,7 @@ def repeats(history: Callable[[Array], Array], end: float) -> float | None:
     return None
 
 
+@validated
 def motion_of(system: System, run: Trajectory) -> Motion:
     """Classify the motion at the end of a run.
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from linkages.arguments import validated
 from linkages.brief import Brief
 from linkages.errors import Status
 from linkages.files.versions import versions
@@ -125,7 +126,7 @@ class Study(Brief):
     @cached_property
     def meaningless(self) -> frozenset[str]:
         """Return the columns of the run with meaningless peaks."""
-        return meaningless(_judged(self.system), self.passages, self.indeterminate)
+        return meaningless(_judged(self.system), self.passages, self.indeterminate, self.system.experiment.drives)
 
     @cached_property
     def _model(self) -> System:
@@ -154,6 +155,7 @@ class Study(Brief):
         return apart(run, tighter, self.system, 1 + len(tighter.time) // _COMPARED)
 
 
+@validated
 def summarize(study: Study) -> dict[str, Any]:
     """Make the contents of ``summary.json`` in SI units; see docs/outputs.md.
 
@@ -223,7 +225,8 @@ def unjudged(study: Study) -> dict[str, Any]:
 
 def _ideal_meaningless(study: Study) -> frozenset[str]:
     """Return the columns of the motion with ideal joints that have meaningless peaks."""
-    return meaningless(_judged(study.system), study.ideal_passages, study.ideal_indeterminate)
+    drives = study.system.experiment.drives
+    return meaningless(_judged(study.system), study.ideal_passages, study.ideal_indeterminate, drives)
 
 
 def _window(study: Study, span: tuple[float, float], ideal: dict[str, Any]) -> dict[str, Any]:
@@ -290,7 +293,7 @@ def meaningless_of(system: System, run: Trajectory, names: Iterable[str]) -> fro
     """Select the meaningless columns of one run, see `linkages.results.warnings.meaningless`."""
     moved = system_of(system, run.columns)
     found = passages(moved.tree, moved.arrays, run), indeterminate(moved, moved.arrays, run)
-    return meaningless(names, *found) & frozenset(names)
+    return meaningless(names, *found, system.experiment.drives) & frozenset(names)
 
 
 def warnings_of(system: System, run: Trajectory, contacts: Sequence[Impact]) -> list[dict[str, Any]]:

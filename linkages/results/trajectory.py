@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arguments import Dense, inside, validated
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, RunError, Status, UnknownNameError, nearest_names
@@ -47,7 +48,8 @@ class Trajectory(Brief):
     provenance : dict
         Engine, settings, versions, wall time.
     evaluate : callable or None
-        Function that gives all columns at any times of the run (dense output); None if loaded from a file.
+        Function that gives all columns at times (n,) of the run, in any order (dense output); InputError for times
+        outside. None if loaded from a file.
     units : dict of str
         SI unit of each column; empty if unknown.
     sensitivity : Derivatives
@@ -61,6 +63,11 @@ class Trajectory(Brief):
     evaluate: Callable[[Array], Columns] | None = None
     units: dict[str, str] = field(default_factory=dict)
     sensitivity: Derivatives = NONE
+
+    def __post_init__(self) -> None:
+        if self.evaluate is not None and len(self.time):
+            function = self.evaluate.function if isinstance(self.evaluate, Dense) else self.evaluate
+            object.__setattr__(self, "evaluate", Dense(function, float(self.time[0]), float(self.time[-1])))
 
     def __getitem__(self, name: str) -> Array:
         if name not in self.columns:
@@ -88,20 +95,31 @@ class Trajectory(Brief):
             rows[label] = f"{rows[label]}, {shown}" if label in rows else shown
         return line, rows
 
+    @validated
     def within(self, start: float, end: float) -> Trajectory:
         """Return the part of the trajectory between two of its times [s], with samples at both.
 
         Values between samples are evaluated, or interpolated for a loaded trajectory.
+
+        Raises
+        ------
+        InputError
+            If a time lies outside the run, or the end is not after the start.
         """
-        inside = (self.time > start) & (self.time < end)
-        edges = np.array([start, end])
+        if not start < end:
+            raise InputError("argument", "end", f"is {end:g} s, not after the start of {start:g} s; give a later end")
+        edges = inside(np.array([start, end]), float(self.time[0]), float(self.time[-1]), "start and end")
+        between_them = (self.time > edges[0]) & (self.time < edges[1])
         known = {name: np.interp(edges, self.time, column) for name, column in self.columns.items()}
-        between = ~np.isin(edges, self.time)
-        if self.evaluate is not None and between.any():
-            for name, values in self.evaluate(edges[between]).items():
-                known[name][between] = values
-        columns = {n: np.concatenate([known[n][:1], c[inside], known[n][1:]]) for n, c in self.columns.items()}
-        return replace(self, time=columns["time"], columns=columns)
+        new = ~np.isin(edges, self.time)
+        if self.evaluate is not None and new.any():
+            for name, values in self.evaluate(edges[new]).items():
+                known[name][new] = values
+        columns = {n: np.concatenate([known[n][:1], c[between_them], known[n][1:]]) for n, c in self.columns.items()}
+        rates, time = self.sensitivity, columns["time"]
+        if rates:
+            rates = replace(rates, columns=rates.evaluate(time))
+        return replace(self, time=time, columns=columns, sensitivity=rates)
 
     def save(self, path: str | Path) -> None:
         """Write to an ``.npz`` file without pickle, atomically.

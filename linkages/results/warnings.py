@@ -2,23 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from linkages.errors import Status
 from linkages.results.peak_errors import largest_of_quantities, quantity
-from linkages.results.singular import Passage
+from linkages.results.singular import CHANGE_POINT, DEAD_POINT, ONE_BRANCH, Passage
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
+from linkages.system.gear_locks import locking_gears
 from linkages.system.rigid_segments import system_of
 
 ROUGH = 0.1  # error over a peak that gives a warning
 _NOTHING = 1e-6  # relative to the largest peak of its kind: a smaller peak is rounding, and its change is meaningless
 _NAMED = 4  # most peaks, joints or times in a sentence
 
-#: Outputs that stay bounded at a singular position; and at a crossing of two branches.
 _POSITIONS = frozenset({"x", "y", "angle", "eccentricity_ratio"})
 _VELOCITIES = frozenset({"vx", "vy", "omega", "rate"})
+#: Outputs that stay bounded at a singular position, by its kind, the worst first.
+_BOUNDED = {
+    DEAD_POINT: _POSITIONS,
+    CHANGE_POINT: _POSITIONS | _VELOCITIES,
+    ONE_BRANCH: _POSITIONS | _VELOCITIES | {"ax", "ay", "alpha"},
+}
+_CONTINUATION = {
+    DEAD_POINT: "no other branch starts there, but the drives cannot continue: velocities, accelerations, forces and "
+    "torques are unbounded",
+    CHANGE_POINT: "another branch crosses there, so that the continuation is not determined: the run continues with "
+    "the same velocity; forces and torques are unbounded, and also accelerations if a length has an error",
+    ONE_BRANCH: "to first order, but the redundant loops allow one branch only: it determines motion and drive "
+    "torques, while forces in joints and gears are unbounded",
+}
 
 
 def warning(kind: str, time: float | None, what: str, remedy: str) -> dict[str, Any]:
@@ -32,23 +46,15 @@ def singular(run: Sequence[Passage], ideal: Sequence[Passage]) -> list[dict[str,
     if not found:
         return []
     which = "the run" if not ideal else "the run, like the ideal linkage," if run else "the ideal linkage"
-    worst = min(found, key=lambda passage: passage.quality)
+    worst = min(found, key=lambda passage: ([*_BOUNDED].index(passage.kind), passage.quality))
     times = _listed([f"{passage.time:.6g} s" for passage in found])
-    if worst.unique:
-        branch = (
-            "no other branch starts there, but the drives cannot continue: velocities, accelerations, forces and "
-            "torques are unbounded"
-        )
-    else:
-        branch = (
-            "another branch crosses there, so that the continuation is not determined: the run continues with the same "
-            "velocity; forces and torques are unbounded, and also accelerations if a length has an error"
-        )
     what = (
         f"{which} passes or nears singular positions at {times}: there {_listed(worst.joints)} can move although the "
-        f"drives do not (ratio of singular values down to {worst.quality:.1g}); {branch}"
+        f"drives do not (ratio of singular values down to {worst.quality:.1g}); {_CONTINUATION[worst.kind]}"
     )
     remedy = "change the lengths or the range of the drives, or drive another joint"
+    if worst.kind == ONE_BRANCH:
+        remedy = "change the range of the drives, or give a joint of a redundant loop clearance"
     return [warning("singular", found[0].time, what, remedy)]
 
 
@@ -106,18 +112,24 @@ def chaotic(apart: tuple[float, float] | None, unknown: Sequence[str]) -> list[d
 
 
 def geared(system: System) -> list[dict[str, Any]]:
-    """Warn of joints of geared wheels: gears couple coordinates and omit the tooth forces on the pins."""
+    """Warn of gears that lock each other, and of joints of geared wheels: gears omit the tooth forces on the pins."""
     gears = system.experiment.gears
     joints = dict.fromkeys(name for gear in gears.values() for name in gear.joints)
     if not gears:
         return []
+    locking, found = locking_gears(system.tree, system.tree.loop_rows, system.assembly.q), []
+    if locking:
+        names = _listed([[*gears][k] for k in locking])
+        stuck = _listed(list(dict.fromkeys(name for k in locking for name in [*gears.values()][k].joints)))
+        what = f"the gears {names} contradict each other, or the loops: {stuck} cannot move"
+        found.append(warning("gear", None, what, "correct a ratio, or remove a gear"))
     named = _listed(list(joints)), _listed(list(gears))
     what = "the forces in {} exclude the tooth or belt forces of {}".format(*named)
     remedy = (
         "add, in both joints, the torque on the second one over its wheel's pitch radius and, of teeth, over the "
         "cosine of their pressure angle"
     )
-    return [warning("gear", None, what, remedy)]
+    return [*found, warning("gear", None, what, remedy)]
 
 
 def unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
@@ -139,14 +151,21 @@ def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | Non
     return sorted(found, key=lambda item: -item[1])
 
 
-def meaningless(names: Iterable[str], passages: Sequence[Passage], undetermined: Sequence[str]) -> frozenset[str]:
+def meaningless(
+    names: Iterable[str], passages: Sequence[Passage], undetermined: Sequence[str], drives: Collection[str]
+) -> frozenset[str]:
     """Select the columns of outputs, forces and torques with meaningless peaks.
 
-    They are unbounded at these singular positions, or statically indeterminate.
+    They are unbounded at these singular positions, or statically indeterminate. The torques of the drives are bounded
+    where one branch passes, as they move the linkage along it.
     """
-    bounded = _POSITIONS if any(passage.unique for passage in passages) else _POSITIONS | _VELOCITIES
+    kinds = {passage.kind for passage in passages}
+    bounded = frozenset.intersection(*map(frozenset, (_BOUNDED[kind] for kind in kinds))) if kinds else frozenset()
+    along = {f"{name}.{what}" for name in drives if kinds == {ONE_BRANCH} for what in ("torque", "power")}
     unbounded = {
-        name for name in names if passages and not name.startswith("q.") and name.rpartition(".")[2] not in bounded
+        name
+        for name in names
+        if kinds and not name.startswith("q.") and name.rpartition(".")[2] not in bounded and name not in along
     }
     return frozenset(unbounded.union(undetermined))
 

@@ -16,6 +16,7 @@
 | load_records            | applied loads -> records of the load kernels                                 |
 | unilateral_contacts     | limit stops, points at straight lines -> records of contacts                 |
 | assembly                | loop closure on the branch of the reference configuration, state at t = 0    |
+| gear_locks              | gears that lock their joints                                                 |
 | rate                    | time scale of a linkage without prescribed motions                           |
 | equilibrium             | offsets of journals in static equilibrium: an alternative start              |
 | ideal_forces            | reactions of the ideal linkage under its loads and drives                    |

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linkages.arrays import Array, Indices, Records
-from linkages.errors import AssemblyError, InputError, Status
+from linkages.errors import AssemblyError, InputError, Status, listed
 from linkages.model.experiment import Experiment
 from linkages.planar.articulated_body import articulated_inertias
 from linkages.planar.closure import close, closure_quality, consistent_rates, jacobian_at
@@ -17,6 +18,7 @@ from linkages.planar.loads import Loads
 from linkages.planar.loop_dynamics import row_responses
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import ANGLE, PRISMATIC
+from linkages.system.gear_locks import locking_gears
 from linkages.system.load_records import check_functions, check_lengths
 from linkages.system.tree import ROWS, Tree, without
 
@@ -41,11 +43,17 @@ class Rank(NamedTuple):
         Most independent rows there and at neighbouring poses.
     moves : bool
         Whether the linkage can move in every direction that its Jacobian leaves open.
+    still : (n,) array of bool
+        Coordinates that its Jacobian leaves open, but that it cannot move.
+    open : (n,) array of bool
+        Coordinates that its Jacobian leaves open.
     """
 
     here: int
     most: int
     moves: bool
+    still: NDArray[np.bool_]
+    open: NDArray[np.bool_]
 
     @property
     def flat(self) -> bool:
@@ -112,7 +120,7 @@ def assemble(
             drawn, rank = q.copy(), _drawn_rank(tree, rows, q)
     rank = rank if np.array_equal(q, drawn) else _rank(tree, rows, q)
     mobility = len(tree.joint_dofs) - rank.most
-    _check_count(tree, experiment, len(held), mobility)
+    _check_count(tree, experiment, len(held), mobility, q)
     offset = np.zeros(len(rows))
     given = [x for name in tree.play for x in experiment.joints[name].offset]
     offset[: 2 * len(tree.play)] = given if offsets is None else offsets
@@ -152,7 +160,7 @@ def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
     drives, coordinates = len(tree.driven) + len(tree.powered), len(tree.joint_dofs)
     if drives <= coordinates - independent(tree, rows, q):
         return False
-    _check_count(tree, experiment, drives, coordinates - independent(tree, tree.loop_rows, q))
+    _check_count(tree, experiment, drives, coordinates - independent(tree, tree.loop_rows, q), q)
     for name in tree.powered:
         if experiment.drives[name].angle:
             problem = "must be zero or left out: the ideal linkage locks this joint, which moves only within clearances"
@@ -160,8 +168,12 @@ def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
     return True
 
 
-def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int) -> None:
+def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int, q: Array) -> None:
     if drives > mobility:
+        if tree.gears and (locking := locking_gears(tree, tree.closure_rows, q)):
+            names = listed([*experiment.gears][k] for k in locking)
+            problem = "contradict each other, or the loops: their joints cannot move; correct a ratio, or remove a gear"
+            raise InputError(experiment.source, f"gears: {names}", problem)
         freedoms = f"{mobility} degree{'' if mobility == 1 else 's'} of freedom"
         problem = f"{drives} drives for {freedoms} of {tree.mechanism.name}; drive fewer joints"
         raise InputError(experiment.source, "drives", problem)
@@ -173,8 +185,11 @@ def _drawn_rank(tree: Tree, rows: Records, q: Array) -> Rank:
     if rank.flat:
         raise AssemblyError(Status.SINGULAR, "two motions branch at the reference configuration; draw another pose")
     if not rank.moves:
-        problem = "the links are just long enough to close the loops: the reference configuration is immobile"
-        raise AssemblyError(Status.LOCKED, problem)
+        problem, still = "the links are just long enough to close the loops: ", rank.still
+        if np.array_equal(still, rank.open) or not still.any():
+            raise AssemblyError(Status.LOCKED, problem + "the reference configuration is immobile")
+        names = listed(name for name, stuck in zip(tree.coordinates, still, strict=True) if stuck)
+        raise AssemblyError(Status.LOCKED, f"{problem}{names} cannot move, wherever the other joints are")
     return rank
 
 
@@ -189,14 +204,16 @@ def _rank(tree: Tree, rows: Records, q: Array, columns: Indices | None = None) -
     jacobian = jacobian_at(tree.bodies, rows, q)
     here = found = _count(jacobian[:, columns], _CLEAR)
     if found == min(len(rows), len(columns)):
-        return Rank(found, found, True)
+        none = np.zeros(tree.size, dtype=bool)
+        return Rank(found, found, True, none, none)
     every = np.union1d(columns, tree.joint_dofs)
     still = np.linalg.svd(jacobian[:, every])[2][_count(jacobian[:, every], _CLEAR) :]
     ways = np.zeros((len(still), tree.size))
     ways[:, every] = still
     none, dice = np.zeros(len(rows)), np.random.default_rng(0)
     scale = coordinate_scale(tree)
-    moves = True
+    moves, free = True, np.abs(ways / scale).max(axis=0, initial=0.0) > _CLEAR
+    still = free.copy()
     for _ in range(_TRIED if len(ways) else 0):
         way = dice.standard_normal(len(ways)) @ ways
         reached = False
@@ -206,10 +223,11 @@ def _rank(tree: Tree, rows: Records, q: Array, columns: Indices | None = None) -
             if not close(tree.bodies, rows, none, every, tree.extent, beside):
                 continue
             found = max(found, _count(jacobian_at(tree.bodies, rows, beside)[:, columns], _CLEARLY))
+            still &= np.abs((beside - q) / scale) < _ASTRAY * distance
             astray = ways @ (beside - q - aside)
             reached = reached or bool(np.linalg.norm(astray) < _ASTRAY * np.linalg.norm(aside))
         moves = moves and reached
-    return Rank(here, found, moves)
+    return Rank(here, found, moves, still, free)
 
 
 def coordinate_scale(tree: Tree) -> Array:

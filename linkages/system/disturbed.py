@@ -8,7 +8,6 @@ from functools import cached_property
 
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions, raised
-from linkages.planar.record_types import FORCE, TORQUE
 from linkages.system.load_records import pack_loads
 from linkages.system.system import System
 
@@ -51,11 +50,11 @@ def inputs(system: System) -> dict[str, tuple[str, str, int]]:
         f"{name}.torque": ("N m" if joints[name].type == "revolute" else "N", "efforts", k)
         for k, name in enumerate(system.tree.powered)
     }
-    for (_, name), record in zip(system.experiment.loads, system.loads[0], strict=True):
-        if record["kind"] == FORCE:
+    for (table, name), record in zip(system.experiment.loads, system.loads[0], strict=True):
+        if table == "forces":
             for k, axis in enumerate("xy"):
                 found[f"{name}.f{axis}"] = ("N", "applied", int(record["motion"]) + k)
-        elif record["kind"] == TORQUE:
+        elif table == "torques":
             found[f"{name}.torque"] = ("N m", "applied", int(record["motion"]))
     return found
 

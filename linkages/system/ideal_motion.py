@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from linkages.arguments import Vector, inside, shaped, validated
 from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.planar.closure import closure_quality, follow
@@ -152,14 +153,16 @@ class IdealMotion:
             table[:, tree.driven_dofs] = values
         return q, v, a
 
+    @validated
     def states(
-        self, times: Array, offset: Array | None = None, hinges: Array | None = None
+        self, times: Vector, offset: Array | None = None, hinges: Array | None = None
     ) -> tuple[Array, Array, Array]:
         """Compute coordinates, rates and accelerations (nt, n) at any times within the table.
 
         Parameters
         ----------
         times : (nt,) array
+            In any order, from 0 to the last of `times`.
         offset : (nt, nr) array, optional
             Prescribed values of the tree's closure rows instead of zero (rates and accelerations belong to a
             constant offset): they displace journals from the bearings' centres.
@@ -170,7 +173,14 @@ class IdealMotion:
         ------
         AssemblyError
             If the loops do not close.
+        InputError
+            If a time lies outside the table.
         """
+        times, tree = inside(times, 0.0, float(self.times[-1])), self.system.tree
+        if offset is not None:
+            offset = shaped(offset, (len(times), len(tree.closure_rows)), "offset", "values")
+        if hinges is not None:
+            hinges = shaped(hinges, (len(times), len(tree.hinge_dofs)), "hinges", "angles")
         q, v, a = self._prescribed(times)
         if hinges is not None:
             q[:, self.system.tree.hinge_dofs] = hinges

@@ -17,7 +17,7 @@ from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.kinematics import body_states, poses_at
 from linkages.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
 from linkages.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
-from linkages.planar.record_types import FORCE, LOAD, PUSH, SIGNAL, SPRING, TORQUE, TORSION
+from linkages.planar.record_types import ANGLE, COORDINATE_SPRING, FORCE, LOAD, PUSH, SIGNAL, SPRING
 from linkages.system.tree import Tree
 
 _LOOKS = 501  # number of times at which a drive's formula is checked
@@ -48,8 +48,8 @@ def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | 
         record["motion"] = functions.add(force, force.force, force.forces)
     for torque in experiment.torques.values():
         record = next(following)
-        record["kind"] = TORQUE
-        record["a"]["body"], record["b"]["body"], record["sign"] = _turning(tree, torque.joint, ("world", torque.link))
+        record["kind"] = PUSH
+        record["term"], record["sign"] = _coordinate(tree, torque.joint, ("world", torque.link))
         constant, values = torque.torque, [[value] for value in torque.torques or []]
         record["motion"] = functions.add(torque, None if constant is None else [constant], values or None)
     for spring in experiment.springs.values():
@@ -61,8 +61,8 @@ def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | 
         record["damping"] = spring.damping
     for torsion in experiment.torsion_springs.values():
         record = next(following)
-        record["kind"], record["motion"] = TORSION, -1
-        record["a"]["body"], record["b"]["body"], record["sign"] = _turning(tree, torsion.joint, torsion.links or ())
+        record["kind"], record["motion"] = COORDINATE_SPRING, -1
+        record["term"], record["sign"] = _coordinate(tree, torsion.joint, torsion.links or ())
         record["stiffness"], record["free"] = torsion.stiffness, torsion.free_angle
         record["damping"] = torsion.damping
     for friction in experiment.frictions.values():
@@ -75,13 +75,12 @@ def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | 
     return records, functions.signals, *Motions(functions.made).arrays
 
 
-def _turning(tree: Tree, joint: str | None, links: Iterable[str | None]) -> tuple[int, int, float]:
-    """Return the two bodies of a joint or pair of links, and the sign of the joint's coordinate."""
+def _coordinate(tree: Tree, joint: str | None, links: Iterable[str | None]) -> tuple[tuple[Any, ...], float]:
+    """Return the term of a joint's coordinate, or of the angle of the second of two links, and its sign."""
     if joint is not None:
-        found = tree.mechanism.joint[joint]
-        return tree.marker(found.parent, found.on_parent)[0], tree.marker(found.child, found.on_child)[0], found.sign
-    first, second = (0 if link in (None, "world") else tree.named_marker(str(link))[0] for link in links)
-    return first, second, 1.0
+        return tree.coordinate(joint)
+    ends = ((0, 0.0, 0.0) if link in (None, "world") else tree.named_marker(str(link)) for link in links)
+    return (ANGLE, *ends, 0.0, 0.0), 1.0
 
 
 class _Functions:

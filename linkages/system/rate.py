@@ -37,7 +37,9 @@ def motion_rate(system: Unassembled, rates: Array) -> float:
     start = np.abs(rates * scale)[system.tree.joint_dofs]
     forces = [mass * float(np.linalg.norm(system.gravity))]
     forces += [spring.stiffness * extent for spring in experiment.springs.values()]
-    forces += [spring.stiffness / extent for spring in experiment.torsion_springs.values()]
+    for torsion in experiment.torsion_springs.values():
+        slides = torsion.joint is not None and system.mechanism.joint[torsion.joint].type == "prismatic"
+        forces.append(torsion.stiffness * extent if slides else torsion.stiffness / extent)
     forces += [_magnitude(force.force) for force in experiment.forces.values()]
     forces += [_magnitude(torque.torque) / extent for torque in experiment.torques.values()]
     for drive in experiment.drives.values():

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linkages.arguments import Count, validated
 from linkages.arrays import Array
 from linkages.three_rrr.branch import Branch, follow, start_assembly
 from linkages.three_rrr.direct import Assemblies, assemblies
@@ -57,7 +58,8 @@ class RobotResults:
     dynamic: Vibration | None = None
 
 
-def analyse(robot: Robot, progress: Callable[[float], None] | None = None, poses: int = POSES) -> RobotResults:
+@validated
+def analyse(robot: Robot, progress: Callable[[float], None] | None = None, poses: Count = POSES) -> RobotResults:
     """Follow the robot's branch (`robot.branch`, or the first assembly) and compute everything along it.
 
     A branch that ends at a fold is analysed up to nearly there.

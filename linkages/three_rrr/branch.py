@@ -9,8 +9,9 @@ import numpy as np
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
+from linkages.arguments import Vector, fitting, shaped, validated
 from linkages.arrays import Array
-from linkages.errors import RunError, Status
+from linkages.errors import InputError, RunError, Status
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import CrankMotion, Motion, arms, determinants, motion, newton, radius, turned
@@ -101,7 +102,8 @@ class Branch:
         keep = max(int(np.max(np.flatnonzero(np.abs(fold) >= least), initial=0)) + 1, 2)
         return replace(self, times=self.times[:keep], x=self.x[:keep])
 
-    def motion(self, times: Array) -> Motion:
+    @validated
+    def motion(self, times: Vector) -> Motion:
         """Rigid motion at any times within the branch.
 
         Raises
@@ -109,7 +111,7 @@ class Branch:
         BranchError
             Before the start or beyond the end of the branch.
         """
-        times, end = np.asarray(times, dtype=float), float(self.times[-1])
+        end = float(self.times[-1])
         outside = times[(times < 0.0) | (times > end * (1 + 1e-12))]
         if outside.size:
             detail = f"t = {outside[-1]:g} s is outside the branch, from 0 to {end:.9g} s"
@@ -126,7 +128,8 @@ class Branch:
         return self.state(times, x)
 
 
-def follow(geometry: Geometry, cranks: CrankMotion, x0: Array, duration: float) -> Branch:
+@validated
+def follow(geometry: Geometry, cranks: CrankMotion, x0: Vector, duration: float) -> Branch:
     """Follow the assembly x0 (3,) for a time [s], by a second-order predictor and Newton's method.
 
     A step counts only if the cranks turn and the corrector moves the prediction little and det Jx keeps its sign, so
@@ -138,10 +141,25 @@ def follow(geometry: Geometry, cranks: CrankMotion, x0: Array, duration: float) 
     cranks : callable
         Any motion of the cranks that starts at x0: `Robot.cranks`, or a function of times (N,) that returns angles,
         rates and accelerations (N, 3), the latter two the derivatives of the first.
+
+    Raises
+    ------
+    InputError
+        If a number is invalid, or `cranks` returns other arrays.
     """
-    branch = Branch(geometry, cranks, np.zeros(1), np.array(x0, dtype=float)[None], Status.OK, ())
+    fitting(x0, 3, "x0", "coordinates of the platform")
+    if not duration > 0.0:
+        raise InputError("argument", "duration", f"is {duration:g} s; it must be above zero")
+    samples = np.linspace(0.0, duration, _SAMPLES)
+    motions = cranks(samples)
+    if len(motions) != 3:
+        raise InputError(
+            "argument", "cranks", f"returned {len(motions)} arrays; it must return angles, rates and accelerations"
+        )
+    _, rates, _ = (shaped(one, (_SAMPLES, 3), "cranks", "angles, rates or accelerations") for one in motions)
+    branch = Branch(geometry, cranks, np.zeros(1), x0[None], Status.OK, ())
     state, _, first = _at(branch, 0.0, branch.x)
-    fastest = np.max(np.abs(cranks(np.linspace(0.0, duration, _SAMPLES))[1]))
+    fastest = np.max(np.abs(rates))
     longest = min(_TURN / max(float(fastest), 1e-12), duration)
     times, x, step, status = [0.0], [branch.x[0]], longest, Status.OK
     while times[-1] < duration * (1.0 - 1e-14):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arguments import Count, validated
 from linkages.arrays import Array
 from linkages.three_rrr.direct import candidates, distinct
 from linkages.three_rrr.geometry import Geometry
@@ -40,8 +41,9 @@ class DriveMap:
     reach: Array
 
 
+@validated
 def drive_map(
-    geometry: Geometry, phi3: float, points: int = 121, progress: Callable[[float], None] | None = None
+    geometry: Geometry, phi3: float, points: Count = 121, progress: Callable[[float], None] | None = None
 ) -> DriveMap:
     """Solve the direct kinematics on a grid of `points` by `points` drive angles over a full turn of each."""
     angles = np.linspace(-np.pi, np.pi, points)

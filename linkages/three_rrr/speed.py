@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from linkages.arguments import Vector, validated
 from linkages.arrays import Array
 from linkages.flexible.modes import eigenvalues
 from linkages.flexible.response import quasi_static as solve
@@ -60,10 +61,11 @@ def faster(branch: Branch, factor: float) -> Branch:
     return replace(branch, cranks=cranks, times=branch.times / factor, singularities=passed)
 
 
+@validated
 def speed_sweep(
     robot: Robot,
     branch: Branch,
-    factors: Array,
+    factors: Vector,
     damping_ratio: float = 0.01,
     steps_per_period: float = 40.0,
     progress: Callable[[float], None] | None = None,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linkages.arguments import validated
 from linkages.arrays import Array
 from linkages.three_rrr.branch import Branch
 from linkages.three_rrr.finite_elements import FiniteElementModel
@@ -47,6 +48,7 @@ class Vibration:
     plate: Array | None
 
 
+@validated
 def vibrate(
     model: FiniteElementModel,
     branch: Branch,

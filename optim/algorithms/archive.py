@@ -39,7 +39,7 @@ class Archive:
         new = {name: i for i, name in enumerate(names) if name not in self._rows}
         if new:
             rows = sorted(new.values())
-            values = _finite_or_failed(self.problem.evaluate(designs[rows]))
+            values = _finite_or_failed(self.problem.values(designs[rows]))
             for row in rows:
                 self._rows[names[row]] = len(self._rows)
             self.values = Values.join([self.values, values]) if len(self.designs) else values

@@ -47,10 +47,9 @@ def jacobian(
         None where a derivative cannot be had: there is no value on either side, nor beside. At a design without
         objectives, because it violates constraints, their derivatives are zero.
     """
-    if problem.jacobian is not None:
-        own = np.asarray(problem.jacobian(x), dtype=float)
-        if np.isfinite(own).all():
-            return own
+    own = problem.derivatives(x)
+    if own is not None and np.isfinite(own).all():
+        return own
     offsets = _offsets(x, problem.lower, problem.upper, step * scale)
     moving = np.flatnonzero(offsets[0] != offsets[1])
     rows = np.arange(len(moving))

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arguments import shaped
 from linkages.arrays import Array
+from linkages.errors import InputError
 
 Indices = NDArray[np.intp]
 
@@ -130,6 +132,29 @@ class Problem:
     equalities: tuple[str, ...] = ()
     start: Array | None = None
     jacobian: Callable[[Array], Array] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("lower", "upper", "start"):
+            if (given := getattr(self, name)) is not None:
+                found = shaped(given, (np.size(self.lower),), name, "numbers")
+                object.__setattr__(self, name, found)
+
+    def values(self, designs: Array) -> Values:
+        """Evaluate designs (m, n); InputError if the result of the function does not fit them."""
+        found, m = self.evaluate(designs), len(designs)
+        if not isinstance(found, Values):
+            raise InputError("problem", "evaluate", f"returned a {type(found).__name__}; it must be a Values of optim")
+        for name in ("objectives", "inequalities", "equalities"):
+            shaped(getattr(found, name), (m, len(getattr(self, name))), "evaluate", name)
+        shaped(found.failed, (m,), "evaluate", "failed")
+        return found
+
+    def derivatives(self, x: Array) -> Array | None:
+        """Compute the derivatives at a design (n,) where the problem has them; InputError for another shape."""
+        if self.jacobian is None:
+            return None
+        rows = len(self.objectives) + len(self.inequalities) + len(self.equalities)
+        return shaped(self.jacobian(x), (rows, self.size), "jacobian", "derivatives")
 
     @property
     def size(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from linkages.arguments import Matrix, Vector, fitting, validated
 from optim.algorithms.nlp import Array, Indices, Values
 
 
@@ -47,7 +48,8 @@ def pareto_front(values: Values, tolerance: float = 0.0) -> Indices:
     return feasible[members]
 
 
-def hypervolume(objectives: Array, reference: Array) -> float:
+@validated
+def hypervolume(objectives: Matrix, reference: Vector) -> float:
     """Compute the volume that a front dominates, up to a reference point that is worse in every objective.
 
     By slices along the last objective (E. Zitzler, L. Thiele, Multiobjective evolutionary algorithms, IEEE
@@ -58,6 +60,11 @@ def hypervolume(objectives: Array, reference: Array) -> float:
     objectives : (m, no) array
     reference : (no,) array
 
+    Raises
+    ------
+    InputError
+        If a number is not finite, or the reference has not one number for each objective.
+
     Examples
     --------
     >>> import numpy as np
@@ -65,6 +72,10 @@ def hypervolume(objectives: Array, reference: Array) -> float:
     >>> optim.hypervolume(np.array([[0.0, 0.5], [0.5, 0.0]]), np.ones(2))
     0.75
     """
+    return _dominated(objectives, fitting(reference, objectives.shape[1], "reference", "objectives"))
+
+
+def _dominated(objectives: Array, reference: Array) -> float:
     inside = objectives[np.all(objectives < reference, axis=1)]
     if len(inside) == 0:
         return 0.0
@@ -73,10 +84,11 @@ def hypervolume(objectives: Array, reference: Array) -> float:
     inside = inside[np.argsort(inside[:, -1], kind="stable")]
     heights = np.diff(np.append(inside[:, -1], reference[-1]))
     slices = [(height, inside[: i + 1, :-1]) for i, height in enumerate(heights) if height > 0.0]
-    return float(sum(height * hypervolume(area, reference[:-1]) for height, area in slices))
+    return float(sum(height * _dominated(area, reference[:-1]) for height, area in slices))
 
 
-def knee(objectives: Array) -> int | None:
+@validated
+def knee(objectives: Matrix) -> int | None:
     """Find the row of a front that lies farthest from the plane through its extremes, towards the better side.
 
     Each objective is measured by its range on the front (I. Das, On characterizing the "knee" of the Pareto
@@ -101,8 +113,7 @@ def knee(objectives: Array) -> int | None:
     1
     """
     m, no = objectives.shape
-    span = np.ptp(objectives, axis=0)
-    if m <= no or np.any(span <= 0.0):
+    if m <= no or np.any((span := np.ptp(objectives, axis=0)) <= 0.0):
         return None
     scaled = (objectives - objectives.min(axis=0)) / span
     # the extreme of an objective is where it is best; of equal ones that with the least sum

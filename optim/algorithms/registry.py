@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages import InputError
+from linkages.arguments import Whole, validated
 from linkages.errors import nearest
 from linkages.files.toml import Table, validate
 from optim.algorithms.archive import Archive, by_feasibility
@@ -102,11 +103,12 @@ def read_settings(name: str, data: Mapping[str, Any], source: Path | str = "sett
     return validate(_find(name, source).table, data, Path(source))
 
 
+@validated
 def minimise(
     name: str,
     problem: Problem,
     settings: Table | Mapping[str, Any] | None = None,
-    seed: int = 0,
+    seed: Whole = 0,
     progress: Report | None = None,
 ) -> Result:
     """Solve a problem by an algorithm.
@@ -148,8 +150,6 @@ def minimise(
     if no > 1 and not algorithm.several:
         several = ", ".join(key for key, other in ALGORITHMS.items() if other.several)
         raise InputError("algorithm", name, f"takes one objective and this problem has {no}: use {several}")
-    if seed < 0:
-        raise InputError("seed", str(seed), "it should be 0 or a positive number")
     starts = getattr(settings, "starts", 1)
     bounded = bool(np.all(np.isfinite(problem.lower) & np.isfinite(problem.upper)))
     if not bounded and (not algorithm.local or starts > 1 or problem.start is None):

@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from linkages.arguments import Count, Lines, fitting, validated
 from linkages.outputs.registry import IDEAL
 from optim.evaluate.evaluations import NO_VALUE, OK, Evaluations
 from optim.evaluate.requests import STATISTICS, Engine, Request, Statistics, joined, run_compiled, run_parts
@@ -51,12 +52,13 @@ class Evaluator:
     (('ok',), 2.913)
     """
 
+    @validated
     def __init__(
         self,
         study: Study,
         executor: Executor | None = None,
         parts: int = 1,
-        threads: int | None = None,
+        threads: Count | None = None,
         engine: Engine | None = None,
     ) -> None:
         self.study = study
@@ -68,9 +70,11 @@ class Evaluator:
         self.outputs = tuple(dict.fromkeys(term.output for term in terms))
         self._used = tuple(dict.fromkeys(term.window for term in terms))
 
-    def __call__(self, designs: Array) -> Evaluations:
+    @validated
+    def __call__(self, designs: Lines) -> Evaluations:
         """Evaluate designs (m, n), in SI units; a design's values do not depend on the others."""
         study = self.study
+        fitting(designs, len(study.names), "designs", "variables")
         points = self._run(designs) if self.outputs else []
         table = np.column_stack(
             [self._quantity(name, quantity, designs, points) for _, name, quantity in study.quantities]

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from linkages import Direction, InputError, RunError, Status, Trajectory, simulate
+from linkages.arguments import Count, Vector, fitting, validated
 from linkages.engines.threads import in_threads
 from linkages.outputs.registry import IDEAL
 from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
@@ -56,8 +57,9 @@ class Gradients:
     (1, 6)
     """
 
+    @validated
     def __init__(
-        self, study: Study, evaluate: Callable[[Array], Evaluations], nominal: Evaluations, threads: int | None = None
+        self, study: Study, evaluate: Callable[[Array], Evaluations], nominal: Evaluations, threads: Count | None = None
     ) -> None:
         self.study, self._evaluate, self._scales = study, evaluate, scales(study, nominal)
         self._threads = threads
@@ -68,13 +70,15 @@ class Gradients:
         }
         check_sensitivities(study)
 
-    def __call__(self, design: Array) -> Array:
+    @validated
+    def __call__(self, design: Vector) -> Array:
         """Differentiate at a design (n,): rows of objectives, inequalities, equalities, (no + ni + ne, n).
 
         Entries without a derivative are NaN: the run failed, or went beyond the horizon of predictability. At a design
         that was not run, because formulas exclude it, derivatives of numbers of runs are zero.
         """
-        study, state = self.study, self._evaluate(design[None])
+        study = self.study
+        state = self._evaluate(fitting(design, len(study.names), "design", "variables")[None])
         absent = 0.0 if state.unrun[0] else np.nan
         points: list[_Functionals] = [{} for _ in study.points]
         if not (state.failed[0] or state.unrun[0]):

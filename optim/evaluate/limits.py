@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from linkages import RunError
+from linkages.arguments import Vector, fitting, validated
 from optim.algorithms.nlp import Problem, Values
 from optim.evaluate.evaluations import Evaluations
 from optim.problem.study import Array, Study
@@ -14,11 +15,12 @@ from optim.problem.study import Array, Study
 FEASIBLE = 1e-6  # sum of violations, relative to their limits, that counts as none
 
 
+@validated
 def problem_of(
     study: Study,
     evaluate: Callable[[Array], Evaluations],
     nominal: Evaluations | None = None,
-    start: Array | None = None,
+    start: Vector | None = None,
 ) -> Problem:
     """Make the problem of a study as an algorithm sees it.
 
@@ -40,6 +42,8 @@ def problem_of(
     >>> problem.objectives, problem.size
     (('jitter',), 4)
     """
+    if start is not None:
+        fitting(start, len(study.names), "start", "variables")
     reference = evaluate(study.nominal[None]) if nominal is None else nominal
     names = [name for name, _, _, _ in limits(study)]
     return Problem(

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from linkages import AssemblyError, InputError, RunError, Status, System
+from linkages.arguments import shaped
 from optim.evaluate.evaluations import NO_VALUE, OK
 from optim.problem.study import Array, OperatingPoint
 
@@ -102,7 +103,7 @@ def run_parts(engines: Mapping[str, Engine], request: Request) -> Statistics:
         columns = [k for k, owner in enumerate(owners) if owner == prefix]
         if columns:
             outputs = tuple(request.outputs[k] for k in columns)
-            parts.append((columns, run(dataclasses.replace(request, outputs=outputs))))
+            parts.append((columns, _answer(run, dataclasses.replace(request, outputs=outputs))))
     order = np.argsort([k for columns, _ in parts for k in columns])
     values = np.concatenate([found.values for _, found in parts], axis=3)[..., order]
     verdicts = [
@@ -110,6 +111,17 @@ def run_parts(engines: Mapping[str, Engine], request: Request) -> Statistics:
         for verdict in zip(*(zip(found.status, found.reason, strict=True) for _, found in parts), strict=True)
     ]
     return Statistics(values, [status for status, _ in verdicts], [reason for _, reason in verdicts])
+
+
+def _answer(run: Engine, request: Request) -> Statistics:
+    """Have a request answered by one engine; InputError if the answer does not fit it."""
+    found, m = run(request), len(request.values)
+    shape = len(STATISTICS), m, len(request.windows), len(request.outputs)
+    shaped(found.values, shape, "engine", "statistics")
+    if not len(found.status) == len(found.reason) == m:
+        problem = f"returned {len(found.status)} statuses and {len(found.reason)} reasons for {m} designs; give as many"
+        raise InputError("argument", "engine", problem)
+    return found
 
 
 def run_each(request: Request, statistics: Callable[[int, System], Array]) -> Statistics:

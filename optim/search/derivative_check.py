@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError
+from linkages.arguments import Vector, fitting, validated
 from linkages.brief import cell
 from optim.algorithms.derivatives import jacobian
 from optim.evaluate.evaluations import finite
@@ -44,7 +45,8 @@ def check_usable(study: Study) -> None:
     check_sensitivities(study)
 
 
-def check_derivatives(study: Study, design: Array, evaluator: Evaluator | None = None) -> dict[str, Any]:
+@validated
+def check_derivatives(study: Study, design: Vector, evaluator: Evaluator | None = None) -> dict[str, Any]:
     """Compare the derivatives of objectives and limits by sensitivities with differences of designs.
 
     Differences have steps of 1e-5 to 1e-2 of the bounds. For each derivative the two neighbouring steps count whose
@@ -78,6 +80,7 @@ def check_derivatives(study: Study, design: Array, evaluator: Evaluator | None =
     >>> report["agrees"], list(report["quantities"])
     (True, ['force'])
     """
+    fitting(design, len(study.names), "design", "variables")
     check_sensitivities(study)
     evaluate = Screened(study, evaluator or Evaluator(study), max(_STEPS))
     nominal = evaluate(study.nominal[None])

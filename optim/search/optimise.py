@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from linkages.arguments import Vector, Whole, fitting, validated
 from optim.algorithms import pareto
 from optim.evaluate.evaluations import INFEASIBLE, Evaluations, finite
 from optim.evaluate.evaluator import Evaluator
@@ -20,13 +21,14 @@ from optim.search.run import Observer, Outcome, run
 from optim.search.task import described, task_of
 
 
+@validated
 def optimise(
     study: Study,
     store: Path | None = None,
     *,
     algorithm: str | Mapping[str, Any] | None = None,
-    seed: int | None = None,
-    start: Array | None = None,
+    seed: Whole | None = None,
+    start: Vector | None = None,
     evaluator: Evaluator | None = None,
     resume: bool = False,
     observe: Observer | None = None,
@@ -81,6 +83,8 @@ def optimise(
         table = {"name": algorithm} if isinstance(algorithm, str) else dict(algorithm)
         file = study.file.model_copy(update={"algorithm": table})
         study = dataclasses.replace(study, file=file)
+    if start is not None:
+        fitting(start, len(study.names), "start", "variables")
     seed = study.file.seed if seed is None else seed
     evaluate = Evaluator(study) if evaluator is None else evaluator
     task = task_of(study, seed, evaluate, start)

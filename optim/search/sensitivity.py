@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import bootstrap, qmc
 
 from linkages import InputError, RunError
+from linkages.arguments import Whole, validated
 from linkages.files.versions import versions
 from optim.evaluate.evaluations import finite
 from optim.evaluate.evaluator import Evaluator
@@ -145,8 +146,9 @@ def check_samples(samples: int, source: str = "samples") -> None:
         raise InputError(source, str(samples), "must be a power of two, 2 at least")
 
 
+@validated
 def sensitivity(
-    study: Study, samples: int = 256, seed: int | None = None, evaluator: Evaluator | None = None
+    study: Study, samples: int = 256, seed: Whole | None = None, evaluator: Evaluator | None = None
 ) -> dict[str, Any]:
     """Find out how the objectives and constraints of a study depend on its variables.
 

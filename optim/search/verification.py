@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from linkages import System
+from linkages.arguments import Count, validated
 from linkages.brief import cell
 from optim.evaluate.drake_runs import run_on_drake
 from optim.evaluate.evaluations import INFEASIBLE, OK, finite
@@ -24,8 +25,9 @@ _PHASES = 10
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0  # its multiples are spread evenly, and are no fractions of a turn
 
 
+@validated
 def verify(
-    study: Study, best: dict[str, Any], threads: int | None = None, progress: Callable[[float], None] | None = None
+    study: Study, best: dict[str, Any], threads: Count | None = None, progress: Callable[[float], None] | None = None
 ) -> dict[str, Any]:
     """Check an optimum at a ten times tighter tolerance: on Drake, and, with dry contact, from unseen starts.
 

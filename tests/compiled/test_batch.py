@@ -171,16 +171,20 @@ def test_bad_requests_are_refused_before_any_run(press):
         simulate_batch(press, windows=[[0.3, 0.1]])
     with pytest.raises(InputError, match="windows: end at 9 s, after the duration of"):
         simulate_batch(press, windows=[[0.0, 9.0]])
-    with pytest.raises(InputError, match="values: are no table of numbers"):
+    with pytest.raises(InputError, match="values: are no real numbers but texts"):
         simulate_batch(press, ["joints.A.film"], [["long"]])
     with pytest.raises(InputError, match="values: have 3 dimensions"):
         simulate_batch(press, ["joints.A.viscosity"], [[[0.4]]])
-    with pytest.raises(InputError, match="windows: are no table of numbers"):
+    with pytest.raises(InputError, match="windows: are no real numbers but texts"):
         simulate_batch(press, windows="all")
     with pytest.raises(InputError, match="limits: have 1 columns for 2 variables"):
         simulate_batch(press, ["joints.A.viscosity", "joints.B.viscosity"], [[0.4, 0.3]], limits=[[0.1], [0.5]])
     with pytest.raises(InputError, match="limits: must have two lines"):
         simulate_batch(press, ["joints.A.viscosity"], [[0.4]], limits=[[0.5], [0.1], [0.3]])
+    with pytest.raises(InputError, match=r'variables: has "joints\.A\.viscosity" twice'):
+        simulate_batch(press, ["joints.A.viscosity"] * 2, [[0.4, 0.3]])
+    with pytest.raises(InputError, match="values: have masked entries"):
+        simulate_batch(press, ["joints.A.viscosity"], np.ma.masked_greater([[0.4], [9e9]], 1.0))
     with pytest.raises(InputError, match=r"joints\.A\.viscosity: is given twice"):
         simulate_batch(press, wrt=["joints.A.viscosity"] * 2)
     with pytest.raises(InputError, match="oil: has no rates"):

@@ -55,7 +55,7 @@ def check(result, step, reach=0.02, accuracy=LAWS, linear=False):
     checks the Jacobian of linear models.
     """
     assert result.status is Status.OK
-    replay = result.evaluate
+    replay = result.evaluate.function
     steps, runner, m = replay.steps, replay.runner, replay.runner.model
     t, y = steps.times[step], steps.states[step].copy()
     problem = runner.aside()
@@ -160,6 +160,16 @@ point = "block"
 to = "arm"
 stiffness = 40.0
 free_length = 0.3
+[torsion_springs.T]
+joint = "slide"
+stiffness = 30.0
+free_angle = 0.2
+damping = 0.7
+[torsion_springs.U]
+links = ["arm", "hung"]
+stiffness = 0.3
+free_angle = 0.1
+damping = 0.02
 """
     result = simulate(system_of(model("slide", body), text), "compiled")
     check(result, len(result.time) - 1, accuracy=EXACT)
@@ -322,7 +332,7 @@ bristle_stiffness = 1e4
 def test_bristles(system_of):
     result = simulate(system_of(slider_crank(), LUGRE), "compiled")
     step = deepest(result, ["B"])
-    assert result.evaluate.steps.states[step, -1] != 0.0
+    assert result.evaluate.function.steps.states[step, -1] != 0.0
     check(result, step, reach=2e-3)
 
 

@@ -351,3 +351,21 @@ def test_a_machine_without_a_free_coordinate_has_derivatives(system_of):
     np.testing.assert_allclose(found["rod_tip.x"], -0.3 * t * np.sin(3.0 * t), atol=1e-9)
     by_rate = -0.3 * (6.0 * np.cos(3.0 * t) - 9.0 * t * np.sin(3.0 * t))
     np.testing.assert_allclose(found["rod_tip.ax"], by_rate, atol=1e-8)
+
+
+def test_derivatives_stay_within_the_run_and_its_parts():
+    """The drive's angle is its speed times the time: its derivative along the speed is the time."""
+    system = linkages.load(linkages.find_file("slider_crank_lubricated.toml"), {"duration": 0.002})
+    run = linkages.simulate(system, outputs=["crank.angle"], wrt=["drives.O.speed"])
+    part = run.within(0.0005, 0.001)
+    for one, low, high in ((run, 0.0, 0.002), (part, 0.0005, 0.001)):
+        np.testing.assert_allclose(one.sensitivity["drives.O.speed"]["crank.angle"], one.time, atol=1e-12)
+        found = one.sensitivity.evaluate([high, low])["drives.O.speed"]["crank.angle"]
+        np.testing.assert_allclose(found, [high, low], atol=1e-12)
+        for times, problem in (
+            ([low, 0.1], "have 0.1 s, outside the run"),
+            ([np.nan], "have nan"),
+            (low, "have 0 dim"),
+        ):
+            with pytest.raises(linkages.InputError, match=problem):
+                one.sensitivity.evaluate(times)

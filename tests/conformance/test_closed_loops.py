@@ -45,6 +45,17 @@ def test_a_pose_that_the_links_cannot_leave_is_locked(system_of, sdf, done):
     assert caught.value.status is Status.LOCKED
 
 
+def test_a_rod_as_long_as_the_distance_of_its_rails_lets_both_sliders_move(system_of):
+    """Both slide together at every position, while the rod cannot turn: it is redundant, but nothing is immobile."""
+    sliders = solid("one", 0.1, 1e-4) + solid("two", 0.1, 1e-4, "0 0.3 0 0 0 0") + bar("rod", 0.3, "one", np.pi / 2)
+    rails = joint("G", "world", "one", "prismatic", "1 0 0") + joint("H", "world", "two", "prismatic", "1 0 0")
+    sdf = model("rails", sliders + rails + joint("A", "one", "rod") + joint("B", "rod_tip", "two"))
+    with pytest.raises(AssemblyError, match="just long enough to close the loops") as caught:
+        _ = system_of(sdf, "duration = 0.01\n[drives.G]\nspeed = 0.05\n").assembly
+    assert "A cannot move" in str(caught.value)
+    assert not any(word in str(caught.value) for word in ("immobile", " G ", " H "))
+
+
 @pytest.mark.parametrize("short", [0.0, 1e-13])
 @pytest.mark.parametrize("angle", [0.1, 1.0, 2.0])
 def test_a_slider_driven_from_its_dead_point_is_singular(system_of, angle, short):

@@ -161,6 +161,37 @@ def test_a_warning_says_that_pins_are_without_the_force_of_teeth(system_of):
     assert summarize(study(system_of(sdf, text + "[drives.B]\ntorque = 0.0\n"), "compiled"))["warnings"] == []
 
 
+CONTRADICTION = "".join(
+    f"[gears.{name}]\njoints = {list(joints)}\nratio = {ratio}\n"
+    for name, joints, ratio in (("g1", "AB", -0.5), ("g2", "AC", 2.0), ("g3", "BC", -3.0), ("g4", "CD", 2.0))
+)
+
+
+def four_wheels():
+    body = "".join(wheel(f"w{k}", 0.1, 0.3 * k) + joint(name, "world", f"w{k}") for k, name in enumerate("ABCD"))
+    return model("train", body)
+
+
+@pytest.mark.parametrize("drive", ["", "[drives.A]\nspeed = 6.0\n", "[drives.D]\ntorque = 1.0\n"])
+def test_gears_that_contradict_each_other_are_named(system_of, drive):
+    """c = 2 a, b = -a/2, c = -3 b = 1.5 a: none can turn. The fourth gear follows, and contradicts nothing."""
+    system = system_of(four_wheels(), f"duration = 0.1\n{drive}{CONTRADICTION}")
+    if drive:
+        with pytest.raises(InputError, match="gears: g1, g2 and g3: contradict each other"):
+            _ = system.assembly
+        return
+    first, _ = summarize(study(system, "compiled"))["warnings"]
+    assert first["kind"] == "gear"
+    assert first["what"] == "the gears g1, g2, g3 contradict each other, or the loops: A, B, C cannot move"
+
+
+def test_redundant_gears_that_agree_contradict_nothing(system_of):
+    text = f"duration = 0.1\n[drives.A]\nspeed = 6.0\n{CONTRADICTION.replace('-3.0', '-4.0')}"
+    summary = summarize(study(system_of(four_wheels(), text), "compiled"))
+    assert not any("contradict" in warning["what"] for warning in summary["warnings"])
+    assert summary["loads"]["g4"]["torque"]["peak"] == pytest.approx(0.0, abs=1e-9)
+
+
 #: case -> (text, expected part of the message)
 REFUSED = {
     "no ratio": ("[gears.mesh]\njoints = ['A', 'B']\n", "gears.mesh.ratio: is missing"),

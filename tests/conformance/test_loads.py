@@ -119,6 +119,29 @@ def test_a_torsion_pendulum_oscillates_as_its_closed_form(run, axis, where):
     np.testing.assert_allclose(found["arm.alpha"] * inertia, -towards * found["T.torque"], atol=1e-9)
 
 
+@pytest.mark.parametrize("axis", ["1 0 0", "-0.6 0.8 0"])
+@pytest.mark.parametrize("parent", ["world", "carrier"])
+def test_a_spring_in_a_slider_oscillates_as_its_closed_form(run, axis, parent):
+    """On the world, and on a carrier that turns at a constant speed: the centrifugal force softens the spring."""
+    turning = 4.0 if parent == "carrier" else 0.0
+    body = solid("block", 2.0) + joint("slide", parent, "block", "prismatic", axis)
+    text = "duration = 1.0\noutputs = ['block.x', 'block.y']\n"
+    if turning:
+        body += bar("carrier", 0.1, "__model__") + joint("O", "world", "carrier")
+        text += f"[drives.O]\nspeed = {turning}\n"
+    spring = "[torsion_springs.S]\njoint = 'slide'\nstiffness = 1000.0\nfree_angle = 0.1\ndamping = 5.0\n"
+    found = run(model("m", body), text + spring + EXACT)
+    t, decay, square = found.time, 5.0 / (2.0 * 2.0), 1000.0 / 2.0 - turning**2  # m x'' = -k (x - x0) - c x' + m w^2 x
+    middle, omega = 1000.0 * 0.1 / (2.0 * square), np.sqrt(square - decay**2)
+    x = middle * (1.0 - np.exp(-decay * t) * (np.cos(omega * t) + decay / omega * np.sin(omega * t)))
+    rate = middle * np.exp(-decay * t) * square / omega * np.sin(omega * t)
+    np.testing.assert_allclose(found["S.displacement"], x, atol=1e-8)
+    np.testing.assert_allclose(found["S.force"], 1000.0 * (x - 0.1) + 5.0 * rate, atol=1e-5)
+    np.testing.assert_allclose(found["S.power"], -(1000.0 * (x - 0.1) + 5.0 * rate) * rate, atol=1e-5)
+    way = np.exp(1j * turning * t) * complex(*map(float, axis.split()[:2]))
+    np.testing.assert_allclose(found["block.x"] + 1j * found["block.y"], x * way, atol=1e-8)
+
+
 LOADED = """duration = 0.4
 outputs = ["follower.omega"]
 [drives.O]

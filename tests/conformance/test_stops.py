@@ -66,6 +66,13 @@ def test_a_bar_bounces_off_a_linear_stop_in_half_a_period(run, axis, side, speed
     beyond = 3.0 / frequency * np.sin(frequency * (t[inside] - start))
     np.testing.assert_allclose(found["end.penetration"][inside], beyond, atol=1e-7)
     np.testing.assert_allclose(found["end.torque"][inside], 800.0 * beyond, atol=1e-4)
+    (impact,) = impacts(found, ["end"])  # of angles and torques
+    assert impact.start == pytest.approx(start, abs=1e-7)
+    assert impact.duration == pytest.approx(np.pi / frequency, rel=1e-5)
+    assert impact.tangential_speed == 0.0
+    assert (impact.approach_speed, impact.separation_speed) == pytest.approx((3.0, 3.0), rel=1e-6)
+    assert impact.peak_penetration == pytest.approx(3.0 / frequency, rel=1e-6)
+    assert impact.peak_force == impact.peak_normal_force == pytest.approx(800.0 * 3.0 / frequency, rel=1e-6)
     assert found["q.O"].max() * np.sign(speed) <= 0.3 + 3.0 / frequency * (1 + 1e-6)
     assert found["O.rate"][-1] == pytest.approx(-speed, rel=1e-6)
     gone = found["end.power"] - found["end.torque"] * -np.sign(speed) * found["O.rate"]

@@ -15,7 +15,7 @@ from linkages.cli.main import main
 from linkages.report.terminal import format_summary
 from linkages.results.noise import noise
 from linkages.results.peak_errors import SAFETY
-from linkages.results.singular import NEAR, passages
+from linkages.results.singular import CHANGE_POINT, NEAR, passages
 from linkages.results.warnings import rough
 
 #: Drawn at 1 rad and driven at 6 rad/s: flat at pi and 2 pi.
@@ -45,6 +45,55 @@ def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, s
         assert numbers["outputs"]["follower.angle"]["min"] == pytest.approx(1.0)
     assert warning["what"] in format_summary(summary)
     json.dumps(summary, allow_nan=False)
+
+
+def three_cranks_sdf(doubled=False) -> str:
+    """A rod on three parallel cranks at the same distance; or on two of them, doubled."""
+    body = ""
+    for i in range(2 if doubled else 3):
+        body += (
+            f'<frame name="g{i}" attached_to="world"><pose relative_to="__model__">{0.2 * i} 0 0 0 0 0</pose></frame>'
+        )
+        body += bar(f"c{i}", 0.05, f"g{i}", 1.0, mass=0.08) + joint(f"G{i}", "world", f"c{i}")
+    for rod in ("rod", "twin") if doubled else ("rod",):
+        body += bar(rod, 0.4, "c0_tip", -1.0, mass=0.6) + joint(f"{rod}0", "c0_tip", rod)
+        for i in range(1, 2 if doubled else 3):
+            body += f'<frame name="{rod}_{i}" attached_to="{rod}"><pose>{0.2 * i} 0 0 0 0 0</pose></frame>'
+            body += joint(f"{rod}{i}", f"c{i}_tip", f"{rod}_{i}")
+    return model("locomotive", body)
+
+
+CRANKS = """duration = 1.0
+outputs = ["rod.ay", "rod.angle"]
+gravity = [0.0, -9.81, 0.0]
+[drives.G0]
+speed = 6.0
+"""
+
+
+@slow_on_drake
+def test_three_cranks_on_one_rod_have_one_branch_and_a_finite_torque(engine, system_of):
+    """The third crank leaves the rod no antiparallel motion; the torque follows from the weights' power."""
+    system = system_of(three_cranks_sdf(), CRANKS)
+    found = study(system, engine, error_estimate=False)
+    summary = summarize(found)
+    singular, indeterminate = summary["warnings"]
+    assert (singular["kind"], indeterminate["kind"]) == ("singular", "indeterminate")
+    assert singular["time"] == pytest.approx(FLAT[0], abs=1e-4)
+    assert "one branch only" in singular["what"]
+    assert "another branch" not in singular["what"]
+    torque = (0.6 + 3 * 0.5 * 0.08) * 9.81 * 0.05 * np.cos(1.0 + 6.0 * found.run.time)
+    np.testing.assert_allclose(found.run["G0.torque"], torque, atol=1e-6)
+    for numbers in (summary, summary["ideal"]):
+        assert all(joint["force"]["peak"] is None for joint in numbers["joints"].values())
+        assert numbers["drives"]["G0"]["torque"]["peak"] == pytest.approx(0.72 * 9.81 * 0.05, rel=1e-6)
+        assert numbers["outputs"]["rod.ay"]["peak"] == pytest.approx(0.05 * 36.0, rel=1e-6)
+
+
+def test_a_doubled_rod_leaves_both_branches(system_of):
+    """It is redundant everywhere, and does not forbid the antiparallel motion."""
+    system = system_of(three_cranks_sdf(doubled=True), CRANKS)
+    assert {passage.kind for passage in passages(system.tree, system.ideal_arrays, ideal(system))} == {CHANGE_POINT}
 
 
 def test_peaks_without_a_bound_are_not_looked_for(system_of):

@@ -216,3 +216,39 @@ def test_text_behind_a_visual_is_left_out(system_of):
     sphere = '<visual name="v"><geometry><sphere><radius>0.01</radius></sphere></geometry></visual>'
     text = four_bar().replace("</inertial>", f"</inertial>{sphere} --&gt; a note", 1)
     assert simulate(system_of(text, "duration = 0.001\n"), "drake").status is Status.OK
+
+
+def test_two_linkages_in_one_diagram_move_as_each_does_alone(seven_bar):
+    """A film of one and dry contact of the other, beside a second one of the same mechanism; the references run alone."""
+    end = 0.004
+    systems = [seven_bar, shipped("slider_crank_dry"), seven_bar.replaced({"drives.O1.speed": 3.0})]
+    builder = DiagramBuilder()
+    parts = [add_linkage(builder, system) for system in systems]
+    assert [part.name for part in parts] == ["", "slider_crank", "seven_bar"]
+    simulator = Simulator(builder.Build())
+    root = simulator.get_mutable_context()
+    for part in parts:
+        part.set_initial_state(root)
+    assert parts[0].advance(simulator, end) is Status.OK
+    assert root.get_time() == end
+    for part, system in zip(parts, systems, strict=True):
+        alone = simulate(system.replaced({"duration": end, "solver.accuracy": 1e-10}))
+        plant = part.plant.GetMyContextFromRoot(root)
+        q, v = part.plant.GetPositions(plant), part.plant.GetVelocities(plant)
+        exact = np.array([alone[f"q.{name}"][-1] for name in system.tree.coordinates])
+        start = np.array([alone[f"q.{name}"][0] for name in system.tree.coordinates])
+        np.testing.assert_allclose(q[part.place.positions], exact, rtol=0, atol=1e-6 * np.abs(exact - start).max())
+        torques = part.drives.get_torques_output_port().Eval(part.drives.GetMyContextFromRoot(root))
+        assert torques == pytest.approx([alone[f"{name}.torque"][-1] for name in part.drives.joints], rel=1e-3)
+        assert np.isfinite(v).all()
+
+
+def test_names_of_linkages_in_one_diagram_differ(seven_bar):
+    builder = DiagramBuilder()
+    for name, wanted in (("left", "left"), (None, ""), (None, "seven_bar"), (None, "seven_bar_2")):
+        part = add_linkage(builder, seven_bar, name=name)
+        assert part.name == wanted
+        assert part.drives.get_name() == (f"{wanted}_drives" if wanted else "drives")
+    with pytest.raises(InputError, match='name: "left" is taken in this diagram'):
+        add_linkage(builder, seven_bar, name="left")
+    builder.Build()

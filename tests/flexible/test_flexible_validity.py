@@ -48,10 +48,21 @@ def test_slopes_change_the_stiffness_by_one_per_cent_at_most(part, count):
     entries = found(machine(), bending1=part * sqrt(0.02) * LENGTH / pi)
     assert [(entry["kind"], entry["time"]) for entry in entries] == [("flexible", 0.25)] * count
     for entry in entries:
-        assert (
-            "0.144 in rod at 0.25 s (the relative error of the stiffness is half its square, 1 % at 0.141)"
-            in entry["what"]
-        )
+        limit = "the relative error of the stiffness is half its square, 1 % at 0.141; the link has `pieces` = 1"
+        assert f"0.144 in rod at 0.25 s ({limit})" in entry["what"]
+
+
+def test_a_link_in_pieces_is_advised_more_than_it_has():
+    """Each of eight pieces is half a sine long: they need a slope of 1 % each."""
+    system = machine(**{"links.rod.pieces": 8})
+    names = [name for part in system.tree.flexible["rod"] for name in part.coordinates]
+    bent = {f"q.{name}": np.array([0.0, name.endswith("bending1") * 0.2 * LENGTH / 8 / pi]) for name in names}
+    rest = {f"{name}.omega": np.zeros(2) for name in system.mechanism.link} | {"O.rate": np.array([0.0, -150.0])}
+    rest |= {"B.eccentricity_ratio": np.full(2, 0.5), "B.penetration": np.full(2, -2.5e-5)}
+    rest["rod.compression"] = np.zeros(2)
+    (entry,) = outside(system, Trajectory(np.array([0.0, 0.25]), bent | rest, Status.OK), ())
+    assert "the link has `pieces` = 8" in entry["what"]
+    assert "more `pieces`" in entry["remedy"]
 
 
 @pytest.mark.parametrize(("part", "count"), [(0.49, 0), (0.51, 1)])

@@ -70,6 +70,28 @@ def test_a_registered_contact_law_is_the_built_in_one(delta, ddelta, ddelta0, re
     assert mine == built_in == by_factor
 
 
+@pytest.mark.parametrize("kind", [int, np.int32, np.float32, bool])
+def test_laws_take_numbers_of_any_type(kind):
+    """A law's function is called at its address and takes float64: other types must not be passed as they are."""
+    law = joint(contact="lankarani-nikravesh", friction="coulomb", film="long", stiffness=2.0, restitution=0.5)
+    law = law.copy()
+    law["mu_d"] = law["mu_s"] = 0.25
+    one, zero = kind(1), kind(0)
+    assert contact_force(one, zero, one, law) == contact_force(1.0, 0.0, 1.0, law) == 2.0  # K delta^1.5
+    assert friction_coefficient(one, zero, law) == friction_coefficient(1.0, 0.0, law)
+    # at rest in the middle, wedge rate 2: the half film of an infinitely long bearing, f_t = 6 pi
+    table, ew = np.zeros(1), kind(2) if kind is not bool else 2
+    found = film_force(law, zero, zero, ew, one, table)
+    np.testing.assert_allclose(found, film_force(law, 0.0, 0.0, 2.0, 1.0, table), rtol=0)
+    assert found[1] == pytest.approx(6.0 * math.pi)
+
+
+@compiled_only
+def test_laws_refuse_complex_numbers():
+    with pytest.raises(numba.TypingError, match="takes real numbers"):
+        friction_coefficient(1j, 0.0, joint(friction="coulomb"))
+
+
 @given(eps=st.floats(0.0, 1.1), deps=st.floats(-50.0, 50.0), ew=st.floats(-50.0, 50.0))
 def test_a_registered_film_is_the_built_in_one(eps, deps, ew):
     register_film("mine", long_film)

@@ -227,7 +227,7 @@ def test_bad_input():
         read_settings("ga", {"generation": 3})
     with pytest.raises(InputError, match="greater than or equal to 4"):
         read_settings("nsga2", {"population": 1})
-    with pytest.raises(InputError, match="should be 0 or a positive number"):
+    with pytest.raises(InputError, match="seed: is -1; give a whole number, 0 or more"):
         minimise("ga", bowl(), seed=-1)
     unbounded = dataclasses.replace(bowl(), upper=np.full(3, np.inf))
     for name, settings in (("ga", None), ("differential-evolution", None), ("grg", ReducedGradient(starts=2))):

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from linkages import InputError
 from optim.algorithms.archive import by_feasibility
 from optim.algorithms.ga import fitness_of
 from optim.algorithms.nlp import Values
@@ -66,6 +67,19 @@ def test_hypervolume_by_counting_unit_cells(f):
     cells = itertools.product(range(5), repeat=f.shape[1])
     counted = sum(any(np.all(point <= cell) for point in f) for cell in cells)
     assert hypervolume(f, np.full(f.shape[1], 5.0)) == pytest.approx(counted)
+
+
+def test_hypervolume_of_numbers_that_are_none():
+    """A design without a value dominates no volume, and the volume is no number: not 0."""
+    for f, reference, problem in (
+        ([[np.nan, 0.5]], np.ones(2), "objectives: have nan; give finite numbers"),
+        ([[0.5, 0.5]], [1.0, np.nan], "reference: have nan; give finite numbers"),
+        ([[0.5, 0.5]], np.ones(3), "reference: have 3 numbers for 2 objectives"),
+        (np.ma.masked_greater([[0.5, 2.0]], 1.0), np.ones(2), "objectives: have masked entries"),
+    ):
+        with pytest.raises(InputError, match=problem):
+            hypervolume(f, reference)
+    assert hypervolume([[0, 0]], [2, 3]) == 6.0
 
 
 def test_hypervolume_of_a_sphere():

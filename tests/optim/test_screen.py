@@ -13,7 +13,7 @@ from optim.algorithms.nlp import Ending, Problem, Values
 from optim.algorithms.registry import minimise, read_settings
 from optim.cli import optimise as command
 from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.limits import values_of
+from optim.evaluate.limits import problem_of, values_of
 from optim.evaluate.screen import Screened
 from optim.problem.load import load_study
 
@@ -133,13 +133,14 @@ def test_what_algorithms_see(study, asked):
     assert values.failed.tolist() == [False, False, True]
     assert values.objectives[1:, 0].tolist() == [np.inf, np.inf]
     assert values.violation[1:] == pytest.approx([0.15 / 0.5, np.inf])
-    problem = Problem(study.lower, study.upper, lambda designs: values)
+    seen = problem_of(study, screened, nominal)
+    problem = replace(seen, evaluate=lambda designs: values)
     assert Archive(problem)(np.array([GOOD, HEAVY, NO_ROOT])).failed.tolist() == [False, False, True]
 
 
 def test_an_infinite_objective_without_a_violation_has_failed():
     values = Values(np.full((2, 1), np.inf), np.array([[-1.0], [1.0]]), np.empty((2, 0)), np.zeros(2, bool))
-    archive = Archive(Problem(np.zeros(1), np.ones(1), lambda designs: values))
+    archive = Archive(Problem(np.zeros(1), np.ones(1), lambda designs: values, inequalities=("limit",)))
     assert archive(np.array([[0.0], [1.0]])).failed.tolist() == [True, False]
 
 

@@ -119,7 +119,7 @@ def test_every_name_has_a_unit(system):
 def refusals(system, name):
     """The messages about a name, from all functions that take names."""
     result = run_compiled(system)
-    states = result.evaluate.runner.evaluate(result.evaluate.steps, result.time[:1])
+    states = result.evaluate.function.runner.evaluate(result.evaluate.function.steps, result.time[:1])
     for ask in (
         lambda: registry.check_output(system, name),
         lambda: registry.pack(system, [name]),

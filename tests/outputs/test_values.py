@@ -64,7 +64,7 @@ def forces_agree(system, found, expected):
 
 def test_forces_of_a_run_are_those_of_free_bodies(system):
     """Newton and Euler for each body by itself, in absolute coordinates."""
-    replay = run_compiled(system).evaluate
+    replay = run_compiled(system).evaluate.function
     times = np.linspace(0.0, system.experiment.duration, 51)
     states = replay.runner.evaluate(replay.steps, times)
     forces_agree(system, columns(system, times, *states), free_bodies(system, times, *states))
@@ -74,7 +74,7 @@ def test_forces_of_the_ideal_linkage_are_those_of_free_bodies(system):
     """Over the whole of the shipped experiment's motion."""
     if not system.determinate:
         system = system.ideal()
-        replay = run_compiled(system).evaluate
+        replay = run_compiled(system).evaluate.function
         times = np.linspace(0.0, system.experiment.duration, 51)
         *states, _ = replay.runner.evaluate(replay.steps, times)
     else:

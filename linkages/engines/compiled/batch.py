@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from linkages.arguments import Count, Lines, Names, validated
 from linkages.brief import Brief, counted
 from linkages.engines.compiled.batch_derivatives import STATISTICS_WITH_RATES, differentiate_runs
 from linkages.engines.compiled.designs import designs_of
 from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.statistics import STATISTICS
-from linkages.errors import InputError, Status, several
+from linkages.errors import InputError, Status
 from linkages.files.table_formats import needed
 from linkages.kernel import Array, Indices
 from linkages.outputs.registry import default_outputs, pack
-from linkages.results.derivatives import Direction
+from linkages.results.derivatives import Wrt
 from linkages.system import System
 
 if TYPE_CHECKING:
@@ -145,16 +146,17 @@ class Batch(Brief):
         return needed("xarray", "to_xarray").Dataset(tables, coords=coordinates | spans)
 
 
+@validated
 def simulate_batch(
     system: System,
-    variables: Sequence[str] = (),
-    values: Any = None,
-    outputs: Sequence[str] | None = None,
-    windows: Any = None,
-    threads: int | None = None,
+    variables: Names = (),
+    values: Lines | None = None,
+    outputs: Names | None = None,
+    windows: Lines | None = None,
+    threads: Count | None = None,
     progress: Callable[[float], None] | None = None,
-    wrt: Sequence[str | Direction] = (),
-    limits: Any = None,
+    wrt: Wrt = (),
+    limits: Lines | None = None,
 ) -> Batch:
     """Run a system many times with different values, in parallel threads.
 
@@ -214,12 +216,14 @@ def simulate_batch(
     >>> batch.sensitivity[path]["mean"].round(3).tolist()  # m/m: runs, windows, outputs
     [[[1.0]]]
     """
-    variables, wrt = several(variables, "variables"), several(wrt, "wrt")
+    for name in variables:
+        if variables.count(name) > 1:
+            raise InputError("argument", "variables", f'has "{name}" twice; give each once')
     table, spans = _values_of(values, variables), _spans_of(windows, variables, system.experiment.duration)
-    names = several(outputs, "outputs") if outputs is not None else default_outputs(system)
-    designs = designs_of(system, variables, names, spans.tobytes())
+    chosen = default_outputs(system) if outputs is None else tuple(outputs)
+    designs = designs_of(system, tuple(variables), chosen, spans.tobytes())
     if not designs.checked:  # a search makes many batches of the same designs
-        pack(system, names)
+        pack(system, chosen)
         _check_paths(system, variables, table)
         designs.checked = True
     if wrt:
@@ -227,31 +231,20 @@ def simulate_batch(
     runs = Runs(designs, table)
     share = _OF_RUNS if wrt else 1.0
     bounds = None if limits is None else _values_of(limits, variables, "limits")
-    if bounds is not None and len(bounds) != 2:
-        raise InputError("argument", "limits", "must have two lines, the ends of the ranges")
+    if bounds is not None and (len(bounds) != 2 or not np.isfinite(bounds).all()):
+        raise InputError("argument", "limits", "must have two lines, the ends of the ranges, of finite numbers")
     runs.make(threads, progress and (lambda part: progress(share * part)), bounds)
     statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
-    batch = Batch(variables, table, names, spans, statistics, runs.status, runs.reason, runs.steps)
+    batch = Batch(tuple(variables), table, chosen, spans, statistics, runs.status, runs.reason, runs.steps)
     if not wrt:
         return batch
     found = differentiate_runs(runs, wrt, threads, progress and (lambda part: progress(share + (1.0 - share) * part)))
     return replace(batch, sensitivity=found.rates, sensitivity_status=found.status)
 
 
-def _table_of(values: Any, name: str) -> Array:
-    """Return numbers as a table of two dimensions."""
-    try:
-        table = np.array(values, dtype=np.float64, ndmin=2)
-    except (TypeError, ValueError) as problem:
-        raise InputError("argument", name, f"are no table of numbers: {problem}") from None
-    if table.ndim > 2:
-        raise InputError("argument", name, f"have {table.ndim} dimensions; give a table, a line for each")
-    return table
-
-
-def _values_of(values: Any, variables: Sequence[str], name: str = "values") -> Array:
+def _values_of(values: Array | None, variables: Sequence[str], name: str = "values") -> Array:
     """Return the values of the runs, (m, nv)."""
-    table = np.zeros((1, 0)) if values is None else _table_of(values, name)
+    table = np.zeros((1, 0)) if values is None else values
     if table.shape[1] != len(variables):
         raise InputError(
             "argument", name, f"have {table.shape[1]} columns for {len(variables)} variables; give as many"
@@ -259,9 +252,9 @@ def _values_of(values: Any, variables: Sequence[str], name: str = "values") -> A
     return table
 
 
-def _spans_of(windows: Any, variables: Sequence[str], duration: float) -> Array:
+def _spans_of(windows: Array | None, variables: Sequence[str], duration: float) -> Array:
     """Return the times of the windows, (nw, 2); the whole run by default."""
-    spans = _table_of([[0.0, duration]] if windows is None else windows, "windows")
+    spans = np.array([[0.0, duration]]) if windows is None else windows
     if spans.shape[1] != 2 or not np.all((spans[:, 0] >= 0) & (spans[:, 0] < spans[:, 1])):
         raise InputError("argument", "windows", "must be pairs of times, each a start at or after 0 and a later end")
     if "duration" not in variables and spans.max(initial=0.0) > duration * (1.0 + 1e-12):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 
+from linkages.arguments import Dense
 from linkages.engines.compiled.job import COARSE, make_given
 from linkages.engines.compiled.kinks import friction_speeds, kinks
 from linkages.engines.compiled.neighbours import neighbours
@@ -164,9 +165,8 @@ class Differentiation:
         """Return the derivatives of outputs, by default of all, at times of the run; with the states there if known."""
         found = self.columns
         until = float(self.steps.times[found.known - 1]) if found.known else -np.inf
-        return Derivatives(
-            self.outputs(times, names, states), _STATUS[found.status], until, lambda times: self.outputs(times, names)
-        )
+        evaluate = Dense(partial(self.outputs, names=names), float(times[0]), float(times[-1]))
+        return Derivatives(self.outputs(times, names, states), _STATUS[found.status], until, evaluate)
 
 
 _BEYOND = 3

@@ -14,7 +14,7 @@ from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.engines.compiled.sensitivity import Differentiation
 from linkages.engines.methods import method
-from linkages.errors import Status, several
+from linkages.errors import Status
 from linkages.integrate.driver import PAUSED
 from linkages.kernel import Array
 from linkages.kernel.by_reference import packed
@@ -57,7 +57,6 @@ def simulate(
     AssemblyError, InputError
         If there is nothing to start from.
     """
-    outputs, wrt = None if outputs is None else several(outputs, "outputs"), several(wrt, "wrt")
     if wrt:
         system.without_history("derivatives")
     started = clock.perf_counter()

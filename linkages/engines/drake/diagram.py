@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain, count
 
 import numpy as np
-from pydrake.geometry import Meshcat, MeshcatVisualizer, SceneGraph
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPort, OutputPort
@@ -27,6 +28,8 @@ class Linkage:
 
     Attributes
     ----------
+    name : str
+        Prefix of the names of its systems, ``name_plant``; empty without.
     system : System
         The simulated system: with rigid segments instead of flexible links.
     plant, scene_graph
@@ -40,6 +43,7 @@ class Linkage:
         Places of the tree's coordinates in the plant's state.
     """
 
+    name: str
     system: System
     plant: MultibodyPlant
     scene_graph: SceneGraph
@@ -66,7 +70,8 @@ class Linkage:
         Use it instead of `Simulator.AdvanceTo` for stiff films: Drake's integrators can reduce the step to nanoseconds
         and never recover (`linkages.engines.drake.steps`). This function detects it and restarts the integrator. The
         simulator gets the integrator of the experiment's `solver`; its monitor is replaced during the call and cleared
-        at the end.
+        at the end. Several linkages in one diagram advance together, by one call for any of them, with the smallest
+        accuracy and the shortest steps of their experiments.
 
         Parameters
         ----------
@@ -97,7 +102,12 @@ class Linkage:
 
 
 def add_linkage(
-    builder: DiagramBuilder, system: System, *, external: bool = False, meshcat: Meshcat | None = None
+    builder: DiagramBuilder,
+    system: System,
+    *,
+    external: bool = False,
+    meshcat: Meshcat | None = None,
+    name: str | None = None,
 ) -> Linkage:
     """Add a linkage with its clearance joints and drives to a diagram under construction.
 
@@ -110,48 +120,78 @@ def add_linkage(
         Whether to provide an input for generalised forces of other systems (`Linkage.external`).
     meshcat : Meshcat, optional
         Shows the linkage while it runs.
+    name : str, optional
+        Prefix of the names of its systems in the diagram: ``name_plant``. Default: none for the first linkage, and
+        for others the mechanism's name, with a number if it is taken.
 
     Raises
     ------
     AssemblyError
         If the linkage cannot be assembled.
     InputError
-        If a flexible link has settings that rigid segments do not support, or a film has a history.
+        If a flexible link has settings that rigid segments do not support, a film has a history, or the diagram has a
+        linkage of this name.
     """
+    name = _free_name(builder, system) if name is None else name
+    if _is_taken(builder, name):
+        raise InputError("argument", "name", f'"{name}" is taken in this diagram; choose another one, or leave it out')
     system.without_history("Drake")
     system = _in_segments(system) if system.tree.flexible else system
     system.assembly  # noqa: B018 (raises before anything is added)
     tree = system.tree
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
     plant.mutable_gravity_field().set_gravity_vector(system.experiment.gravity)
+    plant.set_name(_named(name, "plant"))
+    scene_graph.set_name(_named(name, "scene_graph"))
     instance = add_tree(plant, tree)
     plant.Finalize()
     if meshcat is not None:
-        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
+        shown = MeshcatVisualizer.AddToBuilder(
+            builder, scene_graph, meshcat, MeshcatVisualizerParams(prefix=_named(name, "visualizer"))
+        )
+        shown.set_name(_named(name, "meshcat_visualizer"))
     place = state_place(plant, tree, instance)
     state, clearance, port = plant.get_state_output_port(), None, None
     if system.contacts:
         kind = BristledJoints if len(system.bristles) else ClearanceJoints
-        clearance = builder.AddSystem(kind(system, place))
+        clearance = builder.AddNamedSystem(_named(name, "clearance_joints"), kind(system, place))
         builder.Connect(state, clearance.get_input_port(0))
     direct = clearance.get_evaluation_output_port() if clearance is not None and not external else None
     extra = direct.size() - plant.num_velocities() if direct is not None else 0
-    drives = builder.AddSystem(Drives(system, place, extra))
+    drives = builder.AddNamedSystem(_named(name, "drives"), Drives(system, place, extra))
     builder.Connect(state, drives.get_state_input_port())
     builder.Connect(drives.get_force_output_port(), plant.get_applied_generalized_force_input_port())
     if direct is not None:
         builder.Connect(direct, drives.get_applied_input_port())
     elif clearance is not None:
-        adder = builder.AddNamedSystem("applied_forces", Adder(2, plant.num_velocities()))
+        adder = builder.AddNamedSystem(_named(name, "applied_forces"), Adder(2, plant.num_velocities()))
         builder.Connect(clearance.get_force_output_port(), adder.get_input_port(0))
         builder.Connect(adder.get_output_port(), drives.get_applied_input_port())
         port = adder.get_input_port(1)
     elif external:
         port = drives.get_applied_input_port()
     else:
-        nothing = builder.AddNamedSystem("no_forces", ConstantVectorSource(np.zeros(plant.num_velocities())))
+        nothing = builder.AddNamedSystem(
+            _named(name, "no_forces"), ConstantVectorSource(np.zeros(plant.num_velocities()))
+        )
         builder.Connect(nothing.get_output_port(), drives.get_applied_input_port())
-    return Linkage(system, plant, scene_graph, clearance, drives, port, place)
+    return Linkage(name, system, plant, scene_graph, clearance, drives, port, place)
+
+
+def _named(name: str, part: str) -> str:
+    return f"{name}_{part}" if name else part
+
+
+def _is_taken(builder: DiagramBuilder, name: str) -> bool:
+    """Tell whether a diagram has a linkage of this name."""
+    return any(builder.HasSubsystemNamed(_named(name, part)) for part in ("plant", "scene_graph", "drives"))
+
+
+def _free_name(builder: DiagramBuilder, system: System) -> str:
+    """Return a name that the diagram does not have yet: none, the mechanism's, the same with a number."""
+    own = system.mechanism.name
+    names = chain(["", own], (f"{own}_{number}" for number in count(2)))
+    return next(name for name in names if not _is_taken(builder, name))
 
 
 def _in_segments(system: System) -> System:

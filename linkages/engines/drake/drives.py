@@ -53,6 +53,7 @@ class Drives(LeafSystem):
     def __init__(self, system: System, place: StatePlace, extra: int = 0) -> None:
         super().__init__()
         self.set_name("drives")
+        self.system = system
         tree, num_velocities = system.tree, place.num_velocities
         self.joints = (*tree.driven, *tree.powered)
         self._tree = tree

@@ -56,24 +56,30 @@ class Steps:
     Parameters
     ----------
     simulator : Simulator
-        Simulator; gets the integrator of the system's settings.
-    system : System
+        Simulator; gets the integrator of the systems' settings: implicit if one needs it, with the smallest accuracy
+        and the shortest steps.
+    *systems : System
+        Of all linkages in its diagram.
 
     Attributes
     ----------
+    accuracy, largest : float
+        Accuracy and longest step [s] of the systems.
     kept : bool
         Whether the last step is valid; otherwise it is repeated.
     again : bool
         Whether the integrator must be restarted; a monitor that ends the run unsets it.
     """
 
-    def __init__(self, simulator: Simulator, system: System) -> None:
+    def __init__(self, simulator: Simulator, *systems: System) -> None:
         self.simulator = simulator
-        self._integrator = ResetIntegratorFromFlags(simulator, scheme(system), longest_step(system))
-        self._accuracy, self._largest = system.experiment.solver.accuracy, longest_step(system)
-        self._smallest = _SMALLEST * system.experiment.duration
-        self._contacts_end_steps = system.experiment.can_touch
-        self._implicit, self._spoilt = scheme(system) in IMPLICIT, scheme(system) in _SPOILT
+        schemes = sorted(map(scheme, systems), key=lambda name: name not in IMPLICIT)
+        self.accuracy = self._accuracy = min(system.experiment.solver.accuracy for system in systems)
+        self.largest = min(map(longest_step, systems))
+        self._integrator = ResetIntegratorFromFlags(simulator, schemes[0], self.largest)
+        self._smallest = _SMALLEST * min(system.experiment.duration for system in systems)
+        self._contacts_end_steps = any(system.experiment.can_touch for system in systems)
+        self._implicit, self._spoilt = schemes[0] in IMPLICIT, schemes[0] in _SPOILT
         self._evaluations = self._crawling = 0
         self._time, self._step, self._state = 0.0, 0.0, np.empty(0)
         self.again, self.kept = False, True
@@ -99,7 +105,7 @@ class Steps:
             except RuntimeError as problem:
                 if "NaN" not in str(problem) or 0.0 < self._step <= self._smallest:
                     raise
-                self.again, self.kept, self._step = True, False, _CUT * (self._step or self._largest)
+                self.again, self.kept, self._step = True, False, _CUT * (self._step or self.largest)
             if not self.again or (self.kept and root.get_time() >= end):
                 return
             if not self.kept:
@@ -132,7 +138,7 @@ class Steps:
         """Check whether steps shrank; if contacts end steps, whether they stay small."""
         if not self._contacts_end_steps:
             return step < _SHRUNK * self._step
-        self._crawling = self._crawling + 1 if step < _SMALL * self._largest else 0
+        self._crawling = self._crawling + 1 if step < _SMALL * self.largest else 0
         return self._crawling >= _PATIENCE
 
     def _restart(self, first: float) -> None:
@@ -145,7 +151,7 @@ class Steps:
     def _settle(self) -> None:
         """Set the options of a new integrator."""
         self._integrator.Reset()
-        self._integrator.set_maximum_step_size(self._largest)
+        self._integrator.set_maximum_step_size(self.largest)
         self._integrator.set_target_accuracy(self._accuracy)
         self._integrator.set_requested_minimum_step_size(self._smallest)
         self._integrator.set_throw_on_minimum_step_size_violation(True)

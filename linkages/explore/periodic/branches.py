@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from linkages.arguments import Names, validated
 from linkages.brief import Brief, counted
-from linkages.errors import InputError, Status, several
+from linkages.errors import InputError, Status
 from linkages.explore.periodic.continuation import Point, Settings, rescaled, solve
 from linkages.explore.periodic.motion import PeriodicMotion, made, monodromy
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
@@ -91,13 +92,14 @@ class Branches(Brief):
         return line, {"bifurcations": ", ".join(kinds) or "none"}
 
 
+@validated
 def branches(
     system: System,
     path: str,
     low: float,
     high: float,
     start: float | None = None,
-    outputs: Sequence[str] = (),
+    outputs: Names = (),
     periods: int = 1,
     transient: int = 50,
     doublings: int = 2,
@@ -167,7 +169,7 @@ def branches(
         raise InputError(origin, path, f"the first motion's value {first:g} is not from {low:g} to {high:g}")
     for value in (low, high, first):
         system.replaced({path: value}, origin)
-    outputs = several(outputs, "outputs")
+    outputs = tuple(outputs)
     pack(system, outputs)
     search = _Search(system, path, low, high, step, accuracy, tolerance, outputs, progress or (lambda done: None))
     found = tuple(search.all(first, periods, transient, doublings))

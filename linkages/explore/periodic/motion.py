@@ -8,6 +8,7 @@ from typing import cast
 
 import numpy as np
 
+from linkages.arguments import validated
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.explore.periodic.continuation import Point, Settings, solve
@@ -76,6 +77,7 @@ class PeriodicMotion(Brief):
         return self.passage.section(names, self.periods)
 
 
+@validated
 def periodic_motion(
     system: System, periods: int = 1, transient: int = 50, accuracy: float = ACCURACY, tolerance: float = TOLERANCE
 ) -> PeriodicMotion:

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from linkages.arguments import Count, validated
 from linkages.arrays import Array
 from linkages.errors import InputError, Status
 from linkages.explore.wear.block_store import Store
@@ -44,9 +45,10 @@ _ROUGH = 4.0  # scatter of the first block (it only predicts the middle of the f
 _SHORTER, _LONGER, _SAFETY = 0.2, 5.0, 0.9
 
 
+@validated
 def wear_life(
     system: System,
-    cycles: int,
+    cycles: Count,
     tolerance: float | None = None,
     scatter: float | None = None,
     drive: str | None = None,

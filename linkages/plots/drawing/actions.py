@@ -20,6 +20,7 @@ from linkages.plots.drawing.shapes import Point, Shape, shape
 _ARROW = 9.0
 _REACH = 12.0  # half the length of a contact line
 _DRIVE, _TORQUE = 3.4, 4.3  # radii of the arrows around a joint
+_ZIGZAG = np.arange(-4.0, 5.0), 1.2 * np.array([0, 0, 1, -1, 1, -1, 1, 0, 0])  # along the slot, and across
 _NAME = 3.6  # distance of a load's name from its joint
 _STOP = 2.6, 7.0  # distances from the joint of the ends of an angular stop
 _PULLEYS = 0.3, 6.0  # the larger pulley of a belt: radius over the distance of the axes, or in units if they coincide
@@ -127,16 +128,20 @@ class Done:
         yield shape("load name", [(body, x, y, *(half + np.array([0.0, 1.6 * self.unit])))], text=name)
 
     def _torsion(self, name: str, load: TorsionSpring) -> Iterator[Shape]:
-        """Draw a spiral in the joint, or at the centre of mass of the second link."""
+        """Draw a spiral in the joint, or at the centre of mass of the second link; in a prismatic joint a zigzag."""
         joint = self.mechanism.joint[load.joint] if load.joint is not None else None
         if joint is not None:
             link, at = joint.child, joint.on_child
         else:
             link = next(link for link in reversed(load.links or []) if link != "world")
             at = self.mechanism.link[link].com
-        turn = np.linspace(0.0, 5.0 * np.pi, 60)
-        radius = 1.4 + 0.12 * turn
-        ways = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
+        if joint is not None and joint.type == "prismatic":
+            along, across = np.array(joint.direction), np.array([-joint.direction[1], joint.direction[0]])
+            ways = np.outer(_ZIGZAG[0], along) + np.outer(_ZIGZAG[1], across)
+        else:
+            turn = np.linspace(0.0, 5.0 * np.pi, 60)
+            radius = 1.4 + 0.12 * turn
+            ways = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
         yield shape("load", [self.parts.on(link, at, way) for way in ways])
         if joint is not None:
             yield self._beside(name, joint, 4.6)
