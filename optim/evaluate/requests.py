@@ -73,15 +73,17 @@ def run_compiled(request: Request) -> Statistics:
     from linkages import simulate_batch
 
     point = request.point
+    last = {path: k for k, path in enumerate(point.paths)}  # of equal paths the last counts
+    columns = list(last.values())
     with _ONE_AT_A_TIME:
         found = simulate_batch(
             point.system,
-            point.paths,
-            request.values,
+            list(last),
+            request.values[:, columns],
             request.outputs,
             request.windows,
             request.threads,
-            limits=request.limits,
+            limits=None if request.limits is None else request.limits[:, columns],
         )
     values = np.stack([found.statistics[name] for name in STATISTICS])
     return Statistics(values, [state.value for state in found.status], found.reason)
