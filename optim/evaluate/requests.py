@@ -83,7 +83,7 @@ def run_compiled(request: Request) -> Statistics:
             request.outputs,
             request.windows,
             request.threads,
-            limits=None if request.limits is None else request.limits[:, columns],
+            limits=request.limits[:, columns],
         )
     values = np.stack([found.statistics[name] for name in STATISTICS])
     return Statistics(values, [state.value for state in found.status], found.reason)
