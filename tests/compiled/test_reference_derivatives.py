@@ -207,3 +207,35 @@ def test_peaks_of_a_flexible_machine_have_derivatives_within_their_stated_errors
         off = abs(found.derivatives[path][key] - right)
         assert off < 2.0 * found.errors[path][key] + 2e-4 * abs(right)
         assert off < 2e-3 * abs(right)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "overrides", "paths", "outputs"),
+    [
+        (
+            "slider_crank_flexible",
+            {"duration": 0.03},
+            ["drives.O.speed", "joints.B.clearance"],
+            ["B.force", "rod.stress"],
+        ),
+        ("slider_crank_dry", {}, ["joints.B.clearance", "sdf.links.slider.mass"], ["B.force", "slider.ax", "O.torque"]),
+        (
+            "slider_crank_lubricated",
+            {"duration": 0.01},
+            ["joints.B.clearance", "drives.O.speed"],
+            ["B.force", "slider.ax"],
+        ),
+        ("ball", {}, ["drives.slide.force", "stops.floor.limit", "sdf.links.block.mass"], ["block.vy", "floor.load"]),
+        ("oscillator", {}, ["drives.slide.angle", "stops.end.contact.damping"], ["block.vx", "end.load"]),
+    ],
+)
+def test_stated_errors_of_derivatives_are_at_least_half_of_the_true_ones(name, overrides, paths, outputs, tmp_path):
+    """At the default accuracy, against a run with the accuracy 1e-11."""
+    found, right = (
+        linkages.sensitivities(_system(name, tmp_path, {**overrides, **more}), paths, outputs, error_estimate=not more)
+        for more in ({}, {"solver.accuracy": 1e-11})
+    )
+    for path in paths:
+        for key, rate in found.derivatives[path].items():
+            assert abs(rate - right.derivatives[path][key]) <= 2.0 * found.errors[path][key]

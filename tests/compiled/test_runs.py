@@ -225,3 +225,16 @@ def test_an_engine_replaces_a_method_of_the_other_one_with_a_notice(capsys, engi
     same = given == used or used == "runge_kutta5"  # Drake's name for the same tableau
     text = f"notice: solver.integrator: the {engine} engine does not have {given} and uses {used}\n"
     assert capsys.readouterr().err == ("" if same else text)
+
+
+def test_steps_of_accurate_runs_end_at_kinks_of_friction():
+    """The sliding speed reverses within 30 ns; the times between its kinks do not depend on the accuracy."""
+    speeds, between = np.array([-1e-3, -1e-4, 1e-4, 1e-3]), []  # m/s, of the friction law
+    for accuracy in (1e-10, 1e-12):
+        overrides = {"duration": 7.2e-4, "solver.accuracy": accuracy}
+        run = linkages.simulate(linkages.load(linkages.find_file("slider_crank_dry.toml"), overrides))
+        reversal = (run.time > 6.98e-4) & (run.time < 7.0e-4)
+        apart = np.abs(run["B.sliding"][reversal] - speeds[:, None])
+        assert np.all(apart.min(axis=1) < 2e-9 * np.abs(speeds))
+        between.append(np.diff(run.time[reversal][apart.argmin(axis=1)]))
+    np.testing.assert_allclose(between[0], between[1], rtol=1e-6)
