@@ -130,3 +130,13 @@ def test_service_lives_have_no_sensitivities():
     algorithm = {"name": "grg", "derivatives": "sensitivities"}
     with pytest.raises(linkages.InputError, match="life"):
         optim.optimise(study, algorithm=algorithm)
+
+
+@pytest.mark.slow
+def test_the_shipped_study_of_a_flexible_machine_has_the_gradient_of_differences():
+    """Central differences of runs with tight accuracy; the two of small numbers have errors of a per cent."""
+    study = optim.load_study(optim.find_study("slidercrank_flexible"))
+    evaluate = optim.Evaluator(study)
+    found = optim.Gradients(study, evaluate, evaluate(study.nominal[None]))(study.nominal)[0]
+    gradient = dict(zip(study.names, found, strict=True))
+    assert [gradient[name] for name in ("height", "width", "length")] == pytest.approx([-746.0, -1.91, 28.8], rel=0.015)
