@@ -36,7 +36,7 @@ MISTAKES = {
     ("simulate", "x.toml", "--engine", "draek"): "'draek' (choose from",
     ("simulate", "x.toml", "-q", "-v"): "not allowed with argument",
     ("modes", "x.toml", "--verfy"): 'did you mean "--verify"?',
-    ("completion", "fish"): "'fish' (choose from",
+    ("completion", "fsh"): "'fsh' (choose from",
     ("sweep", "x.toml", "--vary", "a=0:1:2", "--duration", "1"): "--duration: is unknown",  # the revolutions give it
     ("continue", "x.toml", "--vary", "a=0:1", "--duration", "1"): "--duration: is unknown",  # the periods give it
 }

@@ -140,8 +140,9 @@ def linearise(
     >>> model.states, model.inputs
     (('q.O', 'v.O'), ('O.torque',))
     """
-    point, known = OperatingPoint(system, time), inputs_of(system)
+    known = inputs_of(system)
     chosen = _checked(known, inputs)
+    point = OperatingPoint(system, time)
     if equilibrium:
         point.settle()
     A, local, rates = point.matrix()
@@ -162,7 +163,7 @@ def _checked(known: Mapping[str, object], names: Sequence[str] | None) -> tuple[
     chosen = several(known if names is None else names, "inputs")
     for name in chosen:
         if name not in known:
-            raise InputError("argument", f'input "{name}"', f"is unknown; {nearest(name, known)}")
+            raise InputError("argument", "input", f'"{name}" is unknown; {nearest(name, known)}')
     return chosen
 
 

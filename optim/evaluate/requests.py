@@ -67,8 +67,8 @@ class Statistics:
 Engine = Callable[[Request], Statistics]
 
 
-def run_compiled(request: Request) -> Statistics:
-    """Run the designs of a request as a batch of the compiled engine."""
+def run_compiled(request: Request, progress: Callable[[float], None] | None = None) -> Statistics:
+    """Run the designs of a request as a batch of the compiled engine; report the finished fraction."""
     from linkages import simulate_batch
 
     point = request.point
@@ -80,6 +80,7 @@ def run_compiled(request: Request) -> Statistics:
             request.outputs,
             request.windows,
             request.threads,
+            progress,
             limits=request.limits,
         )
     values = np.stack([found.statistics[name] for name in STATISTICS])

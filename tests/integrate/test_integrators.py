@@ -46,6 +46,7 @@ def integrate(
         relative,
         np.full(len(modes), landing),
         0.0,
+        np.zeros(1, np.int64),
     )
     problem = (np.array(parameters, dtype=float), kind, np.zeros(2))
     stepper, tolerance = make_stepper(len(start)), np.broadcast_to(tolerance, start.shape).copy()
