@@ -17,9 +17,9 @@ from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
 
-import pytest
 import mutant_commands
 import mutant_trials
+import pytest
 from mutant_trials import command
 from mutants import EXPERIMENTS, Mutator
 

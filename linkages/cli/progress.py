@@ -67,6 +67,7 @@ def heartbeat() -> Iterator[None]:
                 _silence.say(f"{stage}, {time.monotonic() - _silence.started:.0f} s so far")
 
     _silence.begin(False)
+    _compilation(counted)
     thread = threading.Thread(target=beat, daemon=True)
     thread.start()
     try:

@@ -6,7 +6,6 @@ import argparse
 import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -150,7 +149,6 @@ def _solve(job: Job, options: argparse.Namespace, executor: Executor | None, wor
     import numpy as np
 
     from optim.evaluate.evaluator import Evaluator
-    from optim.evaluate.requests import run_compiled
     from optim.report.observe import Observer
     from optim.report.result import format_result, write_json
     from optim.search.optimise import optimise
@@ -158,8 +156,7 @@ def _solve(job: Job, options: argparse.Namespace, executor: Executor | None, wor
     study = job.study
     figure = None if options.no_plots else job.folder / FIGURE
     observe = Observer(study, job.seed, figure)
-    engine = None if executor else partial(run_compiled, progress=observe.runs)
-    evaluator = Evaluator(study, executor, 2 * workers, options.threads, engine)
+    evaluator = Evaluator(study, executor, 2 * workers, options.threads, progress=observe.runs)
     checks: dict[str, Any] = {}
     if options.check:
         checks["start"] = _check(study, study.nominal if job.start is None else job.start, evaluator, "start")

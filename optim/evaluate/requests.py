@@ -44,6 +44,8 @@ class Request:
         Times [s].
     threads : int or None
         Threads of the compiled engine.
+    progress : callable or None
+        Called with the finished fraction; None in another process.
     """
 
     point: OperatingPoint
@@ -52,6 +54,7 @@ class Request:
     outputs: tuple[str, ...]
     windows: Array
     threads: int | None
+    progress: Callable[[float], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -67,8 +70,8 @@ class Statistics:
 Engine = Callable[[Request], Statistics]
 
 
-def run_compiled(request: Request, progress: Callable[[float], None] | None = None) -> Statistics:
-    """Run the designs of a request as a batch of the compiled engine; report the finished fraction."""
+def run_compiled(request: Request) -> Statistics:
+    """Run the designs of a request as a batch of the compiled engine."""
     from linkages import simulate_batch
 
     point = request.point
@@ -80,7 +83,7 @@ def run_compiled(request: Request, progress: Callable[[float], None] | None = No
             request.outputs,
             request.windows,
             request.threads,
-            progress,
+            request.progress,
             limits=request.limits,
         )
     values = np.stack([found.statistics[name] for name in STATISTICS])
