@@ -107,7 +107,7 @@ def exit_status(run: Callable[..., int], *arguments: object, alone: bool = False
             else:
                 status = _said(problem)
     if received and status == 0:  # a signal that came too late, or whose exception was dropped
-        print("interrupted at the end", file=sys.stderr)
+        print("interrupted", file=sys.stderr)
         status = 130
     return 143 if signal.SIGTERM in received and status == 130 else status
 
