@@ -11,7 +11,6 @@ import mmap
 import os
 import signal
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Iterator
@@ -48,6 +47,8 @@ def _mark() -> _Mark:
     if hasattr(os, "memfd_create"):
         file = os.memfd_create("signals")
     else:
+        import tempfile
+
         with tempfile.TemporaryFile() as temporary:
             file = os.dup(temporary.fileno())
     os.ftruncate(file, mmap.PAGESIZE)

@@ -202,6 +202,15 @@ def test_a_command_ends_soon_even_if_compiled_code_does_not_return(name, status)
     assert (ended.returncode, ended.stderr) == (status, "interrupted\n")
 
 
+def test_ctrl_c_gives_no_traceback_while_the_command_is_imported(tmp_path):
+    """The interrupt arrives at the first import after the package's own name."""
+    (tmp_path / "lazy_loader.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    words = [sys.executable, "-m", "linkages.cli.main", "keys"]
+    changed = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    ended = subprocess.run(words, env=changed, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (-signal.SIGINT, "")
+
+
 def dropped():
     """Ctrl-C strikes where C code calls Python and drops exceptions."""
 
