@@ -133,7 +133,7 @@ LIMIT = 1.0  # s from Ctrl-C to the end of a command, of the clock or of the pro
 
 @cache
 def subparsers() -> dict[str, argparse.ArgumentParser]:
-    """Return the parser of each command, those of nested ones by both names."""
+    """Return the parser of each command; nested commands have both names."""
     found: dict[str, argparse.ArgumentParser] = {}
 
     def collect(name: str, one: argparse.ArgumentParser) -> None:

@@ -54,7 +54,7 @@ def test_a_mistake_on_the_command_line_gets_one_line_and_the_nearest_word(words,
 
 
 def single_options():
-    """Find the options of all commands that may stand on the command line only once, with a value."""
+    """Find the options of all commands that may be given once only, with a value."""
     for name, one in subparsers().items():
         for action in one._actions:
             if action.option_strings and action.dest != "help" and not isinstance(action, argparse._AppendAction):

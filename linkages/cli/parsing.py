@@ -37,7 +37,7 @@ class Parser(argparse.ArgumentParser):
         return options, extra
 
     def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
-        """Read the values of an option that stands on the command line; refuse the second one (argparse calls this).
+        """Read the values of an option; refuse an option that is given twice (argparse calls this).
 
         An option that may be repeated is given twice if its value is, or the part of its value before "=".
         """
@@ -49,4 +49,4 @@ class Parser(argparse.ArgumentParser):
             if name in given:
                 raise InputError(self.prog, " ".join([action.option_strings[0], name]).strip(), "is given twice")
             given.add(name)
-        return super()._get_values(action, arg_strings)  # type: ignore[misc]
+        return super()._get_values(action, arg_strings)
