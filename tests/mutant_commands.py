@@ -250,7 +250,8 @@ def struck(mutator: Mutator, folder: Path) -> str:
         pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True, "errors": "replace"}
         process = subprocess.Popen([*COMMAND, *words], **pipes)
         begun(process)
-        while process.poll() is None and processor_time(process) < after:
+        latest = time.monotonic() + 5.0 * after  # a server waits
+        while process.poll() is None and processor_time(process) < after and time.monotonic() < latest:
             time.sleep(0.005)
         if process.poll() is not None:
             process.communicate()

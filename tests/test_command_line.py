@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import time
+import types
 from contextlib import redirect_stdout
 from math import sqrt
 
@@ -449,6 +450,8 @@ def test_a_compilation_is_a_stage_of_any_command(monkeypatch):
     monkeypatch.setattr(precompiled, "counts", lambda: (compiled.pop(0), 0))
     told = [progress._compilation(counted) for _ in range(4)]
     assert [text.endswith(("3 kernels", "5 kernels")) for text in told] == [True, False, True, False]
+    monkeypatch.setitem(sys.modules, "linkages.kernel.precompiled", types.ModuleType("imported half-way"))
+    assert progress._compilation(counted) == ""
 
 
 def test_fish_completes_commands_and_options(capsys):

@@ -80,10 +80,10 @@ def heartbeat() -> Iterator[None]:
 
 def _compilation(counted: list[int]) -> str:
     """Return the stage of a command that has compiled kernels since the last call; its count is kept in the list."""
-    precompiled = sys.modules.get("linkages.kernel.precompiled")
-    if precompiled is None:
+    counts = getattr(sys.modules.get("linkages.kernel.precompiled"), "counts", None)
+    if counts is None:  # nothing computes, or the module is being imported
         return ""
-    compiled, _ = precompiled.counts()
+    compiled, _ = counts()
     before, counted[0] = counted[0], compiled
     return f"compiling, once after an installation: {compiled} kernels" if compiled > before else ""
 
