@@ -7,6 +7,7 @@ does not return is ended from another thread.
 
 from __future__ import annotations
 
+import math
 import mmap
 import os
 import signal
@@ -23,11 +24,17 @@ _NUMBERS = (signal.SIGINT, signal.SIGTERM)
 _WORD = 8  # bytes of the mark
 _LOOK = 0.1  # interval between two looks at the mark [s]
 _PATIENCE = 0.8  # time that compiled code has to return after a signal [s]
-_AGAIN = 0.05  # time after which a signal is sent again whose exception was dropped [s]
+_AGAIN, _SWALLOWED = 0.05, 0.5  # time after which a signal is sent again whose exception is, or may be, dropped [s]
 
 
 class Interrupted(KeyboardInterrupt):
     """SIGINT or SIGTERM arrived while a command ran."""
+
+
+class Received(list[int]):
+    """The numbers of the signals that have arrived."""
+
+    over = False  #: whether further signals are only counted, because the command ends
 
 
 class _Mark(NamedTuple):
@@ -87,8 +94,8 @@ def _noting() -> Iterator[None]:
 
 
 @contextmanager
-def interruptible(alone: bool = False) -> Iterator[list[int]]:
-    """Raise `Interrupted` where SIGINT or SIGTERM arrives; yield the list of the numbers that have arrived.
+def interruptible(alone: bool = False) -> Iterator[Received]:
+    """Raise `Interrupted` where SIGINT or SIGTERM arrives; yield the numbers that have arrived.
 
     A SIGINT that the process ignores, as a background job of a script does, stays ignored. Outside the main thread
     nothing changes.
@@ -99,25 +106,46 @@ def interruptible(alone: bool = False) -> Iterator[list[int]]:
         Whether the process runs this block only: if compiled code does not return soon after a signal, the process
         ends with one line and the status of the signal.
     """
-    received: list[int] = []
+    received = Received()
+
+    def again(number: int, after: float) -> None:
+        """Send a signal again unless the command ends before."""
+
+        def send() -> None:
+            if not received.over and not ended.is_set():
+                os.kill(os.getpid(), number)
+
+        timer = threading.Timer(after, send)
+        timer.daemon = True
+        timer.start()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         received.append(number)
         if not _stopping:
             _mark().clear()
+        if received.over:
+            return
+        if _importing(frame):  # packages take any exception for a missing module
+            again(number, _SWALLOWED)
         raise Interrupted
 
     def dropped(unraisable: Any) -> None:
         """Send a signal again whose exception was dropped, where C code had called Python; print others before it."""
         if isinstance(unraisable.exc_value, Interrupted):
-            threading.Timer(_AGAIN, os.kill, (os.getpid(), received[-1])).start()
+            again(received[-1], _AGAIN)
         elif not received:  # later ones follow from the interrupt, as of a file that is closed half-way
             hook(unraisable)
 
     if threading.current_thread() is not threading.main_thread():
         yield received
         return
-    before, hook, ended = {number: signal.getsignal(number) for number in _NUMBERS}, sys.unraisablehook, _ended(alone)
+    before, hook, ended = (
+        {number: signal.getsignal(number) for number in _NUMBERS},
+        sys.unraisablehook,
+        threading.Event(),
+    )
+    if alone:
+        threading.Thread(target=_watch, args=(received, ended), daemon=True).start()
     with _noting():
         sys.unraisablehook = dropped
         for number, handler in before.items():
@@ -132,21 +160,26 @@ def interruptible(alone: bool = False) -> Iterator[list[int]]:
             ended.set()
 
 
-def _ended(alone: bool) -> threading.Event:
-    """Return the event that ends a thread, which ends a process that is `alone` with a signal it does not handle."""
-    ended = threading.Event()
+def _importing(frame: FrameType | None) -> bool:
+    """Whether a module is being imported at this frame."""
+    while frame is not None and frame.f_code.co_filename != "<frozen importlib._bootstrap>":
+        frame = frame.f_back
+    return frame is not None
 
-    def look() -> None:
-        since = None
-        while not ended.wait(_LOOK):
-            now = time.monotonic()
-            since = (since or now) if any(arrival()[:_WORD]) and not _whole else None
-            if since is not None and now - since > _PATIENCE:
-                _give_up()
 
-    if alone:
-        threading.Thread(target=look, daemon=True).start()
-    return ended
+def _watch(received: Received, ended: threading.Event) -> None:
+    """Until a command has ended: end it if it does not handle a signal, and print a line if it goes on after one."""
+    pending = handled = None
+    while not ended.wait(_LOOK):
+        now = time.monotonic()
+        pending = (pending or now) if any(arrival()[:_WORD]) and not _whole else None
+        if pending is not None and now - pending > _PATIENCE:
+            _give_up()
+        if received and handled is None:
+            handled = now
+        if handled is not None and now - handled > _PATIENCE and not received.over:
+            print("interrupted; writing what was computed, Ctrl-C again ends at once", file=sys.stderr, flush=True)
+            handled = math.inf
 
 
 def _give_up() -> NoReturn:

@@ -1,3 +1,4 @@
+import importlib
 import json
 import os
 import random
@@ -202,6 +203,31 @@ def test_a_command_ends_soon_even_if_compiled_code_does_not_return(name, status)
     assert (ended.returncode, ended.stderr) == (status, "interrupted\n")
 
 
+LATE = """
+import os, signal, sys, time
+from linkages.cli.main import exit_status
+
+
+def run():
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+    except KeyboardInterrupt:
+        while True:
+            time.sleep(0.01)
+
+
+sys.exit(exit_status(run, alone=True))
+"""
+
+
+def test_a_command_that_writes_its_results_says_so_and_ends_at_the_second_ctrl_c():
+    late = subprocess.Popen([sys.executable, "-c", LATE], stderr=subprocess.PIPE, text=True)
+    assert late.stderr.readline() == "interrupted; writing what was computed, Ctrl-C again ends at once\n"
+    late.send_signal(signal.SIGINT)
+    assert late.communicate(timeout=60)[1] == "interrupted\n"
+    assert late.returncode == 130
+
+
 def test_ctrl_c_gives_no_traceback_while_the_command_is_imported(tmp_path):
     """The interrupt arrives at the first import after the package's own name."""
     (tmp_path / "lazy_loader.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
@@ -231,7 +257,22 @@ def swallowed():
     return 0
 
 
-@pytest.mark.parametrize("run", [dropped, swallowed])
+def imported():
+    """Ctrl-C strikes where a package takes any failure of an import for a missing module."""
+    with suppress(BaseException):
+        importlib.import_module("struck_at_import")
+    for _ in range(2000):
+        time.sleep(0.01)
+    return 0
+
+
+@pytest.fixture(autouse=True)
+def _module(tmp_path, monkeypatch):
+    (tmp_path / "struck_at_import.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+
+
+@pytest.mark.parametrize("run", [dropped, swallowed, imported])
 def test_the_status_is_never_0_after_ctrl_c(run, capsys):
     hook = sys.unraisablehook
     assert exit_status(run) == 130

@@ -101,6 +101,7 @@ def exit_status(run: Callable[..., int], *arguments: object, alone: bool = False
                 status = run(*arguments)
             sys.stdout.flush()
         except BaseException as problem:  # interrupted code may raise another exception
+            received.over = True
             if received or isinstance(problem, KeyboardInterrupt):
                 print("interrupted", file=sys.stderr)
                 status = 130
