@@ -17,7 +17,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
-from types import FrameType
+from types import FrameType, TracebackType
 from typing import Any, NamedTuple, NoReturn
 
 _NUMBERS = (signal.SIGINT, signal.SIGTERM)
@@ -136,18 +136,22 @@ def interruptible(alone: bool = False) -> Iterator[Received]:
         elif not received:  # later ones follow from the interrupt, as of a file that is closed half-way
             hook(unraisable)
 
+    def printed(kind: type[BaseException], problem: BaseException, trace: TracebackType | None) -> None:
+        """Send a signal again whose exception C code prints and drops; print others."""
+        if isinstance(problem, Interrupted):
+            again(received[-1], _AGAIN)
+        else:
+            show(kind, problem, trace)
+
     if threading.current_thread() is not threading.main_thread():
         yield received
         return
-    before, hook, ended = (
-        {number: signal.getsignal(number) for number in _NUMBERS},
-        sys.unraisablehook,
-        threading.Event(),
-    )
+    before = {number: signal.getsignal(number) for number in _NUMBERS}
+    hook, show, ended = sys.unraisablehook, sys.excepthook, threading.Event()
     if alone:
         threading.Thread(target=_watch, args=(received, ended), daemon=True).start()
     with _noting():
-        sys.unraisablehook = dropped
+        sys.unraisablehook, sys.excepthook = dropped, printed
         for number, handler in before.items():
             if handler is not signal.SIG_IGN:
                 signal.signal(number, interrupt)
@@ -156,7 +160,7 @@ def interruptible(alone: bool = False) -> Iterator[Received]:
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)
-            sys.unraisablehook = hook
+            sys.unraisablehook, sys.excepthook = hook, show
             ended.set()
 
 

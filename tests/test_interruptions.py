@@ -272,12 +272,23 @@ def _module(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
 
 
-@pytest.mark.parametrize("run", [dropped, swallowed, imported])
+def printed():
+    """Ctrl-C strikes where C code calls Python, prints exceptions and drops them."""
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except BaseException:
+        sys.excepthook(*sys.exc_info())
+    for _ in range(2000):
+        time.sleep(0.01)
+    return 0
+
+
+@pytest.mark.parametrize("run", [dropped, swallowed, imported, printed])
 def test_the_status_is_never_0_after_ctrl_c(run, capsys):
-    hook = sys.unraisablehook
+    hooks = sys.unraisablehook, sys.excepthook
     assert exit_status(run) == 130
     assert capsys.readouterr().err == "interrupted\n"
-    assert sys.unraisablehook is hook
+    assert (sys.unraisablehook, sys.excepthook) == hooks
 
 
 @needs_proc
