@@ -67,8 +67,9 @@ def _run(words: list[str]) -> int:
     try:
         return known[options.command].run(options)
     except InputError as problem:
-        if problem.source == "argument" and problem.where in vars(options):
-            raise InputError(f"--{problem.where.replace('_', '-')}", "", problem.problem) from None
+        for name in (problem.where, problem.where.removesuffix("s")):  # the argument inputs is the option --input
+            if problem.source == "argument" and name in vars(options):
+                raise InputError(f"--{name.replace('_', '-')}", "", problem.problem) from None
         raise
 
 

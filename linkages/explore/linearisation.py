@@ -163,7 +163,7 @@ def _checked(known: Mapping[str, object], names: Sequence[str] | None) -> tuple[
     chosen = several(known if names is None else names, "inputs")
     for name in chosen:
         if name not in known:
-            raise InputError("argument", "input", f'"{name}" is unknown; {nearest(name, known)}')
+            raise InputError("argument", "inputs", f'"{name}" is unknown; {nearest(name, known)}')
     return chosen
 
 
