@@ -45,22 +45,27 @@ class _Mark(NamedTuple):
 
     def clear(self) -> None:
         """Remove the number: Python handles the signal."""
-        os.lseek(self.file, 0, os.SEEK_SET)
+        if self.file >= 0:
+            os.lseek(self.file, 0, os.SEEK_SET)
         self.memory[:_WORD] = bytes(_WORD)
 
 
 @cache
 def _mark() -> _Mark:
-    if hasattr(os, "memfd_create"):
-        file = os.memfd_create("signals")
-    else:
-        import tempfile
+    try:
+        if hasattr(os, "memfd_create"):
+            file = os.memfd_create("signals")
+        else:
+            import tempfile
 
-        with tempfile.TemporaryFile() as temporary:
-            file = os.dup(temporary.fileno())
-    os.ftruncate(file, mmap.PAGESIZE)
-    os.set_blocking(file, False)  # which Python demands
-    return _Mark(file, mmap.mmap(file, mmap.PAGESIZE))
+            with tempfile.TemporaryFile() as temporary:
+                file = os.dup(temporary.fileno())
+        os.write(file, bytes(_WORD))
+        os.lseek(file, 0, os.SEEK_SET)
+        os.set_blocking(file, False)  # which Python demands
+    except OSError:  # the disk is full: signals wait until Python handles them
+        return _Mark(-1, mmap.mmap(-1, _WORD))
+    return _Mark(file, mmap.mmap(file, _WORD))
 
 
 def arrival() -> mmap.mmap:
