@@ -193,7 +193,7 @@ def _watch(received: Received, ended: threading.Event) -> None:
 
 def _give_up() -> NoReturn:
     """End the process with one line, whatever its main thread does."""
-    number = arrival()[0]
+    number = arrival()[0] or signal.SIGINT
     with suppress(Exception):
         sys.stdout.flush()
     with suppress(OSError):
