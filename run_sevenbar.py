@@ -10,4 +10,4 @@ if __name__ == "__main__":
     parser = Parser(description=__doc__.split(":")[0])
     add_run_options(parser)
     parser.set_defaults(file="seven_bar.toml", engine="drake")
-    sys.exit(exit_status(lambda: run(parser.parse_args())))
+    sys.exit(exit_status(lambda: run(parser.parse_args()), alone=True))

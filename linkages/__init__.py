@@ -35,9 +35,17 @@ from the bearing's centre to the journal's.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import signal
+import sys
 
-import lazy_loader
+_program, _handler = sys.orig_argv[1:3], signal.getsignal(signal.SIGINT)
+_command = _program == ["-m", "linkages.cli.main"] or "".join(_program[:1]).endswith("/linkages")
+if _command and _handler is signal.default_int_handler:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # no traceback at Ctrl-C while the command is imported
+
+from typing import TYPE_CHECKING  # noqa: E402
+
+import lazy_loader  # noqa: E402
 
 # ruff: noqa: F401 - for type checkers, names that are loaded on first use below
 if TYPE_CHECKING:

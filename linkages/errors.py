@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
+_LONG = 200  # characters of the longest word that a message shows whole
+
 
 class InputError(ValueError):
     """Invalid input; its text is one line with place and reason.
@@ -32,7 +34,12 @@ class InputError(ValueError):
         name = source.name or str(source) if isinstance(source, Path) else source
         self.source, self.where, self.problem = source, where, problem
         parts = [part for part in (str(name), where, problem) if part]
-        super().__init__(" ".join(": ".join(parts).split()))
+        super().__init__(" ".join(map(shortened, ": ".join(parts).split())))
+
+
+def shortened(word: str) -> str:
+    """Return a word of a message; of a very long one its beginning and its end."""
+    return word if len(word) <= _LONG else f"{word[: _LONG // 2]}...{word[-_LONG // 4 :]}"
 
 
 class UnknownNameError(InputError, KeyError):

@@ -9,17 +9,20 @@ import re
 import subprocess
 import sys
 import time
+import types
 from contextlib import redirect_stdout
 from math import sqrt
 
 import pytest
 from machines import LUBRICATED, four_bar, slider_crank
+from mutant_commands import subparsers
 from processes import without_progress
 
 from linkages.cli import commands, progress
 from linkages.cli import installation as doctor
 from linkages.cli.main import exit_status, main
 from linkages.engines import drop
+from linkages.kernel import precompiled
 from linkages.kernel.folder import temporary_folder
 from linkages.outputs.registry import names
 from linkages.system import load
@@ -36,7 +39,7 @@ MISTAKES = {
     ("simulate", "x.toml", "--engine", "draek"): "'draek' (choose from",
     ("simulate", "x.toml", "-q", "-v"): "not allowed with argument",
     ("modes", "x.toml", "--verfy"): 'did you mean "--verify"?',
-    ("completion", "fish"): "'fish' (choose from",
+    ("completion", "fsh"): "'fsh' (choose from",
     ("sweep", "x.toml", "--vary", "a=0:1:2", "--duration", "1"): "--duration: is unknown",  # the revolutions give it
     ("continue", "x.toml", "--vary", "a=0:1", "--duration", "1"): "--duration: is unknown",  # the periods give it
 }
@@ -49,6 +52,62 @@ def test_a_mistake_on_the_command_line_gets_one_line_and_the_nearest_word(words,
     assert error.startswith("error: linkages")
     assert MISTAKES[words] in error
     assert "\n" not in error
+
+
+def single_options():
+    """Find the options of all commands that may be given once only, with a value."""
+    for name, one in subparsers().items():
+        for action in one._actions:
+            if action.option_strings and action.dest != "help" and not isinstance(action, argparse._AppendAction):
+                value = [str(next(iter(action.choices or ["1"])))] if action.nargs != 0 else []
+                yield pytest.param([*name.split(), *2 * [action.option_strings[0], *value]], id=f"{name} {action.dest}")
+
+
+@pytest.mark.parametrize("words", list(single_options()))
+def test_an_option_that_is_given_twice_is_refused(words, capsys):
+    """The second value would be used, without a word."""
+    assert main(words) == 2
+    assert re.fullmatch(r"error: linkages [a-z ]+: -+[a-z-]+: is given twice\n", capsys.readouterr().err)
+
+
+def test_a_repeated_option_has_each_path_once(capsys):
+    for words in (
+        ("--set", "a=1", "--set", "a=2"),
+        ("--set=a=1", "--set", " a = 2"),
+        ("--output", "a=1", "--output", "a=1"),
+    ):
+        assert main(["sweep", "x.toml", *words]) == 2
+        assert "is given twice" in capsys.readouterr().err
+    assert main(["sweep", "x.toml", "--set", "a=1", "--set", "b=2"]) == 2
+    assert "--vary" in capsys.readouterr().err  # which is missing
+
+
+#: Arguments of the library that are options of a command: the message names the option.
+OPTIONS = {
+    ("wear", "slider_crank_wear.toml", "--cycles", "1", "--drive", "x"): '--drive: "x" has no prescribed motion',
+    ("linearise", "slider_crank_dry.toml", "--input", "X"): '--input: "X" is unknown',
+    ("sweep", "slider_crank_dry.toml", "--vary", "duration=1:2:2", "--revolutions", "-1"): "--revolutions: is -1",
+    ("new", "é", "--from", "f"): "NAME: é: must begin with a letter",
+    ("new", "--from", "é.toml"): "--from: é.toml: the file's name: é: must begin with a letter",
+}
+
+
+@pytest.mark.parametrize("words", OPTIONS)
+def test_a_refused_value_is_named_with_its_option(words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(list(words)) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"error: {OPTIONS[words]}")
+
+
+@pytest.mark.parametrize(
+    "words", [("new", ""), ("simulate", ""), ("simulate", "seven_bar.toml", "--out", ""), ("modes", "x.toml", "--")]
+)
+def test_a_name_of_two_thousand_characters_is_shortened(words, capsys):
+    assert main([*words[:-1], words[-1] + "x" * 2000]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: ")
+    assert len(line) < 500
 
 
 def test_no_command_shows_what_there_is(capsys):
@@ -383,6 +442,24 @@ def test_doctor_knows_compilers_without_a_cache_or_switched_off(monkeypatch):
         assert "NUMBA_CACHE_DIR" in doctor.compile_cache().remedy
     monkeypatch.setattr("numba.config.DISABLE_JIT", True)
     assert doctor.compile_cache().remedy == "unset NUMBA_DISABLE_JIT"
+
+
+def test_a_compilation_is_a_stage_of_any_command(monkeypatch):
+    """`doctor`, for instance, compiles for a minute on an empty cache."""
+    compiled, counted = [3, 3, 5, 5], [0]
+    monkeypatch.setattr(precompiled, "counts", lambda: (compiled.pop(0), 0))
+    told = [progress._compilation(counted) for _ in range(4)]
+    assert [text.endswith(("3 kernels", "5 kernels")) for text in told] == [True, False, True, False]
+    monkeypatch.setitem(sys.modules, "linkages.kernel.precompiled", types.ModuleType("imported half-way"))
+    assert progress._compilation(counted) == ""
+
+
+def test_fish_completes_commands_and_options(capsys):
+    assert main(["completion", "fish"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any(
+        line.startswith("complete -c linkages") and "-l duration" in line and "simulate" in line for line in lines
+    )
 
 
 def test_bash_completes_commands_options_and_choices(tmp_path):

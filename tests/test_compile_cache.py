@@ -10,13 +10,14 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numba
 import pytest
 
 import linkages
 from linkages.disk import keep, kept
 from linkages.kernel import kernel
 from linkages.kernel.compile import Kernel
-from linkages.kernel.fingerprint import fingerprint
+from linkages.kernel.fingerprint import fingerprint, toolchain
 
 SCRIPT = """
 import sys
@@ -202,6 +203,13 @@ def test_a_function_is_what_it_says_and_what_it_refers_to():
         made(text + " + x", call=callee, scale=2.0),
     )
     assert len({same, *map(fingerprint, changes)}) == 4
+
+
+@pytest.mark.parametrize("name", ["OPT", "CPU_NAME", "CPU_FEATURES", "LOOP_VECTORIZE", "BOUNDSCHECK"])
+def test_a_setting_of_numba_that_changes_code_is_part_of_the_fingerprint(name, monkeypatch):
+    before = toolchain.__wrapped__()
+    monkeypatch.setattr(numba.config, name, "another")
+    assert toolchain.__wrapped__() != before
 
 
 def test_the_name_of_an_attribute_is_no_global():

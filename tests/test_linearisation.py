@@ -193,7 +193,7 @@ def test_the_poles_of_a_flexible_linkage_are_its_natural_modes():
 def test_a_moving_drive_a_closed_contact_and_unknown_names_are_refused(pendulum):
     with pytest.raises(InputError, match=r"drives\.O: prescribes a motion; give the torque"):
         linearise(shipped("slider_crank_dry"))
-    with pytest.raises(InputError, match=r'input "O\.torqe": is unknown; .*O\.torque'):
+    with pytest.raises(InputError, match=r'inputs: "O\.torqe" is unknown; .*O\.torque'):
         linearise(pendulum(), inputs=["O.torqe"])
     with pytest.raises(InputError, match="rod_tip"):
         linearise(pendulum(), outputs=["rod_tip.z"])

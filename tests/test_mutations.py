@@ -1,4 +1,6 @@
-"""Files, ``--set`` values and results with something wrong in them: one line of refusal or finite numbers, and soon.
+"""Files, ``--set`` values, results and command lines with something wrong in them, and commands that Ctrl-C strikes.
+
+All end with one line of refusal or finite numbers, and soon.
 
 Run as a script, it tries as many as one likes: ``python tests/test_mutations.py --count 10000 --seed 1``.
 """
@@ -15,14 +17,18 @@ from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
 
+import mutant_commands
+import mutant_trials
 import pytest
-from mutant_trials import TRIALS, command
+from mutant_trials import command
 from mutants import EXPERIMENTS, Mutator
 
+TRIALS = mutant_trials.TRIALS | {"line": mutant_commands.mutated, "struck": mutant_commands.struck}
 #: Mutants of every run of the tests, and shares of the script's.
 COUNTS = {"load": 200, "study": 50, "store": 30, "import": 100, "describe": 20, "report": 30, "compiled": 30}
+COUNTS |= {"line": 200}
 SHARES = {"load": 4, "study": 2, "store": 2, "import": 2, "describe": 4, "report": 4, "blocks": 1, "compiled": 11}
-SHARES |= {"drake": 1}
+SHARES |= {"drake": 1, "line": 30, "struck": 4}
 LONGEST = 20  # s of the processor for one mutant
 STUCK = 1800  # s after which the script gives up
 
@@ -57,7 +63,7 @@ def ending(kind: str, number: int, seed: int, folder: Path) -> str:
         except BaseException as problem:
             frames = traceback.extract_tb(problem.__traceback__)
             ours = [frame for frame in frames if "site-packages" not in frame.filename] or frames
-            said = f"{type(problem).__name__}: {' '.join(str(problem).split())[:100]}"
+            said = f"{type(problem).__name__}: {' '.join(str(problem).split())[:400]}"
             return f"{FAULT} {Path(ours[-1].filename).name}:{ours[-1].lineno} {said}"
     return found
 

@@ -20,7 +20,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the findings; return 1 if a check fails."""
     from linkages.cli.installation import examine
+    from linkages.cli.progress import announce_compilation
 
+    announce_compilation()
     wrong = 0
     for finding in examine():
         print(f"{'ok   ' if finding.sound else 'WRONG'} {finding.name:22s} {finding.text}", flush=True)

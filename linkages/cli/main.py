@@ -7,6 +7,7 @@ by SIGTERM, 141 the reader of the output has ended.
 from __future__ import annotations
 
 import atexit
+import errno
 import gc
 import importlib.metadata
 import os
@@ -17,7 +18,7 @@ from collections.abc import Callable, Mapping, Sequence
 from linkages.cli import Command, commands
 from linkages.cli.parsing import Parser
 from linkages.cli.progress import be_quiet, heartbeat
-from linkages.errors import InputError, RunError, nearest
+from linkages.errors import InputError, RunError, nearest, shortened
 from linkages.signals import interruptible
 
 _EXAMPLES = """examples:
@@ -47,12 +48,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     if arguments is not None:
         return exit_status(_run, list(arguments))
-    status = exit_status(_run, sys.argv[1:])
-    if (
-        signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    ):  # the command is done: no message while Python ends
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # no message while Python ends
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-    return status
+    return exit_status(_run, sys.argv[1:], alone=True)
 
 
 def _run(words: list[str]) -> int:
@@ -66,7 +64,13 @@ def _run(words: list[str]) -> int:
         raise InputError("linkages", words[0], f"is unknown; {nearest(words[0], first)}")
     options = command_line.parse_args(words)
     be_quiet(options)
-    return known[options.command].run(options)
+    try:
+        return known[options.command].run(options)
+    except InputError as problem:
+        for name in (problem.where, problem.where.removesuffix("s")):  # the argument inputs is the option --input
+            if problem.source == "argument" and name in vars(options):
+                raise InputError(f"--{name.replace('_', '-')}", "", problem.problem) from None
+        raise
 
 
 def parser(known: Mapping[str, Command]) -> Parser:
@@ -86,20 +90,27 @@ def _version() -> str:
         return "not installed"
 
 
-def exit_status(run: Callable[..., int], *arguments: object) -> int:
-    """Run a command and return its exit status; bad input, failed runs and interruptions become one line of text."""
+def exit_status(run: Callable[..., int], *arguments: object, alone: bool = False) -> int:
+    """Run a command and return its exit status; bad input, failed runs and interruptions become one line of text.
+
+    With `alone` the process has nothing else to do: see `linkages.signals.interruptible`.
+    """
     atexit.register(gc.freeze)  # a process that ends need not search its objects for cycles: 0.2 s
-    with interruptible() as received:
+    with interruptible(alone) as received:
         try:
             with heartbeat():
                 status = run(*arguments)
             sys.stdout.flush()
         except BaseException as problem:  # interrupted code may raise another exception
+            received.over = True
             if received or isinstance(problem, KeyboardInterrupt):
                 print("interrupted", file=sys.stderr)
                 status = 130
             else:
                 status = _said(problem)
+    if received and status == 0:  # a signal that came too late, or whose exception was dropped
+        print("interrupted", file=sys.stderr)
+        status = 130
     return 143 if signal.SIGTERM in received and status == 130 else status
 
 
@@ -114,6 +125,9 @@ def _said(problem: BaseException) -> int:
         case BrokenPipeError():  # the reader has ended: `linkages keys | head`
             _drop_output()
             return 141
+        case OSError(errno=errno.ENAMETOOLONG):
+            print(f"error: {shortened(str(problem.filename))}: {problem.strerror}", file=sys.stderr)
+            return 2
         case OSError():  # system error, such as a full disk of the output
             print(f"failed: {problem.filename or 'output'}: {problem.strerror or problem}", file=sys.stderr)
             _drop_output()

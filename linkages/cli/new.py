@@ -60,11 +60,10 @@ def run(options: argparse.Namespace) -> int:
     source: Path | None = options.source
     name: str | None = source.name.partition(".")[0] if source and options.name is None else options.name
     if name is None:
-        raise InputError("name", "", "is missing; write linkages new NAME, or linkages new --from FILE")
+        raise InputError("NAME", "", "is missing; write linkages new NAME, or linkages new --from FILE")
     if not _NAME.fullmatch(name):
-        raise InputError(
-            "name", name, "must begin with a letter, contain only letters, digits, - and _, and not be world"
-        )
+        problem = "must begin with a letter, contain at most 64 letters (a to z), digits, - and _, and not be world"
+        raise InputError("NAME" if options.name is not None else f"--from: {source}: the file's name", name, problem)
     texts, facts = described_files(name, source) if source else (template_files(name, options.model), "")
     machine, experiment = write_files(name, texts, options.out)
     print(f"written: {machine}, {experiment}{facts}\ndraw it: linkages draw {experiment}")

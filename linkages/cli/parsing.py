@@ -14,6 +14,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{"formatter_class": argparse.RawDescriptionHelpFormatter} | settings)
+        self._given: dict[argparse.Action, set[str]] = {}
 
     def error(self, message: str) -> NoReturn:
         """Raise an `InputError` for the command line."""
@@ -23,6 +24,7 @@ class Parser(argparse.ArgumentParser):
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> Any:
         """Parse; reject unknown words here, where the valid options are known."""
+        self._given.clear()
         options, extra = super().parse_known_args(args, namespace)
         for word in extra:
             if word.startswith("-"):
@@ -33,3 +35,18 @@ class Parser(argparse.ArgumentParser):
         if extra:
             raise InputError(self.prog, extra[0], f"is one argument too many; see {self.prog} --help")
         return options, extra
+
+    def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
+        """Read the values of an option; refuse an option that is given twice (argparse calls this).
+
+        An option that may be repeated is given twice if its value is, or the part of its value before "=".
+        """
+        if action.option_strings:
+            several = isinstance(action, argparse._AppendAction)  # argparse has no public name for it
+            assigns = several and "=" in str(action.metavar)
+            name = (arg_strings[0].partition("=")[0] if assigns else arg_strings[0]).strip() if several else ""
+            given = self._given.setdefault(action, set())
+            if name in given:
+                raise InputError(self.prog, " ".join([action.option_strings[0], name]).strip(), "is given twice")
+            given.add(name)
+        return super()._get_values(action, arg_strings)

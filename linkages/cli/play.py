@@ -74,8 +74,5 @@ def run(options: argparse.Namespace) -> int:
     if not options.no_browser:
         webbrowser.open(server.address)
     with server:
-        try:
-            server.serve_forever(poll_interval=0.1)
-        except KeyboardInterrupt:
-            print("\nthe live page has ended")
+        server.serve_forever(poll_interval=0.1)  # Ctrl-C ends it
     return 0

@@ -58,14 +58,16 @@ _silence = _Silence()
 @contextmanager
 def heartbeat() -> Iterator[None]:
     """Print stage and elapsed time of a command after long silence, from a thread."""
-    ended = threading.Event()
+    ended, counted = threading.Event(), [0]
 
     def beat() -> None:
         while not ended.wait(max(_silence.rest() + _GRACE, 0.05)):
             if _silence.rest() <= -_GRACE and not _silence.quiet:
-                _silence.say(f"{_silence.stage}, {time.monotonic() - _silence.started:.0f} s so far")
+                stage = _compilation(counted) or _silence.stage
+                _silence.say(f"{stage}, {time.monotonic() - _silence.started:.0f} s so far")
 
     _silence.begin(False)
+    _compilation(counted)
     thread = threading.Thread(target=beat, daemon=True)
     thread.start()
     try:
@@ -74,6 +76,16 @@ def heartbeat() -> Iterator[None]:
         ended.set()
         thread.join()
         _silence.quiet = True
+
+
+def _compilation(counted: list[int]) -> str:
+    """Return the stage of a command that has compiled kernels since the last call; its count is kept in the list."""
+    counts = getattr(sys.modules.get("linkages.kernel.precompiled"), "counts", None)
+    if counts is None:  # nothing computes, or the module is being imported
+        return ""
+    compiled, _ = counts()
+    before, counted[0] = counted[0], compiled
+    return f"compiling, once after an installation: {compiled} kernels" if compiled > before else ""
 
 
 def begin_stage(name: str) -> None:

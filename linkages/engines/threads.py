@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from typing import TypeVar, cast
 
 from linkages.errors import RunError
 from linkages.kernel.precompiled import processors
+from linkages.signals import stopping
 
 _LOOK = 1.0  # interval between two calls of the observer [s]
 
@@ -65,14 +66,15 @@ def in_threads(
                 job.result()
             if look is not None:
                 look()
+        pool.shutdown()
         return results
-    except BaseException:
+    except BaseException as problem:
         waiting.clear()
         if stop is not None:
             stop()
+        with stopping() if isinstance(problem, KeyboardInterrupt) else nullcontext():
+            pool.shutdown(cancel_futures=True)
         raise
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 def _next(waiting: deque[int]) -> int | None:

@@ -17,7 +17,7 @@ from linkages.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.steady_state import drive_period
 from linkages.system import System
 
-_MOST = 20_000  # steps between two checks for interrupts
+_MOST = 20_000  # steps of a part of a run
 _LOOKS = 7  # attempts to find the period of a formula, each over twice the duration
 
 
@@ -170,7 +170,7 @@ def period_of(system: System, drive: str | None = None) -> float:
     experiment = system.experiment
     moving = {name: d for name, d in experiment.drives.items() if d.prescribed and (d.speed or d.varies)}
     if drive is not None and drive not in moving:
-        raise InputError("drive", drive, f"has no prescribed motion; {nearest(drive, moving)}")
+        raise InputError("argument", "drive", f'"{drive}" has no prescribed motion; {nearest(drive, moving)}')
     for name in sorted(moving, key=lambda name: moving[name].varies) if drive is None else [drive]:
         looks = _LOOKS if moving[name].formula is not None else 1
         for k in range(looks):

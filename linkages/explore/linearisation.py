@@ -144,8 +144,9 @@ def linearise(
     """
     if time < 0.0:
         raise InputError("argument", "time", f"is {time:g} s, before the start of the run; give 0 or more")
-    point, known = OperatingPoint(system, time), inputs_of(system)
+    known = inputs_of(system)
     chosen = _checked(known, inputs)
+    point = OperatingPoint(system, time)
     if equilibrium:
         point.settle()
     A, local, rates = point.matrix()
@@ -164,7 +165,7 @@ def _checked(known: Mapping[str, object], names: Sequence[str] | None) -> tuple[
     chosen = tuple(known if names is None else names)
     for name in chosen:
         if name not in known:
-            raise InputError("argument", f'input "{name}"', f"is unknown; {nearest(name, known)}")
+            raise InputError("argument", "inputs", f'"{name}" is unknown; {nearest(name, known)}')
     return chosen
 
 

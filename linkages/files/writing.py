@@ -126,7 +126,7 @@ class OutputFolder:
     def __exit__(self, kind: type[BaseException] | None, problem: BaseException | None, _: object) -> None:
         try:
             if kind is None:
-                with deferred():
+                with deferred(whole=True):
                     self._move()
         except OSError as refusal:
             problem = refusal

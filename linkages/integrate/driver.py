@@ -50,6 +50,7 @@ class Options(NamedTuple):
     landing: Array  # magnitude of each event function that counts as zero, (ne,)
     divisions: Array  # data of `divide`, which is called only if there are any
     accuracy: float  # tolerance of an entry of the state relative to its scale, for the choice of the first step
+    stop: Indices  # (1,): not zero as soon as the run is to pause after its present step
 
 
 class Record(NamedTuple):
@@ -143,7 +144,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide
         h = first
         while status == DONE and t < options.end:
             smallest = _SMALLEST * max(abs(t), first)
-            if steps >= options.most:
+            if steps >= options.most or options.stop[0] != 0:
                 status = PAUSED
                 break
             _set_scale(s, tolerance, options.relative, y)

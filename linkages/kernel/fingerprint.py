@@ -22,15 +22,19 @@ from llvmlite import binding
 
 LAZY = b"lazy"  # kind of kernels whose callers know of them but their names and results
 _OURS = __name__.partition(".")[0]
+#: Numba's settings, of the environment or of its file, that change the compiled code.
+_SETTINGS = """OPT CPU_NAME CPU_FEATURES ENABLE_AVX LOOP_VECTORIZE SLP_VECTORIZE DISABLE_INTEL_SVML BOUNDSCHECK
+DEBUGINFO_DEFAULT DEBUG_NRT NRT_STATS LLVM_REFPRUNE_PASS LLVM_REFPRUNE_FLAGS EXTEND_VARIABLE_LIFETIMES ENABLE_PROFILING
+USE_LLVMLITE_MEMORY_MANAGER""".split()  # noqa: SIM905
 
 
 @cache
 def toolchain() -> bytes:
-    """Fingerprint of what compiles: this folder's text, the versions behind it, the processor."""
+    """Fingerprint of what compiles: this folder's text, the versions behind it, its settings, the processor."""
     texts = [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
     processor = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
-    checked = getattr(numba.config, "BOUNDSCHECK", None)
-    versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], processor, checked)
+    settings = [str(getattr(numba.config, name, None)) for name in _SETTINGS]
+    versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], processor, settings)
     return hashlib.sha256(b"\0".join([*texts, repr(versions).encode()])).digest()
 
 

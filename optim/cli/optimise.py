@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
@@ -50,25 +47,6 @@ class Job:
     folder: Path
 
 
-@contextmanager
-def _interrupts() -> Iterator[list[int]]:
-    """Give a list to which the first Ctrl-C adds its signal; the second ends the command as Ctrl-C does elsewhere."""
-    pressed: list[int] = []
-    before = signal.getsignal(signal.SIGINT)
-
-    def note(number: int, frame: FrameType | None) -> None:
-        if pressed and callable(before):
-            before(number, frame)
-        pressed.append(number)
-        print("\nstopping after this iteration; Ctrl-C again to stop now", file=sys.stderr, flush=True)
-
-    signal.signal(signal.SIGINT, note)
-    try:
-        yield pressed
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
@@ -99,8 +77,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Solve every study with every seed; returns the exit status."""
-    from optim.search.run import Stopped
-
     if options.threads is not None and options.threads < 1:
         raise InputError("--threads", str(options.threads), "must be at least 1")
     root, jobs = _jobs(options)
@@ -111,18 +87,11 @@ def run(options: argparse.Namespace) -> int:
             from optim.evaluate.cluster import cluster
 
             pool = stack.enter_context(cluster(options.cluster))
-        interrupts = stack.enter_context(_interrupts())
         try:
             for job in jobs:
-                results.append(_solve(job, options, *pool, lambda: bool(interrupts)))
-                if interrupts:
-                    break
-        except Stopped as stopped:
-            print(f"{job.study.source.stem}, seed {job.seed}: {stopped}", file=sys.stderr)
+                results.append(_solve(job, options, *pool))
         except KeyboardInterrupt:
-            interrupts.append(signal.SIGINT)
-        if interrupts and len(results) < len(jobs):
-            print("what was computed is kept; continue with --resume", file=sys.stderr)
+            print("interrupted; what was computed is kept, continue with --resume", file=sys.stderr)
             return 130
     if len(jobs) > 1:
         from optim.report.result import format_table, write_table
@@ -175,9 +144,7 @@ def _seeds(options: argparse.Namespace, study: Study) -> range:
     return range(first, last + 1)
 
 
-def _solve(
-    job: Job, options: argparse.Namespace, executor: Executor | None, workers: int, stop: Callable[[], bool]
-) -> dict[str, Any]:
+def _solve(job: Job, options: argparse.Namespace, executor: Executor | None, workers: int) -> dict[str, Any]:
     """Solve one study with one seed; writes its folder and returns the content of ``result.json``."""
     import numpy as np
 
@@ -188,11 +155,12 @@ def _solve(
 
     study = job.study
     figure = None if options.no_plots else job.folder / FIGURE
-    evaluator = Evaluator(study, executor, 2 * workers, options.threads)
+    observe = Observer(study, job.seed, figure)
+    evaluator = Evaluator(study, executor, 2 * workers, options.threads, progress=observe.runs)
     checks: dict[str, Any] = {}
     if options.check:
         checks["start"] = _check(study, study.nominal if job.start is None else job.start, evaluator, "start")
-    with Observer(study, job.seed, figure) as observe:
+    with observe:
         result = optimise(
             study,
             job.folder / STORE,
@@ -201,7 +169,6 @@ def _solve(
             evaluator=evaluator,
             resume=options.resume,
             observe=observe,
-            stop=stop,
         )
     if options.check:
         best = np.array([result["best"]["variables"][path] for path in study.paths])

@@ -42,6 +42,8 @@ class Evaluator:
         Threads of the compiled engine; default all there are.
     engine : callable, optional
         Answers a request; default the compiled engine's batch.
+    progress : callable, optional
+        Called with the finished fraction of each batch, without an executor.
 
     Examples
     --------
@@ -60,12 +62,14 @@ class Evaluator:
         parts: int = 1,
         threads: Count | None = None,
         engine: Engine | None = None,
+        progress: Callable[[float], None] | None = None,
     ) -> None:
         self.study = study
         self.executor = executor
         self.parts = max(parts, 1)
         self.threads = threads
         self.engine = engine or run_compiled
+        self.progress = progress if executor is None else None
         terms = [term for _, _, quantity in study.quantities for term in quantity.terms or ()]
         self.outputs = tuple(dict.fromkeys(term.output for term in terms))
         self._used = tuple(dict.fromkeys(term.window for term in terms))
@@ -116,7 +120,7 @@ class Evaluator:
             for table in (designs, (self.study.lower, self.study.upper))
         )
         windows = np.vstack([point.windows[name] for name in self._used])
-        return Request(point, values, limits, self.outputs, windows, self.threads)
+        return Request(point, values, limits, self.outputs, windows, self.threads, self.progress)
 
     def _rows(self, term: Term, point: OperatingPoint) -> slice:
         """Windows of a term in a request."""

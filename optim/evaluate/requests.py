@@ -45,6 +45,8 @@ class Request:
         Times [s].
     threads : int or None
         Threads of the compiled engine.
+    progress : callable or None
+        Called with the finished fraction; None in another process.
     """
 
     point: OperatingPoint
@@ -53,6 +55,7 @@ class Request:
     outputs: tuple[str, ...]
     windows: Array
     threads: int | None
+    progress: Callable[[float], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,7 @@ def run_compiled(request: Request) -> Statistics:
             request.outputs,
             request.windows,
             request.threads,
+            request.progress,
             limits=request.limits[:, columns],
         )
     values = np.stack([found.statistics[name] for name in STATISTICS])

@@ -48,7 +48,8 @@ def load_study(path: str | Path) -> Study:
     path = Path(path)
     data, sources = read_toml(path)
     file = validate(StudyFile, data, path)
-    system = load(find_experiment(file.experiment, path))
+    with _within(path, "experiment"):
+        system = load(find_experiment(file.experiment, path))
     with _within(path, "set"):
         system = system.replaced(dict(leaves(file.set)))
     rows = [_variable(path, file, name, system) for name in file.variables]

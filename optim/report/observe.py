@@ -30,7 +30,7 @@ class Observer:
 
     def __init__(self, study: Study, seed: int, figure: Path | None) -> None:
         self.title = f"{study.source.stem}, seed {seed}"
-        self.study, self.figure = study, figure
+        self.study, self.figure, self._stage = study, figure, self.title
         self._next = time.monotonic() + _EVERY
         self._rows: list[Iteration] = []
 
@@ -57,13 +57,18 @@ class Observer:
         self._bar.total = max(row.iterations, 1)
         self._bar.set_postfix_str(self._best(row), refresh=False)
         self._bar.update(row.iteration - self._bar.n)
-        begin_stage(f"{self.title}, iteration {row.iteration} of {row.iterations}, {self._best(row)}")
+        self._stage = f"{self.title}, iteration {row.iteration} of {row.iterations}, {self._best(row)}"
+        begin_stage(self._stage)
         if not self._bar.disable:
             message_shown()
         if (begun := time.monotonic()) > self._next:
             self._draw()
             ended = time.monotonic()
             self._next = ended + max(_EVERY, (ended - begun) / _SHARE)
+
+    def runs(self, part: float) -> None:
+        """Show the finished fraction of the designs that are being evaluated."""
+        begin_stage(f"{self._stage}; next designs: {part:.0%}")
 
     def _best(self, row: Iteration) -> str:
         if np.isnan(row.best_feasible).all():

@@ -206,3 +206,29 @@ def test_a_run_has_the_columns_that_are_named(press):
         simulate(press, outputs=["A.forc"])
     with pytest.raises(InputError, match="compiled engine alone"):
         simulate(press, "drake", outputs=["A.force"])
+
+
+def test_a_batch_shows_its_progress_on_a_terminal_unless_the_caller_does(monkeypatch):
+    bars, parts = [], []
+
+    class Bar:
+        def __init__(self, **settings):
+            self.settings, self.n = settings, 0.0
+            bars.append(self)
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            return None
+
+        def update(self, more):
+            self.n += more
+
+    monkeypatch.setattr("tqdm.tqdm", Bar)
+    system = shipped("slider_crank_dry", duration=1e-3)
+    simulate_batch(system, outputs=["B.force"])
+    assert [bar.n for bar in bars] == [1.0]
+    assert bars[0].settings["disable"] is None  # for tqdm: where there is no terminal
+    simulate_batch(system, outputs=["B.force"], progress=parts.append)
+    assert (len(bars), parts[-1]) == (1, 1.0)

@@ -15,6 +15,7 @@ import linkages.engines.drake.clearance as clearance_module
 from linkages import InputError, Status, simulate
 from linkages.engines.drake import add_linkage, build_diagram, steps
 from linkages.engines.drake.clearance import JOINT_OUTPUTS
+from linkages.engines.drake.plant import tree_sdf
 from linkages.engines.drake.steps import Steps
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 
@@ -252,3 +253,12 @@ def test_names_of_linkages_in_one_diagram_differ(seven_bar):
     with pytest.raises(InputError, match='name: "left" is taken in this diagram'):
         add_linkage(builder, seven_bar, name="left")
     builder.Build()
+
+
+def test_an_element_with_a_prefix_in_a_visual_is_passed_on(system_of):
+    """As Drake's own, which declare no namespace."""
+    own = "<drake:accepting_renderer>one</drake:accepting_renderer>"
+    sphere = f'<visual name="v"><geometry><sphere><radius>0.01</radius></sphere></geometry>{own}</visual>'
+    system = system_of(four_bar().replace("</inertial>", f"</inertial>{sphere}", 1), "duration = 0.001\n")
+    assert own in tree_sdf(system.tree)
+    assert simulate(system, "drake").status is Status.OK

@@ -47,6 +47,7 @@ def integrate(
         np.full(len(modes), landing),
         np.zeros((0, 1)),
         0.0,
+        np.zeros(1, np.int64),
     )
     problem = (np.array(parameters, dtype=float), kind, np.zeros(2))
     stepper, tolerance = make_stepper(len(start)), np.broadcast_to(tolerance, start.shape).copy()

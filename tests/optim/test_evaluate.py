@@ -116,6 +116,14 @@ def test_terms(study, monkeypatch, over, expected):
     assert Evaluator(found)(np.array([[1.0, 0.4]])).objectives[0, 0] == expected
 
 
+def test_the_finished_part_of_a_population_is_told(study, monkeypatch):
+    """A genetic algorithm's first population takes half a minute."""
+    asked = engine(monkeypatch, *[[[1.0] * 3]] * 4)
+    found = study('[objectives.f]\nterms = [{ functional = "peak", output = "A.force", window = "halves" }]')
+    Evaluator(found, progress=(told := [].append))(np.array([[0.2, 0.3]]))
+    assert asked[0].progress is told
+
+
 def test_what_the_engine_is_asked(study, monkeypatch):
     asked = engine(monkeypatch, *[[[1.0] * 3]] * 4)
     found = study(

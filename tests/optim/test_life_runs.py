@@ -80,7 +80,7 @@ def test_the_optimum_of_the_shipped_study_stands_in_finer_runs():
         ('"mean"', '"range"', r'terms\[0\].functional: is "range" of one number; write "mean"'),
         ("B.depth", "B.death", r'lives.pocket: .*B.death: is unknown; did you mean "B.depth"'),
         ("cycles = 500", "cycles = 0", "cycles: .*greater than or equal to 1"),
-        ("limit = 5e-06", "limit = 5e-06\ndrive = 'B'", "lives.pocket: drive: B: has no prescribed motion"),
+        ("limit = 5e-06", "limit = 5e-06\ndrive = 'B'", 'lives.pocket: drive: "B" has no prescribed motion'),
     ],
 )
 def test_refused(study, old, new, why):

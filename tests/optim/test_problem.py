@@ -199,6 +199,7 @@ def test_operating_points(study):
         ("[variables.oil]", "[variables.sqrt]", '"sqrt" is taken'),
         ('"seven_bar.toml"', '"eight_bar.toml"', "eight_bar.toml: cannot be read"),
         ('experiment = "seven_bar.toml"', "", "experiment: is missing"),
+        ('experiment = "seven_bar.toml"', 'experiment = "none"', "experiment: none: cannot be read"),
         (
             "[constants]",
             "set.duratoin = 1.0\n[constants]",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -176,7 +177,7 @@ def simulate_batch(
     threads : int, optional
         Default as many as there are processors. The results do not depend on it.
     progress : callable, optional
-        Called now and then with the part that is done, 0 to 1.
+        Called now and then with the part that is done, 0 to 1; default: on a terminal a bar, after two seconds.
     wrt : sequence of str or Direction, optional
         Dotted paths of values, or values that several paths follow; `Batch.sensitivity` has the derivatives of the
         statistics of each run with respect to them, as `linkages.sensitivities` for one run. They take several
@@ -233,13 +234,27 @@ def simulate_batch(
     bounds = None if limits is None else _values_of(limits, variables, "limits")
     if bounds is not None and (len(bounds) != 2 or not np.isfinite(bounds).all()):
         raise InputError("argument", "limits", "must have two lines, the ends of the ranges, of finite numbers")
-    runs.make(threads, progress and (lambda part: progress(share * part)), bounds)
-    statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
-    batch = Batch(tuple(variables), table, chosen, spans, statistics, runs.status, runs.reason, runs.steps)
-    if not wrt:
-        return batch
-    found = differentiate_runs(runs, wrt, threads, progress and (lambda part: progress(share + (1.0 - share) * part)))
+    with _shown(progress) as show:
+        runs.make(threads, lambda part: show(share * part), bounds)
+        statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
+        batch = Batch(tuple(variables), table, chosen, spans, statistics, runs.status, runs.reason, runs.steps)
+        if not wrt:
+            return batch
+        found = differentiate_runs(runs, wrt, threads, lambda part: show(share + (1.0 - share) * part))
     return replace(batch, sensitivity=found.rates, sensitivity_status=found.status)
+
+
+@contextmanager
+def _shown(progress: Callable[[float], None] | None) -> Iterator[Callable[[float], None]]:
+    """Provide the caller's function for the finished fraction, or a bar on a terminal."""
+    if progress is not None:
+        yield progress
+        return
+    from tqdm import tqdm
+
+    form = "{desc}: {percentage:3.0f}% |{bar}| [{elapsed}<{remaining}]"
+    with tqdm(desc="runs", total=1.0, delay=2.0, disable=None, leave=False, bar_format=form) as bar:
+        yield lambda part: cast(None, bar.update(part - bar.n))
 
 
 def _values_of(values: Array | None, variables: Sequence[str], name: str = "values") -> Array:

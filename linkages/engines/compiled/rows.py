@@ -72,14 +72,16 @@ def integrate(job: Job, stop: Indices, reached: Array) -> tuple[Steps, Array, in
 
     Returns steps, outputs at them (nt, no) where they are known during the run, status and number of steps.
 
-    The run pauses after every `WINDOW` steps: it writes the time into ``reached`` (1,), and ends there if ``stop`` (1,)
-    is set or its steps are spent.
+    The run pauses after every `WINDOW` steps: it writes the time into ``reached`` (1,), and ends there if its steps are
+    spent. It ends after the present step as soon as ``stop`` (1,) is set.
     """
     limits, nm, no = job.limits, recorded(job.equations.work.memory), len(job.outputs)
     steps, table = Steps(np.empty(0), np.empty((0, len(job.start))), np.empty((0, nm))), np.empty((0, no))
     y, t, before, first, total = job.start, 0.0, 0.0, 0.0, 0
     while True:
-        options = Options(limits[END], first, limits[LONGEST], WINDOW, 0.0, job.landing, job.kinks, limits[ACCURACY])
+        options = Options(
+            limits[END], first, limits[LONGEST], WINDOW, 0.0, job.landing, job.kinks, limits[ACCURACY], stop
+        )
         record = _run(job.equations, job, job.stepper, job.tolerance, t, y, nm + no, options)
         count = len(record.times)
         if record.status == OPEN and count > 1:
@@ -87,10 +89,10 @@ def integrate(job: Job, stop: Indices, reached: Array) -> tuple[Steps, Array, in
         steps, table = _joined(steps, table, record, count)
         total += record.steps
         t, y, first = record.times[count - 1], record.states[count - 1], record.next_step
+        if record.status == PAUSED and stop[0]:
+            return steps, table, STOPPED, total
         if record.status != PAUSED or total >= limits[MOST] or t - before < limits[LEAST]:
             return steps, table, record.status, total
-        if stop[0]:
-            return steps, table, STOPPED, total
         before = reached[0] = t
 
 
@@ -129,6 +131,8 @@ def run_rows(
             return
         restore(memory, initial, columns, words[i])
         steps, table, status, total = integrate(job, stop, ended[i, 1:2])
+        if status == STOPPED:
+            return
         end = steps.times[len(steps.times) - 1]
         restore(memory, initial, columns, words[i])
         if not summarise(job, steps, table, math.inf if status == DONE else end, found[i]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,13 @@ from linkages.engines.compiled.model import Equations, error_scale, make_memory,
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.methods import expect_run
 from linkages.errors import Status
-from linkages.integrate.driver import COLLAPSED, DONE, Options, Record
+from linkages.integrate.driver import COLLAPSED, DONE, PAUSED, Options, Record
 from linkages.integrate.stepper import make_stepper
 from linkages.kernel import Array, Indices
 from linkages.kernel.by_reference import Packed, packed
 from linkages.outputs.registry import pack
 from linkages.planar.contacts import WIDTH
-from linkages.signals import deferred
+from linkages.signals import arrival, deferred
 from linkages.system import System
 
 STATUS = {
@@ -90,21 +91,27 @@ class Runner:
         first : float
             Step to try [s]; 0 lets the driver choose it, so that a tighter accuracy has a shorter one.
         most : int
-            Steps after which the run pauses.
+            Steps after which the run pauses; it also pauses where a signal arrives.
         end : float, optional
             Default the experiment's duration [s].
         differentiated : bool
             Whether derivatives will be computed: steps end at kinks at any accuracy, and the stages of an implicit
             method are recorded.
         """
-        limits = self._limits
+        limits, stop = self._limits, np.frombuffer(arrival(), np.int64, 1)
         last, longest, accuracy = (float(limits[k]) for k in (END, LONGEST, ACCURACY))
         end, divisions = last if end is None else end, self._kinks[differentiated]
-        options = Options(end, first, longest, most, 0.0, self._landing, divisions, accuracy)
+        options = Options(end, first, longest, most, 0.0, self._landing, divisions, accuracy, stop)
         with deferred():
             record = run(
                 self._equations, self._stepper, self.tolerance, t, y, options, differentiated and self.implicit
             )
+        if (
+            record.status == PAUSED
+            and record.steps < most
+            and threading.current_thread() is not threading.main_thread()
+        ):
+            raise KeyboardInterrupt  # in the main thread the signal's handler raises it
         if record.status == OPEN and len(record.times) > 1:
             times, states, observed = record.times[:-1], record.states[:-1], record.observed[:-1]
             return record._replace(times=times, states=states, observed=observed)

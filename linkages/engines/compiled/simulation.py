@@ -22,10 +22,11 @@ from linkages.outputs.columns import Columns, columns
 from linkages.results.derivatives import Direction
 from linkages.results.loops import Loops
 from linkages.results.trajectory import Trajectory, sample
+from linkages.signals import deferred
 from linkages.system import System
 from linkages.system.ideal_motion import cause
 
-_CHUNK = WINDOW  # steps between two looks at the clock and at the keyboard
+_CHUNK = WINDOW  # steps between two looks at the clock
 
 
 def simulate(
@@ -66,8 +67,9 @@ def simulate(
     totals = np.zeros(3, dtype=np.int64)
     try:
         while True:
-            part = runner.run(t, y, step, _CHUNK, differentiated=bool(wrt))
-            parts.append(part)
+            with deferred():  # keeps the steps up to a signal
+                part = runner.run(t, y, step, _CHUNK, differentiated=bool(wrt))
+                parts.append(part)
             totals += part.steps, part.rejected, part.evaluations
             t = float(part.times[-1])
             y, step = part.states[-1], part.next_step

@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -18,6 +19,7 @@ from linkages.arrays import Array, Indices
 from linkages.engines.drake.visuals import visuals
 from linkages.errors import InputError
 from linkages.files.raw_model import Pose
+from linkages.files.xml import parse_xml
 from linkages.system.tree import Tree
 
 
@@ -44,7 +46,7 @@ def tree_sdf(tree: Tree) -> str:
         }.items():  # fmt: skip
             ET.SubElement(tensor, key).text = repr(float(link.inertia_local[i, j]))
         for visual in link.visuals or visuals(mechanism, link, tree.extent):
-            element.append(ET.fromstring(visual))
+            element.append(parse_xml(Path(link.name), visual.encode()))
     for edge in tree.edges.values():
         joint = mechanism.joint[edge.joint]
         element = ET.SubElement(model, "joint", name=joint.name, type=joint.type)
