@@ -118,7 +118,7 @@ def test_terms(study, monkeypatch, over, expected):
 
 def test_the_finished_part_of_a_population_is_told(study, monkeypatch):
     """A genetic algorithm's first population takes half a minute."""
-    asked = engine(monkeypatch, *[[[1.0] * 3]] * 4)
+    asked = engine(monkeypatch, *[[[1.0] * 2]] * 4)
     found = study('[objectives.f]\nterms = [{ functional = "peak", output = "A.force", window = "halves" }]')
     Evaluator(found, progress=(told := [].append))(np.array([[0.2, 0.3]]))
     assert asked[0].progress is told
