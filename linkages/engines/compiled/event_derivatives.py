@@ -127,8 +127,8 @@ def begin_or_end(
     """Take the columns through the start or end of contact k; fill the derivatives of its time.
 
     The contact still remembers what held before. A new contact remembers the approach speed at its start. Where its
-    force jumps, the columns jump by the difference of the derivatives times the change of the time. Returns False
-    where a contact begins without speed: its existence then depends on the values.
+    force or the rate of its bristles jumps, the columns jump by the difference of the derivatives times the change of
+    the time. Returns False where a contact begins without speed: its existence then depends on the values.
     """
     work, m, s, n = equations.work, c.before.shape[1], c.contacts, len(y)
     c.ended[0] = math.nan
@@ -166,13 +166,13 @@ def begin_or_end(
         _add_response(equations, variation, t, y, rates, c, j)
     if begins:
         work.memory[k, APPROACH] = approach
-        clear(s.direct)
-        _jump(equations, k, s)
-        force_response(equations, variation, t, y, rates, s, c.own)
-        back_substitute(c.mass[0], c.pivots, c.own)
-        for j in range(m):
-            for i in range(len(c.own)):
-                c.before[n - len(c.own) + i, j] -= c.own[i] * times[j]
+    clear(s.direct)
+    _jump(equations, k, s)
+    force_response(equations, variation, t, y, rates, s, c.own)
+    back_substitute(c.mass[0], c.pivots, c.own)
+    for j in range(m):
+        for i in range(len(c.own)):
+            c.before[n - len(c.own) + i, j] -= c.own[i] * times[j]
     return True
 
 
@@ -189,7 +189,7 @@ def _add_response(
 
 @kernel
 def _jump(equations: Equations, k: int, s: ContactState) -> None:
-    """Fill ``direct`` with the jump of contact k's force at its start, extrapolated to zero penetration."""
+    """Fill ``direct`` with the jump of contact k's action at its start or end, extrapolated to zero penetration."""
     model, work = equations.model, equations.work
     end, law, table, own = model.ends[k], model.laws[k], model.tables[k], work.memory[k]
     a, depth = s.motion[k], work.contacts[k, PENETRATION]
