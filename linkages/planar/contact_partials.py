@@ -93,7 +93,7 @@ def input_scales(end: np.record, law: np.record, motion: Motion, near: float, ou
     speed = math.hypot(vx, vy) + c * (abs(wb) + abs(wj)) + _SLOW
     lever = max(law.radius, c)
     spin = abs(wb) + abs(wj) + speed / lever
-    turn = gap / (distance if corner else lever)  # by the gap, seen from the corner or on a worn surface
+    turn = gap / (max(distance, gap) if corner else lever)  # by the gap, seen from the corner or on a worn surface
     if end.kind == STOP:
         turn = gap
     out[0], out[1], out[2], out[3], out[4], out[5] = gap, gap, speed, speed, spin, spin
