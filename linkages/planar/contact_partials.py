@@ -69,7 +69,7 @@ FOURTH, SECOND = 0, 3  # kinds of central differences: lines of `WEIGHTS`
 _WIDE, _WIDE_MAPPED, _WIDE_DRY = 1e-4, 1e-5, 1e-3
 _DEEP = 2.0  # factor of the penetration as a scale of dry contacts; with 3, differences cross kinks of friction
 _NEAR_DRY = 1e-9  # lower limit of the penetration as a scale of dry contacts, in parts of the clearance
-_LEAST = 1e-11  # smallest penetration with bounds, in parts of the clearance: events are located to 1e-10
+LEAST = 1e-11  # smallest penetration with bounds, in parts of the clearance: events are located to 1e-10
 _DRY, _LUBRICATED = MODELS["dry"], MODELS["lubricated"]
 _EMPTY = 1e-9  # smallest room between bounds, in steps
 _BEYOND = 1e-3  # greatest distance of a state beyond a bound that is corrected, in steps
@@ -284,13 +284,13 @@ def inside(
 ) -> Motion:
     """Reflect the penetration of a contact at zero if it is beyond its bounds: a step ends just beyond an event.
 
-    It becomes at least `_LEAST`: differences along the wall change the penetration by rounding, so that they would cross
+    It becomes at least `LEAST`: differences along the wall change the penetration by rounding, so that they would cross
     zero, where a force or the rate of the bristles may jump.
     """
     if not (bounds[DEPTH_FROM] > -math.inf or bounds[DEPTH_TO] < math.inf):
         return motion
     delta = contact_action(end, law, table, approach, bristle, motion)[DELTA]
-    least = _LEAST * law.clearance
+    least = LEAST * law.clearance
     if bounds[DEPTH_FROM] <= delta <= bounds[DEPTH_TO] and abs(delta) >= least:
         return motion
     wanted = max(abs(delta), least)

@@ -15,7 +15,7 @@ from linkages.integrate.factor import back_substitute, factorise
 from linkages.kernel import Array, clear, kernel
 from linkages.kernel.simd import WIDTH, lane, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import CHANGES, DEPTH_FROM, DEPTH_TO, INPUTS, OUTPUTS, deeper
+from linkages.planar.contact_partials import CHANGES, DEPTH_FROM, DEPTH_TO, INPUTS, LEAST, OUTPUTS, deeper
 from linkages.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action
 from linkages.planar.tangent import body_tangents, rate_tangents, value_tangents
 
@@ -192,12 +192,13 @@ def _jump(equations: Equations, k: int, s: ContactState) -> None:
     """Fill ``direct`` with the jump of contact k's action at its start or end, extrapolated to zero penetration."""
     model, work = equations.model, equations.work
     end, law, table, own = model.ends[k], model.laws[k], model.tables[k], work.memory[k]
-    a, depth = s.motion[k], work.contacts[k, PENETRATION]
+    a, beyond = s.motion[k], work.contacts[k, PENETRATION]
+    depth = math.copysign(max(abs(beyond), LEAST * law.clearance), beyond)
     motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
     for i in range(OUTPUTS):
         s.direct[k, i] = 0.0
-    for place, weight in ((0.0, 2.0), (1.0, -1.0), (-2.0, -2.0), (-3.0, 1.0)):
-        moved = deeper(end, motion, place * depth)
+    for place, weight in ((1.0, 2.0), (2.0, -1.0), (-1.0, -2.0), (-2.0, 1.0)):
+        moved = deeper(end, motion, place * depth - beyond)
         found = contact_action(end, law, table, own[APPROACH], own[BRISTLE], moved)
         for i in range(OUTPUTS):
             s.direct[k, i] += weight * found[i]
