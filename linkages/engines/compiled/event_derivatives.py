@@ -126,17 +126,25 @@ def begin_or_end(
 ) -> bool:  # fmt: skip
     """Take the columns through the start or end of contact k; fill the derivatives of its time.
 
-    The contact still remembers what held before. A new contact remembers the approach speed at its start. Where its
-    force or the rate of its bristles jumps, the columns jump by the difference of the derivatives times the change of
-    the time. Returns False where a contact begins without speed: its existence then depends on the values.
+    A new contact remembers the approach speed at its start. Where its force or the rate of its bristles jumps, the
+    columns jump by the difference of the derivatives times the change of the time. Returns False where a contact begins
+    without speed: its existence then depends on the values.
     """
     work, m, s, n = equations.work, c.before.shape[1], c.contacts, len(y)
     c.ended[0] = math.nan
     rates, bounds = c.dy[n - c.mass.shape[1] :], equations.work.scratch.bounds[k]
+    if begins:
+        work.memory[k, APPROACH] = approach
+        work.solved[0] = math.nan
     derivatives(equations, t, y, c.dy)
     closing, late = work.contacts[k, CLOSING], work.contacts[k, PENETRATION] / work.contacts[k, CLOSING]
     if begins and closing <= GRAZING:
         return False
+    if begins:  # the rates before the contact, whose force may jump
+        back = late + max(late, LEAST * equations.model.laws[k].clearance / closing)
+        for i in range(n):
+            c.y[i] = y[i] - back * c.dy[i]
+        derivatives(equations, t - back, c.y, c.dy)
     _motions_over_time(equations, t, y, c, rate)
     exact_jacobian(equations, t, y, c.mass[0], c.full)
     solve_state(equations, t, y)
@@ -164,8 +172,6 @@ def begin_or_end(
         if begins:
             c.remembered[k, j] = s.found[_CLOSING] + accelerating * times[j]
         _add_response(equations, variation, t, y, rates, c, j)
-    if begins:
-        work.memory[k, APPROACH] = approach
     clear(s.direct)
     _jump(equations, k, s)
     force_response(equations, variation, t, y, rates, s, c.own)
