@@ -69,6 +69,7 @@ FOURTH, SECOND = 0, 3  # kinds of central differences: lines of `WEIGHTS`
 _WIDE, _WIDE_MAPPED, _WIDE_DRY = 1e-4, 1e-5, 1e-3
 _DEEP = 2.0  # factor of the penetration as a scale of dry contacts; with 3, differences cross kinks of friction
 _NEAR_DRY = 1e-9  # lower limit of the penetration as a scale of dry contacts, in parts of the clearance
+LEAST = 1e-11  # smallest penetration with bounds, in parts of the clearance: events are located to 1e-10
 _DRY, _LUBRICATED = MODELS["dry"], MODELS["lubricated"]
 _EMPTY = 1e-9  # smallest room between bounds, in steps
 _BEYOND = 1e-3  # greatest distance of a state beyond a bound that is corrected, in steps
@@ -92,7 +93,7 @@ def input_scales(end: np.record, law: np.record, motion: Motion, near: float, ou
     speed = math.hypot(vx, vy) + c * (abs(wb) + abs(wj)) + _SLOW
     lever = max(law.radius, c)
     spin = abs(wb) + abs(wj) + speed / lever
-    turn = gap / (distance if corner else lever)  # by the gap, seen from the corner or on a worn surface
+    turn = gap / (max(distance, gap) if corner else lever)  # by the gap, seen from the corner or on a worn surface
     if end.kind == STOP:
         turn = gap
     out[0], out[1], out[2], out[3], out[4], out[5] = gap, gap, speed, speed, spin, spin
@@ -281,13 +282,19 @@ def deeper(end: np.record, motion: Motion, depth: float) -> Motion:
 def inside(
     end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, bounds: Array
 ) -> Motion:
-    """Reflect the penetration of a contact at zero if it is beyond its bounds: a step ends just beyond an event."""
+    """Reflect the penetration of a contact at zero if it is beyond its bounds: a step ends just beyond an event.
+
+    It becomes at least `LEAST`: differences along the wall change the penetration by rounding, so that they would cross
+    zero, where a force or the rate of the bristles may jump.
+    """
     if not (bounds[DEPTH_FROM] > -math.inf or bounds[DEPTH_TO] < math.inf):
         return motion
     delta = contact_action(end, law, table, approach, bristle, motion)[DELTA]
-    if bounds[DEPTH_FROM] <= delta <= bounds[DEPTH_TO]:
+    least = LEAST * law.clearance
+    if bounds[DEPTH_FROM] <= delta <= bounds[DEPTH_TO] and abs(delta) >= least:
         return motion
-    return deeper(end, motion, -2.0 * delta)
+    wanted = max(abs(delta), least)
+    return deeper(end, motion, (wanted if bounds[DEPTH_FROM] > -math.inf else -wanted) - delta)
 
 
 @kernel

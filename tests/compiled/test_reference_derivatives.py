@@ -8,7 +8,7 @@ accuracy 2e-13, extrapolated over two ladders of steps.
 
 import numpy as np
 import pytest
-from machines import BEARING, bar, joint, model, solid, written
+from machines import BEARING, bar, four_bar, joint, model, solid, written
 
 import linkages
 
@@ -164,6 +164,78 @@ def test_derivatives_of_a_kelvin_voigt_contact_converge_with_the_accuracy(tmp_pa
     ]
     assert errors[1] < 1e-5 * right
     assert errors[2] < 1e-7 * right
+
+
+STRUCK = """duration = 0.4
+gravity = [0.0, 0.0, 0.0]
+[drives.O]
+speed = 2.0
+%s = 0.0
+[stops.end]
+joint = "O"
+side = "upper"
+limit = 0.3
+[stops.end.contact]
+stiffness = 20.0
+"""
+CONTACTS = {
+    "kelvin-voigt": {"law": "kelvin-voigt", "restitution": 1.0, "damping": 0.05},
+    "unclipped": {"law": "hunt-crossley", "exponent": 1.0, "restitution": 0.4, "clip": False},
+}
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+@pytest.mark.parametrize("integrator", ["radau_iia_5", "dormand_prince_5_4"])
+@pytest.mark.parametrize("law", CONTACTS)
+def test_derivatives_do_not_depend_on_how_exactly_the_start_of_a_contact_is_met(kind, integrator, law, tmp_path):
+    """A free body meets a stop, whose force is proportional to the speed w of the impact.
+
+    The penetration is w g(t - t0) with t0 = (limit - angle)/w, before and after the bodies part, so that the derivatives
+    follow from coordinate and speed.
+    """
+    axis, drive, place = ("0 0 1", "torque", "angle") if kind == "revolute" else ("1 0 0", "force", "x")
+    sdf = model("struck", solid("body", 0.02, 0.02) + joint("O", "world", "body", kind, axis))
+    system = linkages.load(
+        written(tmp_path, sdf, STRUCK % drive),
+        {"solver.integrator": integrator, "solver.accuracy": 1e-10}
+        | {f"stops.end.contact.{key}": value for key, value in CONTACTS[law].items()},
+    )
+    names, times = [f"body.{place}", "body.omega" if kind == "revolute" else "body.vx"], np.array([0.16, 0.2, 0.39])
+    paths = ["stops.end.limit", "drives.O.speed"]
+    for angle in [0.0, *np.random.default_rng(3).uniform(0.0, 0.05, 15)]:
+        run = linkages.simulate(system.replaced({"drives.O.angle": angle}), outputs=names, wrt=paths)
+        assert run.sensitivity.status == "ok"
+        found, (where, speed) = run.sensitivity.evaluate(times), (run.evaluate(times)[name] for name in names)
+        expected = [1.0 - speed / 2.0, (where - 0.3) / 2.0 + speed * (0.3 - angle) / 4.0]
+        for path, right in zip(paths, expected, strict=True):
+            np.testing.assert_allclose(found[path][names[0]], right, rtol=1e-5, atol=1e-6)
+
+
+def test_bristles_that_come_to_rest_when_a_contact_ends_have_derivatives(tmp_path):
+    """Their rate jumps there; the next contact begins with their state. Differences of runs of the fourth order."""
+    text = """duration = 0.016
+gravity = [0.0, -9.81, 0.0]
+[drives.O]
+speed = 15.0
+torque = 0.3
+[joints.B]
+model = "dry"
+clearance = 5e-4
+contact = { law = "lankarani-nikravesh", restitution = 0.8, stiffness = 1e8 }
+friction = { law = "lugre", coefficient = 0.1, static = 0.14, v_1 = 1e-2, bristle_stiffness = 1e4, bristle_damping = 1.0 }
+[solver]
+accuracy = 1e-11
+integrator = "dormand_prince_5_4"
+"""
+    system = linkages.load(written(tmp_path, four_bar(), text))
+    path, output, times, step = "drives.O.torque", "B.ex", np.array([0.0125, 0.0158]), 2e-4
+    found = linkages.simulate(system, outputs=[output], wrt=[path]).sensitivity.evaluate(times)[path][output]
+    near = [
+        linkages.simulate(system.replaced({path: 0.3 + k * step}), outputs=[output]).evaluate(times)[output]
+        for k in (-2, -1, 1, 2)
+    ]
+    expected = ((near[0] - near[3]) / 12 + (near[2] - near[1]) * 2 / 3) / step
+    np.testing.assert_allclose(found, expected, rtol=2e-6)
 
 
 def test_a_machine_with_a_spring_and_no_contact_has_derivatives_by_the_place_of_a_joint(tmp_path):

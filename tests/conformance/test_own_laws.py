@@ -8,7 +8,7 @@ from engines import slow_on_drake
 from machines import BEARING, joint, model, solid
 from scipy.optimize import minimize_scalar
 
-from linkages import extremes, laws, load, simulate, simulate_batch
+from linkages import extremes, find_file, laws, load, simulate, simulate_batch
 from linkages.laws import Parameter
 from optim import Evaluator, load_study, optimise
 from optim.evaluate.drake_runs import run_on_drake
@@ -224,3 +224,20 @@ def test_a_study_finds_the_best_parameters(experiment_file, tmp_path, kind, engi
     else:  # the most friction; the stiffest film with the most drag
         least = expected(*(high for _, high in bounds))
     assert best["objectives"]["worst"] == pytest.approx(least, rel=max(tolerance, 1e-4))
+
+
+def test_a_law_may_divide_by_the_approach_speed():
+    """The same as Hunt and Crossley's with e = 0.8, whose factor is 0.3."""
+    laws.register_contact(
+        "ratio",
+        lambda delta, ddelta, ddelta0, joint: joint.my_stiffness * delta * (1.0 + 0.3 * ddelta / ddelta0),
+        parameters=[Parameter("my_stiffness", "N/m", None, "stiffness", gt=0.0)],
+    )
+    built_in = {"law": "hunt-crossley", "restitution": 0.8, "exponent": 1.0, "clip": False, "stiffness": 2e7}
+    times, found = np.linspace(0.0, 0.0006, 7), []
+    for contact in ({"law": "ratio", "my_stiffness": 2e7}, built_in):
+        system = load(find_file("slider_crank_dry.toml"), {"duration": 0.0006, "joints.B.contact": contact})
+        run = simulate(system, "compiled", outputs=["B.ex"])
+        assert run.status.name == "OK"
+        found.append(run.evaluate(times)["B.ex"])
+    np.testing.assert_allclose(*found, rtol=1e-9)

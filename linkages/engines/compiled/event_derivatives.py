@@ -15,7 +15,7 @@ from linkages.integrate.factor import back_substitute, factorise
 from linkages.kernel import Array, clear, kernel
 from linkages.kernel.simd import WIDTH, lane, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import CHANGES, DEPTH_FROM, DEPTH_TO, INPUTS, OUTPUTS, deeper
+from linkages.planar.contact_partials import CHANGES, DEPTH_FROM, DEPTH_TO, INPUTS, LEAST, OUTPUTS, deeper
 from linkages.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action
 from linkages.planar.tangent import body_tangents, rate_tangents, value_tangents
 
@@ -126,17 +126,25 @@ def begin_or_end(
 ) -> bool:  # fmt: skip
     """Take the columns through the start or end of contact k; fill the derivatives of its time.
 
-    The contact still remembers what held before. A new contact remembers the approach speed at its start. Where its
-    force jumps, the columns jump by the difference of the derivatives times the change of the time. Returns False
-    where a contact begins without speed: its existence then depends on the values.
+    A new contact remembers the approach speed at its start. Where its force or the rate of its bristles jumps, the
+    columns jump by the difference of the derivatives times the change of the time. Returns False where a contact begins
+    without speed: its existence then depends on the values.
     """
     work, m, s, n = equations.work, c.before.shape[1], c.contacts, len(y)
     c.ended[0] = math.nan
     rates, bounds = c.dy[n - c.mass.shape[1] :], equations.work.scratch.bounds[k]
+    if begins:
+        work.memory[k, APPROACH] = approach
+        work.solved[0] = math.nan
     derivatives(equations, t, y, c.dy)
     closing, late = work.contacts[k, CLOSING], work.contacts[k, PENETRATION] / work.contacts[k, CLOSING]
     if begins and closing <= GRAZING:
         return False
+    if begins:  # the rates before the contact, whose force may jump
+        back = late + max(late, LEAST * equations.model.laws[k].clearance / closing)
+        for i in range(n):
+            c.y[i] = y[i] - back * c.dy[i]
+        derivatives(equations, t - back, c.y, c.dy)
     _motions_over_time(equations, t, y, c, rate)
     exact_jacobian(equations, t, y, c.mass[0], c.full)
     solve_state(equations, t, y)
@@ -164,15 +172,13 @@ def begin_or_end(
         if begins:
             c.remembered[k, j] = s.found[_CLOSING] + accelerating * times[j]
         _add_response(equations, variation, t, y, rates, c, j)
-    if begins:
-        work.memory[k, APPROACH] = approach
-        clear(s.direct)
-        _jump(equations, k, s)
-        force_response(equations, variation, t, y, rates, s, c.own)
-        back_substitute(c.mass[0], c.pivots, c.own)
-        for j in range(m):
-            for i in range(len(c.own)):
-                c.before[n - len(c.own) + i, j] -= c.own[i] * times[j]
+    clear(s.direct)
+    _jump(equations, k, s)
+    force_response(equations, variation, t, y, rates, s, c.own)
+    back_substitute(c.mass[0], c.pivots, c.own)
+    for j in range(m):
+        for i in range(len(c.own)):
+            c.before[n - len(c.own) + i, j] -= c.own[i] * times[j]
     return True
 
 
@@ -189,15 +195,16 @@ def _add_response(
 
 @kernel
 def _jump(equations: Equations, k: int, s: ContactState) -> None:
-    """Fill ``direct`` with the jump of contact k's force at its start, extrapolated to zero penetration."""
+    """Fill ``direct`` with the jump of contact k's action at its start or end, extrapolated to zero penetration."""
     model, work = equations.model, equations.work
     end, law, table, own = model.ends[k], model.laws[k], model.tables[k], work.memory[k]
-    a, depth = s.motion[k], work.contacts[k, PENETRATION]
+    a, beyond = s.motion[k], work.contacts[k, PENETRATION]
+    depth = math.copysign(max(abs(beyond), LEAST * law.clearance), beyond)
     motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
     for i in range(OUTPUTS):
         s.direct[k, i] = 0.0
-    for place, weight in ((0.0, 2.0), (1.0, -1.0), (-2.0, -2.0), (-3.0, 1.0)):
-        moved = deeper(end, motion, place * depth)
+    for place, weight in ((1.0, 2.0), (2.0, -1.0), (-1.0, -2.0), (-2.0, 1.0)):
+        moved = deeper(end, motion, place * depth - beyond)
         found = contact_action(end, law, table, own[APPROACH], own[BRISTLE], moved)
         for i in range(OUTPUTS):
             s.direct[k, i] += weight * found[i]

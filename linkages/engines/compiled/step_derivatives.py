@@ -36,6 +36,7 @@ from linkages.planar.projection import correct
 _MOST = 1000  # attempts within one step
 _STEEP = 0.3  # ratio of the depths at the ends of a step below which the step is graded
 _FINEST = 2.0**-16  # smallest part of a graded step
+_TICK = 4e-16  # smallest part of any step, in parts of the time: shorter ones do not change it
 _NEAR_END = 3e-9  # depth at the start of its last part, in parts of the clearance: events are located to 1e-10
 _MILD = 1e-5  # step of central differences of closure rows [rad, or parts of the linkage's length]
 _NOTHING = 1e-200  # change that counts as zero: its step would overflow
@@ -153,12 +154,13 @@ def advance(
         _resume(s, c)
     size = steps.times[k + 1] - start
     first, last = _grades(equations, steps, k)
+    least = _TICK * steps.times[k + 1]
     now, h, attempts = start, t - start, 0
     while now + h > now and attempts < _MOST:
         attempts += 1
-        h = min(h, max(first * size, now - start))
+        h = min(h, max(first * size, now - start, least))
         if last < 1.0:
-            h = min(h, max(last * size, 0.5 * (steps.times[k + 1] - now)))
+            h = min(h, max(last * size, 0.5 * (steps.times[k + 1] - now), least))
         derivatives(equations, now, y, s.f0)
         set_last_step(s, now, steps.times[k + 1] - start, steps.times, steps.states, points)
         error, _ = attempt(equations, s, now, h, y, True)

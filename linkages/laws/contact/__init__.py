@@ -11,7 +11,7 @@ A contact law is a function ``force(delta, ddelta, ddelta0, joint) -> F``:
 delta, ddelta
     Penetration |e| - c > 0 [m] and its rate v.n [m/s], positive while journal and bearing approach.
 ddelta0
-    Speed of approach at the start of *this* contact [m/s], latched by the caller, >= 0.
+    Speed of approach at the start of *this* contact [m/s], latched by the caller, at least `contact_forces.GRAZING`.
 joint
     Record of `linkages.laws.PARAMETERS` with the parameters of the law.
 F

@@ -13,7 +13,14 @@ import numpy as np
 from numba import types
 
 from linkages.kernel import address, caller, inlined_kernel, kernel
-from linkages.laws.contact.contact_forces import dubowsky_freudenstein, esdu_78035, johnson, kelvin_voigt, power_law
+from linkages.laws.contact.contact_forces import (
+    GRAZING,
+    dubowsky_freudenstein,
+    esdu_78035,
+    johnson,
+    kelvin_voigt,
+    power_law,
+)
 from linkages.laws.parameters import Parameter, named_record
 
 #: Smallest restitution that a law with 1/e uses.
@@ -140,7 +147,7 @@ def unlimited_force(delta: float, ddelta: float, ddelta0: float, joint: np.recor
 
     Arguments as of `contact_force`.
     """
-    return _call(joint.contact, (delta, ddelta, ddelta0, joint))
+    return _call(joint.contact, (delta, ddelta, max(ddelta0, GRAZING), joint))
 
 
 @kernel
