@@ -23,9 +23,10 @@ from linkages.results.trajectory import Progress, Trajectory
 from linkages.results.warnings import warning
 from linkages.system import System
 
-# Accuracy of the run that gives the errors, over the accuracy of the run, and least accuracy of this kind. Ten times is
-# too little: near kinks and with interpolated films both runs share a part of their errors.
-_TIGHTER, _LEAST = 1e-3, 1e-13
+# Accuracy of the run that gives the errors, over the accuracy of the run; least accuracy of this kind; the ratio where
+# the run has that accuracy already. Ten times is too little elsewhere: near kinks and with interpolated films both runs
+# share a part of their errors.
+_TIGHTER, _LEAST, _LITTLE = 1e-3, 1e-13, 0.1
 _SAFETY = 1.5  # factor on the change, because the tighter run has an error too
 # Error that both runs share, in parts of a derivative: of differences of laws, and of the times of peaks; the second
 # one of runs with finer differences.
@@ -134,13 +135,23 @@ def sensitivities(
     found = _Differentiated(system, paths, names, stage("run"))
     errors: dict[str, dict[str, float | None]] = {path: dict.fromkeys(found.numbers) for path in paths}
     if error_estimate:
-        ratio = max(_TIGHTER, min(0.1, _LEAST / system.experiment.solver.accuracy))
-        finer = _Differentiated(tightened(system, found.run, ratio), paths, names, stage("error estimate"))
+        finer = _finer(system, found.run, paths, names, stage("error estimate"))
         shared = _SHARED if system.experiment.solver.accuracy >= COARSE else _SHARED_FINE
         errors = {path: _errors(found, finer, path, system.value(path), shared) for path in paths}
     checks = {path: _differences(system, path, names) for path in paths} if check else {}
     values = {path: system.value(path) for path in paths}
     return Sensitivities(values, found.numbers, found.derivatives, errors, checks, found.warnings, found.run)
+
+
+def _finer(
+    system: System, run: Trajectory, paths: Sequence[str], names: Sequence[str], progress: Progress
+) -> _Differentiated:
+    """Repeat a run with a tighter accuracy: ten times, if the integrator does not reach the accuracy that is wanted."""
+    ratio = max(_TIGHTER, min(_LITTLE, _LEAST / system.experiment.solver.accuracy))
+    try:
+        return _Differentiated(tightened(system, run, ratio), paths, names, progress)
+    except RunError:
+        return _Differentiated(tightened(system, run, _LITTLE), paths, names, progress)
 
 
 def _errors(
