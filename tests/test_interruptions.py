@@ -306,7 +306,8 @@ def test_a_command_struck_at_any_moment_leaves_whole_files_and_can_be_repeated(n
         assert status in (0, 128 + number), errors
         assert "Traceback" not in errors
         left = made(out)
-        if name == "simulate" and left and left["summary.json"]["status"] == "interrupted":
+        interrupted = name == "simulate" and left and left["summary.json"]["status"] == "interrupted"
+        if interrupted and number != signal.SIGKILL:  # which leaves what the strike before has left
             assert status in (130, 143)
             assert left["summary.json"]["duration"] == left["trajectory.npz"][-1] < 0.05
         elif name == "sweep" and status in (130, 143) and left:

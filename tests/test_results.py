@@ -19,6 +19,7 @@ from linkages.cli.main import main
 from linkages.files.writing import json_text
 from linkages.results.akima import interpolated
 from linkages.results.extremes import peaks
+from linkages.results.impacts import read_impacts
 from linkages.results.trajectory import sample
 
 
@@ -390,3 +391,10 @@ def test_akimas_cubics_are_those_of_scipy():
     expected = Akima1DInterpolator(times, samples, method="makima")(at)
     assert interpolated(times, samples, at) == pytest.approx(expected, abs=1e-12)
     assert interpolated(times[:2], samples[:2], times[:2]) == pytest.approx(samples[:2])
+
+
+def test_a_line_of_impacts_with_more_cells_than_columns_is_no_table(tmp_path):
+    """The reader of tables gives the other cells as a list."""
+    (tmp_path / "impacts.csv").write_text("joint,start\nB,1.0,2.0\n")
+    with pytest.raises((ValueError, TypeError)):
+        read_impacts(tmp_path)

@@ -145,7 +145,7 @@ def contacts(name: str) -> int:
     """Count the contacts of a design whose joints can touch: eq. (15), with the finite film and the paper's oil."""
     oil = {f"joints.{j}.viscosity": 0.4 for j in "AB"}
     found = {key: value for key, value in conditions().items() if not key.startswith("joints.")}
-    return len(impacts(run(oil | found | DESIGNS[name], name="seven_bar_mixed.toml"), "AB"))
+    return len(impacts(run(oil | found | DESIGNS[name], name="seven_bar_mixed.toml"), ["A", "B"]))
 
 
 @cache

@@ -29,7 +29,7 @@ class _Silence:
 
     def begin(self, quiet: bool) -> None:
         """Start to count the silence of a command."""
-        self.quiet, self.stage = quiet, "at work"
+        self.quiet, self.muted, self.stage = quiet, False, "at work"
         self.started = self.last = time.monotonic()
         self.patience = _FIRST
 
@@ -107,6 +107,7 @@ def be_quiet(options: argparse.Namespace) -> None:
     """Print no progress if the options include ``--quiet``."""
     if getattr(options, "quiet", False):
         end_heartbeat()
+        _silence.muted = True
 
 
 def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
@@ -202,6 +203,8 @@ def announce_compilation() -> None:
     def say(ready: int, known: int) -> None:
         nonlocal due
         now = time.monotonic()
+        if _silence.muted:  # an earlier command of the process has asked for this report
+            return
         if not due:
             _silence.say("compiling, once after an installation: up to a minute ...")
         elif now > due:

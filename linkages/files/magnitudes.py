@@ -9,13 +9,13 @@ SMALLEST, LARGEST = 1e-50, 1e50
 ALIGNED = 1e-3
 
 
-def decimal(text: str) -> float:
+def decimal(text: object) -> float:
     """Read a number as all programs read it; `float` also accepts ``2_0`` and digits of other scripts.
 
     Raises
     ------
     ValueError
-        If the text is not a number.
+        If the text is not a number, or not a text, as what follows the last column of a table is for `csv`.
 
     Examples
     --------
@@ -23,7 +23,7 @@ def decimal(text: str) -> float:
     >>> decimal("-1.5e3")
     -1500.0
     """
-    if "_" in text or not text.isascii():
+    if not isinstance(text, str) or "_" in text or not text.isascii():
         raise ValueError(f'"{text}" is not a number')
     return float(text)
 

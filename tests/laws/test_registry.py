@@ -70,6 +70,7 @@ def test_a_registered_contact_law_is_the_built_in_one(delta, ddelta, ddelta0, re
     assert mine == built_in == by_factor
 
 
+@compiled_only
 @pytest.mark.parametrize("kind", [int, np.int32, np.float32, bool])
 def test_laws_take_numbers_of_any_type(kind):
     """A law's function is called at its address and takes float64: other types must not be passed as they are."""
