@@ -273,3 +273,8 @@ def test_a_part_of_a_formula_that_comes_again_is_computed_once():
     assert jet("sin(a*b) + 2*sin(a*b) - sin(a*b)*cos(b)", 0.3, 0.7)[0] == pytest.approx(
         math.sin(0.21) * (3.0 - math.cos(0.7)), rel=1e-15
     )
+
+
+def test_a_long_sum_within_something_else_is_refused_in_one_line():
+    with pytest.raises(ValueError, match="a deeply nested part is not arithmetic"):
+        parse(f"[{'+'.join(['x'] * 2000)}]")

@@ -167,7 +167,11 @@ def _check(node: ast.expr, names: set[str], parts: Collection[str], depth: int =
                 _check(argument, names, parts, depth + 1)
         case _:
             problem = "is not arithmetic: use numbers, names, + - * / ** and functions"
-            raise ValueError(f'"{shown(ast.unparse(node))}" {problem}')
+            try:
+                found = f'"{shown(ast.unparse(node))}"'
+            except RecursionError:
+                found = "a deeply nested part"
+            raise ValueError(f"{found} {problem}")
 
 
 def _terms(node: ast.expr) -> tuple[ast.expr, list[tuple[ast.operator, ast.expr]]]:
