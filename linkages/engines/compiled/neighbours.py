@@ -32,6 +32,8 @@ _BENT = 1e-4  # second over first difference, beyond which two systems do not gi
 _ONE = (1,), (1.0,)
 _PAIR = (-1, 1), (-1 / 2, 1 / 2)
 _FOUR = (-2, -1, 1, 2), (1 / 12, -2 / 3, 2 / 3, -1 / 12)
+#: Places and weights of central differences of the fourth order; a constant gives exactly zero, pair by pair.
+PAIRS = (-1.0, 1.0, -2.0, 2.0), (-2 / 3, 2 / 3, 1 / 12, -1 / 12)
 _UPWARD = (0, 1, 2, 3, 4), (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4)
 _DOWNWARD = (0, -1, -2, -3, -4), (25 / 12, -4.0, 3.0, -4 / 3, 1 / 4)
 _INTEGER = 1e-290  # an integer, read as a float, is smaller

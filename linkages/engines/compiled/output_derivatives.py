@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from linkages.engines.compiled.neighbours import Neighbours
+from linkages.engines.compiled.neighbours import PAIRS, Neighbours
 from linkages.kernel import Array, kernel
 from linkages.kernel.block import Duplicate, contents
 from linkages.kernel.compile import bound
@@ -23,7 +23,6 @@ from linkages.system.rigid_segments import Segmented
 # Step of differences of the fourth order, in parts of a value and of 1 rad; in parts of a clearance, beyond which an
 # eccentricity near zero is far from linear.
 _STEP, _SHORT = 1e-3, 1e-4
-_PLACES, _WEIGHTS = (-1.0, 1.0, -2.0, 2.0), (-2 / 3, 2 / 3, 1 / 12, -1 / 12)  # a constant gives zero, by pairs
 
 
 class OutputTable:
@@ -79,7 +78,7 @@ class OutputTable:
         )
         if self._add is None:
             self._add = cast(Callable[..., None], bound(add_moved, *given, h, 1.0, result))
-        for place, weight in zip(_PLACES, _WEIGHTS, strict=True):
+        for place, weight in zip(*PAIRS, strict=True):
             self._numbers.numbers[places] = initial + place * h * rates
             self._add(*given, place * h, weight / h, result)
         self._numbers.numbers[places] = initial

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.engines.compiled.model import error_scale, start_state
-from linkages.engines.compiled.neighbours import Neighbours
+from linkages.engines.compiled.neighbours import PAIRS, Neighbours
 from linkages.kernel import Array, Records
 from linkages.kernel.block import Duplicate
 from linkages.planar.bodies import Bodies
@@ -18,7 +18,6 @@ from linkages.system.system import keeps_start
 from linkages.system.tree import without
 
 _STEP = 4e-4  # of differences of the fourth order, in parts of the value
-_PLACES, _WEIGHTS = (-1.0, 1.0, -2.0, 2.0), (-2 / 3, 2 / 3, 1 / 12, -1 / 12)  # a constant gives zero, by pairs
 
 
 class Closure(NamedTuple):
@@ -79,7 +78,7 @@ def _follower(system: System) -> Callable[[Neighbours], Array | None]:
         rates = near.rates(_closure)
         initial, h = numbers.initial[rates.places], _STEP * near.magnitude
         closed = True
-        for place, weight in zip(_PLACES, _WEIGHTS, strict=True):
+        for place, weight in zip(*PAIRS, strict=True):
             numbers.numbers[rates.places] = initial + place * h * rates.rates
             q, v = assembly.q.copy(), np.zeros(tree.size)
             q[moved], v[moved] = places, speeds
