@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numba import config
 
-from linkages.kernel import clear, kernel
-from linkages.kernel.simd import lane_array
+from linkages.kernel import kernel
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -98,17 +97,3 @@ def test_kernels_with_any_result_call_each_other():
         number, product, rest = of_all(5)
         assert (number, product) == (4.0, 24)
         assert np.array_equal(rest, [1.0, 2.0, 3.0, 4.0])
-
-
-@kernel
-def with_zeros(array):
-    clear(array)
-
-
-@pytest.mark.parametrize("array", [np.ones(3), np.ones((2, 0)), np.ones((2, 3, 4)), lane_array(2, 3) + 1.0], ids=str)
-def test_arrays_are_cleared(array):
-    beside = np.ones((2, *array.shape))
-    cleared = beside[1].view(type(array))
-    with_zeros(cleared)
-    assert not cleared.any()
-    assert beside[0].all()

@@ -36,7 +36,7 @@ def test_only_one_module_imports_private_names_and_its_table_lists_them():
     by_module = {file: names_of(file) for package in PACKAGES for file in package.rglob("*.py")}
     home = Path(private.__file__)
     assert {file for file, names in by_module.items() if names} == {home}
-    text = home.read_text(encoding="utf-8").split('"""')[2]
+    text = home.read_text(encoding="utf-8").split('"""', 2)[2]
     assert by_module[home] <= set(private.NAMES)
     assert len(private.NAMES) <= MOST
     used = {
@@ -59,6 +59,14 @@ def test_private_attributes_of_numba_are_used_nowhere_else():
                 defined.add(node.name)
     foreign = set(used) - defined - {"_fields", "_exit", "_make", "_replace"}
     assert foreign <= set(private.NAMES), foreign - set(private.NAMES)
+
+
+@pytest.mark.skipif(private.OFF, reason="nothing is compiled")
+def test_another_layout_of_arrays_is_refused(monkeypatch):
+    private._compare_words()
+    monkeypatch.setattr(private, "array_words", lambda array, data, *rest: (0, 0, array.size, data, *sum(rest, ())))
+    with pytest.raises(ImportError, match=r"^numba \S+ has another layout of arrays; install an earlier version$"):
+        private._compare_words()
 
 
 #: Kernels of every kind: named tuples by reference, laws at their addresses, lazy kernels of films; lanes, methods by

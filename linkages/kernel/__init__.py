@@ -7,17 +7,15 @@
 | by_reference | named tuples passed by reference                                               |
 | block        | a named tuple and its arrays in one piece of memory                            |
 | simd         | SIMD lanes: one operation for several numbers                                  |
-| clear        | arrays filled with zeros                                                       |
 | fingerprint  | the fingerprint of a function: code, constants, functions it calls             |
 | folder       | the folder of compiled code                                                    |
 | cache        | compiled code on disk, by fingerprint                                          |
 | locks        | which process compiles which kernel                                            |
 | precompiled  | kernels compiled in advance by parallel processes                              |
-| private      | numba's private names: all of them, with reason and fallback                   |
+| private      | numba's private names, with reason and fallback; its layout of arrays          |
 """
 
 from linkages.arrays import Array, Indices, Records, record_type
-from linkages.kernel.clear import clear
 from linkages.kernel.compile import bound, inlined_kernel, kernel, lazy_kernel
 from linkages.kernel.external import address, caller
 
@@ -28,7 +26,6 @@ __all__ = [
     "address",
     "bound",
     "caller",
-    "clear",
     "inlined_kernel",
     "kernel",
     "lazy_kernel",

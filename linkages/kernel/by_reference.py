@@ -28,12 +28,11 @@ from numba.extending import (
 )  # fmt: skip
 
 from linkages.arrays import Indices
-from linkages.kernel.private import OFF, AttributeTemplate
+from linkages.kernel.private import ARRAY_DATA, OFF, AttributeTemplate, array_words, without_owner
 from linkages.kernel.simd import LaneArray
 
 T = TypeVar("T")
 
-_ADDRESS = 32  # bytes before the address of an array in numba's structure
 _MANY = 1000  # layouts that are kept
 
 
@@ -76,9 +75,7 @@ def _load_field(context: Any, builder: Any, kind: Reference, value: Any, name: s
     if isinstance(field, types.BaseNamedTuple):
         return pointer
     loaded = builder.load(pointer)
-    if isinstance(field, types.Array):  # without its owner, the first word: nothing is counted
-        loaded = builder.insert_value(loaded, ir.Constant(loaded.type.elements[0], None), 0)
-    return loaded
+    return without_owner(builder, loaded) if isinstance(field, types.Array) else loaded  # nothing is counted
 
 
 @intrinsic
@@ -222,8 +219,8 @@ def lay(value: Any, words: bytearray, spots: list[tuple[int, Any]]) -> None:
         if isinstance(value, LaneArray):
             lengths, strides = lengths[:-1], strides[:-1]
         if value.size:
-            spots.append((len(words) + _ADDRESS, value))
-        structure = 0, 0, value.size, value.itemsize, _address(value) if value.size else 0, *lengths, *strides
+            spots.append((len(words) + ARRAY_DATA, value))
+        structure = array_words(value, _address(value) if value.size else 0, lengths, strides)
         words.extend(struct.pack(f"{len(structure)}q", *structure))
     else:
         spots.append((len(words), value))

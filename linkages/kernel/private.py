@@ -1,4 +1,4 @@
-"""Private names of numba, outside its documented interface; no other module of the package uses one.
+"""Private names of numba and its layout of arrays, outside its documented interface; no other module uses them.
 
 | name                    | reason                                            | fallback                              |
 |-------------------------|---------------------------------------------------|---------------------------------------|
@@ -9,7 +9,7 @@
 | _rebuild                | compiled code from bytes                          | plain kernels                         |
 | consts                  | which environments of numba's functions are empty | none                                  |
 | dumps                   | pickles of numba's types and environments         | plain kernels                         |
-| rtsys                   | numba's runtime, called by restored code          | plain kernels                         |
+| rtsys                   | numba's runtime: called by restored code; arrays  | plain kernels                         |
 | refresh                 | numba's C functions, called by restored code      | plain kernels                         |
 | cpu_target              | what numba's runtime and C functions belong to    | plain kernels                         |
 | AttributeTemplate       | attributes of references to named tuples          | none                                  |
@@ -20,10 +20,14 @@
 
 Plain kernels are compiled by `numba.njit` and kept in numba's own cache: the first compilation takes longer, the digits
 are the same. `linkages doctor` reports them. The environment variable LINKAGES_KERNELS=plain asks for them.
+
+References, lanes and blocks of memory rely on numba's layout of arrays: at import, `array_words` is compared with what
+numba makes of one array.
 """
 
 from __future__ import annotations
 
+import ctypes
 import os
 import pickle
 import re
@@ -34,15 +38,56 @@ from threading import RLock
 from typing import Any, NamedTuple, cast
 
 import numba
-from llvmlite import binding
+import numpy as np
+from llvmlite import binding, ir
 from numba import config
 from numba.core.typing.templates import AttributeTemplate
 
-__all__ = ["COUNTED", "INLINED", "NAMES", "OFF", "UNCOUNTED", "AttributeTemplate", "Stored", "c_function", "problem"]
-__all__ += ["python_function", "restored"]
+__all__ = ["ARRAY_DATA", "COUNTED", "INLINED", "NAMES", "OFF", "UNCOUNTED", "AttributeTemplate", "Stored"]
+__all__ += ["array_field", "array_words", "c_function", "problem", "python_function", "restored", "without_owner"]
 
 NAMES = re.findall(r"^\| (\w+) +\|", __doc__, re.M)[1:]
 OFF = bool(getattr(config, "DISABLE_JIT", False))  #: nothing is compiled
+#: of numba's structure of an array, one word each, the last two a word for each axis
+_FIELDS = "owner", "parent", "size", "itemsize", "data", "lengths", "strides"
+ARRAY_DATA = 8 * _FIELDS.index("data")  #: bytes before the address of an array's contents
+
+
+def array_words(array: Any, data: int, lengths: tuple[int, ...], strides: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the words of an array with contents at this address; nobody owns it, so nothing is counted."""
+    return 0, 0, array.size, array.itemsize, data, *lengths, *strides
+
+
+def array_field(builder: Any, array: Any, name: str) -> Any:
+    """Write the reading of a field of an array: its ``data``, ``lengths`` or ``strides``."""
+    return builder.extract_value(array, _FIELDS.index(name))
+
+
+def without_owner(builder: Any, array: Any) -> Any:
+    """Write the change of an array to one that nobody owns."""
+    owner = _FIELDS.index("owner")
+    return builder.insert_value(array, ir.Constant(array.type.elements[owner], None), owner)
+
+
+def _compare_words() -> None:
+    """Compare `array_words` with numba's words of an array whose fields all differ; numba may not tell its own.
+
+    Raises
+    ------
+    ImportError
+        If they differ.
+    """
+    rtsys.initialize(cpu_target.target_context)
+    telling = binding.address_of_symbol("NRT_adapt_ndarray_from_python")
+    array = np.zeros((3, 10), np.int16)[:, ::2]
+    expected = array_words(array, array.ctypes.data, array.shape, array.strides)
+    told = (ctypes.c_int64 * 64)()  # room for more
+    if telling:
+        ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.py_object, ctypes.c_void_p)(telling)(array, told)
+        if told[_FIELDS.index("parent")] != id(array) or tuple(told[2 : len(expected)]) != expected[2:]:
+            raise ImportError(f"numba {numba.__version__} has another layout of arrays; install an earlier version")
+
+
 #: why kernels are plain; empty if they are not
 problem = "LINKAGES_KERNELS is plain" if os.environ.get("LINKAGES_KERNELS") == "plain" else ""
 try:
@@ -56,6 +101,9 @@ try:
         getattr(CompileResult, _name)
 except (ImportError, AttributeError) as missing:
     problem = str(missing)
+else:
+    if not OFF:
+        _compare_words()
 
 UNCOUNTED, COUNTED = {"_nrt": False}, {"_nrt": True}  #: options: whether references to arrays are counted
 INLINED = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  #: options of functions that only kernels call
@@ -84,7 +132,7 @@ class Stored:
         """Return the code, None if the function is to be compiled."""
         if not self.content:
             return None
-        self._load_runtime()
+        self._load_called()
         return CompileResult._rebuild(context, *pickle.loads(self.content))
 
     def save_overload(self, signature: Any, result: Any) -> None:
@@ -111,7 +159,7 @@ class Stored:
 
     def object_code(self) -> tuple[str, bytes]:
         """Return name and object code of the C function, all that it calls being loaded."""
-        self._load_runtime()
+        self._load_called()
         return cast(tuple[str, bytes], pickle.loads(self.content))
 
     def _note(self, text: str) -> None:
@@ -120,9 +168,8 @@ class Stored:
         self.symbols = {symbol for symbol in declared if not symbol.startswith("llvm.")}
         self.counts = re.search(r"call .*@NRT_", text) is not None
 
-    def _load_runtime(self) -> None:
-        """Load numba's runtime, and its C functions if the code calls one that is not loaded."""
-        rtsys.initialize(cpu_target.target_context)
+    def _load_called(self) -> None:
+        """Load numba's C functions if the code calls one that is not loaded; its runtime is."""
         if any(binding.address_of_symbol(symbol) is None for symbol in self.symbols):
             cpu_target.target_context.refresh()  # imports half of numba, which few kernels need
 

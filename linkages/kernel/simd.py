@@ -24,6 +24,8 @@ from numba.extending import (
     typeof_impl,
 )  # fmt: skip
 
+from linkages.kernel.private import array_field
+
 WIDTH = 4  #: of the registers of present processors, or twice it
 
 
@@ -132,8 +134,9 @@ def _side_by_side(typing: Any, first: Any, second: Any, third: Any, fourth: Any)
 
 
 def _lanes_in(builder: Any, array: Any, indices: Any) -> Any:
-    """Find the lanes at these indices; fields 4 and 6 of numba's arrays are the data and the strides."""
-    data, strides = builder.ptrtoint(builder.extract_value(array, 4), ir.IntType(64)), builder.extract_value(array, 6)
+    """Find the lanes at these indices."""
+    data, strides = (array_field(builder, array, name) for name in ("data", "strides"))
+    data = builder.ptrtoint(data, ir.IntType(64))
     for k, index in enumerate(indices):
         data = builder.add(data, builder.mul(index, builder.extract_value(strides, k)))
     return builder.inttoptr(data, ir.VectorType(ir.DoubleType(), WIDTH).as_pointer())

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.integrate.stepper import copy
-from linkages.kernel import Array, Indices, Records, clear, kernel, record_type
+from linkages.kernel import Array, Indices, Records, kernel, record_type
 from linkages.kernel.by_reference import packed
 from linkages.laws.film.tilted_film import tilted_action, tilted_gap
 from linkages.laws.journal import end_flow
@@ -280,7 +280,7 @@ def _complete(view: View, with_forces: bool, t: float, powered: Array) -> None:
     if len(loads[0]):
         load_outputs(loads, t, w.pose, w.vel, view.loads)
     if with_forces:
-        clear(w.wrench)
+        w.wrench[:] = 0.0
         add_known_contacts(model.ends, view.contacts, w.pose, w.wrench)
         if len(loads[0]):
             load_wrenches(loads, t, w.pose, w.vel, w.wrench)

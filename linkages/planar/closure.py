@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from linkages.integrate.factor import back_substitute, decompose, factorise
-from linkages.kernel import Array, Indices, Records, clear, inlined_kernel, kernel
+from linkages.kernel import Array, Indices, Records, inlined_kernel, kernel
 from linkages.planar.bodies import Bodies, new_motion, new_pose
 from linkages.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
 from linkages.planar.kinematics import (
@@ -62,7 +62,7 @@ def closure_jacobian(bodies: Bodies, rows: Records, pose: Array, jacobian: Array
     It is exact for closed loops; coordinates that carry both ends of a row are omitted: action and reaction balance.
     """
     wrench = new_motion(bodies)
-    clear(jacobian)
+    jacobian[:] = 0.0
     for k in range(len(rows)):
         add_row_wrench(rows[k], pose, 1.0, wrench)
         i, j = rows[k].term.a.body, rows[k].term.b.body

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.kernel import Array, clear, inlined_kernel, kernel
+from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.laws.contact.contact_laws import push
 from linkages.laws.film.films import MAPPED
 from linkages.laws.parameters import MODELS
@@ -315,7 +315,7 @@ def _fill_differences(
     h: float, kind: int, start: float, out: Array,
 ) -> None:  # fmt: skip
     """Fill ``out`` (RESULTS,) with differences of a kind along a change, from a place on."""
-    clear(out)
+    out[:] = 0.0
     for point in range(POINTS):
         weight = WEIGHTS[kind, point]
         if weight != 0.0:
@@ -332,7 +332,7 @@ def exact_partials(
     change, room, found, seen = np.zeros(CHANGES), np.zeros(INPUTS), np.empty(RESULTS), np.empty((3, BOUNDED))
     still = np.zeros(FRICTION_SPEED)
     motion, bounded = inside(end, law, table, approach, bristle, motion, bounds), is_bounded(bounds)
-    clear(out)
+    out[:] = 0.0
     if bounded:
         here = contact_action(end, law, table, approach, bristle, motion)
         if law.model == _DRY and here[DELTA] < 0.0 and here[_LOAD] == 0.0 and law.bristle_scale == 0.0:
@@ -362,7 +362,7 @@ def exact_partials(
         elif h > 0.0:
             _fill_differences(end, law, table, approach, bristle, motion, change, h, FOURTH, 0.0, found)
         else:
-            clear(found)
+            found[:] = 0.0
         for k in range(RESULTS):
             out[k, i] = found[k]
         change[i] = 0.0
@@ -423,7 +423,7 @@ def contact_partials(
     scales = np.empty(INPUTS)
     input_scales(end, law, motion, _NEAR, scales)
     touches = not is_film(law)
-    clear(out)
+    out[:] = 0.0
     for i in range(INPUTS):
         if not _counts(end, law, i):
             continue

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from linkages.kernel import Array, Records, clear, kernel
+from linkages.kernel import Array, Records, kernel
 from linkages.planar.bodies import Bodies
 from linkages.planar.closure_rows import add_row_wrench
 from linkages.planar.kinematics import body_states
@@ -42,13 +42,13 @@ def constrained_dynamics(
     body_states(bodies, work.q, work.v, work.pose, work.vel)
     stabilised_dynamics(bodies, rows, rank, size, stabilisation, gravity, work)
     needed = work.modal_response
-    clear(needed)
+    needed[:] = 0.0
     inertial_forces(bodies, work, gravity, work.bias, needed)
     generalised_force(bodies, work.pose, work.bias, needed)
-    clear(work.wrench)
+    work.wrench[:] = 0.0
     for k in range(len(rows)):
         add_row_wrench(rows[k], work.pose, work.reaction[k], work.wrench)
-    clear(loops)
+    loops[:] = 0.0
     generalised_force(bodies, work.pose, work.wrench, loops)
     for i in range(len(bodies.records)):
         d = bodies.records[i].dof

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from linkages.integrate.factor import solve_semidefinite
-from linkages.kernel import Array, Indices, Records, clear, inlined_kernel, kernel, lazy_kernel
+from linkages.kernel import Array, Indices, Records, inlined_kernel, kernel, lazy_kernel
 from linkages.planar.articulated_body import acceleration_response, is_nonzero, tree_dynamics
 from linkages.planar.bodies import Bodies
 from linkages.planar.closure_rows import add_row_wrench, row_acceleration
@@ -68,14 +68,14 @@ def row_responses(bodies: Bodies, rows: Records, work: Workspace) -> None:
     Takes `work`'s pose and articulated inertias; sets row_response and row_matrix, uses bias and response.
     """
     response = work.response
-    clear(work.row_response)
-    clear(work.bias)
-    clear(work.modal_bias)
+    work.row_response[:] = 0.0
+    work.bias[:] = 0.0
+    work.modal_bias[:] = 0.0
     for k in range(len(rows)):
         add_row_wrench(rows[k], work.pose, -1.0, work.bias)
         acceleration_response(bodies, work, work.bias, work.modal_bias, work.zero_force, work.row_response[k])
-        clear(work.bias)
-        clear(work.modal_bias)
+        work.bias[:] = 0.0
+        work.modal_bias[:] = 0.0
         for m in range(k + 1):
             size, term = 0.0, rows[m].term
             if rows[m].ratio != 0.0 or is_nonzero(response, term.a.body) or is_nonzero(response, term.b.body):

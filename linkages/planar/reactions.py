@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.kernel import Array, Records, clear, kernel, lazy_kernel
+from linkages.kernel import Array, Records, kernel, lazy_kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.closure import free_jacobian, solve_columns
 from linkages.planar.closure_rows import add_row_wrench
@@ -51,7 +51,7 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
         for k in range(nr):
             work.reaction[k] = found[k]
         return
-    clear(work.row_matrix)  # least squares: as many equations as coordinates, fewer unknowns
+    work.row_matrix[:] = 0.0  # least squares: as many equations as coordinates, fewer unknowns
     for k in range(nr):
         work.row_error[k] = 0.0
     filled = np.empty(nr, np.int64)

@@ -14,7 +14,7 @@ from linkages.engines.compiled.equations import set_state
 from linkages.engines.compiled.model import RATIOS, SPEEDS, Equations
 from linkages.engines.compiled.variation import Variation, changes_law, move
 from linkages.integrate.stepper import copy
-from linkages.kernel import Array, clear, inlined_kernel, kernel
+from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.kernel.simd import WIDTH
 from linkages.planar.arrays import Arrays
 from linkages.planar.contact_partials import (
@@ -98,7 +98,7 @@ def make_contact_state(nc: int, np_: int, ny: int, k: int, nd: int) -> ContactSt
 def note_contacts(equations: Equations, s: ContactState) -> None:
     """Take the contacts' motions and forces from a state that is solved."""
     model, work = equations.model, equations.work
-    clear(s.motion)
+    s.motion[:] = 0.0
     add_motions(model, work.dynamics, 1.0, s.motion)
     for k in range(len(model.ends)):
         for i in range(RESULTS):
@@ -136,7 +136,7 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
     bounded, value, gap = is_bounded(bounds), 0.0, 0.0
     if own:
         value, gap = variation.laws[p, k], variation.gaps[p, k]
-    clear(s.found)
+    s.found[:] = 0.0
     if not bounded and bounds[FINE] == 0.0:
         h = _NARROW * stencil_step(end, law, approach, motion, s.change, value, gap, s.room)
         if h > 0.0:
@@ -160,7 +160,7 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
 @kernel
 def _move_bounds(variation: Variation, p: int, k: int, bounds: Array, out: Array) -> None:
     """Fill ``out`` with the changes of the bounds of contact k along value p, if it is not -1: kinks that it moves."""
-    clear(out)
+    out[:] = 0.0
     if p < 0:
         return
     for first, last, place in ((0, RATIOS, RATIO_FROM), (RATIOS, SPEEDS, SLIDING_FROM)):
@@ -196,7 +196,7 @@ def own_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
     if is_film(equations.model.laws[k]) and not is_fine_contact(equations, k):
         _film_change(equations, variation, p, k, s)
     else:
-        clear(s.change)
+        s.change[:] = 0.0
         law_change(equations, variation, p, k, s)
     copy(s.found, s.laws[p, k])
 
@@ -207,7 +207,7 @@ def _film_change(equations: Equations, variation: Variation, p: int, k: int, s: 
     moved, own, a = variation.equations.model, equations.work.memory[k], s.motion[k]
     motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
     h = variation.unit[p] * film_step(equations.model.laws[k], s.force[k, DELTA])
-    clear(s.found)
+    s.found[:] = 0.0
     for side in (1.0, -1.0):
         move(variation, p, side * h)
         found = contact_action(moved.ends[k], moved.laws[k], moved.tables[k], own[APPROACH], own[BRISTLE], motion)
@@ -222,7 +222,7 @@ def gap_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
     model, a = equations.model, s.motion[k]
     motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
     own = p >= 0 and changes_law(variation, p, k)
-    clear(s.found)
+    s.found[:] = 0.0
     h = gap_step(model.ends[k], model.laws[k], motion, s.change, variation.gaps[p, k] if own else 0.0, s.room)
     if h > 0.0:
         _add_differences(equations, variation, p if own else -1, k, motion, h, FOURTH, 0.0, s)
@@ -249,7 +249,7 @@ def _add_differences(
 @kernel
 def value_motions(equations: Equations, variation: Variation, p: int, t: float, y: Array, out: Array) -> None:
     """Fill ``out`` (nc, CHANGES) with the changes of the contacts' motions with value p at a solved state."""
-    clear(out)
+    out[:] = 0.0
     if not variation.kinematics[p]:
         return
     model, work = variation.equations.model, variation.equations.work

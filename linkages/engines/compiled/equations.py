@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import Array, clear, inlined_kernel, kernel, lazy_kernel
+from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import BRISTLE, BRISTLE_RATE, EX, EY, FX, FY, clearance_wrenches
 from linkages.planar.kinematics import body_accelerations, body_states
@@ -51,7 +51,7 @@ def _add_forces(equations: Equations, t: float) -> None:
     """Fill the wrenches of contacts and applied loads on the bodies, at a state that is set."""
     model, work = equations.model, equations.work
     w = work.dynamics
-    clear(w.wrench)
+    w.wrench[:] = 0.0
     clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
     if len(model.loads):
         tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
@@ -113,7 +113,7 @@ def arrive(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> f
     """
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
-    clear(out)
+    out[:] = 0.0
     if w.interpolated[0] > 0.0:
         derivatives(equations, t, y, dy)
         return 0.0

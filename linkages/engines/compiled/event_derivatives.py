@@ -12,7 +12,7 @@ from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.step_derivatives import Column
 from linkages.engines.compiled.variation import Variation, is_exact
 from linkages.integrate.factor import back_substitute, factorise
-from linkages.kernel import Array, clear, kernel
+from linkages.kernel import Array, kernel
 from linkages.kernel.simd import WIDTH, lane, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.planar.contact_partials import CHANGES, DEPTH_FROM, DEPTH_TO, INPUTS, LEAST, OUTPUTS, deeper
@@ -42,7 +42,7 @@ def motions_along(
     model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
     m, np_ = columns.shape[1], len(variation.unit)
     for j in range(first, m):
-        clear(out[j])
+        out[j, :] = 0.0
         if j >= m - np_ and not is_exact(variation, j - (m - np_)):
             value_motions(equations, variation, j - (m - np_), t, y, out[j])
         for k in range(len(model.bristles)):
@@ -108,7 +108,7 @@ def _motions_over_time(equations: Equations, t: float, y: Array, c: Column, rate
         fastest = max(fastest, abs(work.dynamics.vel[i, 0]))
     h = _MILD / fastest
     along = c.direction[0]
-    clear(along)
+    along[:] = 0.0
     for side in (-1.0, 1.0):
         for i in range(len(y)):
             c.y[i] = y[i] + side * h * c.dy[i]
@@ -151,7 +151,7 @@ def begin_or_end(
     if not factorise(c.mass[0], c.pivots):
         return False
     note_contacts(equations, s)
-    clear(s.change)
+    s.change[:] = 0.0
     for i in range(INPUTS - 1):
         s.change[i] = c.direction[0, k, i]
     gap_change(equations, variation, -1, k, s)
@@ -161,7 +161,7 @@ def begin_or_end(
         p = j - (m - len(variation.unit))
         for i in range(CHANGES):
             s.change[i] = c.direction[j, k, i]
-        clear(s.direct)
+        s.direct[:] = 0.0
         for new in range(2):  # the state is a little beyond the event: the new forces act for that time already
             bounds[DEPTH_FROM], bounds[DEPTH_TO] = (0.0, math.inf) if begins == (new == 1) else (-math.inf, 0.0)
             law_change(equations, variation, p, k, s)
@@ -172,7 +172,7 @@ def begin_or_end(
         if begins:
             c.remembered[k, j] = s.found[_CLOSING] + accelerating * times[j]
         _add_response(equations, variation, t, y, rates, c, j)
-    clear(s.direct)
+    s.direct[:] = 0.0
     _jump(equations, k, s)
     force_response(equations, variation, t, y, rates, s, c.own)
     back_substitute(c.mass[0], c.pivots, c.own)

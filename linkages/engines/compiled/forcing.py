@@ -26,7 +26,7 @@ from linkages.engines.compiled.jacobian import value_columns
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.variation import EXACT, Variation, changes_law, is_exact, move
 from linkages.integrate.stepper import copy
-from linkages.kernel import Array, clear, kernel
+from linkages.kernel import Array, kernel
 from linkages.kernel.simd import WIDTH, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.planar.contact_partials import APPROACHING, FOURTH, OUTPUTS, PLACES, POINTS, SECOND, WEIGHTS
@@ -47,7 +47,7 @@ def _copy_state(source: Equations, target: Equations, t: float) -> None:
     copy(at.q, w.q)
     copy(at.v, w.v)
     copy(at.a, w.a)
-    clear(w.tau)
+    w.tau[:] = 0.0
     for i in range(len(at.pose)):
         copy(at.pose[i], w.pose[i])
         copy(at.vel[i], w.vel[i])
@@ -64,7 +64,7 @@ def _fixed_residual(
     """
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
-    clear(w.wrench)
+    w.wrench[:] = 0.0
     for k in range(len(model.ends)):
         motion, arms = contact_motion(model.ends[k], w.pose, w.vel)
         if weight != 0.0:
@@ -92,8 +92,8 @@ def force_response(
     if len(model.rows):
         _central(equations, variation, -1, t, y, dy, s, 1.0, False, out)
         return
-    clear(w.wrench)
-    clear(w.tau)
+    w.wrench[:] = 0.0
+    w.tau[:] = 0.0
     for k in range(len(model.ends)):
         _, arms = contact_motion(model.ends[k], at.pose, at.vel)
         f = s.direct[k]
@@ -210,10 +210,10 @@ def clear_numbers(x: Scratch) -> None:
     """Undo `set_numbers`, and the changes of driven bodies, which directions of coordinates do not move."""
     x.moves[0] = 0.0
     for each in (x.dlaw, x.dpose, x.dvel, x.dacc):
-        clear(each)
-    clear(x.touched)
-    clear(x.dq)
-    clear(x.ddrive)
+        each[:] = 0.0
+    x.touched[:] = 0.0
+    x.dq[:] = 0.0
+    x.ddrive[:] = 0.0
 
 
 @kernel
@@ -224,7 +224,7 @@ def drive_changes(variation: Variation, p: int, t: float, out: Array) -> None:
     """
     model, work, h = variation.equations.model, variation.equations.work, _SHORT * variation.unit[p]
     kind = FOURTH if model.motion_n.min() < 0 else SECOND
-    clear(out)
+    out[:] = 0.0
     for point in range(POINTS):
         weight = WEIGHTS[kind, point] / h
         if weight != 0.0:
@@ -246,10 +246,10 @@ def value_forcing(
     The equations are solved at (t, y) with the derivatives ``dy`` of rates and other entries; ``s`` is filled by
     `note_contacts`, and `exact_jacobian` has been called at the state.
     """
-    clear(s.direct)
+    s.direct[:] = 0.0
     once = variation.kinematics[p] and not len(equations.model.rows) and not is_fine(equations)
     if once:
-        clear(s.moved)
+        s.moved[:] = 0.0
     elif variation.kinematics[p]:
         value_motions(equations, variation, p, t, y, s.moved)
         _add_moved(equations, s)
@@ -262,7 +262,7 @@ def value_forcing(
         h = MILD * variation.unit[p] / far(equations.model, equations.work.dynamics)
         _central(equations, variation, p, t, y, dy, s, h, once, out)
         if once:
-            clear(s.direct)
+            s.direct[:] = 0.0
             _add_moved(equations, s)
             force_response(equations, variation, t, y, dy, s, s.plus)
             for i in range(len(out)):
@@ -270,7 +270,7 @@ def value_forcing(
     elif _acts(s):
         force_response(equations, variation, t, y, dy, s, out)
     else:
-        clear(out)
+        out[:] = 0.0
 
 
 @kernel
@@ -304,8 +304,8 @@ def approach_forcing(
     approach = equations.work.memory[k, APPROACH]
     if not (GRAZING < approach < math.inf and equations.work.contacts[k, PENETRATION] > 0.0):
         return False
-    clear(s.change)
-    clear(s.direct)
+    s.change[:] = 0.0
+    s.direct[:] = 0.0
     s.change[APPROACHING] = 1.0
     law_change(equations, variation, -1, k, s)
     for i in range(OUTPUTS):

@@ -13,7 +13,7 @@ from typing import Any
 
 from linkages.engines.compiled.equations import is_solved, solve_state
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import Array, clear, inlined_kernel, kernel, lazy_kernel
+from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.kernel.simd import WIDTH, lane, with_lane
 from linkages.planar.arrays import Arrays
 from linkages.planar.articulated_body import acceleration_response
@@ -89,7 +89,7 @@ def _fill(equations: Equations, t: float, y: Array, exact: bool, mass: Array, ou
     for k in range(len(model.rows)):
         add_row_wrench(model.rows[k], w.pose, -w.reaction[k], s.force)
     joint_wrenches(model.bodies, w.pose, s.force)
-    clear(mass)
+    mass[:] = 0.0
     for i in range(len(mass)):
         mass[i, i] = 1.0
     if len(model.rows):
@@ -101,7 +101,7 @@ def _fill(equations: Equations, t: float, y: Array, exact: bool, mass: Array, ou
                 mass[i, j] = s.mass[model.free[i], model.free[j]]
     if model.bodies.shapes.shape[2] > 0:
         prepare_flexible(model.bodies, model.gravity, w, s)
-    clear(out)
+    out[:] = 0.0
     for first in range(0, n, WIDTH):
         count = min(WIDTH, n - first)
         for k in range(count):
@@ -142,7 +142,7 @@ def _fill_columns(equations: Equations, s: Scratch, t: float, first: int, count:
     """Fill the lines of rates and bristles in some columns of the Jacobian, those of the tangents in `s`."""
     model, work = equations.model, equations.work
     w, n, bodies = work.dynamics, len(model.free), model.bodies
-    clear(s.dwrench)
+    s.dwrench[:] = 0.0
     for k in range(len(model.ends)):
         rate = _contact_tangent(model, work, s, k)
         for m in range(len(model.bristles)):
@@ -172,8 +172,8 @@ def _close(model: Arrays, w: Workspace, s: Scratch, column: int) -> None:
     nr = len(model.rows)
     for i in range(len(s.tau)):
         s.tau[i], s.da[i] = -lane(s.dtau[i], column), 0.0
-    clear(s.bias)
-    clear(s.modal_bias)
+    s.bias[:] = 0.0
+    s.modal_bias[:] = 0.0
     acceleration_response(model.bodies, w, s.bias, s.modal_bias, s.tau, s.da)
     for k in range(nr):
         w.row_error[k] = -row_acceleration(model.rows[k], w.pose, w.zero_velocity, w.response) - lane(

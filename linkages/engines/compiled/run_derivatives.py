@@ -17,7 +17,7 @@ from linkages.engines.compiled.step_derivatives import Column, advance, close_co
 from linkages.engines.compiled.variation import Variation
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import Array, Indices, clear, kernel
+from linkages.kernel import Array, Indices, kernel
 from linkages.planar.contact_partials import APPROACHING, INPUTS, RESULT_PLACES, RESULTS
 from linkages.planar.contacts import EX, EY, PENETRATION
 from linkages.planar.motion import last_start
@@ -155,7 +155,7 @@ def _set_changes(
     for i in range(n):
         place = model.free[i]
         dq[place], dv[place], da[place] = columns[i, j], columns[n + i, j], rates[i, j]
-    clear(drive)
+    drive[:] = 0.0
     if variation.drives[p]:
         drive_changes(variation, p, t, drive)
     for i in range(len(model.driven)):

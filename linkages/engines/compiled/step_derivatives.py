@@ -24,7 +24,7 @@ from linkages.integrate.implicit import set_last_step
 from linkages.integrate.sensitivity import collocation_sensitivity, explicit_sensitivity
 from linkages.integrate.stepper import INVERTED, Stepper, copy, restart
 from linkages.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
-from linkages.kernel import Array, Indices, clear, kernel
+from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.simd import LaneArray as Lanes
 from linkages.kernel.simd import lane, lane_array, lanes
 from linkages.planar.arrays import Arrays
@@ -256,7 +256,7 @@ def close_columns(equations: Equations, variation: Variation, t: float, y: Array
         p = j - (m - len(variation.unit))
         h = _difference_step(equations, variation, p, c, j)
         for rates in range(2):
-            clear(w.row_error)
+            w.row_error[:] = 0.0
             for side in (-1.0, 1.0):
                 if p >= 0:
                     move(variation, p, side * h)
@@ -267,7 +267,7 @@ def close_columns(equations: Equations, variation: Variation, t: float, y: Array
                     row = moved.rows[r]
                     value = row_rate(row, at.pose, at.vel) if rates else row_value(row, at.pose)
                     w.row_error[r] -= side * value / (2.0 * h)
-            clear(x)
+            x[:] = 0.0
             correct(model.stiff, model.rows, model.rank, w, x)
             for i in range(n):
                 c.before[i + rates * n, j] += x[model.free[i]]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, Indices, clear, kernel
+from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.by_reference import packed
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import WIDTH, clearance_wrenches
@@ -52,8 +52,8 @@ def _enter(place: Placed, work: Workspace, state: Array) -> None:
     """Set q, v, pose and vel of a workspace; clear wrench and tau."""
     for i in range(len(place.into)):
         work.q[i], work.v[i] = state[place.positions[i]], state[place.rates[i]]
-    clear(work.wrench)
-    clear(work.tau)
+    work.wrench[:] = 0.0
+    work.tau[:] = 0.0
     body_states(place.model.bodies, work.q, work.v, work.pose, work.vel)
 
 
@@ -74,7 +74,7 @@ def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, re
     """
     model, bodies = place.model, place.model.bodies
     _enter(place, work, state)
-    clear(result)
+    result[:] = 0.0
     outputs = result[place.size :].reshape(len(model.ends), WIDTH)
     clearance_wrenches(model.ends, model.laws, model.tables, memory, work.pose, work.vel, work.wrench, outputs)
     generalised_force(bodies, work.pose, work.wrench, work.tau)
@@ -118,8 +118,8 @@ def drive_forces(
     for k in range(powered):
         tau[model.powered[k]] += drive[nd + k]
     evaluate_motions((model.motion, model.motion_c, model.motion_n), t, value, one, two)
-    clear(work.wrench)
-    clear(work.a)
+    work.wrench[:] = 0.0
+    work.a[:] = 0.0
     for k in range(nd):
         d = model.driven[k]
         lag = 2.0 * (one[k] - v[d]) + stabilisation * (value[k] - q[d])
