@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from optim import Ending, Evaluations, Evaluator, Problem, Progress, Result, Values, find_study, load_study
-from optim.search.run import Task, run
+from optim.search.recorder import recording
 
 POPULATION = 30
 
@@ -59,27 +59,28 @@ def walk(problem: Problem, progress, generations: int = 200) -> Result:
 def store() -> None:
     """Print the additional time of the store per evaluation."""
     n = 6
-    names = tuple(f"x{k}" for k in range(n))
+    identity = {"task": {}, "versions": {}, "objectives": ("f",), "constraints": ()}
+    identity["variables"] = tuple(f"x{k}" for k in range(n))
 
-    def problem(evaluate: Callable[[np.ndarray], Evaluations], nominal: Evaluations) -> Problem:
+    def problem(evaluate: Callable[[np.ndarray], Evaluations]) -> Problem:
         def all_feasible(designs: np.ndarray) -> Values:
             found, nothing = evaluate(designs), np.empty((len(designs), 0))
             return Values(found.objectives, nothing, nothing, found.failed)
 
         return Problem(-np.ones(n), np.ones(n), all_feasible)
 
-    task = Task({}, {}, names, ("f",), (), np.zeros(n), sphere, problem, walk)
+    def stored(path: Path) -> float:
+        start = time.perf_counter()
+        with recording(path, identity, sphere, resume=True) as recorder:
+            recorder.minimise(problem(recorder.evaluate), walk, lambda row: None)
+        return time.perf_counter() - start
+
     start = time.perf_counter()
-    count = walk(problem(sphere, sphere(np.zeros((1, n)))), lambda progress: None).evaluations
+    count = walk(problem(sphere), lambda progress: None).evaluations
     bare = time.perf_counter() - start
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "study.sqlite"
-        start = time.perf_counter()
-        run(task, path)
-        first = time.perf_counter() - start
-        start = time.perf_counter()
-        run(task, path, resume=True)
-        again = time.perf_counter() - start
+        first, again = stored(path), stored(path)
         size = path.stat().st_size
     print("store: us per evaluation (bytes on disk)")
     print(f"  without {1e6 * bare / count:8.1f}\n  first   {1e6 * first / count:8.1f} ({size / count:.0f})")

@@ -12,22 +12,20 @@ Each folder imports only from those above it (`algorithms` and `problem` do not 
 | report     | text, tables, figures                                                         |
 | cli        | ``linkages optimise`` and ``linkages study``                                  |
 
-The path of ``optimise(study)``, in the order of the first calls. It returns to `search` three times: from the store,
-from the evaluations (``run``, step 3), and for the result:
+The path of ``optimise(study)``, in the order of the first calls:
 
-1. ``search.optimise.optimise``: steps 2 and 3, then the result
-2. ``search.task.task_of``: study, algorithm with checked settings, and seed as a task
-3. ``search.run.run``: opens the store, evaluates the nominal design, makes the problem, runs the algorithm
-4. ``store.store.create``: the file of the study; an existing one is opened
-5. ``search.run._Recorder.evaluate``: designs from the store, or else by 6, each once
-6. ``evaluate.screen.Screened.__call__``: leaves out designs that formulas exclude
-7. ``evaluate.evaluator.Evaluator.__call__``: runs at each operating point; objectives and constraints from them
-8. ``evaluate.requests.run_compiled``: a batch of runs of the engine
-9. ``evaluate.limits.problem_of``: the mathematical problem
+1. ``search.optimise.optimise``: the steps below, then the content of ``result.json``
+2. ``algorithms.registry.read_settings``: the algorithm's settings, checked
+3. ``search.recorder.recording``: the store of the study, created or opened
+4. ``search.recorder.Recorder.evaluate``: designs from the store, or else by 5, each once; the nominal one first
+5. ``evaluate.screen.Screened.__call__``: leaves out designs that formulas exclude
+6. ``evaluate.evaluator.Evaluator.__call__``: runs at each operating point; objectives and constraints from them
+7. ``evaluate.requests.run_compiled``: a batch of runs of the engine
+8. ``evaluate.limits.problem_of``: the mathematical problem, which evaluates by 4
+9. ``search.recorder.Recorder.minimise``: runs the algorithm and stores its iterations
 10. ``algorithms.registry.minimise``: the algorithm by its name
 11. ``algorithms.ga.genetic``: generations
-12. ``algorithms.archive.Archive.__call__``: new designs of a generation, evaluated by 5
-13. ``search.optimise._summarized``: the content of ``result.json``
+12. ``algorithms.archive.Archive.__call__``: new designs of a generation, evaluated by the problem
 
 A *study* is the content of a study file; a *problem* is its mathematical form for an algorithm; a *design* is a value
 of every variable, (n,). `linkages` never imports this package; entry points add its commands to the command line.
@@ -57,8 +55,7 @@ if TYPE_CHECKING:
     from optim.report.figures import write_front, write_indices, write_one_at_a_time, write_pareto_front
     from optim.report.result import format_result
     from optim.search.derivative_check import check_derivatives, format_derivative_check
-    from optim.search.optimise import optimise
-    from optim.search.run import Stopped
+    from optim.search.optimise import Stopped, optimise
     from optim.search.sensitivity import format_sensitivity, sensitivity
     from optim.search.start import start_of
     from optim.search.verification import format_verification, verify
@@ -84,8 +81,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "report.figures": ("write_front", "write_indices", "write_one_at_a_time", "write_pareto_front"),
         "report.result": ("format_result",),
         "search.derivative_check": ("check_derivatives", "format_derivative_check"),
-        "search.optimise": ("optimise",),
-        "search.run": ("Stopped",),
+        "search.optimise": ("Stopped", "optimise"),
         "search.sensitivity": ("format_sensitivity", "sensitivity"),
         "search.start": ("start_of",),
         "search.verification": ("format_verification", "verify"),

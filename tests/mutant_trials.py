@@ -148,7 +148,7 @@ def undamaged() -> bytes:
     """A store with a hundred evaluations."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "study.sqlite"
-        optim.search.run.run(toy_optimisation.make_task(generations=20), path)
+        toy_optimisation.run(toy_optimisation.make_task(generations=20), path)
         return path.read_bytes()
 
 

@@ -8,12 +8,13 @@ import json
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
-from optim import Evaluations
+from optim import Evaluations, Stopped
 from optim.algorithms import nlp
-from optim.search.run import Task, run
+from optim.search.recorder import recording
 
 GENERATIONS, POPULATION = 30, 6
 NOMINAL = np.array([-1.2, 1.0]) / 2.0
@@ -73,17 +74,33 @@ def make_task(seed=1, pause=0.0, evaluate=evaluate, generations=GENERATIONS, **c
         return evaluate(designs)
 
     arguments = {
-        "description": {"algorithm": {"name": "evolve"}, "seed": seed, "problem": {"name": "Rosenbrock"}},
+        "task": {"algorithm": {"name": "evolve"}, "seed": seed, "problem": {"name": "Rosenbrock"}},
         "versions": {"numpy": np.__version__},
         "variables": ("x", "y"),
         "objectives": ("valley",),
         "constraints": ("radius",),
-        "nominal": NOMINAL,
         "evaluate": slowly,
-        "problem": problem_of,
         "minimise": lambda problem, progress: evolve(problem, seed, progress, generations),
     }
-    return Task(**(arguments | changed))
+    return arguments | changed
+
+
+def run(task, path, resume=False, observe=lambda row: None, stop=lambda: False):
+    """Solve a task through a store, as `optim.optimise` solves a study."""
+    identity = dict(task)
+    evaluate, minimise = identity.pop("evaluate"), identity.pop("minimise")
+
+    def observed(row):
+        observe(row)
+        if stop():
+            raise Stopped(row.iteration)
+
+    with recording(path, identity, evaluate, resume) as recorder:
+        nominal = recorder.evaluate(NOMINAL[None])
+        result = recorder.minimise(problem_of(recorder.evaluate, nominal), minimise, observed)
+        found = recorder.evaluate(np.atleast_2d(result.x))
+        count, failures = recorder.store.count()
+        return SimpleNamespace(result=result, found=found, evaluations=count, failures=failures)
 
 
 def main(store, result, pause="0"):

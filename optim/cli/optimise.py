@@ -107,8 +107,8 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
     from optim.problem.load import load_study
     from optim.problem.shipped import find_study
     from optim.search.derivative_check import check_usable
+    from optim.search.optimise import settings_of
     from optim.search.start import start_of
-    from optim.search.task import settings_of
 
     studies = [load_study(find_study(file)) for file in options.files]
     for study in studies:

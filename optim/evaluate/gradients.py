@@ -86,10 +86,8 @@ class Gradients:
         names = [name for _, name, _ in study.quantities]
         rows = np.array([self._quantity(name, each, design, points, absent) for _, name, each in study.quantities])
         rows = rows / self._scales[:, None]
-        parts: dict[bool, list[Array]] = {False: [], True: []}
-        for key, name, limit, sign in limits(study):
-            parts[key.endswith(".equals")].append(sign * rows[names.index(name)] / (abs(limit) or 1.0))
-        return np.vstack([rows[: len(study.signs)] * np.array(study.signs)[:, None], *parts[False], *parts[True]])
+        bounded = [limit.sign * rows[names.index(limit.name)] / limit.size for limit in limits(study)]
+        return np.vstack([rows[: len(study.signs)] * np.array(study.signs)[:, None], *bounded])
 
     def _run(self, design: Array, point: OperatingPoint) -> _Functionals:
         """Run a design at an operating point, with derivatives; empty if there is no run."""

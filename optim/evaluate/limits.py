@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,14 +46,13 @@ def problem_of(
     if start is not None:
         fitting(start, len(study.names), "start", "variables")
     reference = evaluate(study.nominal[None]) if nominal is None else nominal
-    names = [name for name, _, _, _ in limits(study)]
     return Problem(
         study.lower,
         study.upper,
         lambda designs: values_of(study, evaluate(designs), reference),
         tuple(study.file.objectives),
-        tuple(name for name in names if not name.endswith(".equals")),
-        tuple(name for name in names if name.endswith(".equals")),
+        tuple(limit.key for limit in limits(study) if not limit.equality),
+        tuple(limit.key for limit in limits(study) if limit.equality),
         study.nominal if start is None else start,
     )
 
@@ -71,20 +71,15 @@ def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
         Evaluation of the nominal design alone.
     """
     objectives, constraints = in_units(study, found, nominal)
-    columns: dict[bool, list[Array]] = {False: [], True: []}
-    order = list(study.file.constraints)
-    for key, name, limit, sign in limits(study):
-        excess = sign * (constraints[:, order.index(name)] - limit) / (abs(limit) or 1.0)
-        # unknown constraints of a design that was not run count for nothing
-        columns[key.endswith(".equals")].append(np.where(found.unrun & np.isnan(excess), 0.0, excess))
-    failed = found.failed[:, None]
-    empty = np.empty((len(found), 0))
-    return Values(
-        np.where(failed | found.unrun[:, None], np.inf, objectives * study.signs),
-        np.where(failed, np.inf, np.column_stack([empty, *columns[False]])),
-        np.where(failed, np.inf, np.column_stack([empty, *columns[True]])),
-        found.failed,
-    )
+    columns, failed = dict(zip(study.file.constraints, constraints.T, strict=True)), found.failed[:, None]
+    sides = []
+    for equality in (False, True):
+        excess = [limit.excess(columns[limit.name]) for limit in limits(study) if limit.equality == equality]
+        side = np.column_stack([np.empty((len(found), 0)), *excess])
+        side[found.unrun[:, None] & np.isnan(side)] = 0.0  # unknown, as the design was not run: it counts for nothing
+        sides.append(np.where(failed, np.inf, side))
+    unknown = failed | found.unrun[:, None]
+    return Values(np.where(unknown, np.inf, objectives * study.signs), sides[0], sides[1], found.failed)
 
 
 def in_units(study: Study, found: Evaluations, nominal: Evaluations) -> tuple[Array, Array]:
@@ -121,10 +116,29 @@ def scales(study: Study, nominal: Evaluations) -> Array:
     return found
 
 
-def limits(study: Study) -> Iterable[tuple[str, str, float, float]]:
-    """Every limit: its name, its constraint, its value, and the sign with which the excess must not be positive."""
+class Limit(NamedTuple):
+    """A limit, named ``NAME.at_most``, ``NAME.at_least`` or ``NAME.equals``, of the constraint NAME.
+
+    The excess of a value over it, times `sign` and relative to `size`, must not be positive, or must be zero.
+    """
+
+    key: str
+    name: str
+    value: float
+    sign: float
+    size: float
+    equality: bool
+
+    def excess(self, found: Any) -> Any:
+        """Return by how much a value, or an array of values, exceeds the limit, relative to it."""
+        return self.sign * (found - self.value) / self.size
+
+
+def limits(study: Study) -> list[Limit]:
+    """List every limit: inequalities, then equalities."""
+    found = []
     for name, constraint in study.file.constraints.items():
         for key, sign in (("at_most", 1.0), ("at_least", -1.0), ("equals", 1.0)):
-            limit = getattr(constraint, key)
-            if limit is not None:
-                yield f"{name}.{key}", name, limit, sign
+            if (value := getattr(constraint, key)) is not None:
+                found.append(Limit(f"{name}.{key}", name, value, sign, abs(value) or 1.0, key == "equals"))
+    return sorted(found, key=lambda limit: limit.equality)

@@ -82,9 +82,9 @@ class Screened:
     def _violated(self, values: dict[str, float]) -> list[str]:
         """Names of the limits that are violated, or not known to hold."""
         found = []
-        for key, name, limit, sign in limits(self.study):
-            if name in values and self._scales[name] != 0.0:
-                excess = sign * (values[name] / self._scales[name] - limit) / (abs(limit) or 1.0)
-                if not (abs(excess) if key.endswith(".equals") else excess) <= FEASIBLE:
-                    found.append(key)
+        for limit in limits(self.study):
+            if limit.name in values and self._scales[limit.name] != 0.0:
+                excess = limit.excess(values[limit.name] / self._scales[limit.name])
+                if not (abs(excess) if limit.equality else excess) <= FEASIBLE:
+                    found.append(limit.key)
         return found

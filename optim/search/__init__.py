@@ -2,9 +2,8 @@
 
 | module       | responsibility                                                               |
 |--------------|------------------------------------------------------------------------------|
-| run          | an algorithm over a store: stopped at any moment, resumed by replay          |
-| task         | a study, its algorithm and a seed as a task for `run`                        |
 | optimise     | `optimise`: a study solved; the content of ``result.json``                   |
+| recorder     | evaluations and iterations in a store: stopped at any moment, resumed by replay |
 | start        | the answer of one study as the start of another                              |
 | verification | an optimum run again: on Drake, more tightly, from unseen starts             |
 | derivative_check | sensitivities of runs against differences of designs                     |

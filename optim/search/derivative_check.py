@@ -16,7 +16,7 @@ from optim.evaluate.gradients import Gradients, check_sensitivities
 from optim.evaluate.limits import limits, problem_of
 from optim.evaluate.screen import Screened
 from optim.problem.study import Array, Study
-from optim.search.task import settings_of
+from optim.search.optimise import settings_of
 
 _STEPS = (1e-5, 1e-4, 1e-3, 1e-2)  # of central differences, in parts of the bounds
 _SAME = 0.01  # largest deviation of derivatives that agree, in parts of the largest one of a quantity
@@ -93,19 +93,13 @@ def check_derivatives(study: Study, design: Vector, evaluator: Evaluator | None 
     largest = np.fmax(np.abs(own), np.abs(difference)).max(axis=1, keepdims=True, initial=0.0, where=np.isfinite(own))
     scale = np.where(largest > 0.0, largest, 1.0)
     quantities: dict[str, Any] = {}
-    for i, name in enumerate(_names(study)):
+    for i, name in enumerate([*study.file.objectives, *(limit.key for limit in limits(study))]):
         quantities[name] = {
             path: _entry(own[i, k], difference[i, k], doubt[i, k], float(scale[i, 0]), float(width[k]))
             for k, path in enumerate(study.paths)
         }
     verdicts = [entry["verdict"] for table in quantities.values() for entry in table.values()]
     return {"agrees": DIFFERS not in verdicts, "quantities": quantities}
-
-
-def _names(study: Study) -> list[str]:
-    """Name the rows of a Jacobian: objectives, inequalities, equalities."""
-    keys = [key for key, _, _, _ in limits(study)]
-    return sorted([*study.file.objectives, *keys], key=lambda key: key.endswith(".equals"))
 
 
 def _best_pair(differences: Array) -> tuple[Array, Array]:

@@ -11,14 +11,31 @@ from typing import Any
 
 import numpy as np
 
+from linkages import InputError
 from linkages.arguments import Vector, Whole, fitting, validated
+from linkages.errors import nearest
+from linkages.files.toml import Table
+from linkages.files.versions import versions
 from optim.algorithms import pareto
+from optim.algorithms.derivatives import DIFFERENCES
+from optim.algorithms.nlp import Values
+from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
 from optim.evaluate.evaluations import INFEASIBLE, Evaluations, finite
 from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.limits import FEASIBLE, in_units, values_of
+from optim.evaluate.gradients import Gradients, check_sensitivities
+from optim.evaluate.limits import FEASIBLE, in_units, problem_of, values_of
+from optim.evaluate.screen import Screened
 from optim.problem.study import Array, Study
-from optim.search.run import Observer, Outcome, run
-from optim.search.task import described, task_of
+from optim.search.recorder import recording
+from optim.store.store import Iteration
+
+
+class Stopped(Exception):  # noqa: N818 (it is not an error)
+    """The run was stopped after an iteration; the store holds all of it."""
+
+    def __init__(self, iteration: int) -> None:
+        super().__init__(f"stopped after iteration {iteration}")
+        self.iteration = iteration
 
 
 @validated
@@ -31,7 +48,7 @@ def optimise(
     start: Vector | None = None,
     evaluator: Evaluator | None = None,
     resume: bool = False,
-    observe: Observer | None = None,
+    observe: Callable[[Iteration, Values], None] | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> dict[str, Any]:
     """Solve a study.
@@ -81,23 +98,102 @@ def optimise(
     """
     if algorithm is not None:
         table = {"name": algorithm} if isinstance(algorithm, str) else dict(algorithm)
-        file = study.file.model_copy(update={"algorithm": table})
-        study = dataclasses.replace(study, file=file)
+        study = dataclasses.replace(study, file=study.file.model_copy(update={"algorithm": table}))
     if start is not None:
         fitting(start, len(study.names), "start", "variables")
     seed = study.file.seed if seed is None else seed
-    evaluate = Evaluator(study) if evaluator is None else evaluator
-    task = task_of(study, seed, evaluate, start)
+    evaluator = Evaluator(study) if evaluator is None else evaluator
+    name, settings = settings_of(study)
+    by_sensitivities = getattr(settings, "derivatives", DIFFERENCES) != DIFFERENCES
+    if by_sensitivities:
+        check_sensitivities(study)
+    identity = identity_of(study, seed, start)
+    screened = Screened(study, evaluator, getattr(settings, "step", None))
+
+    def observed(row: Iteration) -> None:
+        if observe is not None:
+            observe(row, problem.evaluate(study.nominal[None]))
+        if stop():
+            raise Stopped(row.iteration)
+
     with ExitStack() as stack:
         if store is None:
             store = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "study.sqlite"
-        outcome = run(task, store, resume, observe, stop)
-    result = _summarized(study, outcome, seed, task.versions, start)
-    if study.designs:
-        references = np.array([*study.designs.values()])
-        entries = _entries(study, references, evaluate(references), outcome.nominal)
-        result["designs"] = dict(zip(study.designs, entries, strict=True))
-    return result
+        recorder = stack.enter_context(recording(store, identity, screened, resume))
+        nominal = recorder.evaluate(study.nominal[None])
+        problem = problem_of(study, recorder.evaluate, nominal, start)
+        if by_sensitivities:
+            gradients = Gradients(study, recorder.evaluate, nominal, evaluator.threads)
+            problem = dataclasses.replace(problem, jacobian=gradients)
+        found = recorder.minimise(problem, lambda seen, report: minimise(name, seen, settings, seed, report), observed)
+        designs, elapsed = np.atleast_2d(found.x), recorder.elapsed
+        evaluations, (count, failures) = recorder.evaluate(designs), recorder.store.count()
+    unrun, several = failures.pop(INFEASIBLE, 0), len(study.file.objectives) > 1
+    entries = _entries(study, designs, evaluations, nominal)
+    references = np.array([*study.designs.values()])
+    known = _entries(study, references, evaluator(references), nominal) if study.designs else []
+    return {
+        "study": study.source.stem,
+        "title": study.title,
+        "algorithm": described(name, settings),
+        "labels": {name: study.label(name) for _, name, _ in study.quantities},
+        "seed": seed,
+        "start": None if start is None else dict(zip(study.paths, map(float, start), strict=True)),
+        "status": found.status,
+        "best": entries[compromise(values_of(study, evaluations, nominal).objectives) if several else 0],
+        "front": entries if several else [],
+        "nominal": _entries(study, study.nominal[None], nominal, nominal)[0],
+        "designs": dict(zip(study.designs, known, strict=True)),
+        "iterations": found.iterations,
+        "evaluations": count,
+        "unrun": unrun,
+        "failed": sum(failures.values()),
+        "failures": failures,
+        "versions": identity["versions"],
+        "wall_time": elapsed,
+    }
+
+
+def settings_of(study: Study) -> tuple[str, Table]:
+    """Name and settings of a study's algorithm.
+
+    Raises
+    ------
+    InputError
+        If there is no such algorithm, it has no such setting, or it cannot solve the problem.
+    """
+    given = dict(study.file.algorithm)
+    name = given.pop("name", None)
+    if not isinstance(name, str) or name not in ALGORITHMS:
+        problem = "is missing" if name is None else f'"{name}" is unknown'
+        near = nearest(str(name or ""), ALGORITHMS)
+        raise InputError(study.source, "algorithm.name", f"{problem}; {near}")
+    if len(study.file.objectives) > 1 and not ALGORITHMS[name].several:
+        able = ", ".join(key for key, entry in ALGORITHMS.items() if entry.several)
+        raise InputError(study.source, "algorithm.name", f'"{name}" takes one objective; of several: {able}')
+    return name, read_settings(name, given, f"{study.source.name}: algorithm")
+
+
+def described(name: str, settings: Table) -> dict[str, Any]:
+    """Return an algorithm's name and all its settings, as JSON types."""
+    return {"name": name, **settings.model_dump(mode="json")}
+
+
+def identity_of(study: Study, seed: int, start: Array | None = None) -> dict[str, Any]:
+    """Return what tells the store of a study from others, see `optim.search.recorder.recording`."""
+    name, settings = settings_of(study)
+    algorithm, revision = described(name, settings), ALGORITHMS[name].revision
+    if algorithm.get("derivatives") == DIFFERENCES:  # stores from before this setting have no such key
+        del algorithm["derivatives"]
+    task = {"algorithm": algorithm, "seed": seed, "start": None if start is None else start.tolist()}
+    task |= study.description() | ({"revision": revision} if revision > 1 else {})
+    return {
+        "task": task,
+        "versions": versions("pygad"),
+        "variables": study.paths,
+        "objectives": tuple(study.file.objectives),
+        "constraints": tuple(study.file.constraints),
+    }
 
 
 def compromise(objectives: Array) -> int:
@@ -113,38 +209,6 @@ def compromise(objectives: Array) -> int:
     span = np.ptp(objectives, axis=0)
     scaled = (objectives - objectives.min(axis=0)) / np.where(span > 0.0, span, 1.0)
     return int(np.argmin(np.linalg.norm(scaled, axis=1)))
-
-
-def _summarized(
-    study: Study, outcome: Outcome, seed: int, versions: dict[str, str], start: Array | None
-) -> dict[str, Any]:
-    """Make the content of ``result.json``, the reference designs aside."""
-    designs = np.atleast_2d(outcome.result.x)
-    values = values_of(study, outcome.found, outcome.nominal)
-    several = len(study.file.objectives) > 1
-    entries = _entries(study, designs, outcome.found, outcome.nominal)
-    best = compromise(values.objectives) if several else 0
-    failures = {status: n for status, n in outcome.failures.items() if status != INFEASIBLE}
-    return {
-        "study": study.source.stem,
-        "title": study.title,
-        "algorithm": described(study),
-        "labels": {name: study.label(name) for _, name, _ in study.quantities},
-        "seed": seed,
-        "start": None if start is None else dict(zip(study.paths, map(float, start), strict=True)),
-        "status": outcome.result.status,
-        "best": entries[best],
-        "front": entries if several else [],
-        "nominal": _entries(study, study.nominal[None], outcome.nominal, outcome.nominal)[0],
-        "designs": {},
-        "iterations": outcome.result.iterations,
-        "evaluations": outcome.evaluations,
-        "unrun": outcome.failures.get(INFEASIBLE, 0),
-        "failed": sum(failures.values()),
-        "failures": failures,
-        "versions": versions,
-        "wall_time": outcome.elapsed,
-    }
 
 
 def _entries(study: Study, designs: Array, found: Evaluations, nominal: Evaluations) -> list[dict[str, Any]]:

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toy_optimisation as toy
+from toy_optimisation import run
 
 from optim.evaluate.evaluations import Evaluations
-from optim.search.run import run
 
 distributed = pytest.importorskip("distributed")
 

@@ -67,7 +67,7 @@ def test_adding_an_algorithm_as_the_page_says(tmp_path, monkeypatch):
 def test_the_path_of_optimise_is_the_order_of_its_calls():
     steps = re.findall(r"^\d+\. ``([\w.]+)``", optim.__doc__, flags=re.MULTILINE)
     folders = [folder for folder, _ in itertools.groupby(step.partition(".")[0] for step in steps)]
-    assert len(steps) == 13
+    assert len(steps) == 12
     assert len(folders) - len(set(folders)) <= 3  # returns
     study, called = optim.load_study(optim.find_study("sevenbar_force")), {}
 

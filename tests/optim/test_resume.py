@@ -10,11 +10,12 @@ from pathlib import Path
 
 import pytest
 import toy_optimisation as toy
+from toy_optimisation import run
 
 from linkages import RunError
+from optim import Stopped
 from optim.algorithms.nlp import Progress
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
-from optim.search.run import Stopped, run
 
 KILLS = 12
 PAUSE = 0.02  # s: a population's time, so that kills fall everywhere
@@ -87,12 +88,7 @@ def test_stops_after_an_iteration_and_goes_on(tmp_path):
     expected = run(toy.make_task(), whole)
     seen = []
     with pytest.raises(Stopped, match="after iteration 4"):
-        run(
-            toy.make_task(),
-            broken,
-            observe=lambda row, nominal: seen.append(row.iteration),
-            stop=lambda: len(seen) == 4,
-        )
+        run(toy.make_task(), broken, observe=lambda row: seen.append(row.iteration), stop=lambda: len(seen) == 4)
     outcome = run(toy.make_task(), broken, resume=True)
     assert outcome.result.x.tobytes() == expected.result.x.tobytes()
     assert contents(broken) == contents(whole)
@@ -125,7 +121,7 @@ def test_an_algorithm_that_catches_everything_cannot_hide_an_error(tmp_path):
             pytest.fail("the error must pass")
 
     def breaks(designs):
-        if not (designs == toy.make_task().nominal).all():
+        if not (designs == toy.NOMINAL).all():
             raise RunError("no more licences")
         return toy.evaluate(designs)
 
@@ -137,7 +133,7 @@ def test_other_code_is_noticed(tmp_path):
     path = Path(tmp_path / "study.sqlite")
     seen = []
     with pytest.raises(Stopped):
-        run(toy.make_task(), path, observe=lambda row, nominal: seen.append(row), stop=lambda: len(seen) == 5)
+        run(toy.make_task(), path, observe=lambda row: seen.append(row), stop=lambda: len(seen) == 5)
     before = contents(path)
     changed = toy.make_task(minimise=lambda problem, progress: toy.evolve(problem, 2, progress))
     with pytest.raises(RunError, match="iteration 1 does not come out as it was stored"):
@@ -207,12 +203,7 @@ def test_every_algorithm_stops_when_asked(tmp_path, name):
 
     seen = []
     with pytest.raises(Stopped):
-        run(
-            task(),
-            tmp_path / "asked.sqlite",
-            observe=lambda row, nominal: seen.append(row.step),
-            stop=lambda: len(seen) == 2,
-        )
+        run(task(), tmp_path / "asked.sqlite", observe=lambda row: seen.append(row.step), stop=lambda: len(seen) == 2)
     assert seen == [1, 2]
     calls = []
 

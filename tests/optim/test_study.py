@@ -8,13 +8,13 @@ import sys
 import numpy as np
 import pytest
 import toy_optimisation as toy
+from toy_optimisation import run
 
 from linkages import InputError, RunError
 from linkages.files.lock import locked
-from optim import ALGORITHMS, Evaluator, find_study, load_study, optimise
+from optim import ALGORITHMS, Stopped, find_study, load_study, optimise
 from optim.evaluate.evaluations import Evaluations
-from optim.search.run import Stopped, run
-from optim.search.task import settings_of, task_of
+from optim.search.optimise import identity_of, settings_of
 from optim.store import store as study
 from optim.store.sqlite import SCHEMA, UNSEALED
 
@@ -24,7 +24,7 @@ def begun(tmp_path):
     """A study stopped after ten iterations."""
     path, seen = tmp_path / "study.sqlite", []
     with pytest.raises(Stopped):
-        run(toy.make_task(), path, observe=lambda row, nominal: seen.append(row), stop=lambda: len(seen) == 10)
+        run(toy.make_task(), path, observe=lambda row: seen.append(row), stop=lambda: len(seen) == 10)
     return path
 
 
@@ -88,11 +88,11 @@ def test_leftovers_of_a_killed_creation_do_not_matter(tmp_path):
     ("changed", "message"),
     [
         (
-            {"description": {"algorithm": {"name": "evolve"}, "seed": 2, "problem": {"name": "Rosenbrock"}}},
+            {"task": {"algorithm": {"name": "evolve"}, "seed": 2, "problem": {"name": "Rosenbrock"}}},
             "seed: belongs to another study: there 1, here 2",
         ),
         (
-            {"description": {"algorithm": {"name": "evolve"}, "seed": 1}},
+            {"task": {"algorithm": {"name": "evolve"}, "seed": 1}},
             'problem.name: belongs to another study: there "Rosenbrock", here nothing',
         ),
         ({"versions": {"numpy": "1.0"}}, "was written with numpy .*, this is 1.0, and the numbers would be mixed"),
@@ -260,14 +260,16 @@ def test_a_store_of_an_earlier_revision_of_an_algorithm_is_refused(tmp_path, mon
     path, press = tmp_path / "study.sqlite", load_study(find_study("sevenbar_force"))
     monkeypatch.setitem(ALGORITHMS, "ga", ALGORITHMS["ga"]._replace(revision=1))
     with pytest.raises(Stopped):
-        run(task_of(press, 1, Evaluator(press)), path, stop=lambda: True)
+        optimise(press, path, stop=lambda: True)
     monkeypatch.undo()
-    line = refused(task_of(press, 1, Evaluator(press)), path)
-    assert "revision: belongs to another study: there nothing, here 2; give another --out" in line
+    before = path.read_bytes()
+    with pytest.raises(InputError, match="revision: belongs to another study: there nothing, here 2; give another"):
+        optimise(press, path, resume=True)
+    assert path.read_bytes() == before
 
 
 def test_a_store_from_before_the_source_of_derivatives_was_a_setting_is_continued():
     """It has no such key; with sensitivities the numbers differ, and the key is there."""
     study = load_study(find_study("fourbar_jitter"))
     assert settings_of(study)[1].derivatives == "differences"
-    assert "derivatives" not in task_of(study, 1, Evaluator(study)).description["algorithm"]
+    assert "derivatives" not in identity_of(study, 1)["task"]["algorithm"]

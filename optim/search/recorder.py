@@ -1,0 +1,188 @@
+"""Evaluations and iterations of an algorithm, kept in a store: it can be stopped at any moment and resumed.
+
+Resuming is replaying: the algorithm starts from its seed again, and evaluations that the store holds are not computed
+anew. Each iteration is compared with the stored one. So an interrupted study ends with the same bytes as any other.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from linkages import InputError, RunError
+from linkages.files.lock import locked
+from linkages.files.toml import leaves
+from optim.algorithms.nlp import Problem, Progress, Report, Result, Values
+from optim.evaluate.evaluations import Evaluations
+from optim.problem.study import Array
+from optim.store.store import Iteration, Store, create, open_store
+
+
+@contextmanager
+def recording(
+    path: Path, identity: Mapping[str, Any], evaluate: Callable[[Array], Evaluations], resume: bool = False
+) -> Iterator[Recorder]:
+    """Create a store, or open it and check that it is of the same study.
+
+    Parameters
+    ----------
+    path : Path
+        The store, ``study.sqlite``.
+    identity : mapping
+        JSON types: ``task``, everything that determines the numbers, algorithm and seed among them; ``versions`` of the
+        packages that determine them; ``variables``, ``objectives`` and ``constraints``, names of the store's columns.
+    evaluate : callable
+        Evaluations of designs (m, n); independent of the other designs.
+    resume : bool
+        Whether the store may exist.
+
+    Raises
+    ------
+    InputError
+        If the store is in use, damaged, of another study or version, or exists without `resume`.
+    RunError
+        If the disk is full.
+    """
+    with locked(path.with_name(path.name + ".lock"), path), _opened(path, identity, resume) as store:
+        yield Recorder(store, evaluate)
+
+
+def _opened(path: Path, identity: Mapping[str, Any], resume: bool) -> Store:
+    """Create the store, or open it and check that it belongs to this study."""
+    if not path.exists():
+        return create(path, {**identity, "elapsed": 0.0})
+    store = open_store(path)
+    try:
+        _check_same(store, identity)
+        if not resume:
+            problem = f"holds {store.count()[0]} evaluations of this study"
+            raise InputError(path, "", f"{problem}; continue with --resume, or give another --out")
+    except BaseException:
+        store.close()
+        raise
+    return store
+
+
+def _check_same(store: Store, identity: Mapping[str, Any]) -> None:
+    """Refuse a store of another study, algorithm, seed or version, by an error that names the first difference."""
+    old, new = dict(leaves(store.meta("task"))), dict(leaves(json.loads(json.dumps(identity["task"]))))
+    for key in (*new, *old):
+        if key not in old or key not in new or old[key] != new[key]:
+            problem = f"belongs to another study: there {_short(old.get(key))}, here {_short(new.get(key))}"
+            raise InputError(store.path, key, f"{problem}; give another --out")
+    there, here = store.meta("versions"), identity["versions"]
+    for package in sorted({*there, *here}):
+        a, b = there.get(package, "not there"), here.get(package, "not there")
+        if a != b and package != "python":
+            problem = f"was written with {package} {a}, this is {b}, and the numbers would be mixed"
+            raise InputError(store.path, "", f"{problem}; install that version, or give another --out")
+
+
+def _short(value: Any) -> str:
+    text = "nothing" if value is None else json.dumps(value)
+    return text if len(text) < 60 else text[:57] + "..."
+
+
+class _Leave(BaseException):
+    """Carries an exception through algorithms and libraries that catch every `Exception`."""
+
+
+@contextmanager
+def _leaving() -> Iterator[None]:
+    try:
+        yield
+    except Exception as why:
+        raise _Leave(why) from why
+
+
+class Recorder:
+    """Evaluates each design once, stores it, and compares the replay with the store."""
+
+    def __init__(self, store: Store, evaluate: Callable[[Array], Evaluations]) -> None:
+        self.store, self._compute = store, evaluate
+        self._known: dict[bytes, tuple[Array, Array, str, str]] = {}
+        self._asked: set[bytes] = set()
+        self._steps = 0
+        self._since = time.monotonic() - store.meta("elapsed")
+        self._remember(*store.evaluations())
+
+    @property
+    def elapsed(self) -> float:
+        """Time spent on the study, by this process and earlier ones [s]."""
+        return time.monotonic() - self._since
+
+    def evaluate(self, designs: Array) -> Evaluations:
+        """Return evaluations of designs (m, n); unknown ones are computed in one population."""
+        designs = np.ascontiguousarray(designs, dtype=np.float64)
+        keys = [design.tobytes() for design in designs]
+        fresh = {key: row for key, row in zip(keys, designs, strict=True) if key not in self._known}
+        if fresh:
+            rows = np.array(list(fresh.values()))
+            found = self._compute(rows)
+            self.store.add(rows, found, self.elapsed)
+            self._remember(rows, found)
+        self._asked.update(keys)
+        f, g, status, reason = zip(*(self._known[key] for key in keys), strict=True)
+        return Evaluations(np.array(f), np.array(g).reshape(len(keys), -1), status, reason)
+
+    def minimise(
+        self, problem: Problem, algorithm: Callable[[Problem, Report], Result], observe: Callable[[Iteration], None]
+    ) -> Result:
+        """Run an algorithm whose problem evaluates through `evaluate`.
+
+        Parameters
+        ----------
+        problem : Problem
+        algorithm : callable
+            With its settings and seed.
+        observe : callable
+            Called after every iteration; what it raises ends the algorithm.
+
+        Raises
+        ------
+        RunError
+            If the disk is full, or the replay differs from the store.
+        """
+
+        @_leaving()
+        def values(designs: Array) -> Values:
+            return problem.evaluate(designs)
+
+        @_leaving()
+        def report(at: Progress) -> None:
+            observe(self._keep(at))
+
+        try:
+            result = algorithm(dataclasses.replace(problem, evaluate=values), report)
+        except _Leave as leave:
+            raise leave.args[0] from None
+        if result.status == "interrupted":  # an algorithm may end so at a second Ctrl-C
+            raise KeyboardInterrupt
+        return result
+
+    def _keep(self, at: Progress) -> Iteration:
+        """Store an iteration, or compare it with the stored one."""
+        self._steps += 1
+        best, state = np.atleast_2d(at.best), json.dumps(at.state, sort_keys=True)
+        asked, objectives, violation = len(self._asked), at.values.objectives, at.values.violation
+        row = Iteration(self._steps, at.iteration, at.iterations, asked, best, objectives, violation, state)
+        kept = self.store.iteration(row.step)
+        if kept is None:
+            self.store.add_iteration(row, self.elapsed)
+        elif not kept.same(row):
+            raise RunError(
+                f"{self.store.path}: iteration {at.iteration} does not come out as it was stored: other code or another"
+                " computer made it; the store is left as it is: give another --out"
+            )
+        return row
+
+    def _remember(self, designs: Array, found: Evaluations) -> None:
+        rows = zip(found.objectives, found.constraints, found.status, found.reason, strict=True)
+        self._known |= {design.tobytes(): row for design, row in zip(designs, rows, strict=True)}
