@@ -13,7 +13,7 @@ from wearing_press import CLEARANCE, FORCE, RADIUS, SPRING, write_press
 
 import linkages
 from linkages.cli.main import main
-from linkages.explore.wear.block_store import Store
+from linkages.explore.wear.block_store import BlockStore
 from linkages.explore.wear.content import content
 from linkages.explore.wear.jump import worn
 from linkages.explore.wear.life import wear_life
@@ -191,7 +191,7 @@ def even_life(press, monkeypatch):
         def even(joints, removed, loads, cycles):
             return {"B": removed["B"] + cycles * RATE * loads["B"][:, -1].sum() * np.array([[1.0], [0.0]])}
 
-        monkeypatch.setattr(Store, "measure", measure)
+        monkeypatch.setattr(BlockStore, "measure", measure)
         monkeypatch.setattr("linkages.explore.wear.life.worn", even)
         return wear_life(system, cycles, tolerance=tolerance)
 

@@ -20,7 +20,7 @@ from linkages.outputs.registry import unit
 from linkages.results.derivatives import Wrt
 from linkages.results.loops import Loops
 from linkages.results.summary import Study
-from linkages.results.trajectory import Progress, Trajectory, sample
+from linkages.results.trajectory import Listener, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion, check_duration
 from linkages.system.rigid_segments import system_of
@@ -34,7 +34,7 @@ _FEWEST = 50  # steps of the repetition: two runs of few steps omit the same vib
 
 @validated
 def simulate(
-    system: System, engine: str = DEFAULT, progress: Progress | None = None, outputs: Names | None = None, wrt: Wrt = ()
+    system: System, engine: str = DEFAULT, progress: Listener | None = None, outputs: Names | None = None, wrt: Wrt = ()
 ) -> Trajectory:
     """Run a system.
 
@@ -101,7 +101,7 @@ def study(
     system: System,
     engine: str = DEFAULT,
     error_estimate: bool = True,
-    progress: Callable[[str], Progress] | None = None,
+    progress: Callable[[str], Listener] | None = None,
 ) -> Study:
     """Run a system, its ideal counterpart and optionally the run at a tighter tolerance.
 
@@ -146,7 +146,7 @@ def study(
     return estimate_error(found, stage) if error_estimate else found
 
 
-def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
+def estimate_error(study: Study, stage: Callable[[str], Listener]) -> Study:
     """Add the run at a ten times tighter tolerance to a study whose run reached its end."""
     if study.run.status is not Status.OK:
         return study

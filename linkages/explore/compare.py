@@ -20,7 +20,7 @@ from linkages.model.experiment import Experiment
 from linkages.results.divergence import PARTED, dense, horizon
 from linkages.results.impacts import Impact, impacts
 from linkages.results.summary import meaningless_of, touching, warnings_of
-from linkages.results.trajectory import Progress, Trajectory
+from linkages.results.trajectory import Listener, Trajectory
 from linkages.system import System
 
 __all__ = ["PARTED", "Comparison", "Difference", "compare", "differences", "horizon", "looser", "names", "revolutions"]
@@ -79,7 +79,7 @@ class Comparison(Brief):
 
 
 @validated
-def compare(system: System, progress: Callable[[str], Progress] | None = None) -> Comparison:
+def compare(system: System, progress: Callable[[str], Listener] | None = None) -> Comparison:
     """Run an experiment on both engines and compare them.
 
     With contacts each engine also runs at a ten times looser tolerance, which gives the horizon.

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from optim.algorithms.nlp import Array, Ending, Indices, Problem, Result, Values
+from linkages.arrays import Indices
+from optim.algorithms.nlp import Array, Ending, Problem, Result, Values
 
 
 class Archive:

@@ -31,7 +31,7 @@ from optim.algorithms.derivatives import DIFFERENCES, SOURCES, Source
 from optim.algorithms.line_search import Restored, search
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
 from optim.algorithms.quadratic import bounded_minimum, damped_bfgs
-from optim.algorithms.standard_form import Phase, Slopes, StandardForm
+from optim.algorithms.standard_form import Phase, ScaledSlopes, StandardForm
 
 #: First step, relative to the scales.
 FIRST_STEP = 0.1
@@ -64,14 +64,14 @@ def reduced_gradient(
 
     Parameters as in `optim.minimise`; the seed is not used: the method draws no random numbers.
     """
-    run = _Search(problem, settings)
+    run = _Descent(problem, settings)
     status = Ending.INTERRUPTED
     with run.archive.interruptible():
         status = run.run(progress)
     return Result(run.x[None, :], run.archive(run.x), status, run.iteration, len(run.archive))
 
 
-class _Search:
+class _Descent:
     """One run: the point, its partition, the reduced Hessian."""
 
     form: StandardForm
@@ -142,7 +142,7 @@ class _Search:
         inward = np.where(upper - x >= x - lower, 1.0, -1.0)
         self._place(np.clip(x + PUSH * (1.0 + np.arange(n) / n) * inward, lower, upper))
 
-    def _iterate(self, slopes: Slopes, phase: Phase) -> Ending | None:
+    def _iterate(self, slopes: ScaledSlopes, phase: Phase) -> Ending | None:
         """Take one step, or say why there is none."""
         Z = self._tangents(slopes, phase)
         r = Z.T @ phase.gradient
@@ -178,7 +178,7 @@ class _Search:
             self.hessian = None  # the curvature of the model may be wrong: repeat without it
         return Ending.INFEASIBLE if phase.first else Ending.NO_PROGRESS
 
-    def _tangents(self, slopes: Slopes, phase: Phase) -> Array:
+    def _tangents(self, slopes: ScaledSlopes, phase: Phase) -> Array:
         """Directions along the constraints; with another partition if its basis has become singular."""
         try:
             return self.point.partition.tangents(slopes.A)

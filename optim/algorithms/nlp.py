@@ -14,8 +14,6 @@ from linkages.arguments import shaped
 from linkages.arrays import Array
 from linkages.errors import InputError
 
-Indices = NDArray[np.intp]
-
 
 class Ending(enum.StrEnum):
     """Why an algorithm stopped; the value is the name used in files, `remedy` is what to try."""

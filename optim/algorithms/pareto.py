@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.arguments import Matrix, Vector, fitting, validated
-from optim.algorithms.nlp import Array, Indices, Values
+from linkages.arrays import Indices
+from optim.algorithms.nlp import Array, Values
 
 
 def ranks(objectives: Array) -> Indices:

@@ -23,7 +23,7 @@ from optim.algorithms.archive import Archive, by_feasibility
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
 from optim.algorithms.sampling import latin_hypercube
 
-Solver = Callable[[Problem, Any, int, Report | None], Result]
+Minimiser = Callable[[Problem, Any, int, Report | None], Result]
 #: Violation up to which a start's result counts as feasible when the best one is taken.
 TOLERANCE = 1e-6
 
@@ -56,7 +56,7 @@ class Algorithm(NamedTuple):
         return getattr(import_module(self.module), self.settings)
 
     @property
-    def solver(self) -> Solver:
+    def solver(self) -> Minimiser:
         """The function."""
         return getattr(import_module(self.module), self.function)
 
@@ -169,7 +169,7 @@ def start_designs(problem: Problem, count: int, seed: int) -> Array:
 
 
 def _multistart(
-    solver: Solver, problem: Problem, settings: Any, starts: int, seed: int, progress: Report | None
+    solver: Minimiser, problem: Problem, settings: Any, starts: int, seed: int, progress: Report | None
 ) -> Result:
     """Run a local method from several starts, and take the best result."""
     archive = Archive(problem)  # of all starts: none evaluates what another one did

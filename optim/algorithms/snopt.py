@@ -45,13 +45,13 @@ def snopt(problem: Problem, settings: Snopt, seed: int = 0, progress: Report | N
     Parameters as in `optim.minimise`; the seed is not used: the method draws no random numbers. `progress` is
     called after each new point at which SNOPT needs derivatives, which are its iterations.
     """
-    search = _Search(problem, settings, progress)
+    search = _Snopt(problem, settings, progress)
     with search.archive.interruptible():
         return search.run()
     return search.result(None, Ending.INTERRUPTED)
 
 
-class _Search:
+class _Snopt:
     """One call of SNOPT, and its values and slopes."""
 
     def __init__(self, problem: Problem, settings: Snopt, progress: Report | None) -> None:

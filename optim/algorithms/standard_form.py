@@ -9,15 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.arrays import Indices
 from optim.algorithms.archive import Archive
 from optim.algorithms.derivatives import jacobian
-from optim.algorithms.nlp import Array, Indices, Problem
+from optim.algorithms.nlp import Array, Problem
 
 #: A basis is kept while no exchange makes a weighted pivot so many times larger.
 GAIN = 10.0
 
 
-class Slopes(NamedTuple):
+class ScaledSlopes(NamedTuple):
     """First derivatives at a point, scaled.
 
     The gradient `f` of the objective with respect to variables and slacks (zero there), (n + m,), and the Jacobian
@@ -115,16 +116,16 @@ class StandardForm:
         constraints = np.concatenate([values.inequalities[0], values.equalities[0]])
         return float(values.objectives[0, 0]) / self._objective_size, constraints / self._size
 
-    def slopes(self, x: Array) -> Slopes | None:
+    def slopes(self, x: Array) -> ScaledSlopes | None:
         """Differentiate at scaled variables; None where there are no values."""
         J = jacobian(self.problem, self.archive, self.design(x), self.width, self._step)
         if J is None or not np.all(np.isfinite(J)):
             return None
         J = J * self.width
         f = np.concatenate([J[0] / self._objective_size, np.zeros(self.m)])
-        return Slopes(f, np.hstack([J[len(self.problem.objectives) :] / self._size[:, None], np.eye(self.m)]))
+        return ScaledSlopes(f, np.hstack([J[len(self.problem.objectives) :] / self._size[:, None], np.eye(self.m)]))
 
-    def phase(self, y: Array, slopes: Slopes, tolerance: float) -> Phase:
+    def phase(self, y: Array, slopes: ScaledSlopes, tolerance: float) -> Phase:
         """Return the task at a point: whether it is feasible decides the phase."""
         low, high = self.lower, self.upper
         excess = np.append(np.zeros(self.n), self._violation(y))

@@ -38,7 +38,7 @@ FIGURE, FRONT = "convergence.png", "front.png"
 
 
 @dataclass(frozen=True)
-class Job:
+class _Task:
     """One study with one seed, its start (n,) if that is not the nominal design, and its folder."""
 
     study: Study
@@ -102,7 +102,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
+def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     """Output folder, and every study with every seed, checked before the first begins."""
     from optim.problem.load import load_study
     from optim.problem.shipped import find_study
@@ -122,7 +122,9 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
     root = output_folder(options, names[0] if len(studies) == 1 else "optimise", "optimise")
     one = len(pairs) == 1
     starts = {s.source.stem: start_of(s, options.start) if options.start else None for s in studies}
-    jobs = [Job(s, seed, starts[s.source.stem], root if one else root / f"{s.source.stem}_{seed}") for s, seed in pairs]
+    jobs = [
+        _Task(s, seed, starts[s.source.stem], root if one else root / f"{s.source.stem}_{seed}") for s, seed in pairs
+    ]
     for job in jobs:
         store = job.folder / STORE
         if store.exists() and not options.resume:
@@ -144,7 +146,7 @@ def _seeds(options: argparse.Namespace, study: Study) -> range:
     return range(first, last + 1)
 
 
-def _solve(job: Job, options: argparse.Namespace, executor: Executor | None, workers: int) -> dict[str, Any]:
+def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, workers: int) -> dict[str, Any]:
     """Solve one study with one seed; writes its folder and returns the content of ``result.json``."""
     import numpy as np
 

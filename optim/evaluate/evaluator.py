@@ -12,8 +12,8 @@ import numpy as np
 from linkages.arguments import Count, Lines, fitting, validated
 from linkages.outputs.registry import IDEAL
 from optim.evaluate.evaluations import NO_VALUE, OK, Evaluations
-from optim.evaluate.requests import STATISTICS, Engine, Request, Statistics, joined, run_compiled, run_parts
-from optim.problem.schema import LIFE, Quantity, Term
+from optim.evaluate.requests import STATISTICS, Request, RequestEngine, Statistics, joined, run_compiled, run_parts
+from optim.problem.schema import LIFE, StudyQuantity, Term
 from optim.problem.study import Array, OperatingPoint, Study
 
 #: From `STATISTICS` by name, (m, nw) each, and lengths of the windows, (nw,) [s].
@@ -61,7 +61,7 @@ class Evaluator:
         executor: Executor | None = None,
         parts: int = 1,
         threads: Count | None = None,
-        engine: Engine | None = None,
+        engine: RequestEngine | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> None:
         self.study = study
@@ -101,7 +101,7 @@ class Evaluator:
         each = len(found) // len(self.study.points)
         return [joined(found[i : i + each]) for i in range(0, len(found), each)]
 
-    def _engines(self) -> dict[str, Engine]:
+    def _engines(self) -> dict[str, RequestEngine]:
         """Return what answers for outputs, by what their names begin with."""
         engines = {"": self.engine}
         if any(output.startswith(IDEAL) for output in self.outputs):
@@ -129,7 +129,7 @@ class Evaluator:
         start = sum(counts[:k])
         return slice(start, start + counts[k])
 
-    def _quantity(self, name: str, quantity: Quantity, designs: Array, points: Sequence[Statistics]) -> Array:
+    def _quantity(self, name: str, quantity: StudyQuantity, designs: Array, points: Sequence[Statistics]) -> Array:
         """Weighted terms, summed or the extreme one, or a formula, (m,)."""
         if quantity.terms is None:
             formula = self.study.formulas[name]

@@ -18,7 +18,7 @@ from linkages.outputs.registry import IDEAL
 from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
 from optim.evaluate.evaluations import Evaluations
 from optim.evaluate.limits import limits, scales
-from optim.problem.schema import LIFE, Quantity, Term
+from optim.problem.schema import LIFE, StudyQuantity, Term
 from optim.problem.study import Array, OperatingPoint, Study
 
 _STEP = 1e-6  # of central differences of formulas, in parts of the range of a variable
@@ -117,7 +117,7 @@ class Gradients:
         return found
 
     def _quantity(
-        self, name: str, quantity: Quantity, design: Array, points: Sequence[_Functionals], absent: float
+        self, name: str, quantity: StudyQuantity, design: Array, points: Sequence[_Functionals], absent: float
     ) -> Array:
         """Return the derivatives of a quantity, (n,)."""
         if quantity.terms is None:

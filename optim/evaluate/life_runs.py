@@ -8,11 +8,11 @@ import numpy as np
 
 from linkages import AssemblyError, Status, System, wear_life
 from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each
-from optim.problem.schema import LIFE, Life
+from optim.problem.schema import LIFE, ServiceLife
 from optim.problem.study import Array
 
 
-def run_lives(request: Request, lives: Mapping[str, Life]) -> Statistics:
+def run_lives(request: Request, lives: Mapping[str, ServiceLife]) -> Statistics:
     """Wear the designs of a request, each by its own jumps.
 
     A service life is one number: each of `STATISTICS`, in each window.
@@ -37,7 +37,7 @@ def run_lives(request: Request, lives: Mapping[str, Life]) -> Statistics:
     return run_each(request, statistics)
 
 
-def cycles_of(system: System, life: Life) -> float:
+def cycles_of(system: System, life: ServiceLife) -> float:
     """Compute the service life in cycles, at most the limit of simulated cycles.
 
     Raises

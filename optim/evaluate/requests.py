@@ -68,7 +68,7 @@ class Statistics:
 
 
 #: Answers a request.
-Engine = Callable[[Request], Statistics]
+RequestEngine = Callable[[Request], Statistics]
 
 
 def run_compiled(request: Request) -> Statistics:
@@ -93,7 +93,7 @@ def run_compiled(request: Request) -> Statistics:
     return Statistics(values, [state.value for state in found.status], found.reason)
 
 
-def run_parts(engines: Mapping[str, Engine], request: Request) -> Statistics:
+def run_parts(engines: Mapping[str, RequestEngine], request: Request) -> Statistics:
     """Have a request answered by several engines; a design that fails with one of them has failed.
 
     Parameters
@@ -119,7 +119,7 @@ def run_parts(engines: Mapping[str, Engine], request: Request) -> Statistics:
     return Statistics(values, [status for status, _ in verdicts], [reason for _, reason in verdicts])
 
 
-def _answer(run: Engine, request: Request) -> Statistics:
+def _answer(run: RequestEngine, request: Request) -> Statistics:
     """Have a request answered by one engine; InputError if the answer does not fit it."""
     found, m = run(request), len(request.values)
     shape = len(STATISTICS), m, len(request.windows), len(request.outputs)

@@ -20,7 +20,7 @@ from linkages.files.toml import leaves, read_toml, validate
 from linkages.files.unit_conversion import is_quantity, read_either
 from linkages.model.experiment import value_unit
 from linkages.outputs.registry import check_output
-from optim.problem.schema import LIFE, Point, StudyFile, Term, Window
+from optim.problem.schema import LIFE, PointTable, StudyFile, StudyWindow, Term
 from optim.problem.shipped import find_experiment
 from optim.problem.study import Array, OperatingPoint, Study
 
@@ -57,7 +57,7 @@ def load_study(path: str | Path) -> Study:
     named = dict(file.constants) | dict(zip(file.variables, map(float, nominal), strict=True))
     points = tuple(
         _point(path, file, name, point, system, named)
-        for name, point in (file.points or {"nominal": Point.model_validate({})}).items()
+        for name, point in (file.points or {"nominal": PointTable.model_validate({})}).items()
     )
     study = Study(
         path,
@@ -144,7 +144,7 @@ def _formula(path: Path, where: str, text: Any, known: Mapping[str, Any]) -> For
 
 
 def _point(
-    path: Path, file: StudyFile, name: str, point: Point, base: System, named: Mapping[str, float]
+    path: Path, file: StudyFile, name: str, point: PointTable, base: System, named: Mapping[str, float]
 ) -> OperatingPoint:
     where = f"points.{name}"
     replaced, own = dict(leaves(point.set)), dict(leaves(point.linked))
@@ -178,7 +178,7 @@ def _point(
     return OperatingPoint(name, system, (*variables.values(), *formulas), tuple(formulas.values()), windows)
 
 
-def _times(path: Path, where: str, window: Window, experiment: Experiment, design: Mapping[str, float]) -> Array:
+def _times(path: Path, where: str, window: StudyWindow, experiment: Experiment, design: Mapping[str, float]) -> Array:
     """Make the times of a window, (count, 2) [s]."""
     unit, drive, key = 1.0, window.revolutions_of, f"{where}.revolutions_of"
     if drive is not None:

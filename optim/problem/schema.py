@@ -38,7 +38,7 @@ class Variable(Table):
     nominal: Finite | None = Field(None, description="start value; default: the experiment's")
 
 
-class Window(Table):
+class StudyWindow(Table):
     """Times over which functionals are taken: `count` equal windows between start and end."""
 
     start: NonNegative = Field(description="[s], or revolutions")
@@ -49,13 +49,13 @@ class Window(Table):
     )
 
     @model_validator(mode="after")
-    def _ordered(self) -> Window:
+    def _ordered(self) -> StudyWindow:
         if self.end <= self.start:
             raise ValueError(f"end, {self.end:g}, must be after start, {self.start:g}")
         return self
 
 
-class Life(Table):
+class ServiceLife(Table):
     """Service life: cycles until a quantity of the wear exceeds a limit; the output ``life.NAME``."""
 
     until: str = Field(description="JOINT.depth, JOINT.play [m], or the mean peak in a cycle of JOINT.force, .jitter")
@@ -71,7 +71,7 @@ class Life(Table):
     scatter: Positive | None = Field(None, description="scatter of the work of all cycles, as in `linkages wear` [1]")
 
 
-class Point(Table):
+class PointTable(Table):
     """An operating point: the experiment with some values replaced."""
 
     set: dict[str, Any] = Field({}, description="values by dotted path")
@@ -94,7 +94,7 @@ class Term(Table):
     over_points: Aggregate = Field("max", description="combination of several operating points")
 
 
-class Quantity(Table):
+class StudyQuantity(Table):
     """A number of a design: functionals, weighted and summed, or a formula of the variables."""
 
     terms: Annotated[list[Term], Field(min_length=1)] | None = Field(None, description="weighted functionals")
@@ -104,19 +104,19 @@ class Quantity(Table):
     unit: str = Field("", description="for tables and figures")
 
     @model_validator(mode="after")
-    def _one_kind(self) -> Quantity:
+    def _one_kind(self) -> StudyQuantity:
         if (self.terms is None) == (self.formula is None):
             raise ValueError("give either terms or formula")
         return self
 
 
-class Objective(Quantity):
+class Objective(StudyQuantity):
     """A quantity that is minimised, or maximised."""
 
     maximise: bool = Field(False, description="whether it is maximised instead")
 
 
-class Constraint(Quantity):
+class Constraint(StudyQuantity):
     """A quantity with limits, in its unit, or in multiples of the nominal value if relative."""
 
     at_most: Finite | None = Field(None, description="upper limit")
@@ -147,9 +147,9 @@ class StudyFile(Table):
     constants: dict[str, Finite] = Field({}, description="names for formulas")
     variables: Annotated[dict[str, Variable], Field(min_length=1)] = Field(description="design variables by name")
     linked: dict[str, Any] = Field({}, description="formulas of the variables by dotted path")
-    windows: dict[str, Window] = Field({}, description="times by name")
-    lives: dict[str, Life] = Field({}, description="service lives by name")
-    points: dict[str, Point] = Field({}, description="operating points by name; default: the experiment")
+    windows: dict[str, StudyWindow] = Field({}, description="times by name")
+    lives: dict[str, ServiceLife] = Field({}, description="service lives by name")
+    points: dict[str, PointTable] = Field({}, description="operating points by name; default: the experiment")
     objectives: Annotated[dict[str, Objective], Field(min_length=1)] = Field(description="objectives by name")
     constraints: dict[str, Constraint] = Field({}, description="constraints by name")
     designs: dict[str, dict[str, Any]] = Field(

@@ -13,7 +13,7 @@ from linkages.files.writing import json_text, whole
 from optim.algorithms.nlp import Ending
 from optim.problem.study import Study
 
-Result = dict[str, Any]  # content of ``result.json``
+ResultFile = dict[str, Any]  # content of ``result.json``
 
 _COLUMNS = ("study", "seed", "status", "evaluations", "failed", "iterations", "wall_time")
 
@@ -24,7 +24,7 @@ def write_json(path: Path, content: Any) -> None:
         partial.write_text(json_text(content, 1), encoding="utf-8")
 
 
-def format_result(study: Study, result: Result) -> str:
+def format_result(study: Study, result: ResultFile) -> str:
     """Format a result as lines of text: nominal and best design side by side.
 
     Parameters
@@ -77,7 +77,7 @@ def format_result(study: Study, result: Result) -> str:
     return "\n".join(lines)
 
 
-def format_table(results: Sequence[Result]) -> str:
+def format_table(results: Sequence[ResultFile]) -> str:
     """Format results as lines of text: a line for each run, and the spread over seeds for each study."""
     lines = []
     for study in dict.fromkeys(result["study"] for result in results):
@@ -100,7 +100,7 @@ def format_table(results: Sequence[Result]) -> str:
     return "\n".join(lines).rstrip()
 
 
-def write_table(results: Sequence[Result], path: Path) -> None:
+def write_table(results: Sequence[ResultFile], path: Path) -> None:
     """Write a CSV file: a line for each run."""
     rows = []
     for result in results:

@@ -18,8 +18,6 @@ from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units
 from optim.problem.study import Array, Study
 
-Function = Callable[[Array], Array]
-
 #: Relative variation below which a quantity counts as independent of the variables: rounding.
 CONSTANT = 1e-9
 
@@ -28,7 +26,7 @@ _RESAMPLES = 100  # bootstrap samples for a standard error
 
 
 @dataclass(frozen=True)
-class Indices:
+class SobolIndices:
     """Sobol's indices of nq quantities to n variables, and half-widths of their 95 % confidence intervals.
 
     Attributes
@@ -53,7 +51,7 @@ class Indices:
     failed: int
 
 
-def sobol(evaluate: Function, lower: Array, upper: Array, samples: int, seed: int) -> Indices:
+def sobol(evaluate: Callable[[Array], Array], lower: Array, upper: Array, samples: int, seed: int) -> SobolIndices:
     """Estimate Sobol's indices of functions of independent variables, uniform between bounds.
 
     Designs and estimators as in `scipy.stats.sobol_indices`, which takes no failed designs: A. Saltelli et al.,
@@ -98,7 +96,7 @@ def sobol(evaluate: Function, lower: Array, upper: Array, samples: int, seed: in
         resampled = bootstrap((chosen,), estimate, n_resamples=_RESAMPLES, method="basic", rng=rng)
         width[:, varies] = 1.96 * resampled.standard_error
     mean, deviation = every.mean(axis=0), every.std(axis=0)
-    return Indices(found[0], width[0], found[1], width[1], mean, deviation, len(designs), failed)
+    return SobolIndices(found[0], width[0], found[1], width[1], mean, deviation, len(designs), failed)
 
 
 def _indices(values: Array) -> Array:
@@ -110,7 +108,9 @@ def _indices(values: Array) -> Array:
     return np.swapaxes(shares / variance, 1, 2)
 
 
-def one_at_a_time(evaluate: Function, lower: Array, upper: Array, nominal: Array, steps: int) -> tuple[Array, Array]:
+def one_at_a_time(
+    evaluate: Callable[[Array], Array], lower: Array, upper: Array, nominal: Array, steps: int
+) -> tuple[Array, Array]:
     """Vary each variable between its bounds while the others are nominal.
 
     Returns

@@ -37,7 +37,7 @@ class Residual(NamedTuple):
 
 
 #: g(u, p); it raises `RunError` where it does not exist.
-Problem = Callable[[Array, float], Residual]
+Curve = Callable[[Array, float], Residual]
 
 
 class Settings(NamedTuple):
@@ -63,7 +63,7 @@ class Point:
     residual: float
 
 
-def solve(problem: Problem, u: Array, p: float, settings: Settings) -> Point:
+def solve(problem: Curve, u: Array, p: float, settings: Settings) -> Point:
     """Solve g(u, p) = 0 at a fixed p by Newton's method; the tangent points to larger p.
 
     Raises
@@ -92,7 +92,7 @@ def rescaled(point: Point, settings: Settings) -> tuple[Point, Settings]:
     return replace(point, tangent=tangent / np.linalg.norm(tangent)), settings._replace(scale=scale)
 
 
-def follow(problem: Problem, start: Point, low: float, high: float, settings: Settings) -> Iterator[Point]:
+def follow(problem: Curve, start: Point, low: float, high: float, settings: Settings) -> Iterator[Point]:
     """Follow a branch from a point along its tangent, up to a limit of p or where the step gets too small.
 
     Parameters
@@ -124,7 +124,7 @@ def follow(problem: Problem, start: Point, low: float, high: float, settings: Se
         size = min(settings.most, size * (_GROWTH if rounds < _GOOD else 1.0 if rounds == _GOOD else _SHRINK))
 
 
-def step(problem: Problem, point: Point, size: float, settings: Settings) -> tuple[Point, int] | None:
+def step(problem: Curve, point: Point, size: float, settings: Settings) -> tuple[Point, int] | None:
     """Take a step of a size along the branch; return the point and the number of iterations, or None."""
     guess = _packed(point, settings) + size * point.tangent
     found = _newton(problem, guess, point.tangent, settings)
@@ -134,7 +134,7 @@ def step(problem: Problem, point: Point, size: float, settings: Settings) -> tup
 
 
 def locate(
-    problem: Problem, point: Point, ahead: Point, test: Callable[[Point], float], settings: Settings, tolerance: float
+    problem: Curve, point: Point, ahead: Point, test: Callable[[Point], float], settings: Settings, tolerance: float
 ) -> Point:
     """Find the point between two neighbours where a test function vanishes, which has opposite signs at them.
 
@@ -173,7 +173,7 @@ def _packed(point: Point, settings: Settings) -> Array:
     return np.append(point.u / settings.scale, point.p / settings.scale_p)
 
 
-def _newton(problem: Problem, w: Array, normal: Array, settings: Settings) -> tuple[Array, Residual, int] | None:
+def _newton(problem: Curve, w: Array, normal: Array, settings: Settings) -> tuple[Array, Residual, int] | None:
     """Solve for scaled unknowns w (n + 1,) on the hyperplane through the first guess; None if it does not converge."""
     residual = _evaluate(problem, w, settings)
     for rounds in range(_ROUNDS):
@@ -197,7 +197,7 @@ def _newton(problem: Problem, w: Array, normal: Array, settings: Settings) -> tu
     return None
 
 
-def _evaluate(problem: Problem, w: Array, settings: Settings) -> Residual | None:
+def _evaluate(problem: Curve, w: Array, settings: Settings) -> Residual | None:
     try:
         found = problem(w[:-1] * settings.scale, float(w[-1]) * settings.scale_p)
     except RunError:
@@ -225,7 +225,7 @@ def _point(w: Array, residual: Residual, ahead: Array, settings: Settings) -> Po
     return Point(u, p, tangent, residual.detail, size_of(residual, settings))
 
 
-def _end(problem: Problem, point: Point, ahead: Point, low: float, high: float, settings: Settings) -> Point | None:
+def _end(problem: Curve, point: Point, ahead: Point, low: float, high: float, settings: Settings) -> Point | None:
     """Find the point at the limit of p between a point and the next one, which is beyond."""
     limit = low if ahead.p < low else high
     share = (limit - point.p) / (ahead.p - point.p)

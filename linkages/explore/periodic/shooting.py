@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.arrays import Array
-from linkages.explore.periodic.continuation import Problem, Residual
+from linkages.explore.periodic.continuation import Curve, Residual
 
 
 class Return(NamedTuple):
@@ -23,7 +23,7 @@ class Return(NamedTuple):
     detail: Any = None
 
 
-def forced(return_map: Callable[[Array, float], Return]) -> Problem:
+def forced(return_map: Callable[[Array, float], Return]) -> Curve:
     """Return the problem of a motion whose period is known: u is the state at the section (n,)."""
 
     def problem(u: Array, p: float) -> Residual:

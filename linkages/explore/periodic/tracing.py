@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.arrays import Array
-from linkages.explore.periodic.continuation import Point, Problem, Settings, follow, locate, step
+from linkages.explore.periodic.continuation import Curve, Point, Settings, follow, locate, step
 from linkages.explore.periodic.multipliers import FOLD, GRAZING, Multipliers, crossing, kind
 
 LIMIT, CLOSED, MOST, LOST, INTERRUPTED = "limit", "closed", "most", "lost", "interrupted"
@@ -54,7 +54,7 @@ class Trace:
 
 
 def trace(
-    problem: Problem,
+    problem: Curve,
     start: Point,
     limits: tuple[float, float],
     settings: Settings,
@@ -111,7 +111,7 @@ def turned(point: Point) -> Point:
     return replace(point, tangent=-point.tangent)
 
 
-def doubled(problem: Problem, bifurcation: Bifurcation, monodromy: Array, settings: Settings) -> Point | None:
+def doubled(problem: Curve, bifurcation: Bifurcation, monodromy: Array, settings: Settings) -> Point | None:
     """Return the first point of the doubled branch beyond a period doubling; None if no correction converges.
 
     Parameters
@@ -135,7 +135,7 @@ def doubled(problem: Problem, bifurcation: Bifurcation, monodromy: Array, settin
 
 
 def _between(
-    problem: Problem, point: Point, ahead: Point, settings: Settings, look: Callable[[Point], Seen]
+    problem: Curve, point: Point, ahead: Point, settings: Settings, look: Callable[[Point], Seen]
 ) -> Iterator[Bifurcation]:
     """Locate the bifurcations between two neighbours."""
     before, after = look(point), look(ahead)

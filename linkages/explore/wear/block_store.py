@@ -18,7 +18,7 @@ from linkages.files.writing import errors_of_writing
 from linkages.system import System
 
 
-class Store:
+class BlockStore:
     """Measures blocks, or reads blocks measured earlier from a folder.
 
     A block depends on the system, the profiles, its start and the required accuracy; these, and the versions of the

@@ -23,7 +23,7 @@ import numpy as np
 from linkages.arguments import Count, validated
 from linkages.arrays import Array
 from linkages.errors import InputError, Status
-from linkages.explore.wear.block_store import Store
+from linkages.explore.wear.block_store import BlockStore
 from linkages.explore.wear.jump import between, deepest, difference, work_of, worn
 from linkages.explore.wear.measure import Block, Loads, Removed, Wearing, check_wears, wearing
 from linkages.explore.wear.stages import Life, Stage
@@ -121,7 +121,7 @@ def wear_life(
             progress(stage.cycles)
         return enough is not None and enough(so_far(Status.OK))
 
-    store = Store(system, drive, folder)
+    store = BlockStore(system, drive, folder)
     try:
         removed = _new(system)
         block = store.measure(removed, None, scatter if every_cycle else _ROUGH * scatter)
@@ -137,7 +137,7 @@ def wear_life(
         return so_far(Status.INTERRUPTED)
 
 
-def _every_cycle(joints: Joints, last: Stage, store: Store, cycles: int, add: Add) -> Status:
+def _every_cycle(joints: Joints, last: Stage, store: BlockStore, cycles: int, add: Add) -> Status:
     """Simulate every cycle up to the last one, until `add` returns True, or until a run fails."""
     while last.cycles < cycles:
         if deepest(joints, last.removed) > DEEPEST:
@@ -153,7 +153,7 @@ def _every_cycle(joints: Joints, last: Stage, store: Store, cycles: int, add: Ad
 
 
 def _jumps(
-    joints: Joints, last: Stage, store: Store, cycles: int, tolerance: float, scatter: float, add: Add
+    joints: Joints, last: Stage, store: BlockStore, cycles: int, tolerance: float, scatter: float, add: Add
 ) -> Status:
     """Jump from block to block up to the last cycle, until `add` returns True, or until a block fails."""
     jump = _first_jump(joints, last, tolerance)
