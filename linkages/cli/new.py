@@ -104,14 +104,13 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
     """
     import tomlkit
 
-    from linkages.files.description import KEYS, described
+    from linkages.files.description import described
+    from linkages.files.description_tables import KEYS
     from linkages.files.reading import read_whole
-    from linkages.files.sdf import read_root
     from linkages.files.sdf_text import sdf_text
     from linkages.files.toml import read_toml
-    from linkages.files.xml import parse_xml
     from linkages.model.experiment import Experiment, experiment_of
-    from linkages.model.mechanism import planar
+    from linkages.model.mechanism import mechanism_of_text
     from linkages.system import System
 
     data, sources = read_toml(source)
@@ -127,7 +126,7 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
     if flexible:
         rest["links"] = flexible
     machine = sdf_text(drawn.model, [f"made by `linkages new --from {source.name}`"], drawn.text)
-    mechanism = planar(source, read_root(source, parse_xml(source, machine.encode())), {})
+    mechanism = mechanism_of_text(source, machine.encode())
     system = System(mechanism, experiment_of(source, {"mechanism": f"{name}.sdf"} | rest, sources))
     document = tomlkit.parse(read_whole(source).decode())
     for key in KEYS:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.files.raw_model import Bearing
+from linkages.files.raw_model import BearingSize
 from linkages.laws import CONTACTS, FILMS
 from linkages.laws.contact.material import contact_modulus
 from linkages.laws.film.groove_nodes import CENTRE
@@ -55,7 +55,7 @@ class Case(NamedTuple):
     """
 
     joint: Joint
-    bearing: Bearing
+    bearing: BearingSize
     model: JointModel
     law: Any
     film_end: float

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.arrays import Array, Indices, Records
-from linkages.files.raw_model import Bearing
+from linkages.files.raw_model import BearingSize
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.contact.contact_forces import CLIP
 from linkages.laws.contact.material import (
@@ -45,7 +45,7 @@ class ContactLaws(NamedTuple):
     bristles: Indices
 
 
-def contact_laws(bearings: tuple[Bearing | None, ...], models: tuple[JointModel, ...]) -> ContactLaws:
+def contact_laws(bearings: tuple[BearingSize | None, ...], models: tuple[JointModel, ...]) -> ContactLaws:
     """Collect the laws of contacts in bearings (or other ones), with these models."""
     records, maps = law_parameters(bearings, models), film_tables(bearings, models)
     return ContactLaws(
@@ -58,7 +58,7 @@ def contact_laws(bearings: tuple[Bearing | None, ...], models: tuple[JointModel,
     )
 
 
-def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> Records:
+def law_parameters(bearings: Sequence[BearingSize | None], models: Sequence[JointModel]) -> Records:
     """Make one record of `PARAMETERS` for each contact."""
     records: Records = np.zeros(len(models), PARAMETERS)
     for record, bearing, model in zip(records, bearings, models, strict=True):
@@ -66,7 +66,7 @@ def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointMod
     return records
 
 
-def film_tables(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> Array:
+def film_tables(bearings: Sequence[BearingSize | None], models: Sequence[JointModel]) -> Array:
     """Load the maps of the finite films, or lay out their cells if they have a history; one line for each contact.
 
     Lines of contacts that need none are empty.
@@ -108,7 +108,7 @@ def film_limits(laws: Records, tables: Array, models: Sequence[JointModel]) -> A
     return limits
 
 
-def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
+def _fill(record: Any, joint: JointModel, bearing: BearingSize | None) -> None:
     record["clearance"] = joint.clearance
     if bearing is not None:
         record["radius"], record["length"] = bearing.radius, bearing.length
@@ -157,7 +157,7 @@ def _fill_friction(record: Any, friction: Friction) -> None:
     set_parameters(record, "friction", law.parameters, values)
 
 
-def _fill_contact(record: Any, contact: Contact, bearing: Bearing | None, clearance: float) -> None:
+def _fill_contact(record: Any, contact: Contact, bearing: BearingSize | None, clearance: float) -> None:
     law = CONTACTS[contact.law]
     record["contact"], record["damping_limit"] = law.address, CLIP if contact.clip else np.inf
     set_parameters(record, "contact", law.parameters, contact.parameters)
