@@ -89,6 +89,12 @@ def json_text(content: Any, indent: int | None = None) -> str:
         return json.dumps(_finite(content), indent=indent, allow_nan=False) + "\n"
 
 
+def write_json(path: Path, content: Any, indent: int | None = 1) -> None:
+    """Write a JSON file, whole or not at all; see `json_text`. OSErrors are the caller's, such as `OutputFolder`."""
+    with disk.whole(path) as partial:
+        partial.write_text(json_text(content, indent), encoding="utf-8")
+
+
 def _finite(content: Any) -> Any:
     if isinstance(content, dict):
         return {key: _finite(value) for key, value in content.items()}
