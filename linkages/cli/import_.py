@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
 def _mobility(machine: Mechanism, entries: list[Entry]) -> str:
     """Describe the degrees of freedom, with the gears of the entries and without."""
     from linkages.model.experiment import nothing_done
-    from linkages.model.gear import Gear
+    from linkages.model.load_tables import Gear
     from linkages.system import System
 
     gears = {

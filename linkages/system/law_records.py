@@ -31,7 +31,7 @@ from linkages.laws.mixed import asperity_pressure
 from linkages.laws.parameters import MODELS, SHEAR, set_parameters
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.laws.wear.force import worn_address
-from linkages.model.experiment_tables import Contact, Friction, JointModel, Mixed
+from linkages.model.experiment_tables import ContactTable, FrictionTable, JointModel, Mixed
 
 
 class ContactLaws(NamedTuple):
@@ -147,7 +147,7 @@ def _fill(record: Any, joint: JointModel, bearing: BearingSize | None) -> None:
             _fill_asperities(record, joint.mixed, joint.contact)
 
 
-def _fill_friction(record: Any, friction: Friction) -> None:
+def _fill_friction(record: Any, friction: FrictionTable) -> None:
     law, values = FRICTIONS[friction.law], friction.parameters
     record["friction"], record["bristles"] = law.address, law.rate_address
     record["mu_d"] = friction.coefficient or 0.0
@@ -157,7 +157,7 @@ def _fill_friction(record: Any, friction: Friction) -> None:
     set_parameters(record, "friction", law.parameters, values)
 
 
-def _fill_contact(record: Any, contact: Contact, bearing: BearingSize | None, clearance: float) -> None:
+def _fill_contact(record: Any, contact: ContactTable, bearing: BearingSize | None, clearance: float) -> None:
     law = CONTACTS[contact.law]
     record["contact"], record["damping_limit"] = law.address, CLIP if contact.clip else np.inf
     set_parameters(record, "contact", law.parameters, contact.parameters)
@@ -179,12 +179,12 @@ def _fill_contact(record: Any, contact: Contact, bearing: BearingSize | None, cl
         record["stiffness"] = hertz_stiffness(bearing.radius, journal, _modulus(contact))
 
 
-def _fill_asperities(record: Any, mixed: Mixed, contact: Contact) -> None:
+def _fill_asperities(record: Any, mixed: Mixed, contact: ContactTable) -> None:
     sigma, density, radius = mixed.roughness or 0.0, mixed.density or 0.0, mixed.tip_radius or 0.0
     record["roughness"] = np.hypot(sigma, sigma)
     record["asperity_pressure"] = asperity_pressure(sigma, sigma, density, radius, _modulus(contact))
 
 
-def _modulus(contact: Contact) -> float:
+def _modulus(contact: ContactTable) -> float:
     young, poisson = contact.youngs_modulus or 0.0, contact.poissons_ratio
     return contact_modulus(young, poisson, young, poisson)

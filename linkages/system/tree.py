@@ -15,7 +15,7 @@ from linkages.arrays import Array, Records
 from linkages.kernel.by_reference import packed
 from linkages.kernel.simd import LaneArray
 from linkages.model.functions import OF_JOINTS
-from linkages.model.gear import Gear
+from linkages.model.load_tables import Gear
 from linkages.model.mechanism import Mechanism
 from linkages.planar import record_types as types
 from linkages.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
