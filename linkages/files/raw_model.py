@@ -130,6 +130,10 @@ class LinkBeam:
         """Compute the moment of inertia of a thin rod about the normal axis through its middle [kg m2]."""
         return self.mass * self.length**2 / 12.0
 
+    def along(self, point: Array) -> float:
+        """Return the distance from the beam's start of a point on it, in the axes of `start` [m]."""
+        return float((point - self.start) @ (self.end - self.start)) / self.length
+
     def part(self, first: float, last: float) -> LinkBeam:
         """Return the part of the beam between two distances from its start [m]."""
         way = (self.end - self.start) / self.length

@@ -25,7 +25,7 @@ from linkages.brief import Brief, counted
 from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS
 from linkages.files.magnitudes import ALIGNED, implausible
-from linkages.files.raw_model import Chains, Pose, RawJoint, RawLink, RawModel
+from linkages.files.raw_model import Chains, LinkBeam, Pose, RawJoint, RawLink, RawModel
 from linkages.files.reading import read_whole
 from linkages.files.sdf import read_sdf
 
@@ -137,6 +137,11 @@ class Mechanism(Brief):
         return {link.name: link for link in self.links}
 
     @cached_property
+    def beam(self) -> dict[str, LinkBeam]:
+        """Return the beams of links by the links' names."""
+        return {link.name: link.beam for link in self.links if link.beam is not None}
+
+    @cached_property
     def joint(self) -> dict[str, Joint]:
         """Return the joints by name."""
         return {joint.name: joint for joint in self.joints}
@@ -214,7 +219,7 @@ class Mechanism(Brief):
             if path not in self.values:
                 name = path.split(".")[1]
                 raise InputError(self.source, where, f'there is no link "{name}"; {nearest(name, self.link)}')
-            if self.link[path.split(".")[1]].beam is not None:
+            if path.split(".")[1] in self.beam:
                 raise InputError(self.source, where, FOLLOWS)
             if not value > 0.0:
                 raise InputError(self.source, where, f"is {value:g}; it must be positive")
