@@ -2,8 +2,7 @@
 
 import sys
 
-from linkages.cli.main import exit_status
-from linkages.cli.parsing import Parser
+from linkages.cli.main import Parser, exit_status
 from linkages.cli.simulate import add_run_options, run
 
 if __name__ == "__main__":

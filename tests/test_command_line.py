@@ -18,8 +18,7 @@ from machines import LUBRICATED, four_bar, slider_crank
 from mutant_commands import subparsers
 from processes import without_progress
 
-from linkages.cli import commands, progress
-from linkages.cli import installation as doctor
+from linkages.cli import commands, doctor, progress
 from linkages.cli.main import exit_status, main
 from linkages.engines import drop
 from linkages.kernel import precompiled
@@ -388,10 +387,11 @@ def test_new_overwrites_nothing(there, tmp_path, capsys):
     assert (tmp_path / there).read_text() == "mine"
 
 
-def test_new_leaves_nothing_half_written(tmp_path, capsys):
-    (tmp_path / "m.toml").symlink_to(tmp_path / "nowhere" / "m.toml")  # cannot be created, and does not exist
+def test_new_replaces_no_link_that_leads_nowhere(tmp_path, capsys):
+    (tmp_path / "m.toml").symlink_to(tmp_path / "nowhere" / "m.toml")
     assert main(["new", "m", "--out", str(tmp_path)]) == 2
-    assert "cannot be written" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
+    assert (tmp_path / "m.toml").is_symlink()
     assert not (tmp_path / "m.sdf").exists()
 
 

@@ -15,7 +15,7 @@ from linkages.explore.range_of_motion import movable, travel
 from linkages.explore.transmission import dyads
 from linkages.files.shipped import find_file
 from linkages.model.experiment import nothing_done
-from linkages.model.gear import Gear
+from linkages.model.load_tables import Gear
 from linkages.model.plausibility import doubts
 from linkages.model.skeleton import COLORS, skeleton
 from linkages.plots import orbit, pose

@@ -8,7 +8,7 @@ from machines import four_bar, slider_crank
 
 import linkages
 from linkages import AssemblyError, InputError, Status, Trajectory, load, study, summarize
-from linkages.cli.endings import report_failures
+from linkages.cli.main import report_failures
 from linkages.cli.options import load_system
 from linkages.files.shipped import find_file
 from linkages.laws import CONTACTS

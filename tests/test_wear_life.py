@@ -294,7 +294,7 @@ def test_the_command_writes_the_contract(press, tmp_path, capsys):
     [
         (["--cycles", "0"], "--cycles: 0: must be a whole number above zero"),
         (["--cycles", "1.5"], "--cycles: 1.5: must be a whole number above zero"),
-        (["--cycles", "5", "--tolerance", "-1"], "--tolerance: -1: must be above zero"),
+        (["--cycles", "5", "--tolerance", "-1"], "--tolerance: is -1; it must be above zero"),
         (["--cycles", "5", "--drive", "B"], '--drive: "B" has no prescribed motion; known are: O'),
         (["--cycles", "5", "--set", "joints.B.wear.coefficient=0"], "joints.B.wear.coefficient"),
         (["--cycles", "5", "--set", 'joints.B.wear.side="both"'], 'side "both" needs share or hardness'),

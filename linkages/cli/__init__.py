@@ -2,7 +2,7 @@
 
 | module        | responsibility                                                        |
 |---------------|-----------------------------------------------------------------------|
-| main          | entry point: parses, runs a command, converts errors to exit statuses |
+| main          | entry point: parser, errors, failed runs and their exit statuses      |
 | simulate      | ``linkages simulate``: run an experiment                              |
 | compare       | ``linkages compare``: both engines on one experiment                  |
 | sweep         | ``linkages sweep``: over the values of one variable                   |
@@ -21,14 +21,10 @@
 | linkage_modes | natural frequencies and mode shapes of a linkage                      |
 | keys          | ``linkages keys``: keys of an experiment file, outputs of a run       |
 | doctor        | ``linkages doctor``: check of the installation                        |
-| installation  | checks of the installation                                            |
 | completion    | ``linkages completion``: a script for the shell                       |
-| parsing       | a parser with one-line errors that suggest valid words                |
-| options       | options of several commands, and the system that they define          |
-| ranges        | values and ranges for a dotted path, in SI units or with units        |
+| options       | options of several commands, numbers, the system that they define     |
 | folders       | folders of results: their command, files that a new run removes       |
 | progress      | progress: bars, lines, heartbeat                                      |
-| endings       | messages and exit status of failed runs                               |
 
 A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, and imports
 its heavy dependencies inside `run`. Other packages add commands through entry points of the group
@@ -45,24 +41,8 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Protocol, cast
 
 _OWN = (
-    "simulate",
-    "compare",
-    "sweep",
-    "continue",
-    "wear",
-    "report",
-    "export",
-    "bearing",
-    "draw",
-    "new",
-    "import",
-    "modes",
-    "linearise",
-    "sensitivity",
-    "play",
-    "keys",
-    "doctor",
-    "completion",
+    *("simulate", "compare", "sweep", "continue", "wear", "report", "export", "bearing", "draw", "new", "import"),
+    *("modes", "linearise", "sensitivity", "play", "keys", "doctor", "completion"),
 )
 
 

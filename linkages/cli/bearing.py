@@ -7,11 +7,10 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.cli.folders import add_out, output_folder, results_folder
-from linkages.cli.options import written
+from linkages.cli.options import add_pictures, number, print_results
 from linkages.cli.progress import progress_bar
 from linkages.errors import InputError, nearest
-from linkages.files.unit_conversion import is_quantity, si
-from linkages.files.writing import json_text
+from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.bearing import Bearing
@@ -80,7 +79,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--tilt", default="0, 0", metavar="A, B", help="slope of the journal along and across the load; default: 0, 0"
     )
     parser.add_argument("--mass", metavar="M", help="of the journal, for the threshold speed; default: load/g [kg]")
-    parser.add_argument("--no-plots", action="store_true", help="write no figures")
+    add_pictures(parser)
     add_out(parser)
 
 
@@ -91,22 +90,22 @@ def run(options: argparse.Namespace) -> int:
     from linkages.laws.film.surface.grooves import Groove
     from linkages.laws.heat import Heat
 
-    supply = _number("--supply-pressure", options.supply_pressure, "Pa")
+    supply = number("--supply-pressure", options.supply_pressure, "Pa")
     if supply and not options.groove:
         raise InputError("--supply-pressure", options.supply_pressure, "is the pressure of grooves; give --groove")
     grooves = [Groove(**_groove(text, supply)) for text in options.groove]
-    tilt = [_number("--tilt", part, "") for part in options.tilt.split(",")]
+    tilt = [number("--tilt", part, "") for part in options.tilt.split(",")]
     if len(tilt) != 2:
         raise InputError("--tilt", options.tilt, 'give two slopes, such as "1e-4, 0"')
-    values: dict[str, Any] = {name: _number(f"--{name}", getattr(options, name), unit) for name, unit, _ in _NEEDED}
+    values: dict[str, Any] = {name: number(f"--{name}", getattr(options, name), unit) for name, unit, _ in _NEEDED}
     out = output_folder(options, "bearing", "bearing")
     chosen: dict[str, Any] = {
         "film": options.film,
         "cavitation": options.cavitation,
         "grooves": grooves,
-        "cavity_pressure": _number("--cavity-pressure", options.cavity_pressure, "Pa"),
+        "cavity_pressure": number("--cavity-pressure", options.cavity_pressure, "Pa"),
         "tilt": (tilt[0], tilt[1]),
-        "mass": None if options.mass is None else _number("--mass", options.mass, "kg"),
+        "mass": None if options.mass is None else number("--mass", options.mass, "kg"),
     }
     if (options.viscosity is None) == (options.grade is None):
         raise InputError("command line", "--viscosity", "give the viscosity, or --grade with --inlet")
@@ -114,7 +113,7 @@ def run(options: argparse.Namespace) -> int:
         for name in ("inlet", "conductance", "surroundings"):
             if getattr(options, name) is not None:
                 raise InputError(f"--{name}", f"{getattr(options, name):g}", "is for a heat balance; give --grade")
-        point = bearing(**values, viscosity=_number("--viscosity", options.viscosity, "Pa s"), **chosen)
+        point = bearing(**values, viscosity=number("--viscosity", options.viscosity, "Pa s"), **chosen)
         content = point.content
     elif options.inlet is None:
         raise InputError("command line", "--inlet", "--grade needs the temperature of the oil that enters")
@@ -123,15 +122,14 @@ def run(options: argparse.Namespace) -> int:
         warm = warm_bearing(heat, **values, **chosen)
         point, content = warm.bearing, warm.content
     with (results := results_folder(out, "bearing")) as folder:
-        (folder / "bearing.json").write_text(json_text(content, 1), encoding="utf-8")
+        write_json(folder / "bearing.json", content)
         if not options.no_plots and point.film is not None:
             from linkages.plots.bearings import chart_figure, pressure_figure
             from linkages.plots.style import write_png
 
             write_png(pressure_figure(point), folder / "bearing_pressure.png")
             write_png(chart_figure(point, chart(point.case, progress_bar("chart"))), folder / "bearing_chart.png")
-    print(format_bearing(point, content))
-    print(f"\n{written(out, results.names)}")
+    print_results(options, format_bearing(point, content), out, results.names)
     return 0
 
 
@@ -191,7 +189,7 @@ def _groove(text: str, supply: float) -> dict[str, Any]:
             raise InputError("--groove", item, f"write {key} = VALUE")
         if key in found:
             raise InputError("--groove", key, "is given twice")
-        found[key] = value if key == "shape" else _number(f"--groove: {key}", value, _GROOVE[key][0])
+        found[key] = value if key == "shape" else number(f"--groove: {key}", value, _GROOVE[key][0])
     for key in ("angle", "extent"):
         if key not in found:
             raise InputError("--groove", key, "is missing")
@@ -199,15 +197,3 @@ def _groove(text: str, supply: float) -> dict[str, Any]:
     if shape not in ("groove", "hole"):
         raise InputError("--groove", "shape", f'"{shape}": must be groove or hole')
     return {"pressure": supply, "length": 1.0, **found, "hole": shape == "hole"}
-
-
-def _number(where: str, text: str, unit: str) -> float:
-    """Read a number in the SI unit, or with its unit."""
-    try:
-        value = si(text, unit) if unit and is_quantity(text) else float(text)
-    except ValueError as problem:
-        said = str(problem)
-        raise InputError(where, "", said if said.startswith("is ") else f'is "{text}"; give a number') from None
-    if not math.isfinite(value):
-        raise InputError(where, "", f'is "{text}"; give a finite number')
-    return value

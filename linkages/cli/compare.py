@@ -6,9 +6,9 @@ import argparse
 from typing import TYPE_CHECKING
 
 from linkages.cli.folders import output_folder, results_folder
-from linkages.cli.options import add_file, add_settings, load_system, written
+from linkages.cli.options import add_file, add_number, add_settings, load_system, print_results
 from linkages.cli.progress import stages
-from linkages.files.writing import json_text
+from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.compare import Comparison
@@ -27,19 +27,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     add_file(parser)
     add_settings(parser)
-    parser.add_argument(
-        "--accuracy",
-        type=float,
-        default=1e-11,
-        metavar="X",
-        help="accuracy of both engines instead of solver.accuracy; default: %(default)s, so that the engines are"
-        " compared, not their tolerances",
-    )
+    meaning = "accuracy of both engines, small so that they are compared and not their tolerances"
+    add_number(parser, "--accuracy", 1e-11, "X", meaning)
 
 
 def run(options: argparse.Namespace) -> int:
     """Compare the engines; return the exit status."""
-    from linkages.cli.endings import report_failures
+    from linkages.cli.main import report_failures
     from linkages.explore.compare import compare
 
     system = load_system(options, {"solver.accuracy": options.accuracy})
@@ -50,11 +44,9 @@ def run(options: argparse.Namespace) -> int:
         for name, row in result.differences.items()
     } | {name: {"max_difference": None, "relative": None} for name in sorted(result.meaningless)}
     with (outputs := results_folder(out, "compare")) as folder:
-        (folder / "compare.json").write_text(json_text(rows, 1), encoding="utf-8")
-        (folder / "warnings.json").write_text(json_text(result.warnings, 1), encoding="utf-8")
-    if not options.quiet:
-        print(format_comparison(result, system))
-        print(f"\n{written(out, outputs.names)}")
+        write_json(folder / "compare.json", rows)
+        write_json(folder / "warnings.json", result.warnings)
+    print_results(options, format_comparison(result, system), out, outputs.names)
     return report_failures({f"the {engine} run": found for engine, found in result.runs.items()})
 
 

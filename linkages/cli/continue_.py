@@ -9,11 +9,21 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from linkages.cli.folders import output_folder, results_folder
-from linkages.cli.options import add_file, add_outputs, add_settings, load_system, output_names, written
+from linkages.cli.options import (
+    add_file,
+    add_number,
+    add_outputs,
+    add_pictures,
+    add_settings,
+    load_system,
+    output_names,
+    path_and_range,
+    print_results,
+    value_of,
+)
 from linkages.cli.progress import stages
-from linkages.cli.ranges import path_and_range, value_of
 from linkages.errors import InputError, Status
-from linkages.files.writing import json_text
+from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.periodic.branches import Branch, Branches
@@ -39,46 +49,19 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     parser.add_argument("--vary", required=True, metavar="PATH=LO:HI", help="the value and its range")
     parser.add_argument("--start", metavar="VALUE", help="value of the first motion; default: LO")
-    parser.add_argument(
-        "--periods",
-        type=int,
-        default=1,
-        metavar="K",
-        help="drive periods in a period of the motion; default: %(default)s",
-    )
-    parser.add_argument(
-        "--transient",
-        type=int,
-        default=50,
-        metavar="M",
-        help="drive periods from the experiment's start to the guess of the first motion; default: %(default)s",
-    )
-    parser.add_argument(
-        "--doublings",
-        type=int,
-        default=2,
-        metavar="N",
-        help="period doublings in sequence at which branches are followed; default: %(default)s",
-    )
-    parser.add_argument(
-        "--step", type=float, default=STEP, metavar="X", help="largest step over the range; default: %(default)s"
-    )
-    parser.add_argument(
-        "--accuracy", type=float, default=ACCURACY, metavar="X", help="accuracy of the runs; default: %(default)s"
-    )
-    parser.add_argument(
-        "--tolerance",
-        type=float,
-        default=TOLERANCE,
-        metavar="X",
-        help="tolerance of the residual; default: %(default)s",
-    )
+    before = "drive periods from the experiment's start to the guess of the first motion"
+    add_number(parser, "--periods", 1, "K", "drive periods in a period of the motion")
+    add_number(parser, "--transient", 50, "M", before)
+    add_number(parser, "--doublings", 2, "N", "period doublings in sequence at which branches are followed")
+    add_number(parser, "--step", STEP, "X", "largest step over the range")
+    add_number(parser, "--accuracy", ACCURACY, "X", "accuracy of the runs")
+    add_number(parser, "--tolerance", TOLERANCE, "X", "tolerance of the residual")
     add_outputs(parser)
     parser.add_argument(
         "--sweep", type=int, default=0, metavar="N", help="N values of a sweep in the same diagram; default: none"
     )
     add_settings(parser, lasting=False)
-    parser.add_argument("--no-plots", action="store_true", help="write no figure")
+    add_pictures(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -88,7 +71,8 @@ def run(options: argparse.Namespace) -> int:
     from linkages.model.experiment import value_unit
     from linkages.outputs.registry import unit
 
-    _check(options)
+    if options.sweep != 0 and options.sweep < 2:
+        raise InputError("--sweep", str(options.sweep), "must be 2 or more")
     path, low, high = path_and_range(options.vary)
     start = None if options.start is None else value_of("--start", options.start, path)
     system = load_system(options)
@@ -106,9 +90,8 @@ def run(options: argparse.Namespace) -> int:
         points = sweep(system, path, values, names, *turns, progress=bars("sweep"), origin="--vary")
         whole = points.status is Status.OK
     units = {name: unit(system, name) for name in names}
-    result = content(found, units)
     with (outputs := results_folder(out, "continue")) as folder:
-        (folder / "branches.json").write_text(json_text(result), encoding="utf-8")
+        write_json(folder / "branches.json", content(found, units), None)
         if not options.no_plots:
             from linkages.plots.branches import branches_figure
             from linkages.plots.style import axis_label, engineering, write_png
@@ -116,9 +99,7 @@ def run(options: argparse.Namespace) -> int:
             shown, factor = engineering(value_unit(path), max(abs(low), abs(high)))
             figure = branches_figure(found, units, axis_label(path, shown), factor, points)
             write_png(figure, folder / "branches.png")
-    if not options.quiet:
-        print(format_branches(found, units))
-        print(f"\n{written(out, outputs.names)}")
+    print_results(options, format_branches(found, units), out, outputs.names)
     if not whole:
         print("interrupted; the results up to then are written", file=sys.stderr)
     return 0 if whole else 130
@@ -202,14 +183,3 @@ def _line(kind: str, motion: PeriodicMotion, multiplier: complex) -> str:
     if kind == "Neimark-Sacker":
         text += f"  turns by {abs(cmath.phase(multiplier)) / (2.0 * math.pi):.4f} in a period"
     return text
-
-
-def _check(options: argparse.Namespace) -> None:
-    """Reject numbers out of range."""
-    from linkages.explore.periodic.settings import fault
-
-    for key in ("periods", "transient", "doublings", "step", "accuracy", "tolerance"):
-        if problem := fault(key, getattr(options, key)):
-            raise InputError(f"--{key}", f"{getattr(options, key):g}", problem)
-    if options.sweep != 0 and options.sweep < 2:
-        raise InputError("--sweep", str(options.sweep), "must be 2 or more")

@@ -1,8 +1,25 @@
-"""``linkages doctor``: check of the installation."""
+"""``linkages doctor``: checks of the installation, each with a result and its remedy."""
 
 from __future__ import annotations
 
 import argparse
+import importlib.metadata
+import importlib.util
+import io
+import platform
+import re
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from math import sqrt
+from pathlib import Path
+
+from linkages.engines import ENGINES
+from linkages.errors import Status
+from linkages.files.shipped import data_folder
 
 HELP = "check the installation: versions, caches, data, a self-check"
 
@@ -10,6 +27,8 @@ _EXAMPLES = """examples:
   linkages doctor
   linkages doctor > installation.txt        to send with a question or a bug report
 """
+_PLACE = "set NUMBA_CACHE_DIR to a writable folder"
+_TOLERANCE = 1e-6  # relative tolerance of the self-check; the runs of both engines are ten times more accurate
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -18,17 +37,175 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the findings; return 1 if a check fails."""
-    from linkages.cli.installation import examine
+    """Print the results; return 1 if a check fails."""
     from linkages.cli.progress import announce_compilation
 
     announce_compilation()
     wrong = 0
-    for finding in examine():
-        print(f"{'ok   ' if finding.sound else 'WRONG'} {finding.name:22s} {finding.text}", flush=True)
-        if not finding.sound:
+    for result in examine():
+        print(f"{'ok   ' if result.sound else 'WRONG'} {result.name:22s} {result.text}", flush=True)
+        if not result.sound:
             wrong += 1
-            print(f"      {'':22s} {finding.remedy}")
+            print(f"      {'':22s} {result.remedy}")
     needs = "needs" if wrong == 1 else "need"
     print(f"\n{wrong} of these {needs} a remedy" if wrong else "\nall is well")
     return 1 if wrong else 0
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """A check, what it found and, if it fails, the remedy."""
+
+    name: str
+    text: str
+    remedy: str = ""
+
+    @property
+    def sound(self) -> bool:
+        """Return True if the check passed."""
+        return not self.remedy
+
+
+def examine() -> Iterator[CheckResult]:
+    """Perform all checks, quick ones first; a crash of a check is a result too."""
+    yield python()
+    yield from packages()
+    checks: dict[str, Callable[[], CheckResult]] = {
+        "data": data,
+        "compile cache": compile_cache,
+        "film maps": film_maps,
+        "threads": threads,
+        "figures": figures,
+    }
+    for engine, module in ENGINES.items():
+        if importlib.util.find_spec(module.rpartition(".")[0]) is not None:
+            checks[f"self-check, {engine}"] = partial(self_check, engine)
+    for name, check in checks.items():
+        try:
+            yield check()
+        except Exception as problem:  # any defect of the installation must be reported to the user
+            text = " ".join(f"{type(problem).__name__}: {problem}".split())
+            yield CheckResult(name, text, "install linkages and its packages in a new environment")
+
+
+def python() -> CheckResult:
+    """Find the version of Python."""
+    text = f"{platform.python_version()} at {sys.executable}"
+    return CheckResult("Python", text, "" if sys.version_info >= (3, 11) else "install Python 3.11 or newer")
+
+
+def packages() -> Iterator[CheckResult]:
+    """Find the version of every package that linkages needs."""
+    try:
+        needed = importlib.metadata.requires("linkages") or []
+        yield CheckResult("linkages", f"{importlib.metadata.version('linkages')} at {Path(__file__).parents[1]}")
+    except importlib.metadata.PackageNotFoundError:
+        yield CheckResult("linkages", "not installed", "run `pip install .` in the checkout")
+        return
+    for line in needed:
+        if ";" in line:  # requirement of an extra
+            continue
+        name, least = re.match(r"([\w.-]+)(?:.*>=([\d.]+))?", line).groups("")  # type: ignore[union-attr]
+        try:
+            version = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            yield CheckResult(name, "not installed", f'run `pip install "{line}"`')
+            continue
+        old = _numbers(version) < _numbers(least)
+        yield CheckResult(name, version, f'is too old: run `pip install -U "{line}"`' if old else "")
+
+
+def data() -> CheckResult:
+    """Find the shipped machines and experiments."""
+    folder = data_folder()
+    machines, experiments = (_count(folder, f"*.{kind}") for kind in ("sdf", "toml"))
+    text = f"{machines} machines, {experiments} experiments in {folder}"
+    remedy = "" if machines and experiments else "install the package again: it came without sdf/"
+    return CheckResult("data", text, remedy)
+
+
+def compile_cache() -> CheckResult:
+    """Check the cache of compiled code: without it each start compiles for up to a minute."""
+    import numba
+
+    from linkages.kernel import folder, private
+
+    if getattr(numba.config, "DISABLE_JIT", False):
+        return CheckResult("compile cache", "the compiler is off", "unset NUMBA_DISABLE_JIT")
+    if private.problem:
+        return CheckResult("compile cache", "numba's own: plain kernels", f"first runs take minutes: {private.problem}")
+    path = folder.folder()
+    if path is None:
+        return CheckResult("compile cache", "none", _PLACE)
+    kept = _count(path, "*/*.nbc")
+    text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for up to a minute'}"
+    return CheckResult("compile cache", text, _PLACE if path.is_relative_to(folder.temporary_folder()) else "")
+
+
+def film_maps() -> CheckResult:
+    """Check the cache of finite-film maps: computing one takes seconds."""
+    from linkages.laws.film.map_cache import cache_directory
+
+    path = cache_directory()
+    remedy = "" if _writable(path) else "set LINKAGES_CACHE to a writable folder"
+    return CheckResult("film maps", f"{path}, {_count(path, '*.map')} maps", remedy)
+
+
+def threads() -> CheckResult:
+    """Check the number of threads for batches of runs."""
+    import numba
+
+    from linkages.kernel.precompiled import processors
+
+    available = processors()
+    used = numba.get_num_threads()
+    remedy = f"set NUMBA_NUM_THREADS to {available} at most" if used > available else ""
+    return CheckResult("threads", f"{used} of {available} cores", remedy)
+
+
+def figures() -> CheckResult:
+    """Draw a figure without a display."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(1.0, 1.0))
+    figure.subplots().plot([0.0, 1.0])
+    figure.savefig(io.BytesIO(), format="png")
+    return CheckResult("figures", "drawn without a display")
+
+
+def self_check(engine: str) -> CheckResult:
+    """Drop a journal in its bearing, and compare its impact with closed forms; see `linkages.engines.drop`."""
+    from linkages.engines.drop import CLEARANCE, GRAVITY, deepest, drop
+    from linkages.engines.study import simulate
+    from linkages.results.impacts import impacts
+
+    begin = time.perf_counter()
+    run = simulate(drop(), engine)
+    if run.status is not Status.OK:
+        raise RuntimeError(f"the run ended with the status {run.status.value}")
+    (contact,) = impacts(run, ["J"])
+    took = time.perf_counter() - begin
+    found = contact.start, contact.approach_speed, contact.peak_penetration
+    exact = (sqrt(2 * CLEARANCE / GRAVITY), sqrt(2 * CLEARANCE * GRAVITY), deepest())
+    error = max(abs(value / known - 1.0) for value, known in zip(found, exact, strict=True))
+    text = f"time, speed and depth of an impact agree with closed forms to {error:.1e}, in {took:.1f} s"
+    remedy = f"more than {_TOLERANCE:g}: remove the compile cache, then try again"
+    return CheckResult(f"self-check, {engine}", text, "" if error < _TOLERANCE else remedy)
+
+
+def _writable(folder: Path) -> bool:
+    """Check that a folder is writable; create it if necessary."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+def _count(folder: Path, pattern: str) -> int:
+    return len(list(folder.glob(pattern))) if folder.is_dir() else 0
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in re.findall(r"\d+", version)[:3])

@@ -41,10 +41,7 @@ def add_out(parser: argparse.ArgumentParser) -> None:
 def output_folder(options: argparse.Namespace, name: str, command: str) -> Path:
     """Return the folder of the results, ``results/NAME`` unless ``--out`` is given.
 
-    Raises
-    ------
-    InputError
-        If it is a file, cannot be made or written, or (without ``--force``) has results of another command.
+    InputError if it is a file, cannot be made or written, or (without ``--force``) has results of another command.
     """
     out = possible_folder(options.out or Path("results") / name)
     others = _others(out, command)
@@ -55,13 +52,7 @@ def output_folder(options: argparse.Namespace, name: str, command: str) -> Path:
 
 
 def possible_folder(out: Path) -> Path:
-    """Return a folder that exists or can be made.
-
-    Raises
-    ------
-    InputError
-        If it is a file, or cannot be made or written.
-    """
+    """Return a folder that exists or can be made; InputError if it is a file, or cannot be made or written."""
     place = next(place for place in (out, *out.absolute().parents) if place.exists())
     if not place.is_dir():
         raise InputError("--out", str(out), "is a file; give a folder" if place == out else f"{place.name} is a file")

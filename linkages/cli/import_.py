@@ -38,11 +38,9 @@ def run(options: argparse.Namespace) -> int:
     from linkages.brief import counted
     from linkages.files.foreign import MARK
     from linkages.files.importing import USUAL_GRAVITY, import_model
-    from linkages.files.sdf import read_root
     from linkages.files.sdf_text import sdf_text
     from linkages.files.writing import errors_of_writing, whole
-    from linkages.files.xml import parse_xml
-    from linkages.model.mechanism import planar
+    from linkages.model.mechanism import mechanism_of_text, planar
     from linkages.system.reference_configuration import Drawn, closed_within_limits
 
     out: Path = options.out
@@ -66,9 +64,7 @@ def run(options: argparse.Namespace) -> int:
     basis = planar(options.file, drawn, {}).basis
     notes += [entry.in_plane(basis).note for entry in entries]
     text = sdf_text(drawn, [f"made by `linkages import {options.file.name}`", *notes])
-    machine = planar(
-        options.file, read_root(options.file, parse_xml(options.file, text.encode())), {}
-    )  # check that it can be read
+    machine = mechanism_of_text(options.file, text.encode())
     mobility = _mobility(machine, entries)
     with errors_of_writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -90,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
 def _mobility(machine: Mechanism, entries: list[Entry]) -> str:
     """Describe the degrees of freedom, with the gears of the entries and without."""
     from linkages.model.experiment import nothing_done
-    from linkages.model.gear import Gear
+    from linkages.model.load_tables import Gear
     from linkages.system import System
 
     gears = {

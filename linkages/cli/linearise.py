@@ -7,9 +7,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.cli.folders import output_folder, results_folder
-from linkages.cli.options import add_file, add_settings, load_system, seconds, written
+from linkages.cli.options import add_file, add_names, add_pictures, add_settings, load_system, print_results, seconds
 from linkages.errors import InputError
-from linkages.files.writing import json_text
+from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.linearisation import StateSpace
@@ -33,25 +33,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--equilibrium", action="store_true", help="find an equilibrium near the state of that time, by Newton's method"
     )
-    parser.add_argument(
-        "--input",
-        action="append",
-        metavar="NAME",
-        help="input: DRIVE.torque, TORQUE.torque, FORCE.fx, FORCE.fy; may be repeated; default: all",
-    )
-    parser.add_argument(
-        "--output",
-        action="append",
-        metavar="NAME",
-        help="output, see `linkages keys`; may be repeated; default: the experiment's, else the coordinates",
-    )
+    add_names(parser, "--input", "DRIVE.torque, TORQUE.torque, FORCE.fx, FORCE.fy; may be repeated; default: all")
+    default = "default: the experiment's, else the coordinates"
+    add_names(parser, "--output", f"output, see `linkages keys`; may be repeated; {default}")
     parser.add_argument(
         "--frequencies",
         metavar="LO:HI:N",
         help="frequencies of the response [Hz], in equal ratios; default: by the poles",
     )
     add_settings(parser)
-    parser.add_argument("--no-plots", action="store_true", help="write no figure")
+    add_pictures(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -60,8 +51,6 @@ def run(options: argparse.Namespace) -> int:
 
     from linkages.explore.linearisation import linearise
 
-    if not 0.0 <= options.time < math.inf:
-        raise InputError("--time", f"{options.time:g}", "must be 0 or more")
     given = None if options.frequencies is None else _range(options.frequencies)
     system = load_system(options)
     out = output_folder(options, f"{system.experiment.source.stem}_linear", "linearise")
@@ -72,16 +61,14 @@ def run(options: argparse.Namespace) -> int:
     title = system.experiment.title or system.experiment.source.stem
     result = content(title, found)
     with (outputs := results_folder(out, "linearise")) as folder:
-        (folder / "linear.json").write_text(json_text(result, 1), encoding="utf-8")
+        write_json(folder / "linear.json", result)
         found.save(folder / "linear.npz")
         if not options.no_plots and response.size:
             from linkages.plots.frequency_response import bode_figure
             from linkages.plots.style import write_png
 
             write_png(bode_figure(found, frequencies, response), folder / "bode.png")
-    if not options.quiet:
-        print(format_model(result))
-        print(f"\n{written(out, outputs.names)}")
+    print_results(options, format_model(result), out, outputs.names)
     return 0
 
 

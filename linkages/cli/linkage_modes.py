@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.brief import cell
 from linkages.cli.folders import output_folder, results_folder
-from linkages.cli.options import set_values, written
+from linkages.cli.options import print_results, set_values
 from linkages.cli.progress import progress_bar
-from linkages.files.writing import json_text
+from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.modes import Modes, ModesOver
@@ -33,7 +33,7 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
         over = modes_over(system, _times(system, options.cycle), count, progress_bar("modes over the cycle"))
     result = content(system, found, over, count)
     with (outputs := results_folder(out, "modes")) as folder:
-        (folder / "modes.json").write_text(json_text(result, 1), encoding="utf-8")
+        write_json(folder / "modes.json", result)
         if not options.no_plots:
             from linkages.plots.mode_figures import frequencies_figure, shapes_figure
             from linkages.plots.style import write_png
@@ -41,8 +41,7 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
             write_png(shapes_figure(found, count), folder / "mode_shapes.png")
             if over is not None:
                 write_png(frequencies_figure(over), folder / "mode_frequencies.png")
-    print(format_modes(result))
-    print(f"\n{written(out, outputs.names)}")
+    print_results(options, format_modes(result), out, outputs.names)
     return 0
 
 

@@ -6,6 +6,7 @@ by SIGTERM, 141 the reader of the output has ended.
 
 from __future__ import annotations
 
+import argparse
 import atexit
 import errno
 import gc
@@ -14,12 +15,15 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from linkages.cli import Command, commands
-from linkages.cli.parsing import Parser
 from linkages.cli.progress import be_quiet, heartbeat
-from linkages.errors import InputError, RunError, nearest, shortened
+from linkages.errors import InputError, RunError, Status, nearest, shortened
 from linkages.signals import interruptible
+
+if TYPE_CHECKING:
+    from linkages.results.trajectory import Trajectory
 
 _EXAMPLES = """examples:
   linkages new my_linkage                                 a mechanism and an experiment to start with
@@ -34,18 +38,7 @@ linkages COMMAND --help has more. Exit status: 0 success, 1 failed, 2 bad input,
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the ``linkages`` command.
-
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Default: the arguments of the process.
-
-    Returns
-    -------
-    int
-        Exit status.
-    """
+    """Run the ``linkages`` command with some arguments (default: the process's); return the exit status."""
     if arguments is not None:
         return exit_status(_run, list(arguments))
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # no message while Python ends
@@ -71,6 +64,49 @@ def _run(words: list[str]) -> int:
             if problem.source == "argument" and name in vars(options):
                 raise InputError(f"--{name.replace('_', '-')}", "", problem.problem) from None
         raise
+
+
+class Parser(argparse.ArgumentParser):
+    """An `argparse.ArgumentParser` that keeps the lines of examples and raises `InputError`."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**{"formatter_class": argparse.RawDescriptionHelpFormatter} | settings)
+        self._given: dict[argparse.Action, set[str]] = {}
+
+    def error(self, message: str) -> NoReturn:
+        """Raise an `InputError` for the command line."""
+        raise InputError(self.prog, "", f"{message}; see {self.prog} --help")
+
+    def parse_known_args(  # type: ignore[override]  # argparse tells namespaces of several types apart
+        self, args: Sequence[str] | None = None, namespace: Any = None
+    ) -> Any:
+        """Parse; reject unknown words here, where the valid options are known."""
+        self._given.clear()
+        options, extra = super().parse_known_args(args, namespace)
+        for word in extra:
+            if word.startswith("-"):
+                name = word.partition("=")[0]
+                # argparse has no public list of its options
+                known = [option for option in self._option_string_actions if option.startswith("--")]
+                raise InputError(self.prog, name, f"is unknown; {nearest(name, known)}")
+        if extra:
+            raise InputError(self.prog, extra[0], f"is one argument too many; see {self.prog} --help")
+        return options, extra
+
+    def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
+        """Read the values of an option; refuse an option that is given twice (argparse calls this).
+
+        An option that may be repeated is given twice if its value is, or the part of its value before "=".
+        """
+        if action.option_strings:
+            several = isinstance(action, argparse._AppendAction)  # argparse has no public name for it
+            assigns = several and "=" in str(action.metavar)
+            name = (arg_strings[0].partition("=")[0] if assigns else arg_strings[0]).strip() if several else ""
+            given = self._given.setdefault(action, set())
+            if name in given:
+                raise InputError(self.prog, " ".join([action.option_strings[0], name]).strip(), "is given twice")
+            given.add(name)
+        return super()._get_values(action, arg_strings)
 
 
 def parser(known: Mapping[str, Command]) -> Parser:
@@ -144,6 +180,29 @@ def _drop_output() -> None:
         sys.stdout.flush()
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def report_failures(runs: Mapping[str, Trajectory]) -> int:
+    """Print a line on standard error for each run, by its name in messages, that did not reach its end.
+
+    Returns the exit status: 0 if all succeeded, 130 if one was interrupted, otherwise 1.
+    """
+    failed = {name: run for name, run in runs.items() if run.status is not Status.OK}
+    for name, run in failed.items():
+        text = f"{run.status.value}; {run.status.remedy}"
+        print(f"{name} ended at t = {run.time[-1]:.6g} s{_drives(run)}: {text}", file=sys.stderr)
+    if any(run.status is Status.INTERRUPTED for run in failed.values()):
+        return 130
+    return int(bool(failed))
+
+
+def _drives(run: Trajectory) -> str:
+    """Describe the positions of the drives for a run whose loops can no longer be closed."""
+    if run.status not in (Status.NO_ASSEMBLY, Status.LOCKED):
+        return ""
+    drives = [name.removesuffix(".rate") for name in run.columns if name.endswith(".rate")]
+    places = [f"{name} = {run[f'q.{name}'][-1]:.4g} {run.units.get(f'q.{name}', '')}".rstrip() for name in drives]
+    return "".join(f", {place}" for place in places)
 
 
 if __name__ == "__main__":

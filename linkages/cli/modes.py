@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.cli.folders import add_out, output_folder, results_folder
-from linkages.cli.options import add_set, written
+from linkages.cli.options import add_pictures, add_set, print_results
 from linkages.cli.progress import progress_bar
 from linkages.errors import InputError, Status
-from linkages.files.writing import json_text
+from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.three_rrr.analysis import RobotResults
@@ -57,8 +57,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--elements", type=int, metavar="N", help="robot: beam elements in each link, instead of the file's"
     )
-    parser.add_argument("--no-plots", action="store_true", help="write no figures")
-    parser.add_argument("--no-animation", action="store_true", help="write no animation")
+    add_pictures(parser, animation=True)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -118,7 +117,7 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
         poses = results.branch.motion(np.linspace(0.0, results.branch.times[-1], 25))
         summary["verify"] = asdict(verify(robot, poses))
     with (outputs := results_folder(out, "modes")) as folder:
-        (folder / "modes.json").write_text(json_text(summary, 1), encoding="utf-8")
+        write_json(folder / "modes.json", summary)
         if not options.no_plots:
             from linkages.plots.three_rrr.figures import write_figures
 
@@ -127,8 +126,7 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
             from linkages.plots.three_rrr.animation import write_animation
 
             write_animation(results, folder / "animation.html")
-    print(format_table(summary))
-    print(f"\n{written(out, outputs.names)}")
+    print_results(options, format_table(summary), out, outputs.names)
     failed = summary.get("verify", {}).get("failed", ())
     for line in failed:
         print(f"the comparison with Drake fails: {line}", file=sys.stderr)

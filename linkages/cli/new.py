@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 from importlib.resources import files
 from pathlib import Path
 
 from linkages.brief import counted
 from linkages.errors import InputError, nearest
+from linkages.files.writing import errors_of_writing, whole
 
 HELP = "write a commented mechanism (.sdf) and experiment (.toml) to start with"
 
@@ -72,14 +74,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 def template_files(name: str, model: str) -> tuple[str, str]:
-    """Return the texts of a mechanism and an experiment as templates.
+    """Return the texts of a mechanism and an experiment from templates, in which ``@NAME@`` is replaced.
 
-    Parameters
-    ----------
-    name : str
-        Replaces ``@NAME@`` in the templates.
-    model : str
-        "lubricated" or "dry": a four-bar with clearance; "flexible": a slider-crank with a flexible rod.
+    The model "lubricated" or "dry" gives a four-bar with clearance, "flexible" a slider-crank with a flexible rod.
     """
     mechanism = "slider_crank.sdf" if model == "flexible" else "four_bar.sdf"
     templates = files("linkages") / "templates"
@@ -89,29 +86,16 @@ def template_files(name: str, model: str) -> tuple[str, str]:
 
 
 def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
-    """Return the texts of a described mechanism and its experiment, and their main facts.
-
-    Parameters
-    ----------
-    name : str
-    source : Path
-        The description (`linkages.files.description`).
-
-    Raises
-    ------
-    InputError
-        If the description is invalid: file, key and reason.
-    """
+    """Return the texts of a described mechanism and its experiment, and their main facts."""
     import tomlkit
 
-    from linkages.files.description import KEYS, described
+    from linkages.files.description import described
+    from linkages.files.description_tables import KEYS
     from linkages.files.reading import read_whole
-    from linkages.files.sdf import read_root
     from linkages.files.sdf_text import sdf_text
     from linkages.files.toml import read_toml
-    from linkages.files.xml import parse_xml
     from linkages.model.experiment import Experiment, experiment_of
-    from linkages.model.mechanism import planar
+    from linkages.model.mechanism import mechanism_of_text
     from linkages.system import System
 
     data, sources = read_toml(source)
@@ -127,7 +111,7 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
     if flexible:
         rest["links"] = flexible
     machine = sdf_text(drawn.model, [f"made by `linkages new --from {source.name}`"], drawn.text)
-    mechanism = planar(source, read_root(source, parse_xml(source, machine.encode())), {})
+    mechanism = mechanism_of_text(source, machine.encode())
     system = System(mechanism, experiment_of(source, {"mechanism": f"{name}.sdf"} | rest, sources))
     document = tomlkit.parse(read_whole(source).decode())
     for key in KEYS:
@@ -144,38 +128,17 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
 
 
 def write_files(name: str, content: tuple[str, str], folder: Path) -> tuple[Path, Path]:
-    """Write NAME.sdf and NAME.toml, both or neither.
+    """Write the two texts to NAME.sdf and NAME.toml, both or neither; return their paths.
 
-    Parameters
-    ----------
-    name : str
-    content : (str, str)
-        Texts of the two files.
-    folder : Path
-
-    Returns
-    -------
-    (Path, Path)
-        Paths of the mechanism and the experiment.
-
-    Raises
-    ------
-    InputError
-        If one of the files exists, or the folder is not writable.
+    InputError if one of the files exists, or the folder is not writable.
     """
     machine, experiment = (folder / f"{name}{end}" for end in (".sdf", ".toml"))
     for path in (machine, experiment):
-        if path.exists():
+        if os.path.lexists(path):  # a link that leads nowhere would be replaced
             raise InputError(str(path), "", "already exists; choose another name, or remove it")
-    begun: list[Path] = []
-    try:
+    with errors_of_writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        for path, text in zip((machine, experiment), content, strict=True):
-            with open(path, "x", encoding="utf-8") as file:
-                begun.append(path)
-                file.write(text)
-    except OSError as problem:
-        for path in begun:
-            path.unlink(missing_ok=True)
-        raise InputError("--out", str(folder), f"cannot be written ({problem.strerror})") from None
+    with whole(machine) as first, whole(experiment) as second:
+        first.write_text(content[0], encoding="utf-8")
+        second.write_text(content[1], encoding="utf-8")
     return machine, experiment

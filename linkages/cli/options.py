@@ -1,16 +1,17 @@
-"""Options of several commands, and the experiment that they define."""
+"""Options of several commands, the numbers in them, and the experiment that they define."""
 
 from __future__ import annotations
 
 import argparse
+import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from linkages.cli.folders import add_out
 from linkages.errors import InputError
-from linkages.files.unit_conversion import is_quantity, si
+from linkages.files.unit_conversion import is_quantity, read, read_either, si
 
 if TYPE_CHECKING:
     from linkages.model.experiment import Experiment
@@ -43,23 +44,40 @@ def add_settings(parser: argparse.ArgumentParser, lasting: bool = True) -> None:
 
 def add_outputs(parser: argparse.ArgumentParser) -> None:
     """Add ``--output``."""
-    parser.add_argument(
+    add_names(
+        parser,
         "--output",
-        action="append",
-        metavar="NAME",
-        help="recorded output, see `linkages keys`; may be repeated; default: the experiment's outputs and the forces"
+        "recorded output, see `linkages keys`; may be repeated; default: the experiment's outputs and the forces"
         " in clearance joints",
     )
 
 
-def output_names(options: argparse.Namespace, experiment: Experiment) -> list[str]:
-    """Return the names of ``--output``, by default the experiment's outputs and the forces in clearance joints.
+def add_names(parser: argparse.ArgumentParser, option: str, meaning: str) -> None:
+    """Add an option that gives a name and may be repeated."""
+    parser.add_argument(option, action="append", metavar="NAME", help=meaning)
 
-    Raises
-    ------
-    InputError
-        If there are none.
-    """
+
+def add_number(parser: argparse.ArgumentParser, option: str, default: float, metavar: str, meaning: str) -> None:
+    """Add an option with a number of the type of its default."""
+    text = f"{meaning}; default: %(default)s"
+    parser.add_argument(option, type=type(default), default=default, metavar=metavar, help=text)
+
+
+def add_drive(parser: argparse.ArgumentParser, defined: str) -> None:
+    """Add ``--drive``: the drive that defines a revolution or a cycle."""
+    default = "the first with constant speed, otherwise the first periodic one"
+    parser.add_argument("--drive", metavar="JOINT", help=f"drive that defines {defined}; default: {default}")
+
+
+def add_pictures(parser: argparse.ArgumentParser, animation: bool = False) -> None:
+    """Add ``--no-plots``, and ``--no-animation`` to a command that writes one."""
+    parser.add_argument("--no-plots", action="store_true", help="write no figures")
+    if animation:
+        parser.add_argument("--no-animation", action="store_true", help="write no animation")
+
+
+def output_names(options: argparse.Namespace, experiment: Experiment) -> list[str]:
+    """Return the names of `add_outputs`; InputError if there are none."""
     names = options.output or [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
     if not names:
         raise InputError(experiment.source, "outputs", "are none; name one with --output")
@@ -74,17 +92,7 @@ def seconds(text: str) -> float:
 def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | None = None) -> System:
     """Load the experiment and its mechanism with the values of ``--set`` and ``--duration``.
 
-    Parameters
-    ----------
-    options : Namespace
-        Parsed options of `add_file` and `add_settings`.
-    defaults : mapping of str to float, optional
-        Values by dotted path that override the file, unless the command line does.
-
-    Raises
-    ------
-    InputError
-        If a file or a value is not valid, or an item of ``--set`` is not ``PATH=VALUE``.
+    `defaults` are values by dotted path that override the file, unless the command line does.
     """
     from linkages.files.shipped import find_file
     from linkages.model.experiment import COMMAND_LINE
@@ -102,13 +110,7 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
 
 def set_values(options: argparse.Namespace) -> dict[str, str | float]:
-    """Return the values of ``--set`` by their dotted paths.
-
-    Raises
-    ------
-    InputError
-        If an item is not ``PATH=VALUE``.
-    """
+    """Return the values of ``--set`` by their dotted paths."""
     values: dict[str, str | float] = {}
     for item in options.set:
         path, equals, value = item.partition("=")
@@ -121,3 +123,56 @@ def set_values(options: argparse.Namespace) -> dict[str, str | float]:
 def written(out: Path, names: Iterable[str]) -> str:
     """List the files written into the folder of results."""
     return f"written to {out}{os.sep}: {', '.join(names)}"
+
+
+def print_results(options: argparse.Namespace, table: str, out: Path, names: Iterable[str]) -> None:
+    """Print the table of a command and the names of its files, unless it is quiet."""
+    if not getattr(options, "quiet", False):
+        print(f"{table}\n\n{written(out, names)}")
+
+
+# -- numbers -----------------------------------------------------------------------------------------------------------
+
+
+def path_and_range(text: str) -> tuple[str, float, float]:
+    """Read ``PATH=LO:HI`` of ``--vary``; InputError if it is not of that form, or LO is not below HI.
+
+    Examples
+    --------
+    >>> from linkages.cli.options import path_and_range
+    >>> path_and_range("joints.A.clearance=0.1mm:0.4mm")
+    ('joints.A.clearance', 0.0001, 0.0004)
+    """
+    path, parts = path_and_parts(text, "PATH=LO:HI")
+    low, high = (value_of("--vary", part, path) for part in parts)
+    if not low < high:
+        raise InputError("--vary", text, "needs LO < HI")
+    return path, low, high
+
+
+def path_and_parts(text: str, form: str) -> tuple[str, list[str]]:
+    """Split the text of ``--vary`` into its path and its parts between colons, as many as in the form."""
+    path, _, numbers = text.partition("=")
+    parts = numbers.split(":")
+    if not path.strip() or len(parts) != len(form.split(":")):
+        raise InputError("--vary", text, f"write {form}; LO and HI may have units, as 0.1mm:0.4mm")
+    return path.strip(), parts
+
+
+def value_of(where: str, text: str, path: str) -> float:
+    """Read a finite number in the SI unit of a path, or with its unit; `where` names it in an InputError."""
+    from linkages.model.experiment import value_unit
+
+    return number(where, text, value_unit(path), read_either)
+
+
+def number(where: str, text: str, unit: str, converted: Callable[[str, str], Any] = read) -> float:
+    """Read a finite number in a unit (empty: a pure number), or with its own, which a function converts."""
+    try:
+        value = float(converted(text, unit) if unit else text)
+    except ValueError as problem:
+        said = str(problem)
+        raise InputError(where, "", said if said.startswith("is ") else f'is "{text}"; give a number') from None
+    if not math.isfinite(value):
+        raise InputError(where, "", f'is "{text}"; give a finite number')
+    return value

@@ -7,9 +7,8 @@ import webbrowser
 from pathlib import Path
 
 from linkages.cli.folders import possible_folder
-from linkages.cli.options import add_file, add_set, load_system, seconds, set_values
+from linkages.cli.options import add_file, add_number, add_set, load_system, path_and_range, seconds, set_values
 from linkages.cli.progress import end_heartbeat
-from linkages.cli.ranges import path_and_range
 from linkages.errors import InputError
 
 HELP = "change values on a live page, and see motion, orbits and forces at once"
@@ -35,9 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--port", type=int, default=0, metavar="N", help="default: a free one")
     parser.add_argument("--no-browser", action="store_true", help="open no browser")
-    parser.add_argument(
-        "--limit", type=float, default=20.0, metavar="SECONDS", help="longest time of a run; default: %(default)g"
-    )
+    add_number(parser, "--limit", 20.0, "SECONDS", "longest time of a run")
     parser.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="host name of a proxy")
     parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help="folder for saved files; default: here")
     parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="replace the experiment's duration")

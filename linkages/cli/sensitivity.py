@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.brief import cell
 from linkages.cli.folders import output_folder, results_folder
-from linkages.cli.options import add_file, add_settings, load_system, written
+from linkages.cli.options import add_file, add_names, add_pictures, add_settings, load_system, print_results
 from linkages.cli.progress import stages
-from linkages.files.writing import json_text
+from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.sensitivity import Sensitivities
@@ -30,15 +30,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--wrt", nargs="+", action="extend", required=True, metavar="PATH", help="values; of the machine with sdf."
     )
-    parser.add_argument(
-        "--output", action="append", metavar="NAME", help="an output; may be repeated; default: the experiment's, "
-        "forces and eccentricities of clearance joints, torques of drives",
-    )  # fmt: skip
+    default = "the experiment's, forces and eccentricities of clearance joints, torques of drives"
+    add_names(parser, "--output", f"an output; may be repeated; default: {default}")
     parser.add_argument(
         "--check", action="store_true", help="compare the derivatives of peaks with differences of runs"
     )
     parser.add_argument("--no-error-estimate", action="store_true", help="do not repeat the run at a tighter accuracy")
-    parser.add_argument("--no-plots", action="store_true", help="write no figure")
+    add_pictures(parser)
     add_settings(parser)
 
 
@@ -51,16 +49,14 @@ def run(options: argparse.Namespace) -> int:
     progress = stages(options, system.experiment.duration, "s")
     found = sensitivities(system, options.wrt, options.output, not options.no_error_estimate, options.check, progress)
     with (outputs := results_folder(out, "sensitivity")) as folder:
-        (folder / "sensitivity.json").write_text(json_text(found.derivatives, 1), encoding="utf-8")
-        (folder / "details.json").write_text(json_text(_details(found), 1), encoding="utf-8")
+        write_json(folder / "sensitivity.json", found.derivatives)
+        write_json(folder / "details.json", _details(found))
         if not options.no_plots:
             from linkages.plots.style import write_png
             from linkages.plots.tornado import tornado_figure
 
             write_png(tornado_figure(found), folder / "tornado.png")
-    if not options.quiet:
-        print(format_sensitivities(found, system))
-        print(f"\n{written(out, outputs.names)}")
+    print_results(options, format_sensitivities(found, system), out, outputs.names)
     return 0
 
 

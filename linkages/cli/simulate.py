@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.cli.folders import output_folder, results_folder
-from linkages.cli.options import add_file, add_settings, load_system, written
+from linkages.cli.options import add_file, add_pictures, add_settings, load_system, written
 from linkages.cli.progress import begin_stage, stages
 from linkages.engines import DEFAULT, ENGINES, engine
 from linkages.errors import InputError
-from linkages.files.writing import json_text
+from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.results.summary import Study
@@ -44,8 +44,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--engine", choices=tuple(ENGINES), default=DEFAULT, help="default: %(default)s")
     add_settings(parser)
     parser.add_argument("--ideal", action="store_true", help="make every joint ideal")
-    parser.add_argument("--no-plots", action="store_true", help="write no figures")
-    parser.add_argument("--no-animation", action="store_true", help="write no animation")
+    add_pictures(parser, animation=True)
     parser.add_argument(
         "--exaggerate",
         type=float,
@@ -59,7 +58,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the experiment; return the exit status."""
-    from linkages.cli.endings import report_failures
+    from linkages.cli.main import report_failures
     from linkages.engines.study import estimate_error, study
     from linkages.model.plausibility import doubts
     from linkages.report.terminal import format_judgement, format_table
@@ -90,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
             say(line)
         if options.verbose:
             say(f"\n{_details(result, summary)}")
-        (folder / "summary.json").write_text(json_text(summary, 1), encoding="utf-8")
+        write_json(folder / "summary.json", summary)
         result.run.save(folder / "trajectory.npz")
         result.ideal.save(folder / "ideal.npz")
         if system.experiment.can_touch:

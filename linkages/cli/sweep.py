@@ -10,11 +10,22 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.brief import counted
 from linkages.cli.folders import output_folder, results_folder
-from linkages.cli.options import add_file, add_outputs, add_settings, load_system, output_names, written
+from linkages.cli.options import (
+    add_drive,
+    add_file,
+    add_number,
+    add_outputs,
+    add_pictures,
+    add_settings,
+    load_system,
+    output_names,
+    path_and_parts,
+    print_results,
+    value_of,
+)
 from linkages.cli.progress import stages
-from linkages.cli.ranges import path_and_parts, value_of
 from linkages.errors import InputError, Status
-from linkages.files.writing import json_text
+from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.sweep import Point, Sweep
@@ -35,26 +46,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     add_file(parser)
     parser.add_argument("--vary", required=True, metavar="PATH=LO:HI:N", help="N values of a variable, evenly spaced")
-    parser.add_argument(
-        "--revolutions", type=int, default=20, metavar="N", help="recorded revolutions; default: %(default)s"
-    )
-    parser.add_argument(
-        "--transient",
-        type=int,
-        default=10,
-        metavar="M",
-        help="discarded revolutions before the recorded ones; default: %(default)s",
-    )
-    parser.add_argument(
-        "--drive",
-        metavar="JOINT",
-        help="drive that defines a revolution; default: the first with constant speed, otherwise the"
-        " first periodic one",
-    )
+    add_number(parser, "--revolutions", 20, "N", "recorded revolutions")
+    add_number(parser, "--transient", 10, "M", "discarded revolutions before the recorded ones")
+    add_drive(parser, "a revolution")
     add_outputs(parser)
     parser.add_argument("--threads", type=int, metavar="N", help="default: as many as processors")
     add_settings(parser, lasting=False)
-    parser.add_argument("--no-plots", action="store_true", help="write no figure")
+    add_pictures(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -63,8 +61,6 @@ def run(options: argparse.Namespace) -> int:
     from linkages.model.experiment import value_unit
     from linkages.outputs.registry import unit
 
-    if options.threads is not None and options.threads < 1:
-        raise InputError("--threads", str(options.threads), "must be 1 or more")
     path, values = parse_range(options.vary)
     system = load_system(options)
     system.replaced({path: values[0]}, "--vary")  # reports a wrong path before the folder of results is made
@@ -78,16 +74,14 @@ def run(options: argparse.Namespace) -> int:
     units = {name: unit(system, name) for name in names}
     with (outputs := results_folder(out, "sweep")) as folder:
         _write_table(result, folder / "sweep.csv")
-        (folder / "sweep.json").write_text(json_text(_content(result, units)), encoding="utf-8")
+        write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
             from linkages.plots.attractors import bifurcation_figure
             from linkages.plots.style import axis_label, engineering, write_png
 
             shown, factor = engineering(value_unit(path), max(map(abs, values)))
             write_png(bifurcation_figure(result, units, axis_label(path, shown), scale=factor), folder / "sweep.png")
-    if not options.quiet:
-        print(format_sweep(result, units))
-        print(f"\n{written(out, outputs.names)}")
+    print_results(options, format_sweep(result, units), out, outputs.names)
     failed = [point for point in result.points if point.status not in (Status.OK, Status.INTERRUPTED)]
     for point in failed:
         print(f"{path} = {point.value:g}: {point.status.value}; {point.status.remedy}", file=sys.stderr)
@@ -99,13 +93,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def parse_range(text: str) -> tuple[str, list[float]]:
-    """Read ``PATH=LO:HI:N``: path and N values.
-
-    Raises
-    ------
-    InputError
-        If the text does not have this form.
-    """
+    """Read ``PATH=LO:HI:N``: path and N values."""
     import numpy as np
 
     path, (*ends, number) = path_and_parts(text, "PATH=LO:HI:N")

@@ -6,10 +6,10 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from linkages.cli.folders import output_folder, results_folder
-from linkages.cli.options import add_file, add_settings, load_system, written
+from linkages.cli.options import add_drive, add_file, add_pictures, add_settings, load_system, print_results
 from linkages.cli.progress import stages
 from linkages.errors import InputError, Status
-from linkages.files.writing import json_text
+from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.wear.stages import Life
@@ -32,11 +32,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     add_file(parser)
     parser.add_argument("--cycles", type=float, required=True, metavar="N", help="revolutions of the drive")
-    parser.add_argument(
-        "--drive",
-        metavar="JOINT",
-        help="drive that defines a cycle; default: the first with constant speed, otherwise the first periodic one",
-    )
+    add_drive(parser, "a cycle")
     parser.add_argument(
         "--tolerance",
         type=float,
@@ -52,8 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--every-cycle", action="store_true", help="simulate every cycle without jumps")
     add_settings(parser)
-    parser.add_argument("--no-plots", action="store_true", help="write no figures")
-    parser.add_argument("--no-animation", action="store_true", help="write no animation")
+    add_pictures(parser, animation=True)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -66,10 +61,6 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--cycles", f"{options.cycles:g}", "must be a whole number above zero")
     system = load_system(options)
     out = output_folder(options, f"{system.experiment.source.stem}_wear", "wear")
-    for name in ("tolerance", "scatter"):
-        value = getattr(options, name)
-        if value is not None and not 0.0 < value < float("inf"):
-            raise InputError(f"--{name}", f"{value:g}", "must be above zero")
     life = wear_life(
         system,
         cycles,
@@ -82,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
     )
     found = content(life)
     with (results := results_folder(out, "wear")) as folder:
-        (folder / "wear.json").write_text(json_text(found), encoding="utf-8")
+        write_json(folder / "wear.json", found, None)
         if not options.no_plots:
             from linkages.plots.wear_figures import write_figures
 
@@ -91,9 +82,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.plots.wear_animation import write_animation
 
             write_animation(found, folder / "wear.html")
-    if not options.quiet:
-        print(format_life(found))
-        print(f"\n{written(out, results.names)}")
+    print_results(options, format_life(found), out, results.names)
     return _ending(life, cycles)
 
 

@@ -12,7 +12,7 @@ from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.explore.transmission import Motion, Transmission, transmissions
 from linkages.model.experiment import nothing_done
-from linkages.model.gear import Gear
+from linkages.model.load_tables import Gear
 from linkages.model.mechanism import Mechanism
 from linkages.planar.kinematics import state_tables
 from linkages.system import System

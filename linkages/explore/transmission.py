@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array
 from linkages.integrate.parabola import parabola_top
-from linkages.model.gear import Gear
+from linkages.model.load_tables import Gear
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.system import System
 

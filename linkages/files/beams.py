@@ -15,7 +15,7 @@ from linkages.files.elements import annotation, parts, sizes
 from linkages.files.raw_model import LinkBeam, RawLink
 from linkages.files.xml import label
 
-Link = TypeVar("Link", bound=RawLink)
+AnyLink = TypeVar("AnyLink", bound=RawLink)
 
 #: Sizes of each kind of section, and the numbers of a material, with their units.
 SECTIONS = {
@@ -33,19 +33,7 @@ _AGREES = 0.01  # largest relative difference of <inertial> from the beam
 
 
 def written_beam(path: Path, link: ET.Element) -> LinkBeam | None:
-    """Read the beam of a link, if it has one; its end positions are not yet set.
-
-    Parameters
-    ----------
-    path : Path
-        File named in errors.
-    link : Element
-
-    Raises
-    ------
-    InputError
-        If the beam is invalid: file, element and reason.
-    """
+    """Read the beam of a link, if it has one; its end positions are not yet set."""
     element, where = annotation(link, "beam"), f"{label(link)}/<linkages:beam>"
     if element is None:
         return None
@@ -83,7 +71,7 @@ def beam_text(beam: LinkBeam) -> Iterator[str]:
     yield "</linkages:beam>"
 
 
-def of_beam(link: Link, beam: LinkBeam) -> Link:
+def of_beam(link: AnyLink, beam: LinkBeam) -> AnyLink:
     """Return a link with the mass, mass centre and inertia of a beam: a thin rod between its ends."""
     middle = link.rotation.T @ (0.5 * (beam.start + beam.end) - link.translation)
     axis = link.rotation.T @ (beam.end - beam.start) / beam.length
@@ -94,14 +82,8 @@ def of_beam(link: Link, beam: LinkBeam) -> Link:
 def check_inertial(path: Path, written: RawLink, link: RawLink) -> None:
     """Reject an <inertial> that describes another body than the beam, as other readers would use it.
 
-    Parameters
-    ----------
-    path : Path
-        File named in errors.
-    written : RawLink
-        Link with the values of <inertial>; of the moments about both axes normal to the beam, the closer one counts.
-    link : RawLink
-        Link with the values of the beam (`of_beam`).
+    `written` has the values of <inertial>, `link` those of the beam (`of_beam`). Of the moments about both axes normal
+    to the beam, the closer one counts.
     """
     assert link.beam is not None
     length, inertia = link.beam.length, link.beam.inertia

@@ -14,7 +14,7 @@ from linkages.arrays import Array
 from linkages.errors import InputError, nearest
 from linkages.files.elements import number, numbers
 from linkages.files.foreign import Entry, Foreign
-from linkages.files.raw_model import Chains, Pose, RawJoint, RawModel
+from linkages.files.raw_model import Pose, RawJoint, RawModel
 from linkages.files.rigid import moved
 from linkages.files.xml import label
 
@@ -34,10 +34,7 @@ def _weld(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
     poses = {"world": ("world", Pose())} | {link.name: (link.name, link.pose) for link in raw.links} | raw.frames
     (one, to), (other, of) = (poses[name] for name in _named(path, element, ("parent", "child"), poses))
     way = to @ of.inverse()
-    chains = Chains(link.name for link in raw.links)
-    for joint in raw.joints:
-        if joint.type == "fixed":
-            chains.join(joint.parent, joint.child)
+    chains = raw.chains("fixed")
     apart = max(np.abs(way.translation).max(), np.abs(way.rotation - np.eye(3)).max()) > _NEAR
     if other in chains.of[one]:
         if apart:
@@ -52,11 +49,8 @@ def _weld(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
             if crossing and joint.type == "revolute" and np.abs(way.rotation @ joint.axis - joint.axis).max() > _NEAR:
                 raise InputError(path, where, f'rotates "{other}" out of the plane of joint "{joint.name}"')
         raw = moved(raw, dict.fromkeys(group, way))
-    nowhere = np.zeros(3)
-    name = free_name(raw, "weld_constraint")
     foreign.notes.append(f"{where}: {other} is fixed to {one}")
-    fixed = RawJoint(name, "fixed", one, other, nowhere, nowhere, nowhere, None, None)
-    return replace(raw, joints=(*raw.joints, fixed))
+    return replace(raw, joints=(*raw.joints, RawJoint.fixed(free_name(raw, "weld_constraint"), one, other)))
 
 
 def _ball(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:

@@ -14,10 +14,9 @@ import numpy as np
 from linkages.arrays import Array
 from linkages.errors import InputError, nearest
 from linkages.files.elements import number
-from linkages.files.magnitudes import decimal
+from linkages.files.magnitudes import decimal_or_nan
+from linkages.files.models import MIMICS
 from linkages.files.xml import label
-
-_MIMICS = ("mimic", "drake:mimic")
 
 #: Elements between links, converted by `linkages.files.constraints` to joints and frames.
 CONSTRAINTS = ("drake:weld_constraint", "drake:ball_constraint", "drake:linear_spring_damper")
@@ -81,16 +80,10 @@ _ROTORS = ("drake:rotor_inertia", "armature")
 
 
 class Entry(NamedTuple):
-    """An entry of an experiment for an element that the mechanism's file cannot contain.
+    """An entry of an experiment for an element (its name in messages) that the mechanism's file cannot contain.
 
-    Attributes
-    ----------
-    element : str
-        Name of the element in messages.
-    table, name : str
-        Table and name of the entry, such as "gears" and "A_mimic".
-    values : dict of str to (str, float or tuple of str)
-        Values by key, in SI units; joint coordinates are zero in the reference configuration.
+    Table and name are such as "gears" and "A_mimic". The values by key are in SI units; joint coordinates are zero in
+    the reference configuration.
     """
 
     element: str
@@ -150,16 +143,8 @@ class Entry(NamedTuple):
 class Foreign:
     """Elements of an imported model other than links, joints and frames.
 
-    Attributes
-    ----------
-    constraints : list of Element
-        Constraints and springs between links.
-    entries : list of Entry
-        Entries of the experiment.
-    notes : list of str
-        One line per constraint that became a joint.
-    weightless : list of str
-        Links without gravity.
+    They are constraints and springs between links, entries of the experiment, a note for each constraint that became a
+    joint, and links without gravity.
     """
 
     path: Path
@@ -170,19 +155,10 @@ class Foreign:
 
 
 def influence(owner: ET.Element, element: ET.Element, limited: set[str]) -> tuple[str, str]:
-    """Describe the influence of a left-out element on the motion.
+    """Describe the influence of an element on the motion that is left out of a model, link, joint or axis.
 
-    Parameters
-    ----------
-    owner, element : Element
-        A model, link, joint or axis, and an element in it that is left out.
-    limited : set of str
-        Joints with a limited coordinate.
-
-    Returns
-    -------
-    (str, str)
-        `MARK`, or nothing if it has no influence; the reason, which can be empty.
+    `limited` has the joints with a limited coordinate. The result is `MARK`, or nothing if there is no influence, and
+    the reason, which can be empty.
     """
     if owner.tag == "joint" and owner.get("type") == "fixed":
         return "", ""
@@ -209,13 +185,7 @@ def _named(plugin: ET.Element) -> str:
 
 
 def take_foreign(path: Path, model: ET.Element) -> Foreign:
-    """Remove from a model all elements that change the motion and have another form in this package.
-
-    Raises
-    ------
-    InputError
-        If an element changes the motion and has no counterpart.
-    """
+    """Remove from a model all elements that change the motion; InputError if one has no counterpart here."""
     found = Foreign(path)
     for holder in [model, *model.findall("link"), *model.findall("joint")]:
         for plugin in holder.findall("plugin"):
@@ -242,7 +212,7 @@ def take_foreign(path: Path, model: ET.Element) -> Foreign:
         gears: list[Entry] = []
         for holder in (joint, *joint.findall("axis")) if joint.get("type") != "fixed" else ():
             for element in list(holder):
-                if element.tag in _MIMICS:
+                if element.tag in MIMICS:
                     gears.append(_gear(path, model, joint, element))
                     holder.remove(element)
                     continue
@@ -358,10 +328,7 @@ def _check_link(path: Path, link: ET.Element) -> None:
 
 
 def _is_zero(text: str | None) -> bool:
-    try:
-        return decimal((text or "0").strip()) == 0.0
-    except ValueError:
-        return False
+    return decimal_or_nan((text or "0").strip()) == 0.0
 
 
 # -- entries of the experiment -----------------------------------------------------------------------------------------

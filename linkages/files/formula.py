@@ -13,7 +13,7 @@ from typing import TypeVar
 from linkages.errors import nearest
 
 _LONGEST = 200_000  # most characters of a formula (controllers are often generated)
-_DEEPEST = 60  # levels of nesting (evaluation recurses); a sum or product counts as one
+_DEEPEST = 60  # levels of nesting (reading recurses); a sum or product counts as one
 _UNDERSCORE = re.compile(r"(?<![\w.])[\d.]+(?:[eE][+-]?\d+)?_\w*")  # as in 2_0, which Python reads as 20
 _SHOWN = 80  # most characters of a formula in an error
 
@@ -45,6 +45,9 @@ _COMPUTED = {function.__name__: function for function in (*_OPERATORS.values(), 
 
 T = TypeVar("T")
 
+#: A step of a formula: a number, a name, or a function (or operator) of some results before it, by their count.
+_Step = float | str | tuple[str, int]
+
 
 @dataclass(frozen=True)
 class Formula:
@@ -60,7 +63,7 @@ class Formula:
 
     text: str
     names: frozenset[str]
-    _tree: ast.expr
+    _steps: tuple[_Step, ...]
 
     def __call__(self, values: Mapping[str, float]) -> float:
         """Evaluate with these values of its names; NaN if the result is undefined or too large."""
@@ -71,7 +74,7 @@ class Formula:
         return result if math.isfinite(result) else math.nan
 
     def fold(self, number: Callable[[float], T], name: Callable[[str], T], apply: Callable[[str, list[T]], T]) -> T:
-        """Evaluate the formula recursively, from its innermost parts.
+        """Evaluate the formula from its innermost parts.
 
         Parameters
         ----------
@@ -80,43 +83,20 @@ class Formula:
         apply : callable
             Result of a function for its arguments; operators have their names in `operator`.
         """
-
-        def value(node: ast.expr) -> T:
-            match node:
-                case ast.Constant(value=found):
-                    return number(float(found))  # type: ignore[arg-type]
-                case ast.Name(id=found):
-                    return number(CONSTANTS[found]) if found in CONSTANTS else name(found)
-                case ast.Attribute(value=ast.Name(id=owner), attr=part):
-                    return name(f"{owner}.{part}")
-                case ast.UnaryOp(op=op, operand=operand):
-                    return apply(_OPERATORS[type(op)].__name__, [value(operand)])
-                case ast.BinOp():
-                    first, others = _terms(node)
-                    result = value(first)
-                    for operation, other in others:
-                        result = apply(_OPERATORS[type(operation)].__name__, [result, value(other)])
-                    return result
-                case ast.Call(func=ast.Name(id=function), args=arguments):
-                    return apply(function, [value(argument) for argument in arguments])
-            raise AssertionError(ast.dump(node))  # excluded by `_check`
-
-        return value(self._tree)
+        stack: list[T] = []
+        for step in self._steps:
+            if isinstance(step, tuple):
+                function, count = step
+                stack[-count:] = [apply(function, stack[-count:])]
+            else:
+                stack.append(number(step) if isinstance(step, float) else name(step))
+        return stack[0]
 
 
 def parse(text: str, parts: Collection[str] = ("x", "y")) -> Formula:
     """Read a formula: numbers, names (``a``, ``A.x``), ``+ - * / **``, parentheses and `FUNCTIONS`.
 
-    Parameters
-    ----------
-    text : str
-    parts : collection of str
-        Allowed names after a dot.
-
-    Raises
-    ------
-    ValueError
-        If the formula is invalid: one sentence with the error and the remedy.
+    `parts` are the allowed names after a dot. A ValueError has one sentence with the error and the remedy.
     """
     if len(text) > _LONGEST:
         raise ValueError(f"is longer than {_LONGEST:,} characters; give a table instead, or several loads")
@@ -130,33 +110,36 @@ def parse(text: str, parts: Collection[str] = ("x", "y")) -> Formula:
         ) from None
     except (SyntaxError, ValueError):
         raise ValueError(f'"{shown(text)}" is not a formula') from None
-    names: set[str] = set()
-    _check(tree, names, parts)
-    return Formula(text, frozenset(names - set(CONSTANTS)), tree)
+    steps: list[_Step] = []
+    _translate(tree, steps, parts)
+    return Formula(text, frozenset(step for step in steps if isinstance(step, str)), tuple(steps))
 
 
-def _check(node: ast.expr, names: set[str], parts: Collection[str], depth: int = 0) -> None:
-    """Collect names; reject everything that is not arithmetic."""
+def _translate(node: ast.expr, steps: list[_Step], parts: Collection[str], depth: int = 0) -> None:
+    """Append the steps that evaluate a part of a formula; reject everything that is not arithmetic."""
     if depth > _DEEPEST:
         raise ValueError("is nested too deeply")
     match node:
         case ast.Constant(value=value) if isinstance(value, int | float) and not isinstance(value, bool):
             try:
-                float(value)
+                steps.append(float(value))
             except OverflowError:
                 raise ValueError("has a number that is too large") from None
         case ast.Name(id=name):
-            names.add(name)
-        case ast.Attribute(value=ast.Name(id=owner), attr=part) if part in parts:
-            names.add(f"{owner}.{part}")
+            steps.append(CONSTANTS.get(name, name))
         case ast.Attribute(value=ast.Name(id=owner), attr=part):
-            raise ValueError(f'"{owner}.{part}" is not arithmetic: after a dot, {nearest(part, parts)}')
+            if part not in parts:
+                raise ValueError(f'"{owner}.{part}" is not arithmetic: after a dot, {nearest(part, parts)}')
+            steps.append(f"{owner}.{part}")
         case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
-            _check(operand, names, parts, depth + 1)
+            _translate(operand, steps, parts, depth + 1)
+            steps.append((_OPERATORS[type(op)].__name__, 1))
         case ast.BinOp(op=op) if type(op) in _OPERATORS:
             first, others = _terms(node)
-            for term in (first, *(other for _, other in others)):
-                _check(term, names, parts, depth + 1)
+            _translate(first, steps, parts, depth + 1)
+            for operation, other in others:
+                _translate(other, steps, parts, depth + 1)
+                steps.append((_OPERATORS[type(operation)].__name__, 2))
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
             if name not in FUNCTIONS:
                 raise ValueError(f'has no function "{name}"; {nearest(name, FUNCTIONS)}')
@@ -164,7 +147,8 @@ def _check(node: ast.expr, names: set[str], parts: Collection[str], depth: int =
             if len(arguments) != count and (count is not None or len(arguments) < 2):
                 raise ValueError(f"{name} takes {count or 'two or more'} argument{'s' * (count != 1)}")
             for argument in arguments:
-                _check(argument, names, parts, depth + 1)
+                _translate(argument, steps, parts, depth + 1)
+            steps.append((name, len(arguments)))
         case _:
             problem = "is not arithmetic: use numbers, names, + - * / ** and functions"
             try:

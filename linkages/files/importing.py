@@ -17,9 +17,9 @@ from linkages.files.constraints import free_name, joined
 from linkages.files.elements import numbers
 from linkages.files.foreign import CARRIED, MARK, Entry, Foreign, influence, is_detachable, take_foreign
 from linkages.files.inertials import complete_inertials, correct_rounded
-from linkages.files.magnitudes import ALIGNED, SMALLEST, decimal
+from linkages.files.magnitudes import ALIGNED, SMALLEST, decimal_or_nan
 from linkages.files.models import flattened, is_static, update
-from linkages.files.raw_model import Chains, Pose, RawJoint, RawModel
+from linkages.files.raw_model import Pose, RawJoint, RawModel
 from linkages.files.rigid import fixed_into, without_massless
 from linkages.files.sdf import read_model
 from linkages.files.urdf import sdf_of
@@ -42,19 +42,10 @@ _URDF_NAMES = {
 
 
 class Imported(NamedTuple):
-    """An imported mechanism of another program.
+    """An imported mechanism: limits of joint coordinates [rad or m], a line for every change and omission, entries.
 
-    Attributes
-    ----------
-    model : RawModel
-    limits : dict of str to (float, float)
-        Lowest and highest coordinate of a joint, zero in the reference configuration [rad or m].
-    notes : list of str
-        One line for every change and omission.
-    entries : list of Entry
-        Entries of the experiment.
-    gravity : tuple of three floats, or None
-        Gravity of the file's world, or of its links; None if the file says nothing [m/s2].
+    The coordinates are zero in the reference configuration. The entries belong into the experiment, as the gravity of
+    the file's world or links [m/s2]; None if the file says nothing.
     """
 
     model: RawModel
@@ -71,18 +62,7 @@ def import_model(path: Path, name: str = "") -> Imported:
     an experiment, or are rejected. Nested models and included local files become one model. Links that are fixed to
     each other become one link, one link of each floating group is fixed to the world, and revolute joints on one axis
     between the same two links become one joint. Axes within 1e-3 rad of the plane's normal are aligned with it, and
-    numbers below 1e-50 are zero.
-
-    Parameters
-    ----------
-    path : Path
-    name : str
-        Name of the model, if the file has several that are not static.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be imported: file, element and reason.
+    numbers below 1e-50 are zero. A `name` chooses one of several models that are not static.
     """
     model = _model(path, (), name)
     try:
@@ -109,11 +89,7 @@ def _imported(path: Path, model: ET.Element) -> Imported:
     if rounded:
         notes.append(f"moments of inertia of {', '.join(rounded)} are rounded: the smaller ones raised by up to 0.05 %")
     raw = _on_the_ground(raw, notes)
-    ground = Chains(link.name for link in raw.links)
-    for joint in raw.joints:
-        if joint.type == "fixed":
-            ground.join(joint.parent, joint.child)
-    standing = ground.of["world"]
+    standing = raw.chains("fixed").of["world"]
     if free := [name for name in by_default if name not in standing]:
         taken = "values that <inertial> lacks are 1 kg and 1 kg m2 about each axis, as SDFormat defines; is that meant?"
         notes.append(f"link{'s' * (len(free) > 1)} {', '.join(free)}: {taken}")
@@ -258,14 +234,7 @@ def _without_noise(model: ET.Element) -> None:
     for element in model.iter():
         words = (element.text or "").split()
         if any("e-" in word or "E-" in word for word in words):
-            element.text = " ".join("0" if _is_noise(word) else word for word in words)
-
-
-def _is_noise(word: str) -> bool:
-    try:
-        return abs(decimal(word)) < SMALLEST
-    except ValueError:
-        return False
+            element.text = " ".join("0" if abs(decimal_or_nan(word)) < SMALLEST else word for word in words)
 
 
 def _gravity(
@@ -317,10 +286,7 @@ def _limits(path: Path, joint: ET.Element) -> tuple[float, float] | None:
     ):
         return None
     words = limit.findtext("lower", "-inf").strip(), limit.findtext("upper", "inf").strip()
-    try:
-        low, high = map(decimal, words)
-    except ValueError:
-        low, high = np.nan, np.nan
+    low, high = map(decimal_or_nan, words)
     if not low <= high:
         problem = f"from {' to '.join(words)} is not a range; write two numbers, or remove it"
         raise InputError(path, f"{label(joint)}/<axis>/<limit>", problem)
@@ -354,18 +320,14 @@ def _is_mesh(element: ET.Element) -> bool:
 
 def _on_the_ground(model: RawModel, notes: list[str]) -> RawModel:
     """Weld one link of each floating group to the world."""
-    chains = Chains(link.name for link in model.links)
-    for joint in model.joints:
-        chains.join(joint.parent, joint.child)
+    chains = model.chains()
     children = {joint.child for joint in model.joints}
     joints = list(model.joints)
     for link in sorted(model.links, key=lambda link: link.name in children):
         if link.name in chains.of["world"]:
             continue
-        nowhere = np.zeros(3)
-        ground = RawJoint(f"{link.name} to world", "fixed", "world", link.name, nowhere, nowhere, nowhere, None, None)
         chains.join("world", link.name)
-        joints.append(ground)
+        joints.append(RawJoint.fixed(f"{link.name} to world", "world", link.name))
         notes.append(f"{MARK}link {link.name} was not connected to the world: fixed to it in the file's pose")
     return replace(model, joints=tuple(joints))
 

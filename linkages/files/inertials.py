@@ -10,9 +10,9 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import InputError
-from linkages.files.elements import number, numbers
-from linkages.files.poses import own_pose, tensor_of
+from linkages.files.elements import INERTIA, number, numbers, own_pose, tensor_of
 from linkages.files.raw_model import Pose
+from linkages.files.rigid import combined
 from linkages.files.xml import label
 
 _ROUNDED = 1e-3  # excess of the largest principal moment, relative, that rounded digits explain
@@ -20,24 +20,9 @@ _WATER = 1000.0  # density that SDFormat takes if none is given [kg/m3]
 
 
 def complete_inertials(path: Path, model: ET.Element) -> list[str]:
-    """Add what SDFormat defines for links without all of <inertial>, in place.
+    """Add to a model without nested models what SDFormat defines for links without all of <inertial>.
 
-    Parameters
-    ----------
-    path : Path
-        File named in errors.
-    model : Element
-        A ``<model>`` without nested models.
-
-    Returns
-    -------
-    list of str
-        Links with default values: 1 kg, and 1 kg m2 about each axis.
-
-    Raises
-    ------
-    InputError
-        If the automatic inertia of a link cannot be computed: it has no shape, or one of unknown volume.
+    Returns the links with default values: 1 kg, and 1 kg m2 about each axis.
     """
     completed = []
     for link in model.findall("link"):
@@ -61,12 +46,7 @@ def correct_rounded(path: Path, model: ET.Element) -> list[str]:
     """Raise the two smaller principal moments of inertia where rounded digits make them impossible, in place.
 
     The moments of a thin plate obey I_3 = I_1 + I_2, and rounding can make I_3 larger. A motion in the plate's plane
-    stays the same.
-
-    Returns
-    -------
-    list of str
-        The corrected links.
+    stays the same. Returns the corrected links.
     """
     corrected = []
     for link in model.findall("link"):
@@ -83,8 +63,8 @@ def correct_rounded(path: Path, model: ET.Element) -> list[str]:
 def _write_tensor(element: ET.Element, tensor: Array) -> None:
     """Replace the entries of an <inertia>."""
     element.clear()
-    for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
-        ET.SubElement(element, f"i{'xyz'[i]}{'xyz'[j]}").text = repr(float(tensor[i, j]))
+    for key, place in INERTIA.items():
+        ET.SubElement(element, key).text = repr(float(tensor[place]))
 
 
 def _compute(path: Path, link: ET.Element, inertial: ET.Element) -> None:
@@ -93,14 +73,9 @@ def _compute(path: Path, link: ET.Element, inertial: ET.Element) -> None:
     usual = number(path, inertial, "density", where, _WATER)
     total = number(path, inertial, "mass", where, 0.0)
     bodies = [_body(path, link, collision, usual) for collision in link.findall("collision")]
-    mass = sum(body[0] for body in bodies)
-    if not mass > 0.0:
+    if not sum(body[0] for body in bodies) > 0.0:
         raise InputError(path, where, "is automatic, but the link has no <collision> with a volume; write its values")
-    centre = np.sum([part * place for part, place, _ in bodies], axis=0) / mass
-    tensor = np.zeros((3, 3))
-    for part, place, own in bodies:
-        off = place - centre
-        tensor += own + part * (off @ off * np.eye(3) - np.outer(off, off))
+    mass, centre, tensor = combined(bodies)
     scale = total / mass if total else 1.0
     inertial.clear()
     ET.SubElement(inertial, "pose").text = Pose(np.eye(3), centre).text()
@@ -145,9 +120,7 @@ def _body(path: Path, link: ET.Element, collision: ET.Element, usual: float) -> 
             r, h = size("radius"), size("length")
             volume = math.pi * r**2 * h
             squares = np.array([r**2 / 4.0, r**2 / 4.0, h**2 / 12.0])
-            if (
-                shape.tag == "capsule"
-            ):  # with two half spheres, their centres of mass 3 r / 8 beyond the cylinder's ends
+            if shape.tag == "capsule":  # two half spheres have their centres 3 r / 8 beyond the cylinder's ends
                 ball = 4.0 / 3.0 * math.pi * r**3
                 along = r**2 / 5.0 - (3.0 * r / 8.0) ** 2 + (h / 2.0 + 3.0 * r / 8.0) ** 2
                 ends = np.array([r**2 / 5.0, r**2 / 5.0, along])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 #: Magnitudes of nonzero numbers in files: a product of six such factors is finite, and the reciprocal of a fifth power
 #: too.
 SMALLEST, LARGEST = 1e-50, 1e50
@@ -12,10 +14,7 @@ ALIGNED = 1e-3
 def decimal(text: object) -> float:
     """Read a number as all programs read it; `float` also accepts ``2_0`` and digits of other scripts.
 
-    Raises
-    ------
-    ValueError
-        If the text is not a number, or not a text, as what follows the last column of a table is for `csv`.
+    ValueError if the text is not a number, or not a text, as what follows the last column of a table is for `csv`.
 
     Examples
     --------
@@ -28,19 +27,16 @@ def decimal(text: object) -> float:
     return float(text)
 
 
+def decimal_or_nan(text: object) -> float:
+    """Read a number as `decimal`; NaN for others."""
+    try:
+        return decimal(text)
+    except ValueError:
+        return math.nan
+
+
 def implausible(value: float) -> str:
-    """Describe the error of a number; empty if it is zero or of a plausible magnitude.
-
-    Parameters
-    ----------
-    value : int or float
-        Integers may be of any length.
-
-    Returns
-    -------
-    str
-        Empty, or the end of a sentence that begins with the number's place.
-    """
+    """Describe the error of a number (end of a sentence); empty if it is zero or of a plausible magnitude."""
     if value == 0 or SMALLEST <= abs(value) <= LARGEST:
         return ""
     if abs(value) < SMALLEST:

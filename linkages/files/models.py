@@ -19,17 +19,11 @@ _NAMES = (
     *("parent", "child", "parent_link", "linkages:from", "linkages:to", "drake:parent", "drake:child"),
     *(f"drake:{kind}_body_{end}" for kind in ("ball_constraint", "linear_spring_damper") for end in "AB"),
 )
-_MIMICS = ("mimic", "drake:mimic")
+MIMICS = ("mimic", "drake:mimic")
 
 
 def find_model(path: Path, root: ET.Element) -> ET.Element:
-    """Find the only ``<model>`` of a file.
-
-    Raises
-    ------
-    InputError
-        If there is none, or more than one.
-    """
+    """Find the only ``<model>`` of a file; InputError if there is another count."""
     update(path, root)
     models = root.findall("model")
     if len(models) != 1:
@@ -39,13 +33,7 @@ def find_model(path: Path, root: ET.Element) -> ET.Element:
 
 
 def update(path: Path, root: ET.Element) -> None:
-    """Convert notations of older versions in place: ``frame`` of poses, axes in the frame of the model.
-
-    Raises
-    ------
-    InputError
-        If the root is not SDFormat.
-    """
+    """Convert notations of older versions in place: ``frame`` of poses, axes in the frame of the model."""
     if root.tag == "robot":
         raise InputError(path, "<robot>", f"is URDF; `linkages import {path.name}` converts it to SDFormat")
     if root.tag != "sdf":
@@ -68,21 +56,9 @@ def is_static(model: ET.Element) -> bool:
 
 
 def flattened(path: Path, model: ET.Element, follow: Follow | None = None) -> ET.Element:
-    """Return a model without nested models; an element of a nested model ``m`` is renamed ``m::NAME``.
+    """Return a copy of a ``<model>`` without nested models; an element of a nested model ``m`` becomes ``m::NAME``.
 
-    Parameters
-    ----------
-    path : Path
-        File named in errors.
-    model : Element
-        The ``<model>``; it is not changed.
-    follow : callable, optional
-        Function that returns the model of an ``<include>``; default: an ``<include>`` is rejected.
-
-    Raises
-    ------
-    InputError
-        If a nested model has no name or a placement frame, or an ``<include>`` is rejected.
+    `follow` returns the model of an ``<include>``; without it an ``<include>`` is rejected.
     """
     flat = ET.Element("model", model.attrib)
     nested = []
@@ -120,7 +96,7 @@ def _scoped(path: Path, model: ET.Element, flat: ET.Element) -> list[ET.Element]
     own[0].set("relative_to", own[0].get("relative_to", "__model__"))
     parts = [element for element in flat if element.tag in ("link", "joint", "frame")]
     for part in flat.iter():
-        for key in (*_NAMING, "joint") if part.tag in _MIMICS else _NAMING:
+        for key in (*_NAMING, "joint") if part.tag in MIMICS else _NAMING:
             if part.get(key) and part is not flat:
                 part.set(key, scoped(part.get(key, "")))
         if part.tag in _NAMES:

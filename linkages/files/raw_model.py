@@ -57,7 +57,7 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Bearing:
+class BearingSize:
     """A journal bearing; the joint's parent carries the bearing, its child the journal. Lengths in m."""
 
     radius: float
@@ -130,6 +130,10 @@ class LinkBeam:
         """Compute the moment of inertia of a thin rod about the normal axis through its middle [kg m2]."""
         return self.mass * self.length**2 / 12.0
 
+    def along(self, point: Array) -> float:
+        """Return the distance from the beam's start of a point on it, in the axes of `start` [m]."""
+        return float((point - self.start) @ (self.end - self.start)) / self.length
+
     def part(self, first: float, last: float) -> LinkBeam:
         """Return the part of the beam between two distances from its start [m]."""
         way = (self.end - self.start) / self.length
@@ -196,7 +200,7 @@ class RawJoint:
         Link names, or "world".
     axis, position, position_on_parent : (3,) arrays
         Axis, and positions on the child and on the parent, in the world [m].
-    bearing : Bearing or None
+    bearing : BearingSize or None
     slot : Slot or None
         Geometry of a revolute or a prismatic joint that can have clearance.
     """
@@ -208,8 +212,14 @@ class RawJoint:
     axis: Array
     position: Array
     position_on_parent: Array
-    bearing: Bearing | None
+    bearing: BearingSize | None
     slot: Slot | None
+
+    @classmethod
+    def fixed(cls, name: str, parent: str, child: str) -> RawJoint:
+        """Return a fixed joint."""
+        nowhere = np.zeros(3)
+        return cls(name, "fixed", parent, child, nowhere, nowhere, nowhere, None, None)
 
 
 @dataclass(frozen=True)
@@ -229,12 +239,19 @@ class RawModel:
     units: Mapping[str, str] = field(default_factory=dict)
     unweighed: tuple[str, ...] = ()
 
+    def chains(self, *types: str) -> Chains:
+        """Return the sets of links that joints of some types connect; default: all joints."""
+        joints = (joint for joint in self.joints if not types or joint.type in types)
+        return Chains((link.name for link in self.links), ((joint.parent, joint.child) for joint in joints))
+
 
 class Chains:
-    """Connected sets of links, grown joint by joint; `of` has each link's set."""
+    """Connected sets of links, grown joint by joint, each given by the links it joins; `of` has each link's set."""
 
-    def __init__(self, links: Iterable[str]) -> None:
+    def __init__(self, links: Iterable[str], joints: Iterable[tuple[str, str]] = ()) -> None:
         self.of = {name: {name} for name in ("world", *links)}
+        for joint in joints:
+            self.join(*joint)
 
     def join(self, parent: str, child: str) -> bool:
         """Connect the two links of a joint; return False if they were connected before."""

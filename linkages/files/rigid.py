@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,13 +16,7 @@ from linkages.files.xml import parse_xml
 
 
 def without_massless(path: Path, model: RawModel) -> RawModel:
-    """Convert massless links that are fixed to another link, or to the world, to frames.
-
-    Raises
-    ------
-    InputError
-        If a link has no mass and is not fixed to another.
-    """
+    """Convert massless links that are fixed to another link, or to the world, to frames; InputError for other ones."""
     while massless := [link for link in model.links if link.mass == 0.0]:
         for link in massless:
             joint = next((j for j in model.joints if j.type == "fixed" and link.name in (j.parent, j.child)), None)
@@ -35,27 +29,10 @@ def without_massless(path: Path, model: RawModel) -> RawModel:
 
 
 def fixed_into(path: Path, model: RawModel, joint: RawJoint, name: str) -> RawModel:
-    """Merge the two links of a fixed joint; one becomes a frame of the other.
+    """Merge the two links of a fixed joint; the link of this name becomes a frame of the other.
 
-    Parameters
-    ----------
-    path : Path
-        File named in errors.
-    model : RawModel
-    joint : RawJoint
-        The fixed joint; it is removed.
-    name : str
-        The link that becomes a frame.
-
-    Returns
-    -------
-    RawModel
-        Joints and frames of the merged link belong to the other link, at the same places.
-
-    Raises
-    ------
-    InputError
-        If another joint connects the two links.
+    Joints and frames of the merged link belong to the other link, at the same places. InputError if another joint
+    connects the two links.
     """
     stays = joint.parent if joint.child == name else joint.child
     gone = next(link for link in model.links if link.name == name)
@@ -74,18 +51,9 @@ def fixed_into(path: Path, model: RawModel, joint: RawJoint, name: str) -> RawMo
 
 
 def moved(model: RawModel, moves: Mapping[str, Pose]) -> RawModel:
-    """Move links with their joints and frames.
+    """Move links with their joints and frames by displacements from their reference poses, in world axes.
 
-    Parameters
-    ----------
-    model : RawModel
-    moves : mapping of str to Pose
-        Displacement of each named link from its reference pose, in world axes; other links stay.
-
-    Returns
-    -------
-    RawModel
-        A joint's axis moves with its parent.
+    Other links stay. A joint's axis moves with its parent.
     """
 
     def move(link: str, place: Array) -> Array:
@@ -112,16 +80,23 @@ def moved(model: RawModel, moves: Mapping[str, Pose]) -> RawModel:
     return replace(model, links=tuple(links), joints=tuple(joints), frames=frames)
 
 
+def combined(bodies: Sequence[tuple[float, Array, Array]]) -> tuple[float, Array, Array]:
+    """Return mass, mass centre and inertia tensor about it of bodies given by theirs, in the same axes."""
+    mass = sum(body[0] for body in bodies)
+    centre = np.sum([part * place for part, place, _ in bodies], axis=0) / mass if mass else bodies[0][1]
+    tensor = np.sum([own for _, _, own in bodies], axis=0)
+    for part, place, _ in bodies:
+        off = place - centre
+        tensor += part * (off @ off * np.eye(3) - np.outer(off, off))
+    return mass, centre, tensor
+
+
 def _together(link: RawLink, other: RawLink) -> RawLink:
     """Return a link with the mass, inertia and shapes of another, in the first link's axes."""
     pose = link.pose.inverse() @ other.pose
-    mass = link.mass + other.mass
-    centres = link.com_local, pose.rotation @ other.com_local + pose.translation
-    com = (link.mass * centres[0] + other.mass * centres[1]) / mass if mass else centres[0]
-    inertia = link.inertia_local + pose.rotation @ other.inertia_local @ pose.rotation.T
-    for part, centre in zip((link.mass, other.mass), centres, strict=True):
-        off = centre - com
-        inertia = inertia + part * (off @ off * np.eye(3) - np.outer(off, off))
+    turned = pose.rotation @ other.inertia_local @ pose.rotation.T
+    added = other.mass, pose.rotation @ other.com_local + pose.translation, turned
+    mass, com, inertia = combined([(link.mass, link.com_local, link.inertia_local), added])
     visuals = (*link.visuals, *(_visual_moved(visual, pose, other.name) for visual in other.visuals))
     return replace(link, mass=mass, com_local=com, inertia_local=inertia, visuals=visuals)
 

@@ -22,16 +22,24 @@ import numpy as np
 from linkages.arrays import Array
 from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS, check_inertial, of_beam, written_beam
-from linkages.files.elements import annotation, number, numbers, sizes
+from linkages.files.elements import (
+    NumberPlace,
+    annotation,
+    inertial,
+    number,
+    numbers,
+    own_pose,
+    places,
+    sizes,
+    with_pose,
+)
 from linkages.files.models import find_model, flattened, is_static
-from linkages.files.places import Place, places
-from linkages.files.poses import inertial, own_pose, with_pose
-from linkages.files.raw_model import Bearing, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot
+from linkages.files.raw_model import BearingSize, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot
 from linkages.files.reading import read_whole
 from linkages.files.rigid import without_massless
 from linkages.files.xml import DEEPEST, label, parse_xml
 
-Part = TypeVar("Part", Bearing, Slot)
+Part = TypeVar("Part", BearingSize, Slot)
 Own = TypeVar("Own")
 
 #: Joint types of the standard that a planar linkage can have.
@@ -62,7 +70,7 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None, text: byt
     InputError
         If the file is invalid: file, element and reason.
     """
-    return _replaced(path, _flat_reader(path, read_whole(path) if text is None else text), overrides)
+    return _replaced(path, _flat_reader(path, read_whole(path) if text is None else text), overrides or {})
 
 
 @lru_cache(maxsize=8)  # designs of a batch replace values of one file
@@ -82,13 +90,8 @@ def _changeable(element: ET.Element) -> ET.Element:
     return result
 
 
-def read_root(path: Path, root: ET.Element) -> RawModel:
-    """Read the elements of an SDFormat file, as `read_sdf`."""
-    return _replaced(path, _Reader(path, flattened(path, find_model(path, root))), None)
-
-
-def _replaced(path: Path, reader: _Reader, overrides: Mapping[str, float] | None) -> RawModel:
-    values = dict(overrides or {})
+def _replaced(path: Path, reader: _Reader, overrides: Mapping[str, float]) -> RawModel:
+    values = dict(overrides)
     parameters: dict[str, float] = {}
     units: dict[str, str] = {}
     if (description := reader.model.findtext("linkages:description")) is not None:
@@ -115,7 +118,7 @@ class _OwnJoint(NamedTuple):
     parent_frame: str
     direction: Array
     expressed_in: str
-    bearing: Bearing | None
+    bearing: BearingSize | None
     slot: Slot | None
 
 
@@ -130,7 +133,7 @@ class _Reader:
         Names of the links, joints and frames, by tag.
     namers : dict of str to list of str
         Elements that name an element, itself included.
-    places : dict of str to (str, Place)
+    places : dict of str to (str, NumberPlace)
         Owner and place of each number that can be replaced, by dotted path.
     values : dict of str to float
         These numbers.
@@ -151,7 +154,7 @@ class _Reader:
             tag: tuple(name for name, element in self.elements.items() if element.tag == tag)
             for tag in ("link", "joint", "frame")
         }
-        self.places: dict[str, tuple[str, Place]] = {}
+        self.places: dict[str, tuple[str, NumberPlace]] = {}
         self._change(self.elements)
         self.values = {path: place.value for path, (_, place) in self.places.items()}
         self._resolved: dict[str, Pose] = {}
@@ -222,7 +225,7 @@ class _Reader:
         own: Own = self._own[key]
         return own
 
-    def _place(self, path: str) -> tuple[str, Place]:
+    def _place(self, path: str) -> tuple[str, NumberPlace]:
         """Find the number at a dotted path, and its element's name."""
         if path in self.places:
             return self.places[path]
@@ -391,7 +394,7 @@ class _Reader:
             raise self.error(where, f'joins "{parent}" to itself; parent and child must differ')
         on_frame = ends["parent"] in self.elements and self.elements[ends["parent"]].tag == "frame"
         axis = (np.zeros(3), "") if JOINT_TYPES[kind] == "fixed" else self._axis(element, where)
-        bearing, slot = self._annotation(element, Bearing), self._annotation(element, Slot)
+        bearing, slot = self._annotation(element, "bearing", BearingSize), self._annotation(element, "slot", Slot)
         frame = ends["parent"] if on_frame else ""
         return _OwnJoint(JOINT_TYPES[kind], parent, child, frame, *axis, bearing, slot)
 
@@ -416,9 +419,8 @@ class _Reader:
                 raise self.error(f"{spot}/<{key}>", "is not supported; remove it or set it to 0")
         return direction / length, xyz.get("expressed_in", "")
 
-    def _annotation(self, element: ET.Element, kind: type[Part]) -> Part | None:
+    def _annotation(self, element: ET.Element, tag: str, kind: type[Part]) -> Part | None:
         """Read <linkages:bearing> or <linkages:slot>: its two lengths."""
-        tag = kind.__name__.lower()
         found, where = annotation(element, tag), f"{label(element)}/<linkages:{tag}>"
         units = dict.fromkeys((key.name for key in fields(kind)), "m")
         return None if found is None else kind(**sizes(self.path, found, where, units))

@@ -9,24 +9,14 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 
 from linkages.files.beams import beam_text
+from linkages.files.elements import INERTIA
 from linkages.files.raw_model import Pose, RawJoint, RawLink, RawModel
 
 
 def sdf_text(model: RawModel, remarks: Sequence[str] = (), description: str = "") -> str:
     """Write a mechanism with all poses in world axes; `linkages.files.sdf.read_sdf` reads the same model back.
 
-    Parameters
-    ----------
-    model : RawModel
-    remarks : sequence of str
-        Items of the comment at the head of the file.
-    description : str
-        Description to store in the file (`linkages.files.description`); empty: none.
-
-    Returns
-    -------
-    str
-        Text of the file.
+    Remarks are items of the comment at the head of the file. A description (`linkages.files.description`) is stored.
     """
     comment = [line for remark in remarks for line in textwrap.wrap(f"- {remark}".replace("--", "- -"), 116)]
     body = [line for link in model.links for line in _link(link)]
@@ -44,8 +34,7 @@ def sdf_text(model: RawModel, remarks: Sequence[str] = (), description: str = ""
 
 def _link(link: RawLink) -> Iterator[str]:
     inertia = link.inertia_local
-    entries = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
-    tensor = "".join(f"<{key}>{float(inertia[place])!r}</{key}>" for key, place in entries.items())
+    tensor = "".join(f"<{key}>{float(inertia[place])!r}</{key}>" for key, place in INERTIA.items())
     yield f"<link name={quoteattr(link.name)}>"
     yield f"  <pose>{link.pose.text()}</pose>"
     yield "  <inertial>"
@@ -70,9 +59,10 @@ def _joint(joint: RawJoint, taken: set[str]) -> Iterator[str]:
     yield f'  <pose relative_to="__model__">{Pose(np.eye(3), joint.position).text()}</pose>'
     yield f"  <parent>{escape(parent)}</parent> <child>{escape(joint.child)}</child>"
     yield f"  <axis><xyz>{' '.join(repr(round(float(x), 15) + 0.0) for x in joint.axis)}</xyz></axis>"
-    for part in filter(None, (joint.bearing, joint.slot)):
-        lengths = "".join(f"<linkages:{key}>{value!r}</linkages:{key}>" for key, value in vars(part).items())
-        yield f"  <linkages:{type(part).__name__.lower()}>{lengths}</linkages:{type(part).__name__.lower()}>"
+    for tag in ("bearing", "slot"):
+        if (part := getattr(joint, tag)) is not None:
+            lengths = "".join(f"<linkages:{key}>{value!r}</linkages:{key}>" for key, value in vars(part).items())
+            yield f"  <linkages:{tag}>{lengths}</linkages:{tag}>"
     yield "</joint>"
 
 

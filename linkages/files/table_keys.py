@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from types import UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
 import tomlkit
 from pydantic import BaseModel, GetCoreSchemaHandler
@@ -70,7 +69,7 @@ def _rules(info: FieldInfo) -> Iterator[str]:
     signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
     limits = [
         f"{sign} {getattr(rule, key):g}"
-        for rule in _metadata(info)
+        for rule in _content(info)
         for key, sign in signs.items()
         if isinstance(getattr(rule, key, None), int | float)
     ]
@@ -85,37 +84,25 @@ def _rules(info: FieldInfo) -> Iterator[str]:
 
 def names_taken(info: FieldInfo) -> list[str]:
     """Return the allowed names of a key; empty if it also allows others."""
-    kinds, found = [info.annotation], []
-    while kinds:
-        kind = kinds.pop(0)
-        found += [str(name) for name in get_args(kind) if get_origin(kind) is Literal]
-        kinds += [] if get_origin(kind) is Literal else get_args(kind)
-    return found + [name for rule in _metadata(info) if isinstance(rule, OneOf) for name in sorted(rule.registry)]
+    content = _content(info)
+    found = [str(name) for kind in content if get_origin(kind) is Literal for name in get_args(kind)]
+    return found + [name for rule in content if isinstance(rule, OneOf) for name in sorted(rule.registry)]
 
 
-def _metadata(info: FieldInfo) -> Iterator[Any]:
-    """Yield the constraints on a key's values, including alternatives."""
-    kinds: list[Any] = [*info.metadata, info.annotation]
-    for kind in kinds:  # grows during the iteration
-        if isinstance(kind, FieldInfo):
-            kinds += kind.metadata
-        elif get_origin(kind) is Annotated:
-            kinds += kind.__metadata__
-        elif get_origin(kind) in (Union, UnionType):
-            kinds += get_args(kind)
-        else:
-            yield kind
-
-
-def inner_table(info: Any) -> type[BaseModel] | None:
+def inner_table(info: FieldInfo) -> type[BaseModel] | None:
     """Find the table type of a key, of its list items or of its named tables; None without one."""
-    kinds = [info.annotation]
-    while kinds:
-        kind = kinds.pop(0)
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
-            return kind
-        kinds += get_args(kind)
-    return None
+    return next((kind for kind in _content(info) if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
+
+
+def _content(info: FieldInfo) -> list[Any]:
+    """List the types and constraints of a key, of its alternatives and of its items."""
+    found: list[Any] = [*info.metadata, info.annotation]
+    for kind in found:  # grows during the iteration
+        if isinstance(kind, FieldInfo):
+            found += kind.metadata
+        elif get_origin(kind) is not Literal:
+            found += get_args(kind)
+    return found
 
 
 class UnitError(Exception):
@@ -147,9 +134,7 @@ def in_si(model: type[BaseModel], data: Mapping[str, Any], prefix: str = "") -> 
 
 def _is_number(info: FieldInfo) -> bool:
     """Check whether a key allows numbers, or lists of numbers, and no text."""
-    kinds: list[Any] = [info.annotation]
-    for kind in kinds:  # grows during the iteration
-        kinds += get_args(kind)[:1] if get_origin(kind) is Annotated else get_args(kind)
+    kinds = [kind for kind in _content(info) if isinstance(kind, type)]
     return (float in kinds or int in kinds) and str not in kinds
 
 

@@ -6,13 +6,14 @@ Elements without an SDFormat equivalent are passed on unchanged, so that the rea
 from __future__ import annotations
 
 import copy
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
 
 from linkages.errors import InputError
 from linkages.files.foreign import add_mimic, deep, joint_of
-from linkages.files.magnitudes import decimal
+from linkages.files.magnitudes import decimal_or_nan
 from linkages.files.xml import label
 
 
@@ -23,11 +24,6 @@ def sdf_of(path: Path, robot: ET.Element) -> ET.Element:
     SDFormat in ``<gazebo>`` blocks, and links ``closing_NAME_1`` and ``closing_NAME_2`` (onshape-to-robot) close loops.
     Elements of a ``<gazebo reference>`` block become elements of their
     link or joint; ``<coupling>`` (URDF+) and joints that mimic others in ``<ros2_control>`` become ``<mimic>``.
-
-    Raises
-    ------
-    InputError
-        If it is xacro, two joints carry the same link, or an element cannot be converted.
     """
     for element in robot.iter():
         if element.tag.startswith("xacro:") or any("${" in value for value in element.attrib.values()):
@@ -84,11 +80,8 @@ def _check_origin(path: Path, owner: ET.Element, origin: ET.Element) -> None:
     """Reject an <origin> without three numbers in each attribute."""
     for key in ("xyz", "rpy"):
         text = origin.get(key, "0 0 0")
-        try:
-            count = len([decimal(word) for word in text.split()])
-        except ValueError:
-            count = 0
-        if count != 3:
+        values = [decimal_or_nan(word) for word in text.split()]
+        if len(values) != 3 or any(map(math.isnan, values)):
             raise InputError(path, f"{label(owner)}/<{origin.tag}>", f'its {key} is "{text}"; give three numbers')
 
 

@@ -1,4 +1,4 @@
-"""Atomic writing of files and folders."""
+"""Atomic writing of files and folders, and a lock against a second writer."""
 
 from __future__ import annotations
 
@@ -35,15 +35,7 @@ def file_name(name: str) -> str:
 
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """Provide a temporary file that replaces `path` at the end of the block.
-
-    Raises
-    ------
-    InputError
-        If the place is not writable.
-    RunError
-        If the disk is full.
-    """
+    """Provide a temporary file that replaces `path` at the end of the block; errors as `errors_of_writing`."""
     with errors_of_writing(path), disk.whole(path) as partial:
         yield partial
 
@@ -63,20 +55,44 @@ def _refusal(path: Path, problem: OSError) -> InputError | RunError:
     return RunError(f"{path}: {text}") if problem.errno in _NO_ROOM else InputError("--out", str(path), text)
 
 
-def json_text(content: Any, indent: int | None = None) -> str:
-    """Return JSON with a final newline; non-finite numbers, which JSON lacks, become null.
+@contextmanager
+def locked(path: Path, content: Path) -> Iterator[None]:
+    """Hold a lock, a file at `path`, until the end of the block or of the process.
 
-    Parameters
-    ----------
-    content : dict, list, str, number or None
-        Content of JSON types, and tuples.
-    indent : int, optional
-        Spaces for each level; default: one line.
+    Raises
+    ------
+    InputError
+        If another process or thread holds it (the message names `content`, which it protects), or the file cannot be
+        written.
     """
+    import filelock  # 50 ms of import time
+
+    lock = filelock.FileLock(path, blocking=False)
+    try:
+        lock.acquire()
+    except filelock.Timeout:
+        refusal = "is in use by another process; wait for it, or give another --out"
+        raise InputError(content, "", refusal) from None
+    except OSError as problem:
+        raise InputError(path, "", f"cannot be written ({problem.strerror})") from None
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def json_text(content: Any, indent: int | None = None) -> str:
+    """Return JSON with a final newline, in one line without `indent`; numbers that are not finite become null."""
     try:
         return json.dumps(content, indent=indent, allow_nan=False) + "\n"
     except ValueError:
         return json.dumps(_finite(content), indent=indent, allow_nan=False) + "\n"
+
+
+def write_json(path: Path, content: Any, indent: int | None = 1) -> None:
+    """Write a JSON file, whole or not at all; see `json_text`. OSErrors are the caller's, such as `OutputFolder`."""
+    with disk.whole(path) as partial:
+        partial.write_text(json_text(content, indent), encoding="utf-8")
 
 
 def _finite(content: Any) -> Any:
@@ -88,25 +104,10 @@ def _finite(content: Any) -> Any:
 
 
 class OutputFolder:
-    """Collects files in a hidden folder and moves them into place together at the end.
+    """Collects files in a hidden folder and moves them into `out` together at the end; errors as `errors_of_writing`.
 
-    Parameters
-    ----------
-    out : Path
-    stale : sequence of str
-        Patterns of files of an earlier run, which are removed unless the current run writes them.
-
-    Attributes
-    ----------
-    names : list of str
-        Names of the written files in alphabetical order; set at the end.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written.
-    RunError
-        If the disk is full.
+    Files that match patterns of `stale`, from an earlier run, are removed unless the current run writes them. At the
+    end `names` has the written files in alphabetical order.
     """
 
     def __init__(self, out: Path, stale: Sequence[str] = ()) -> None:

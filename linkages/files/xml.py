@@ -23,19 +23,15 @@ _COMMENT = re.compile(
 
 
 def read_xml(path: Path) -> ET.Element:
-    """Read the root element of a file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is not well-formed, is nested too deeply, declares a document type or an
-        unsupported encoding.
-    """
+    """Read the root element of a file."""
     return parse_xml(path, read_whole(path))
 
 
 def parse_xml(path: Path, text: bytes) -> ET.Element:
-    """Parse the text of a file, which errors name; as `read_xml`."""
+    """Parse the text of a file, which errors name.
+
+    InputError if it is not well-formed, is nested too deeply, declares a document type or an unsupported encoding.
+    """
     builder, depth = ET.TreeBuilder(), 0
     ours: set[str] = set()
 

@@ -130,7 +130,7 @@ def _numbers(system: System) -> Iterator[tuple[str, float]]:
         yield "duration", experiment.duration
     for path, value in system.mechanism.values.items():
         kind, name, *rest = path.split(".")
-        if kind == "links" and system.mechanism.link[name].beam is not None and rest[0] in _OF_BEAM:
+        if kind == "links" and name in system.mechanism.beam and rest[0] in _OF_BEAM:
             continue
         yield f"sdf.{path}", float(value)
 

@@ -6,9 +6,7 @@
 | experiment        | `Experiment`: drives, joint models, loads, settings, from TOML                   |
 | experiment_tables | tables of drives, joint models, solver                                           |
 | law_tables        | tables that name a law, with the law's declared parameters                       |
-| load_tables       | tables of applied loads: forces, torques, springs                                |
-| gear              | table of gears and belts                                                         |
-| contact_tables    | tables of limit stops and points at straight lines                               |
+| load_tables       | tables of applied loads, gears, limit stops, points at straight lines            |
 | link_tables       | tables of links: flexible or rigid, modes, damping                               |
 | beam_interfaces   | flexible links: interfaces at joints and loads, substructures                    |
 | segment_model     | flexible links as chains of rigid segments with springs                          |

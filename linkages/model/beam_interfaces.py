@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -18,31 +18,21 @@ _ON_AXIS = 1e-6  # relative to a beam's length: largest distance of a joint from
 _SAME = 1e-9  # relative to a beam's length: closer places coincide
 
 
-def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> tuple[float, ...]:
+def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> list[float]:
     """Find the interfaces of a link with a beam: joints, forces, ends of springs, points and frames at lines.
 
-    Returns
-    -------
-    tuple of float
-        Distinct distances from the beam's start in increasing order [m].
-
-    Raises
-    ------
-    InputError
-        If a joint does not lie on the beam.
+    They are distinct distances from the beam's start in increasing order [m]. InputError if a joint is not on the beam.
     """
-    link = mechanism.link[name]
-    assert link.beam is not None
-    start, length = link.beam.start, link.beam.length
-    along = (link.beam.end - start) / length
+    beam = mechanism.beam[name]
     found = []
     for joint in mechanism.joints:
         for body, place in ((joint.parent, joint.on_parent), (joint.child, joint.on_child)):
             if body == name:
-                found.append(float((place - start) @ along))
-                off = float(np.linalg.norm(place - start - min(max(found[-1], 0.0), length) * along))
-                if off > _ON_AXIS * length:
-                    ends = " to ".join(f'"{frame}"' for frame in link.beam.frames)
+                found.append(min(max(beam.along(place), 0.0), beam.length))
+                nearest_place = beam.start + found[-1] / beam.length * (beam.end - beam.start)
+                off = float(np.linalg.norm(place - nearest_place))
+                if off > _ON_AXIS * beam.length:
+                    ends = " to ".join(f'"{frame}"' for frame in beam.frames)
                     problem = f'is flexible, but its joint "{joint.name}" lies {off:g} m off its beam from {ends}'
                     fix = "put it on the beam, or on another link that is fixed to this one"
                     raise InputError(experiment.source, f"links.{name}", f"{problem}; {fix}")
@@ -50,10 +40,16 @@ def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> tuple
     loaded |= {name for touch in experiment.contacts.values() for name in (touch.point, touch.line)}
     loaded |= {end for spring in experiment.springs.values() for end in (spring.point, spring.to)}
     points = [point for point in mechanism.point.values() if point.link == name and point.name in loaded]
-    found += [float((point.origin - start) @ along) for point in points]
-    places = np.sort(np.clip(found, 0.0, length))
-    apart = np.diff(places, prepend=-length) > _SAME * length
-    return tuple(places[apart].tolist())
+    return distinct([*found, *(min(max(beam.along(point.origin), 0.0), beam.length) for point in points)], beam.length)
+
+
+def distinct(places: Iterable[float], length: float) -> list[float]:
+    """Sort places along a beam of this length, without places that coincide with others [m]."""
+    found: list[float] = []
+    for place in sorted(places):
+        if not found or place - found[-1] > _SAME * length:
+            found.append(place)
+    return found
 
 
 class Substructure(NamedTuple):
@@ -67,22 +63,19 @@ class Substructure(NamedTuple):
 
 def substructures(mechanism: Mechanism, experiment: Experiment, name: str) -> list[Substructure]:
     """Divide a link with a beam into substructures, from its start; if divided, cuts are interfaces too."""
-    beam, count = mechanism.link[name].beam, experiment.links[name].pieces
-    assert beam is not None
-    near, edges = _SAME * beam.length, np.linspace(0.0, beam.length, count + 1).tolist()
-    held = np.sort([*interfaces(mechanism, experiment, name), *(edges if count > 1 else [])])
-    held = held[np.diff(held, prepend=-beam.length) > near]
+    length, count = mechanism.beam[name].length, experiment.links[name].pieces
+    near, edges = _SAME * length, np.linspace(0.0, length, count + 1).tolist()
+    held = distinct([*interfaces(mechanism, experiment, name), *(edges if count > 1 else [])], length)
     names = [f"{name}/one{k + 1}" for k in range(count)] if count > 1 else [name]
     return [
-        Substructure(own, a, b, tuple(held[(held > a - near) & (held < b + near)].tolist()))
+        Substructure(own, a, b, tuple(s for s in held if a - near < s < b + near))
         for own, (a, b) in zip(names, pairwise(edges), strict=True)
     ]
 
 
 def parts(mechanism: Mechanism, link: Link, names: Sequence[str], edges: Sequence[float]) -> list[Link]:
     """Make a link without visuals from each part of a link's beam between `edges`, from its start [m]."""
-    beam = link.beam
-    assert beam is not None
+    beam = mechanism.beam[link.name]
     along = mechanism.basis[:, :2] @ (beam.end - beam.start)
     middle = link.translation + link.rotation @ link.com_local
     drawn = replace(beam, start=middle - 0.5 * along, end=middle + 0.5 * along)
@@ -103,7 +96,7 @@ def check_links(mechanism: Mechanism, experiment: Experiment) -> None:
             raise InputError(experiment.source, where, problem)
         if not model.bends:
             continue
-        if mechanism.link[name].beam is None:
+        if name not in mechanism.beam:
             place = f'<link name="{name}"> of {mechanism.source.name}'
             raise InputError(experiment.source, f"{where}.model", f'"flexible" needs a <linkages:beam> in {place}')
         others = max(len(one.held) for one in substructures(mechanism, experiment, name)) - 1

@@ -16,7 +16,6 @@ from linkages.files.unit_conversion import SLIDING, read
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST
 from linkages.model.beam_interfaces import check_links
-from linkages.model.contact_tables import LineContact, Stop
 from linkages.model.experiment import (
     BENDING_QUANTITIES,
     FRAME_BENDING,
@@ -25,10 +24,19 @@ from linkages.model.experiment import (
     QUANTITIES,
     Experiment,
 )
-from linkages.model.experiment_tables import Contact, Drive, JointModel
+from linkages.model.experiment_tables import ContactTable, Drive, JointModel
 from linkages.model.functions import OF_JOINTS, OF_POINTS
-from linkages.model.gear import Gear
-from linkages.model.load_tables import Force, Function, JointFriction, Spring, Torque, TorsionSpring
+from linkages.model.load_tables import (
+    ForceTable,
+    Gear,
+    JointFriction,
+    LineContact,
+    LoadFunction,
+    Spring,
+    Stop,
+    Torque,
+    TorsionSpring,
+)
 from linkages.model.mechanism import Frame, Mechanism
 
 #: Deepest wear, relative to the bearing's radius, for which the overlap geometry is valid.
@@ -177,7 +185,7 @@ class _Check:
         if math.hypot(*model.offset) + 0.5 * length * slope >= clearance * (1.0 - THINNEST):
             self.refuse("offset", "must leave room for the tilt: an end of the journal touches the bearing")
 
-    def plain(self, contact: Contact | None) -> None:
+    def plain(self, contact: ContactTable | None) -> None:
         """Check the law of a contact other than a journal in a bearing."""
         if contact is None:
             return
@@ -222,7 +230,7 @@ class _Check:
             self.refuse("", f'has its point and its line on the same link, "{link}"')
         self.plain(touch.contact)
 
-    def force(self, load: Force) -> None:
+    def force(self, load: ForceTable) -> None:
         self.covers(load.times)
         self.depends(load)
         if self.point("point", load.point).link == "world":
@@ -243,7 +251,7 @@ class _Check:
         if kind != "revolute":
             self.refuse("joint", f'"{name}" is {kind}; name a revolute joint')
 
-    def depends(self, load: Function) -> None:
+    def depends(self, load: LoadFunction) -> None:
         """Check the positions and speeds that a load depends on, and the unit of a table over one."""
         for name in load.signals:
             key = "formula" if load.formulas else "over"

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr
@@ -31,11 +32,9 @@ from linkages.files.toml import (
     value_at,
 )
 from linkages.files.unit_conversion import read
-from linkages.model.contact_tables import LineContact, Stop
-from linkages.model.experiment_tables import Drive, JointModel, Solver, Window
-from linkages.model.gear import Gear
+from linkages.model.experiment_tables import Drive, JointModel, RunWindow, SolverTable
 from linkages.model.link_tables import LinkModel
-from linkages.model.load_tables import Force, JointFriction, Spring, Torque, TorsionSpring
+from linkages.model.load_tables import ForceTable, Gear, JointFriction, LineContact, Spring, Stop, Torque, TorsionSpring
 
 #: Origins of replaced values, shown as their source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
@@ -106,7 +105,7 @@ class Experiment(Brief, Table):
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
     links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
-    forces: dict[str, Force] = Field({}, description="applied forces by name")
+    forces: dict[str, ForceTable] = Field({}, description="applied forces by name")
     torques: dict[str, Torque] = Field({}, description="applied torques by name")
     springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, by name")
     torsion_springs: dict[str, TorsionSpring] = Field({}, description="torsion springs and dampers by name")
@@ -122,9 +121,9 @@ class Experiment(Brief, Table):
     report_from: NonNegative | None = Field(
         None, description="start of the part of the run that tables give instead [s]"
     )
-    windows: dict[str, Window] = Field({}, description="further parts of the run with separate results")
+    windows: dict[str, RunWindow] = Field({}, description="further parts of the run with separate results")
     sdf: dict[str, Any] = Field({}, description="replaced values of the SDF file, by dotted path")
-    solver: Solver = Field(Solver.model_validate({}), description="numerical settings")
+    solver: SolverTable = Field(SolverTable.model_validate({}), description="numerical settings")
 
     _source: Path = PrivateAttr(Path("experiment"))
     _sources: dict[str, str] = PrivateAttr(default_factory=dict)
@@ -213,23 +212,11 @@ class Experiment(Brief, Table):
         return self.loads + others
 
     def value(self, path: str) -> float:
-        """Return the number at a dotted path.
-
-        Raises
-        ------
-        InputError
-            If the path does not exist, or its value is not a number.
-        """
+        """Return the number at a dotted path; InputError if there is none."""
         return value_at(self, path, self._source)
 
     def replaced(self, overrides: Mapping[str, Any], origin: str = ARGUMENT) -> Experiment:
-        """Return the experiment with values from `origin` replaced by dotted path.
-
-        Raises
-        ------
-        InputError
-            If a path or value is not valid.
-        """
+        """Return the experiment with values from `origin` replaced by dotted path; InputError for a wrong one."""
         # no rule of a table is about another one: only tables with replaced values are checked again
         changed: dict[str, Any] = {}  # names of the tables, or True for the whole value of a key
         for path in overrides:
@@ -267,7 +254,7 @@ class Experiment(Brief, Table):
             "outputs": [name for name in self.outputs if name.rpartition(".")[2] not in BENDING_QUANTITIES],
         }
         data = self.model_dump(exclude_unset=True) | perfect
-        return _build(self._source, data, self._sources, {}, ARGUMENT)
+        return experiment_of(self._source, data, self._sources)
 
 
 def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> Experiment:
@@ -296,19 +283,23 @@ def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None
     (0.5, 'm, radial, section 3.3')
     """
     path = Path(path)
-    data, sources = read_toml(path)
-    return _build(path, data, sources, overrides or {}, origin)
+    return experiment_of(path, *read_toml(path), overrides or {}, origin)
 
 
-def experiment_of(path: Path, data: Mapping[str, Any], sources: Mapping[str, str]) -> Experiment:
-    """Return the experiment of nested tables; `path` and `sources` as in `load_experiment`.
-
-    Raises
-    ------
-    InputError
-        If a value is not valid.
-    """
-    return _build(path, dict(data), sources, {}, ARGUMENT)
+def experiment_of(
+    source: Path,
+    data: dict[str, Any],
+    sources: Mapping[str, str] = MappingProxyType({}),
+    overrides: Mapping[str, Any] = MappingProxyType({}),
+    origin: str = ARGUMENT,
+) -> Experiment:
+    """Return the experiment of nested tables, in which overrides replace values; see `load_experiment`."""
+    _replace(data, overrides, origin)
+    replaced = dict.fromkeys(overrides, origin)
+    experiment = validate(Experiment, data, source, replaced)
+    experiment._source = source
+    experiment._texts, experiment._sources = _texts(data), _later(sources, replaced)
+    return experiment
 
 
 def nothing_done(
@@ -318,29 +309,14 @@ def nothing_done(
     drives: Mapping[str, float] | None = None,
     gears: Mapping[str, Gear] | None = None,
 ) -> Experiment:
-    """Return an experiment at rest: ideal joints, no loads, constant drive coordinates.
+    """Return an experiment at rest on the mechanism of a file: ideal joints, no loads, constant drive coordinates.
 
-    Parameters
-    ----------
-    path : Path
-        File of the mechanism.
-    overrides, origin
-        See `load_experiment`.
-    drives : mapping of str to float, optional
-        Driven joints and their coordinates [rad or m].
-    gears : mapping of str to Gear, optional
-        Gears and belts between joints.
-
-    Raises
-    ------
-    InputError
-        If a path or a value is not valid.
+    Coordinates of the driven joints are in rad or m; `overrides` and `origin` as in `load_experiment`.
     """
     geared = {name: gear.model_dump() for name, gear in (gears or {}).items()}
     still = {name: {"angle": float(angle), "speed": 0.0} for name, angle in (drives or {}).items()}
-    return _build(
-        path, {"mechanism": path.name, "duration": 1.0, "drives": still, "gears": geared}, {}, overrides or {}, origin
-    )
+    data = {"mechanism": path.name, "duration": 1.0, "drives": still, "gears": geared}
+    return experiment_of(path, data, {}, overrides or {}, origin)
 
 
 def keys() -> Iterator[tuple[str, str]]:
@@ -356,10 +332,7 @@ def described() -> Iterator[tuple[str, str]]:
 def value_unit(path: str) -> str:
     """Return the SI unit of the value at a dotted path (for a revolute joint); empty if unknown.
 
-    Parameters
-    ----------
-    path : str
-        Path in the experiment, or in the mechanism with the prefix ``sdf.``.
+    Paths in the mechanism have the prefix ``sdf.``.
 
     Examples
     --------
@@ -374,17 +347,6 @@ def value_unit(path: str) -> str:
     known = dict(keys())
     meaning = known.get(path, known.get(named, known.get(named.rpartition(".")[0], "")))
     return bracketed(meaning)
-
-
-def _build(
-    source: Path, data: dict[str, Any], sources: Mapping[str, str], overrides: Mapping[str, Any], origin: str
-) -> Experiment:
-    _replace(data, overrides, origin)
-    replaced = dict.fromkeys(overrides, origin)
-    experiment = validate(Experiment, data, source, replaced)
-    experiment._source = source
-    experiment._texts, experiment._sources = _texts(data), _later(sources, replaced)
-    return experiment
 
 
 def _later(sources: Mapping[str, str], others: Mapping[str, str]) -> dict[str, str]:

@@ -125,7 +125,7 @@ class SmallEccentricity(Table):
     power: NonNegative = Field(description="m, 0 to 5 [1]")
 
 
-class Contact(LawTable):
+class ContactTable(LawTable):
     """Contact of journal and bearing, for dry and mixed joints."""
 
     law_kind = "contact"
@@ -145,7 +145,7 @@ class Contact(LawTable):
     clip: bool = Field(True, description="whether the damping's speed ratio is clipped to [-1, 1]")
 
     @model_validator(mode="after")
-    def _complete(self) -> Contact:
+    def _complete(self) -> ContactTable:
         needs = CONTACTS[self.law].needs
         if "restitution" in needs and self.restitution is None:
             raise ValueError("restitution is missing (nominal coefficient of restitution [1])")
@@ -156,7 +156,7 @@ class Contact(LawTable):
         return self
 
 
-class Friction(LawTable):
+class FrictionTable(LawTable):
     """Friction between journal and bearing, for dry and mixed joints."""
 
     law_kind = "friction"
@@ -168,7 +168,7 @@ class Friction(LawTable):
     static: NonNegative | None = Field(None, description="static coefficient; default: the dynamic one [1]")
 
     @model_validator(mode="after")
-    def _complete(self) -> Friction:
+    def _complete(self) -> FrictionTable:
         if self.coefficient is None and "coefficient" in FRICTIONS[self.law].needs:
             raise ValueError(f"{self.law} needs its coefficient [1]")
         if self.static is not None and self.static < (self.coefficient or 0.0):
@@ -245,7 +245,7 @@ class HeatBalance(Table):
         return Heat(oil.grade, density_15=oil.density, **dict(self))
 
 
-class Wear(Table):
+class WearTable(Table):
     """Wear of a dry or mixed joint by Archard's law, and its initial wear.
 
     Depths are along the part's radius, at equally spaced angles in the part's frame, counted from x_P in the reference
@@ -265,7 +265,7 @@ class Wear(Table):
     journal_depth: list[NonNegative] | None = Field(None, description="initial wear of the journal: `nodes` depths [m]")
 
     @model_validator(mode="after")
-    def _complete(self) -> Wear:
+    def _complete(self) -> WearTable:
         shares = [key for key in ("share", "hardness") if getattr(self, key) is not None]
         if self.side == "both" and len(shares) != 1:
             raise ValueError('side "both" needs share or hardness' + (", not both" if shares else ""))
@@ -358,13 +358,13 @@ class JointModel(LawTable):
     viscosity: Viscosity | None = Field(None, description="dynamic viscosity [Pa s]")
     oil: Oil | None = Field(None, description="oil, instead of a viscosity")
     heat: HeatBalance | None = Field(None, description="lumped heat balance of the oil in a finite film")
-    contact: Contact | None = Field(None, description="dry and mixed: normal contact")
-    friction: Friction | None = Field(None, description="dry and mixed: friction; default: none")
+    contact: ContactTable | None = Field(None, description="dry and mixed: normal contact")
+    friction: FrictionTable | None = Field(None, description="dry and mixed: friction; default: none")
     mixed: Mixed | None = Field(None, description="mixed: combination of film and contact")
     shear_torque: bool = Field(True, description="whether the film's shear torque acts")
     shear_film: Literal["full", "half"] = Field("full", description="extent of the sheared film")
     small_eccentricity: SmallEccentricity | None = Field(None, description="the paper's correction near the centre")
-    wear: Wear | None = Field(None, description="dry and mixed: wear of bearing and journal")
+    wear: WearTable | None = Field(None, description="dry and mixed: wear of bearing and journal")
     offset: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
         [0.0, 0.0],
         description="journal's centre from the bearing's at t = 0, plane axes [m]; guide: offset [m], tilt [rad]",
@@ -490,20 +490,20 @@ Method = Literal[Implicit, "dormand_prince_5_4", "runge_kutta5", "runge_kutta3",
 IMPLICIT = get_args(Implicit)
 
 
-class Window(Table):
+class RunWindow(Table):
     """A part of a run."""
 
     start: NonNegative = Field(description="start [s]")
     end: Positive = Field(description="end [s]")
 
     @model_validator(mode="after")
-    def _lasts(self) -> Window:
+    def _lasts(self) -> RunWindow:
         if self.end <= self.start:
             raise ValueError("end must be after start")
         return self
 
 
-class Solver(Table):
+class SolverTable(Table):
     """Numerical settings; the defaults suit lubricated joints."""
 
     integrator: Method | None = Field(

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from linkages.flexible.beam import Beam
     from linkages.flexible.component_modes import ComponentModes
 
-Count = Annotated[int, Field(ge=0, le=60)]
+ModeCount = Annotated[int, Field(ge=0, le=60)]
 
 #: Largest number of rigid segments of a link, and of elastic substructures.
 MOST_SEGMENTS = 64
@@ -28,10 +28,12 @@ class LinkModel(Table):
     """Model of a link that has a beam in the SDF file."""
 
     model: Literal["rigid", "flexible"] = Field("rigid", description="link model")
-    bending: Count | None = Field(
+    bending: ModeCount | None = Field(
         None, description="bending modes; default: 2 (n - 1) + 2 for n joints and loads, with substructures 2 (n - 1)"
     )
-    axial: Count | None = Field(None, description="axial modes, 0: inextensible; default: n - 1 for n joints and loads")
+    axial: ModeCount | None = Field(
+        None, description="axial modes, 0: inextensible; default: n - 1 for n joints and loads"
+    )
     stiffening: bool = Field(True, description="geometric stiffness: whether axial forces change the bending stiffness")
     damping: NonNegative | None = Field(
         None, description=f"damping ratio of the first bending mode with both ends pinned; default {DAMPING:g} [1]"

@@ -1,4 +1,4 @@
-"""The tables of an experiment's applied loads: forces, torques, springs, torsion springs."""
+"""Tables of applied loads, gears, limit stops, and contacts of points with straight lines."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from pydantic import Field, model_validator
 
 from linkages.files.formula import Formula, parse
 from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
+from linkages.model.experiment_tables import ContactTable, FrictionTable
 from linkages.model.functions import TIME, check_table, formula
 
-Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
+PlaneVector = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 Times = Annotated[list[Finite] | None, Field(description="times of a table, increasing [s]")]
 Over = Annotated[
     str | None,
@@ -19,7 +20,7 @@ Over = Annotated[
 At = Annotated[list[Finite] | None, Field(description="values of `over` in a table, increasing")]
 
 
-class Function(Table):
+class LoadFunction(Table):
     """Common part of forces and torques: a constant, a table, or a formula."""
 
     @property
@@ -56,7 +57,7 @@ class Function(Table):
                 raise ValueError('a formula cannot use "world", which never moves')
 
 
-class Force(Function):
+class ForceTable(LoadFunction):
     """A force at a point of a link: constant, or a function of time, position or speed.
 
     Components are in plane axes, or in axes of the point's frame, which rotate with the link: x along the frame's x
@@ -67,11 +68,11 @@ class Force(Function):
     axes: Literal["plane", "body"] = Field(
         "plane", description="axes of the components: the plane's, or the point's, which turn with the link"
     )
-    force: Pair | None = Field(None, description="constant force [N]")
+    force: PlaneVector | None = Field(None, description="constant force [N]")
     times: Times = None
     over: Over = None
     at: At = None
-    forces: list[Pair] | None = Field(
+    forces: list[PlaneVector] | None = Field(
         None, description="forces at `times` or `at`, interpolated by monotone cubics [N]"
     )
     formula: Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
@@ -79,12 +80,12 @@ class Force(Function):
     )
 
     @model_validator(mode="after")
-    def _one_kind(self) -> Force:
+    def _one_kind(self) -> ForceTable:
         self._check("force", "forces")
         return self
 
 
-class Torque(Function):
+class Torque(LoadFunction):
     """A torque on a link, positive counter-clockwise about the plane's normal, or in a joint, positive about its axis.
 
     Constant, or a function of time, position or speed. A joint torque acts on the child, reversed on the parent.
@@ -116,7 +117,7 @@ class Spring(Table):
 
     point: str = Field(description="one end: origin of this link or frame")
     to: str | None = Field(None, description="other end: origin of this link or frame")
-    anchor: Pair | None = Field(None, description="other end instead: a fixed point, plane axes [m]")
+    anchor: PlaneVector | None = Field(None, description="other end instead: a fixed point, plane axes [m]")
     stiffness: NonNegative = Field(description="stiffness [N/m]")
     free_length: NonNegative = Field(description="length without force [m]")
     damping: NonNegative = Field(0.0, description="damping along the line [N s/m]")
@@ -179,3 +180,71 @@ class JointFriction(Table):
     def law(self) -> Formula:
         """Return the torque or force along the coordinate as a formula of its rate v."""
         return parse(f"-{self.constant!r}*tanh(v/{self.speed!r}) - {self.viscous!r}*v")
+
+
+class Gear(Table):
+    """Two joints with coupled coordinates: second = ratio * first + offset.
+
+    For meshing gears with equally directed axes the ratio is negative; for belts and chains it is positive. With a
+    prismatic joint the gear is a rack or a screw: the ratio is in m/rad.
+    """
+
+    joints: Annotated[list[str], Field(min_length=2, max_length=2)] = Field(
+        description="two revolute or prismatic joints; their coordinates are zero in the reference configuration"
+    )
+    ratio: Finite = Field(description="coordinate of the second joint per coordinate of the first; not 0")
+    offset: Finite = Field(0.0, description="coordinate of the second joint where the first is zero, in SI units")
+
+    @model_validator(mode="after")
+    def _couples(self) -> Gear:
+        if self.ratio == 0.0:
+            raise ValueError("ratio is 0; the second joint would not move")
+        if self.joints[0] == self.joints[1]:
+            raise ValueError(f'both joints are "{self.joints[0]}"')
+        return self
+
+
+class Stop(Table):
+    """A limit stop that a joint's coordinate meets from one side, with a contact law.
+
+    At a revolute joint the law's penetration is an angle and its force a torque; at a prismatic joint read m for rad.
+    """
+
+    of_any_joint = True
+
+    joint: str = Field(description="ideal joint whose range the stop limits")
+    side: Literal["upper", "lower"] = Field(description="upper or lower limit of the coordinate")
+    limit: Finite = Field(description="coordinate of the stop, zero in the reference configuration [rad]")
+    contact: ContactTable = Field(description="contact law, with stiffness [N m/rad^n]")
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Return the names of the acting laws."""
+        return (self.contact.law,)
+
+
+class LineContact(Table):
+    """Contact of a point of a link with a straight line, on the ground or on another link: a foot, a probe, a buffer.
+
+    The line is infinite; its free side is to the left of its direction: along y if the line is along x.
+    """
+
+    point: str = Field(description="origin of this link or frame")
+    line: str | None = Field(None, description="frame whose x axis is the line; its y axis points to the free side")
+    anchor: PlaneVector | None = Field(None, description="instead: a point of a fixed line, plane axes [m]")
+    angle: Finite = Field(0.0, description="direction of the fixed line, from x_P counter-clockwise [rad]")
+    contact: ContactTable = Field(description="normal contact law, with stiffness [N/m^n]")
+    friction: FrictionTable | None = Field(None, description="friction; default: none")
+
+    @model_validator(mode="after")
+    def _one_line(self) -> LineContact:
+        if (self.line is None) == (self.anchor is None):
+            raise ValueError("give either line, a frame, or anchor, a fixed point (with angle)")
+        if self.line is not None and self.angle:
+            raise ValueError("angle belongs to anchor; the line's frame has its own direction")
+        return self
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Return the names of the acting laws."""
+        return (self.contact.law, *((self.friction.law,) if self.friction is not None else ()))

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,7 +25,7 @@ from linkages.brief import Brief, counted
 from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS
 from linkages.files.magnitudes import ALIGNED, implausible
-from linkages.files.raw_model import Chains, Pose, RawJoint, RawLink, RawModel
+from linkages.files.raw_model import Chains, LinkBeam, Pose, RawJoint, RawLink, RawModel
 from linkages.files.reading import read_whole
 from linkages.files.sdf import read_sdf
 
@@ -136,6 +137,11 @@ class Mechanism(Brief):
         return {link.name: link for link in self.links}
 
     @cached_property
+    def beam(self) -> dict[str, LinkBeam]:
+        """Return the beams of links by the links' names."""
+        return {link.name: link.beam for link in self.links if link.beam is not None}
+
+    @cached_property
     def joint(self) -> dict[str, Joint]:
         """Return the joints by name."""
         return {joint.name: joint for joint in self.joints}
@@ -187,7 +193,8 @@ class Mechanism(Brief):
         """
         if all(path in overrides and is_inertial(path) for path in paths):  # an empty table has no override
             return self.with_inertial({path: overrides[path] for path in paths})
-        return _read(self.source, read_whole(self.source) if self.text is None else self.text, overrides)
+        text = read_whole(self.source) if self.text is None else self.text
+        return mechanism_of_text(self.source, text, overrides)
 
     def with_inertial(self, values: Mapping[str, float]) -> Mechanism:
         """Return the mechanism with other masses and moments of inertia, without reading its file again.
@@ -212,7 +219,7 @@ class Mechanism(Brief):
             if path not in self.values:
                 name = path.split(".")[1]
                 raise InputError(self.source, where, f'there is no link "{name}"; {nearest(name, self.link)}')
-            if self.link[path.split(".")[1]].beam is not None:
+            if path.split(".")[1] in self.beam:
                 raise InputError(self.source, where, FOLLOWS)
             if not value > 0.0:
                 raise InputError(self.source, where, f"is {value:g}; it must be positive")
@@ -255,10 +262,11 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
     (6, 8, 0.3)
     """
     path = Path(path)
-    return _read(path, read_whole(path), overrides or {})
+    return mechanism_of_text(path, read_whole(path), overrides or {})
 
 
-def _read(path: Path, text: bytes, overrides: Mapping[str, float]) -> Mechanism:
+def mechanism_of_text(path: Path, text: bytes, overrides: Mapping[str, float] = MappingProxyType({})) -> Mechanism:
+    """Make the mechanism of an SDFormat text; errors name the file `path`, see `load_mechanism`."""
     inertias = {key: value for key, value in overrides.items() if _INERTIA.fullmatch(key)}
     raw = read_sdf(path, {key: value for key, value in overrides.items() if key not in inertias}, text)
     return planar(path, raw, inertias, text)
@@ -434,10 +442,8 @@ def _check(mechanism: Mechanism) -> None:
 @lru_cache(maxsize=16)
 def _loose(links: tuple[str, ...], pairs: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
     """Return the links that no chain of joints, given by the links they connect, connects to the world."""
-    chains = Chains(links)
-    for pair in pairs:
-        chains.join(*pair)
-    return tuple(name for name in links if name not in chains.of["world"])
+    connected = Chains(links, pairs).of["world"]
+    return tuple(name for name in links if name not in connected)
 
 
 def _wrong(path: Path, tag: str, name: str, problem: str) -> InputError:

@@ -19,7 +19,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.files.raw_model import LinkBeam
-from linkages.model.beam_interfaces import interfaces, parts
+from linkages.model.beam_interfaces import distinct, interfaces, parts
 from linkages.model.experiment import BENDING_QUANTITIES, Experiment, experiment_of
 from linkages.model.link_tables import LinkModel
 from linkages.model.mechanism import Frame, Joint, Link, Mechanism
@@ -27,30 +27,15 @@ from linkages.model.mechanism import Frame, Joint, Link, Mechanism
 #: Separator of link name and hinge number in the name of a hinge.
 HINGE = "/hinge"
 
-_SAME = 1e-9  # relative to a beam's length: closer places coincide
-
 
 @dataclass(frozen=True, eq=False)
 class SegmentChain:
-    """The chain of rigid segments of a flexible link.
-
-    Attributes
-    ----------
-    link : Link
-    model : LinkModel
-    ends : (m + 1,) array
-        Places of its interfaces and of its beam's ends, from the beam's start [m].
-    """
+    """The chain of rigid segments of a flexible link; its interfaces and its beam's ends, from the beam's start [m]."""
 
     link: Link
+    beam: LinkBeam
     model: LinkModel
-    ends: Array
-
-    @cached_property
-    def beam(self) -> LinkBeam:
-        """Return the link's beam."""
-        assert self.link.beam is not None
-        return self.link.beam
+    ends: list[float]
 
     @cached_property
     def _counts(self) -> list[int]:
@@ -95,13 +80,9 @@ class SegmentChain:
         """Return the names of the hinges' n torsion springs."""
         return [f"{self.link.name}/spring{k + 1}" for k in range(len(self.hinges))]
 
-    def along(self, point: Array) -> float:
-        """Return the place along the beam of a reference point on the link [m]."""
-        return float((point - self.beam.start) @ (self.beam.end - self.beam.start)) / self.beam.length
-
     def carrier(self, point: Array) -> str:
         """Return the name of the segment that carries a reference point on the link."""
-        return self.segments[int(np.searchsorted(self.hinges, self.along(point)))]
+        return self.segments[int(np.searchsorted(self.hinges, self.beam.along(point)))]
 
     def stations(self) -> tuple[Array, Array]:
         """Return places (ns,) [m], and the factors (ns, n) that interpolate values at the hinges there.
@@ -124,11 +105,9 @@ def chains(mechanism: Mechanism, experiment: Experiment) -> dict[str, SegmentCha
     """Make the segment chains of all flexible links, by name."""
     found = {}
     for name in experiment.flexible:
-        link = mechanism.link[name]
-        assert link.beam is not None  # `linkages.model.check` saw to it
-        places = np.array(sorted({0.0, *interfaces(mechanism, experiment, name), link.beam.length}))
-        apart = np.diff(places, append=2.0 * link.beam.length) > _SAME * link.beam.length
-        found[name] = SegmentChain(link, experiment.links[name], places[apart])
+        beam = mechanism.beam[name]
+        ends = distinct([0.0, *interfaces(mechanism, experiment, name), beam.length], beam.length)
+        found[name] = SegmentChain(mechanism.link[name], beam, experiment.links[name], ends)
     return found
 
 

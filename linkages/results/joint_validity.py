@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.files.raw_model import Bearing
+from linkages.files.raw_model import BearingSize
 from linkages.laws import CONTACTS, FILMS
 from linkages.laws.contact.material import contact_modulus
 from linkages.laws.film.groove_nodes import CENTRE
 from linkages.laws.viscosity import DENSITY_15, density
-from linkages.model.experiment_tables import Contact, JointModel
+from linkages.model.experiment_tables import ContactTable, JointModel
 from linkages.model.mechanism import Joint
 from linkages.results.film_error import film_error
 from linkages.results.flexible_validity import FLEXIBLE_RULES, flexible_cases
@@ -55,7 +55,7 @@ class Case(NamedTuple):
     """
 
     joint: Joint
-    bearing: Bearing
+    bearing: BearingSize
     model: JointModel
     law: Any
     film_end: float
@@ -234,7 +234,7 @@ def _yield(case: Case) -> Finding | None:
     return Finding(value, hardest[2], limit) if value > YIELD else None
 
 
-def _hardest(case: Case, contact: Contact) -> tuple[float, float, float] | None:
+def _hardest(case: Case, contact: ContactTable) -> tuple[float, float, float] | None:
     """Compute half-width [m], pressure [Pa] and start [s] of the hardest contact (Hertzian line contact).
 
     a^2 = 4 F R/(pi E' L) and p = 2 F/(pi a L), 1/R = 1/R_j - 1/R_b: Johnson, Contact Mechanics, 1985, eq. (4.43).

@@ -16,7 +16,7 @@ from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, RunError, Status, UnknownNameError, nearest_names
 from linkages.files import table_formats
-from linkages.files.archives import read_arrays
+from linkages.files.reading import read_arrays
 from linkages.files.writing import whole
 from linkages.outputs.columns import Columns
 from linkages.results.derivatives import NONE, Derivatives

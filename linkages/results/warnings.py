@@ -10,7 +10,7 @@ from linkages.results.peak_errors import largest_of_quantities, quantity
 from linkages.results.singular import CHANGE_POINT, DEAD_POINT, ONE_BRANCH, Passage
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
-from linkages.system.gear_locks import locking_gears
+from linkages.system.assembly import locking_gears
 from linkages.system.rigid_segments import system_of
 
 ROUGH = 0.1  # error over a peak that gives a warning

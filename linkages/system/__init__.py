@@ -4,7 +4,6 @@
 |-------------------------|------------------------------------------------------------------------------|
 | system                  | `System`: the assembled start, all arrays; `load`                            |
 | unassembled             | `Unassembled`: tree, motions, loads, contacts and their records              |
-| memory                  | results that variants of a system share                                      |
 | tree                    | spanning tree: carrying joints, cut joints, coordinates                      |
 | spanning                | construction of the spanning tree                                            |
 | flexible_link           | a flexible link in the tree: frames, modes and sections of its substructures |
@@ -15,11 +14,8 @@
 | law_records             | joint models -> records of the force laws                                    |
 | load_records            | applied loads -> records of the load kernels                                 |
 | unilateral_contacts     | limit stops, points at straight lines -> records of contacts                 |
-| assembly                | loop closure on the branch of the reference configuration, state at t = 0    |
-| gear_locks              | gears that lock their joints                                                 |
-| rate                    | time scale of a linkage without prescribed motions                           |
-| equilibrium             | offsets of journals in static equilibrium: an alternative start              |
-| ideal_forces            | reactions of the ideal linkage under its loads and drives                    |
+| assembly                | loop closure on the branch of the reference configuration, mobility, t = 0   |
+| equilibrium             | reactions of the ideal linkage; offsets of journals in static equilibrium    |
 | ideal_motion            | motion of the ideal linkage over time                                        |
 | reference_configuration | a pose with closed loops and all joints within their limits                  |
 """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -18,7 +19,6 @@ from linkages.planar.loads import Loads
 from linkages.planar.loop_dynamics import row_responses
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import ANGLE, PRISMATIC
-from linkages.system.gear_locks import locking_gears
 from linkages.system.load_records import check_functions, check_lengths
 from linkages.system.tree import ROWS, Tree, without
 
@@ -29,6 +29,7 @@ _CONTINUATION = 0.05  # largest step of a drive from the reference configuration
 _FARTHEST = 1e3  # largest start value of a drive [rad or m]
 _CLEAR, _CLEARLY = 1e-9, 1e-6  # relative thresholds for independent rows: at a pose, at a neighbouring pose
 _ASIDE, _TRIED = (0.05, 0.01), 4  # distances of neighbouring poses [rad, or linkage lengths]; number of directions
+_STILL = 1e-9  # largest motion of a joint that counts as none, relative to the motion without gears
 _ASTRAY = 0.1  # largest relative deviation of a closed neighbouring pose from the intended direction
 
 
@@ -266,3 +267,29 @@ def _count(jacobian: Array, part: float) -> int:
     if not jacobian.size:
         return 0
     return int(np.count_nonzero(np.linalg.svd(jacobian, compute_uv=False) > part * np.abs(jacobian).max()))
+
+
+def locking_gears(tree: Tree, rows: Records, q: Array) -> list[int]:
+    """Find the gears, by index, that keep joints from moving which loops and fewer gears let move.
+
+    The closure rows, of the gears last, are `Tree.closure_rows`, or `Tree.loop_rows` if joints have clearance; q (n,)
+    is a regular position. Without one of these gears, another gear's joints could move.
+    """
+    gears = range(len(tree.gears))
+    stuck = [k for k in gears if _moves(tree, rows, q, (), k) and not _moves(tree, rows, q, gears, k)]
+    if len(stuck) < 2:
+        return stuck
+    return [k for k in stuck if any(_moves(tree, rows, q, [i for i in gears if i != k], j) for j in stuck if j != k)]
+
+
+def _moves(tree: Tree, rows: Records, q: Array, kept: Collection[int], gear: int) -> bool:
+    """Tell whether a joint of a gear can move with closed loops and some of the gears."""
+    loops = len(rows) - len(tree.gears)
+    kept_rows: Sequence[int] = [*range(loops), *(loops + k for k in kept)]
+    ends = np.repeat(rows[loops + gear : loops + gear + 1], 2)
+    ends["term"][1], ends["ratio"] = ends["other"][1], 0.0
+    joints, columns = jacobian_at(tree.bodies, ends, q), tree.joint_dofs
+    closed = jacobian_at(tree.bodies, rows[kept_rows], q)[:, columns]
+    values, right = np.linalg.svd(closed)[1:] if len(closed) else (np.empty(0), np.eye(len(columns)))
+    open_ways = right[int(np.count_nonzero(values > _STILL * values.max(initial=0.0))) :]
+    return bool(np.abs(joints[:, columns] @ open_ways.T).max(initial=0.0) > _STILL)

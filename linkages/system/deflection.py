@@ -13,7 +13,7 @@ from linkages.planar.kinematics import body_accelerations, body_states, poses_at
 from linkages.planar.loads import load_wrenches
 from linkages.planar.newton_euler import generalised_force, inertial_forces
 from linkages.system.assembly import Assembly, independent
-from linkages.system.ideal_forces import ideal_forces
+from linkages.system.equilibrium import ideal_forces
 from linkages.system.tree import without
 from linkages.system.unassembled import Unassembled
 

@@ -1,4 +1,6 @@
-"""Static equilibrium of journals and blocks in their clearances: a start without free flight across the clearance.
+"""Reactions of the ideal linkage; static equilibrium of journals and blocks in their clearances.
+
+A start in equilibrium has no free flight across the clearance.
 
 For each clearance joint the solver finds the offset at which the joint law, at zero velocity apart from the rotation of
 both bodies, gives the joint force of the ideal linkage at t = 0. Forces and motion belong to the ideal linkage with
@@ -15,9 +17,12 @@ import numpy as np
 from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.planar.contacts import Motion, contact_action, contact_motion
+from linkages.planar.driven import constrained_dynamics
+from linkages.planar.kinematics import body_states
+from linkages.planar.loads import load_wrenches
 from linkages.planar.record_types import JOURNAL
+from linkages.planar.workspace import Workspace
 from linkages.system.assembly import Assembly, independent
-from linkages.system.ideal_forces import ideal_forces
 from linkages.system.unassembled import Unassembled
 
 _PASSES = 3  # each reduces the error by the factor clearance over link length
@@ -29,39 +34,45 @@ _EXACT = 1e-14  # tolerance of offsets over the clearance
 def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) -> Array:
     """Compute equilibrium offsets of clearance joints, two for each: x, y [m]; for a guide across [m], tilt [rad].
 
-    Parameters
-    ----------
-    system : Unassembled
-    assemble : callable
-        Function that assembles the linkage with given offsets.
-
-    Raises
-    ------
-    InputError
-        If no offset balances the force at zero velocity, as for a film between parts that do not rotate.
+    `assemble` assembles the linkage with given offsets. InputError if no offset balances the force at zero velocity, as
+    for a film between parts that do not rotate.
     """
     offsets = np.zeros(2 * len(system.tree.play))
+    tree = system.tree
     for _ in range(_PASSES):
         start = assemble(offsets)
-        forces, pose, vel = _passed(system, start)
+        rank = independent(tree, tree.closure_rows, start.q, tree.closing_dofs)
+        work = ideal_forces(system, 0.0, start.q, start.v, rank)
+        forces = work.reaction[: len(offsets)]
         largest = np.abs(forces).max(initial=0.0)
-        for k, name in enumerate(system.tree.play):
+        for k, name in enumerate(tree.play):
             two = slice(2 * k, 2 * k + 2)
-            joint = _Joint(system, name, pose, vel, offsets[two])
+            joint = _LooseJoint(system, name, work.pose, work.vel, offsets[two])
             if np.abs(forces[two]).max() > _NOTHING * largest:
                 offsets[two] = joint.rest(forces[two])
     return offsets
 
 
-def _passed(system: Unassembled, start: Assembly) -> tuple[Array, Array, Array]:
-    """Compute the ideal forces of the clearance joints, two for each as the offsets; poses, velocities."""
-    tree = system.tree
-    rank = independent(tree, tree.closure_rows, start.q, tree.closing_dofs)
-    work = ideal_forces(system, 0.0, start.q, start.v, rank)
-    return work.reaction[: 2 * len(tree.play)], work.pose, work.vel
+def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, rank: int) -> Workspace:
+    """Solve the ideal linkage at time t [s], coordinates q and rates v (n,), with modes that do not accelerate.
+
+    `rank` is the number of independent closure rows. The workspace has its pose, vel, a, tau and reaction, see
+    `linkages.planar.driven.constrained_dynamics`.
+    """
+    tree, at = system.tree, np.array([t])
+    work = tree.workspace(tree.closure_rows)
+    work.q[:], work.v[:] = q, v
+    body_states(tree.bodies, q, v, work.pose, work.vel)
+    load_wrenches(system.loads, t, work.pose, work.vel, work.wrench)
+    work.tau[tree.powered_dofs] = system.torques(at)[0][0]
+    work.a[tree.driven_dofs] = system.motions(at)[2][0]
+    constrained_dynamics(
+        tree.undeforming_bodies, tree.closure_rows, rank, tree.extent, 0.0, system.gravity, work, np.zeros(tree.size)
+    )
+    return work
 
 
-class _Joint:
+class _LooseJoint:
     """The contacts of one clearance joint, at a pose that includes its offset."""
 
     def __init__(self, system: Unassembled, name: str, pose: Array, vel: Array, offset: Array) -> None:

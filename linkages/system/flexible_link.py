@@ -12,7 +12,7 @@ import numpy as np
 from linkages.arrays import Array, Records
 from linkages.files.raw_model import LinkBeam
 from linkages.flexible.component_modes import ComponentModes, component_modes
-from linkages.model.beam_interfaces import parts, substructures
+from linkages.model.beam_interfaces import distinct, parts, substructures
 from linkages.model.experiment import Experiment
 from linkages.model.mechanism import Joint, Link, Mechanism
 from linkages.planar.bodies import DAMPING, ELASTIC, MATRIX, SHAPE, STIFFNESS
@@ -158,20 +158,13 @@ def flexible_link(
     carries the substructure on which it lies, whose axis may pass through its end; the others are fixed to their
     neighbours' ends.
     """
-    link, model = mechanism.link[name], experiment.links[name]
-    whole = link.beam
-    if whole is None:
-        raise AssertionError("a flexible link has a beam")  # ensured by `linkages.model.check`
-    length = float(np.linalg.norm(whole.end - whole.start))
+    link, model, whole = mechanism.link[name], experiment.links[name], mechanism.beam[name]
+    length = whole.length
     direction = (whole.end - whole.start) / length
-
-    def along(point: Array) -> float:
-        return float((point - whole.start) @ direction)
-
     named, cells = _named(experiment), substructures(mechanism, experiment, name)
-    points = {point.name: along(point.origin) for point in mechanism.point.values() if point.link == name}
+    points = {point.name: whole.along(point.origin) for point in mechanism.point.values() if point.link == name}
     joints = {
-        joint.name: along(place)
+        joint.name: whole.along(place)
         for joint in mechanism.joints
         for end, place in ((joint.parent, joint.on_parent), (joint.child, joint.on_child))
         if end == name
@@ -252,8 +245,5 @@ def _named(experiment: Experiment) -> set[str]:
 
 def _distinct(places: Sequence[float], origin: float, a: float, b: float) -> tuple[float, ...]:
     """Return the abscissas of distinct places on the beam between a and b, relative to the origin."""
-    found: list[float] = []
-    for place in sorted(min(max(place, a), b) - origin for place in places):
-        if not found or place - found[-1] > _SAME * (b - a):
-            found.append(0.0 if abs(place) <= _SAME * (b - a) else place)
-    return tuple(found)
+    found = distinct((min(max(place, a), b) - origin for place in places), b - a)
+    return tuple(0.0 if abs(place) <= _SAME * (b - a) else place for place in found)

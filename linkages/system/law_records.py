@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.arrays import Array, Indices, Records
-from linkages.files.raw_model import Bearing
+from linkages.files.raw_model import BearingSize
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.contact.contact_forces import CLIP
 from linkages.laws.contact.material import (
@@ -31,7 +31,7 @@ from linkages.laws.mixed import asperity_pressure
 from linkages.laws.parameters import MODELS, SHEAR, set_parameters
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.laws.wear.force import worn_address
-from linkages.model.experiment_tables import Contact, Friction, JointModel, Mixed
+from linkages.model.experiment_tables import ContactTable, FrictionTable, JointModel, Mixed
 
 
 class ContactLaws(NamedTuple):
@@ -45,7 +45,7 @@ class ContactLaws(NamedTuple):
     bristles: Indices
 
 
-def contact_laws(bearings: tuple[Bearing | None, ...], models: tuple[JointModel, ...]) -> ContactLaws:
+def contact_laws(bearings: tuple[BearingSize | None, ...], models: tuple[JointModel, ...]) -> ContactLaws:
     """Collect the laws of contacts in bearings (or other ones), with these models."""
     records, maps = law_parameters(bearings, models), film_tables(bearings, models)
     return ContactLaws(
@@ -58,7 +58,7 @@ def contact_laws(bearings: tuple[Bearing | None, ...], models: tuple[JointModel,
     )
 
 
-def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> Records:
+def law_parameters(bearings: Sequence[BearingSize | None], models: Sequence[JointModel]) -> Records:
     """Make one record of `PARAMETERS` for each contact."""
     records: Records = np.zeros(len(models), PARAMETERS)
     for record, bearing, model in zip(records, bearings, models, strict=True):
@@ -66,7 +66,7 @@ def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointMod
     return records
 
 
-def film_tables(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> Array:
+def film_tables(bearings: Sequence[BearingSize | None], models: Sequence[JointModel]) -> Array:
     """Load the maps of the finite films, or lay out their cells if they have a history; one line for each contact.
 
     Lines of contacts that need none are empty.
@@ -108,7 +108,7 @@ def film_limits(laws: Records, tables: Array, models: Sequence[JointModel]) -> A
     return limits
 
 
-def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
+def _fill(record: Any, joint: JointModel, bearing: BearingSize | None) -> None:
     record["clearance"] = joint.clearance
     if bearing is not None:
         record["radius"], record["length"] = bearing.radius, bearing.length
@@ -147,7 +147,7 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
             _fill_asperities(record, joint.mixed, joint.contact)
 
 
-def _fill_friction(record: Any, friction: Friction) -> None:
+def _fill_friction(record: Any, friction: FrictionTable) -> None:
     law, values = FRICTIONS[friction.law], friction.parameters
     record["friction"], record["bristles"] = law.address, law.rate_address
     record["mu_d"] = friction.coefficient or 0.0
@@ -157,7 +157,7 @@ def _fill_friction(record: Any, friction: Friction) -> None:
     set_parameters(record, "friction", law.parameters, values)
 
 
-def _fill_contact(record: Any, contact: Contact, bearing: Bearing | None, clearance: float) -> None:
+def _fill_contact(record: Any, contact: ContactTable, bearing: BearingSize | None, clearance: float) -> None:
     law = CONTACTS[contact.law]
     record["contact"], record["damping_limit"] = law.address, CLIP if contact.clip else np.inf
     set_parameters(record, "contact", law.parameters, contact.parameters)
@@ -179,12 +179,12 @@ def _fill_contact(record: Any, contact: Contact, bearing: Bearing | None, cleara
         record["stiffness"] = hertz_stiffness(bearing.radius, journal, _modulus(contact))
 
 
-def _fill_asperities(record: Any, mixed: Mixed, contact: Contact) -> None:
+def _fill_asperities(record: Any, mixed: Mixed, contact: ContactTable) -> None:
     sigma, density, radius = mixed.roughness or 0.0, mixed.density or 0.0, mixed.tip_radius or 0.0
     record["roughness"] = np.hypot(sigma, sigma)
     record["asperity_pressure"] = asperity_pressure(sigma, sigma, density, radius, _modulus(contact))
 
 
-def _modulus(contact: Contact) -> float:
+def _modulus(contact: ContactTable) -> float:
     young, poisson = contact.youngs_modulus or 0.0, contact.poissons_ratio
     return contact_modulus(young, poisson, young, poisson)

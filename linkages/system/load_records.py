@@ -12,7 +12,7 @@ from linkages.errors import InputError
 from linkages.files.formula import Formula
 from linkages.model.experiment import Experiment
 from linkages.model.functions import TIME, program, table_over
-from linkages.model.load_tables import Function
+from linkages.model.load_tables import LoadFunction
 from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.kinematics import body_states, poses_at
 from linkages.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
@@ -109,7 +109,9 @@ class _Functions:
             self._signals.append(self.tree.signal(signal))
         return self.inputs[signal]
 
-    def add(self, load: Function, constant: Sequence[float] | None, values: Sequence[Sequence[float]] | None) -> int:
+    def add(
+        self, load: LoadFunction, constant: Sequence[float] | None, values: Sequence[Sequence[float]] | None
+    ) -> int:
         """Add the components of a load; returns the index of the first."""
         for name in load.signals:
             self._input(name)

@@ -15,7 +15,7 @@ import numpy as np
 from linkages.arrays import Array
 from linkages.files.raw_model import Pose, RawModel, rotation
 from linkages.files.rigid import moved
-from linkages.model.mechanism import Joint, planar
+from linkages.model.mechanism import planar
 from linkages.planar.kinematics import poses_at
 from linkages.planar.record_types import ANGLE
 from linkages.system.spanning import spanning_tree
@@ -36,37 +36,22 @@ class Drawn(NamedTuple):
 def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple[float, float]]) -> Drawn | None:
     """Find a pose of the mechanism with closed loops and every joint within its limits.
 
-    Parameters
-    ----------
-    path : Path
-        File named in errors.
-    model : RawModel
-    limits : mapping of str to (float, float)
-        Lowest and highest coordinate of a joint, zero in the file's pose [rad or m].
-
-    Returns
-    -------
-    Drawn or None
-        The mechanism itself if the file's pose fulfils both conditions; None if no pose was found.
-
-    Raises
-    ------
-    InputError
-        If the mechanism is not a planar linkage.
+    The limits are coordinates, zero in the file's pose [rad or m]. The result is the mechanism itself if the file's
+    pose fulfils both conditions; None if no pose was found. InputError if the mechanism is not a planar linkage.
     """
     from scipy.optimize import least_squares  # slow to import
 
     mechanism = planar(path, model, {})
     tree = spanning_tree(replace(mechanism, joints=tuple(sorted(mechanism.joints, key=lambda j: j.name not in limits))))
-    limited = [joint for joint in mechanism.joints if joint.name in limits]
-    low, high = np.clip([limits[joint.name] for joint in limited], -_FAR, _FAR).reshape(-1, 2).T
-    turns = np.array([joint.type == "revolute" for joint in limited], dtype=bool)
+    movable = [joint.name for joint in mechanism.joints if joint.type != "fixed"]
+    limited = [name for name in movable if name in limits]
+    low, high = np.clip([limits[name] for name in limited], -_FAR, _FAR).reshape(-1, 2).T
+    turns = np.array([mechanism.joint[name].type == "revolute" for name in limited], dtype=bool)
     middle = 0.5 * (low + high)
     size = np.where(tree.closure_rows["term"]["kind"] == ANGLE, 1.0, tree.extent)
 
     def misfit(q: Array) -> Array:
-        pose, gaps = poses_at(tree.bodies, q), tree.gaps(q)
-        values = np.array([_coordinate(tree, pose, joint) for joint in limited])
+        gaps, values = tree.gaps(q), tree.joint_coordinates(limited, q)
         values = np.where(turns, middle + np.angle(np.exp(1j * (values - middle))), values)
         return np.concatenate([gaps / size, np.clip(low - values, 0.0, None), np.clip(values - high, 0.0, None)])
 
@@ -83,27 +68,9 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
     for part in [0.5, *dice.random((_STARTS, tree.size))]:
         found = least_squares(misfit, ends[0] + part * (ends[1] - ends[0]), xtol=1e-15, ftol=1e-15, gtol=1e-15)
         if closes(found.x):
-            pose = poses_at(tree.bodies, found.x)
-            at = {j.name: _coordinate(tree, pose, j) for j in mechanism.joints if j.type in reach}
+            at = dict(zip(movable, tree.joint_coordinates(movable, found.x).tolist(), strict=True))
             return Drawn(_posed(model, tree, found.x), at)
     return None
-
-
-def _coordinate(tree: Tree, pose: Array, joint: Joint) -> float:
-    """Compute a joint's angle or stroke relative to the file's pose [rad or m]."""
-    parent, child = tree.index[joint.parent], tree.index[joint.child]
-    if joint.type == "revolute":
-        return float(joint.sign * (pose[child, 2] - pose[parent, 2]))
-    turn = np.array([[pose[parent, 3], -pose[parent, 4]], [pose[parent, 4], pose[parent, 3]]])
-    ends = (_place(tree, pose, body, at) for body, at in ((child, joint.on_child), (parent, joint.on_parent)))
-    return float((turn @ joint.direction) @ np.subtract(*ends))
-
-
-def _place(tree: Tree, pose: Array, body: int, drawn: Array) -> Array:
-    """Compute the position of a body point given in the reference configuration."""
-    x, y = drawn - tree.drawn[body]
-    c, s = pose[body, 3:]
-    return pose[body, :2] + np.array([c * x - s * y, s * x + c * y])
 
 
 def _posed(model: RawModel, tree: Tree, q: Array) -> RawModel:
@@ -112,7 +79,9 @@ def _posed(model: RawModel, tree: Tree, q: Array) -> RawModel:
     moves = {"world": Pose()}
     for name in tree.mechanism.link:
         body = tree.index[name]
+        c, s = pose[body, 3:]
+        turned = np.array([[c, -s], [s, c]])
         turn = basis @ rotation(np.array([0.0, 0.0, pose[body, 2]])) @ basis.T
-        moves[name] = Pose(turn, basis[:, :2] @ _place(tree, pose, body, np.zeros(2)))
+        moves[name] = Pose(turn, basis[:, :2] @ (pose[body, :2] - turned @ tree.drawn[body]))
     closed = moved(model, moves)
     return replace(closed, joints=tuple(replace(joint, position_on_parent=joint.position) for joint in closed.joints))

@@ -18,8 +18,8 @@ from linkages.planar.bodies import STRAIGHT, Bodies, make_shapes
 from linkages.system.flexible_link import FlexibleLink, section_at
 from linkages.system.tree import TYPES, Edge, Tree
 
-_NAMES = list(types.BODY.names or ())
-_MOVING, _CARRIES, _DETACHED, _ETA = (_NAMES.index(name) for name in ("moving", "carries", "detached", "eta"))
+#: Values of a body's record that differ from zero or are no numbers, where it does not say others.
+_USUAL = dict.fromkeys(types.BODY.names or (), 0) | {"dof": -1, "driven": -1, "sign": 1.0}
 
 
 def spanning_tree(
@@ -103,9 +103,9 @@ class _Builder:
         self.flexible: dict[str, Sequence[FlexibleLink]] = {}
         self.substructures: dict[str, FlexibleLink] = {}
         self.sections: dict[tuple[str, float], int] = {}
-        self.rows: list[list[Any]] = []
+        self.rows: list[dict[str, Any]] = []
         self.acting = 0
-        self._row(-1, np.zeros(2), types.FIXED)
+        self._row(-1, np.zeros(2), type=types.FIXED)
         self.index = {"world": 0}
         self.drawn = [np.zeros(2)]
         self.coordinates: list[str] = []
@@ -160,17 +160,19 @@ class _Builder:
             dof = len(self.coordinates)
             self.coordinates.append(name)
         motion = self.driven.index(name) if name in self.driven else -1
-        moving = bool(self.rows[parent][_MOVING]) or (dof >= 0 and motion < 0)
-        mass, com, inertia, flexible = 0.0, np.zeros(2), 0.0, self.substructures.get(link)
+        moving = bool(self.rows[parent]["moving"]) or (dof >= 0 and motion < 0)
+        row: dict[str, Any] = {"type": kind, "dof": dof, "driven": motion, "sign": sign, "ux": axis[0], "uy": axis[1]}
+        flexible = self.substructures.get(link)
         if link:
             body = flexible.part if flexible else self.mechanism.link[link]
-            mass, com, inertia = body.mass, body.com - drawn, body.inertia
+            cx, cy = body.com - drawn
+            row |= {"mass": body.mass, "cx": cx, "cy": cy, "inertia": body.inertia}
             self.index[link] = len(self.rows)
-        modes, bends, beam = (
-            (len(flexible.modes.names), flexible.modes.bending, flexible.direction) if flexible else (0, 0, np.zeros(2))
-        )
-        moving = moving or modes > 0
-        self._row(parent, at, kind, dof, motion, moving, sign, axis, modes, bends, beam, mass, com, inertia)
+        if flexible:
+            (ex, ey), modes = flexible.direction, flexible.modes
+            row |= {"modes": len(modes.names), "bends": modes.bending, "ex": ex, "ey": ey}
+            moving = moving or len(modes.names) > 0
+        self._row(parent, at, moving=moving, **row)
         self.drawn.append(np.array(drawn))
         if flexible:
             self._add_sections(flexible)
@@ -189,33 +191,15 @@ class _Builder:
 
     def _add_section(self, flexible: FlexibleLink, s: float) -> None:
         self.sections[flexible.name, s] = len(self.rows)
-        self._row(self.index[flexible.name], s * flexible.direction, types.SECTION, moving=1, axis=flexible.direction)
+        ux, uy = flexible.direction
+        self._row(self.index[flexible.name], s * flexible.direction, type=types.SECTION, moving=1, ux=ux, uy=uy)
         self.drawn.append(flexible.origin + s * flexible.direction)
 
-    def _row(
-        self,
-        parent: int,
-        at: Array,
-        kind: int,
-        dof: int = -1,
-        motion: int = -1,
-        moving: int = 0,
-        sign: float = 1.0,
-        axis: Array | None = None,
-        modes: int = 0,
-        bends: int = 0,
-        beam: Array | None = None,
-        mass: float = 0.0,
-        com: Array | None = None,
-        inertia: float = 0.0,
-    ) -> None:
-        """Add a record of `linkages.planar.record_types.BODY`."""
-        axis, beam, com = (np.zeros(2) if x is None else x for x in (axis, beam, com))
+    def _row(self, parent: int, at: Array, **values: Any) -> None:
+        """Add a record of `linkages.planar.record_types.BODY`, mounted at a place on its parent."""
         if self.rows:
-            self.rows[parent][_CARRIES] = 1
-        self.rows.append(
-            [(parent, *at), kind, dof, motion, moving, 0, 0, sign, *axis, modes, bends, 0, *beam, mass, *com, inertia]
-        )
+            self.rows[parent]["carries"] = 1
+        self.rows.append(_USUAL | {"mount": (parent, *at)} | values)
 
     def bodies(self) -> Bodies:
         """Return all bodies; assigns the modal coordinates after the joint coordinates.
@@ -226,19 +210,20 @@ class _Builder:
         for name, s in list(self.sections):
             if s not in self.substructures[name].acting and self.substructures[name].moves(s):
                 self._add_section(self.substructures[name], s)
-                self.rows[-1][_DETACHED] = 1
+                self.rows[-1]["detached"] = 1
         substructures = [part for link in self.flexible.values() for part in link]
         nm = max((len(flexible.modes.names) for flexible in substructures), default=0)
         shapes = make_shapes(len(self.rows), nm)
         for flexible in substructures:
             body = self.index[flexible.name]
-            self.rows[body][_ETA] = len(self.coordinates)
+            row = self.rows[body]
+            row["eta"] = len(self.coordinates)
             self.coordinates += flexible.coordinates
             flexible.fill(shapes[body])
-            ex, ey, mass, cx, cy, inertia = self.rows[body][-6:]
-            shapes[body, STRAIGHT, 0] = cx * ex + cy * ey, 0.0, np.sqrt(inertia / mass), 0.0
+            along = row["cx"] * row["ex"] + row["cy"] * row["ey"]
+            shapes[body, STRAIGHT, 0] = along, 0.0, np.sqrt(row["inertia"] / row["mass"]), 0.0
             for s in flexible.abscissas:
                 if self.sections[flexible.name, s] != body:
                     flexible.fill_section(s, shapes[self.sections[flexible.name, s]])
-        records: Records = np.array([tuple(row) for row in self.rows], types.BODY)
+        records: Records = np.array([tuple(row.values()) for row in self.rows], types.BODY)
         return packed(Bodies(records, shapes))

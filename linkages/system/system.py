@@ -21,7 +21,6 @@ from linkages.planar.record_types import BEAM, STATION, STATION_MODE
 from linkages.system.assembly import Assembly, assemble, balanced, independent
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
-from linkages.system.rate import motion_rate
 from linkages.system.tree import Tree
 from linkages.system.unassembled import Unassembled
 
@@ -150,7 +149,7 @@ class System(Unassembled):
     @cached_property
     def motion_rate(self) -> float:
         """Estimate the rate of the motion before a run [rad/s]."""
-        return self.drive_rate if self.drive_rate > 0.0 else motion_rate(self, self.assembly.v)
+        return self.drive_rate if self.drive_rate > 0.0 else self.swing_rate(self.assembly.v)
 
     @cached_property
     def assembly(self) -> Assembly:

@@ -15,7 +15,7 @@ from linkages.arrays import Array, Records
 from linkages.kernel.by_reference import packed
 from linkages.kernel.simd import LaneArray
 from linkages.model.functions import OF_JOINTS
-from linkages.model.gear import Gear
+from linkages.model.load_tables import Gear
 from linkages.model.mechanism import Mechanism
 from linkages.planar import record_types as types
 from linkages.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
@@ -27,6 +27,7 @@ from linkages.system.flexible_link import FlexibleLink, section_at
 ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}
 #: Types of joints in records of bodies.
 TYPES = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PRISMATIC}
+_NONE = (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)  # term of a row that has one only
 _IMMOBILE = 1e30  # mass that immobilises a mode [kg]
 #: Corners of a block, along and across its slot, relative to half its sides.
 CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
@@ -146,9 +147,17 @@ class Tree:
 
     def gaps(self, q: Array) -> Array:
         """Compute the errors (nr,) of the closure rows at coordinates q [m, rad]."""
-        rows, gaps = self.closure_rows, np.empty(len(self.closure_rows))
-        closure_error(self.bodies, rows, np.zeros(len(rows)), q, make_pose(self.bodies), gaps)
-        return gaps
+        return self._values(self.closure_rows, q)
+
+    def joint_coordinates(self, names: Sequence[str], q: Array) -> Array:
+        """Compute the coordinates of some joints, of cut ones too, at coordinates q of the tree [rad, m]."""
+        terms, signs = zip(*map(self.coordinate, names), strict=True) if names else ((), ())
+        return np.array(signs) * self._values(np.array([(term, 0.0, _NONE, 0.0, 1.0) for term in terms], types.ROW), q)
+
+    def _values(self, rows: Records, q: Array) -> Array:
+        values = np.empty(len(rows))
+        closure_error(self.bodies, rows, np.zeros(len(rows)), q, make_pose(self.bodies), values)
+        return values
 
     def workspace(self, rows: Records) -> Workspace:
         """Make a workspace for this tree and closure rows, all zero."""
@@ -245,7 +254,10 @@ class Tree:
     @cached_property
     def hinge_dofs(self) -> NDArray[np.int64]:
         """Return the coordinates of the hinges between rigid segments."""
-        return np.array([self.coordinates.index(name) for name in self.hinges], dtype=np.int64)
+        return self._dofs(self.hinges)
+
+    def _dofs(self, names: Sequence[str]) -> NDArray[np.int64]:
+        return np.array([self.coordinates.index(name) for name in names], dtype=np.int64)
 
     @cached_property
     def closing_dofs(self) -> NDArray[np.int64]:
@@ -280,12 +292,12 @@ class Tree:
     @cached_property
     def driven_dofs(self) -> NDArray[np.int64]:
         """Return the coordinate of each driven joint."""
-        return np.array([self.coordinates.index(name) for name in self.driven], dtype=np.int64)
+        return self._dofs(self.driven)
 
     @cached_property
     def powered_dofs(self) -> NDArray[np.int64]:
         """Return the coordinate of each joint with an applied torque."""
-        return np.array([self.coordinates.index(name) for name in self.powered], dtype=np.int64)
+        return self._dofs(self.powered)
 
     @cached_property
     def extent(self) -> float:
@@ -314,8 +326,7 @@ class Tree:
 
     def beam_ends(self, link: str) -> tuple[int, int]:
         """Return the bodies of the sections at the first and last end of a flexible link's beam."""
-        beam = self.mechanism.link[link].beam
-        assert beam is not None  # only links with a beam are flexible
+        beam = self.mechanism.beam[link]
         return self.marker(link, beam.start)[0], self.marker(link, beam.end)[0]
 
     def named_marker(self, name: str) -> tuple[int, float, float]:
@@ -344,7 +355,7 @@ class Tree:
         return (types.ALONG_WORLD, *ends, x_axis, 1.0 - x_axis), 1.0, 0.0, rate
 
     def _rows(self, names: Sequence[str]) -> Records:
-        rows, none = [], (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)
+        rows: list[tuple[Any, ...]] = []
         for name in names:
             joint = self.mechanism.joint[name]
             # a fixed joint keeps the relative pose of the reference configuration, whatever its frames
@@ -357,4 +368,4 @@ class Tree:
                 rows += [(types.ALONG_WORLD, *ends, 1.0, 0.0), (types.ALONG_WORLD, *ends, 0.0, 1.0)]
             if joint.type == "fixed":
                 rows.append((types.ANGLE, *ends, 0.0, 0.0))
-        return np.array([(row, 0.0, none, 0.0, 1.0) for row in rows], types.ROW)
+        return np.array([(row, 0.0, _NONE, 0.0, 1.0) for row in rows], types.ROW)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import Any, TypeVar, TypeVarTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,17 +19,35 @@ from linkages.model.experiment_tables import Drive, FilmHistory, JointModel
 from linkages.model.mechanism import Mechanism
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
-from linkages.planar.record_types import HISTORY, ORIENTED, WORN
+from linkages.planar.record_types import HISTORY, ORIENTED, REVOLUTE, WORN
 from linkages.system.flexible_link import flexible_link
 from linkages.system.law_records import ContactLaws, contact_laws
 from linkages.system.load_records import pack_loads
-from linkages.system.memory import Memory
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree, chained
 from linkages.system.unilateral_contacts import unilateral_ends, unilateral_models
 
+_UNKNOWN = 1.0  # rate for a linkage without motion and forces at the start [rad/s]
 _FILM_STEPS = 200  # of a turn of the fastest drive
 _SAMPLED = 2000  # number of times at which the drives' rates are compared
+
+T = TypeVar("T")
+Arguments = TypeVarTuple("Arguments")
+
+
+class Memory:
+    """The latest result of each function and its arguments, shared by variants of a system."""
+
+    def __init__(self) -> None:
+        self._kept: dict[Any, tuple[tuple[Any, ...], Any]] = {}
+
+    def __call__(self, function: Callable[[*Arguments], T], *arguments: *Arguments) -> T:
+        """Return the result of a function for arguments that can be compared, which decide it alone."""
+        kept = self._kept.get(function)
+        if kept is None or kept[0] != arguments:
+            self._kept[function] = kept = arguments, function(*arguments)
+        result: T = kept[1]
+        return result
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,6 +116,33 @@ class Unassembled(Brief):
         """Sample rates and accelerations (nt, nd) of the drives at irregular times, to avoid aliasing."""
         between = np.random.default_rng(0).random(_SAMPLED)
         return self.motions(self.experiment.duration * np.concatenate([[0.0], np.sort(between), [1.0]]))[1:]
+
+    def swing_rate(self, rates: Array) -> float:
+        """Estimate the rate of the motion of a linkage without prescribed motions, before the run [rad/s].
+
+        It is the largest of the rates (n,) at the start [rad/s, m/s] or, if larger, the rate of a swing under the
+        present forces: the square root of force over mass and length, for the weight, springs, constant loads and
+        drives by torque or force. It does not depend on the duration, because the result of a run must not.
+        """
+        extent, experiment = self.tree.extent, self.experiment
+        mass = sum(link.mass for link in self.mechanism.links)
+        sliding = self.tree.bodies.records["type"] != REVOLUTE
+        moved = self.tree.bodies.records["dof"][sliding]
+        scale = np.ones(self.tree.size)
+        scale[moved[moved >= 0]] = 1.0 / extent
+        start = np.abs(rates * scale)[self.tree.joint_dofs]
+        forces = [mass * float(np.linalg.norm(self.gravity))]
+        forces += [spring.stiffness * extent for spring in experiment.springs.values()]
+        for torsion in experiment.torsion_springs.values():
+            slides = torsion.joint is not None and self.mechanism.joint[torsion.joint].type == "prismatic"
+            forces.append(torsion.stiffness * extent if slides else torsion.stiffness / extent)
+        forces += [_magnitude(force.force) for force in experiment.forces.values()]
+        forces += [_magnitude(torque.torque) / extent for torque in experiment.torques.values()]
+        for drive in experiment.drives.values():
+            forces += [_magnitude(drive.torque) / extent, _magnitude(drive.torques) / extent]
+            forces += [_magnitude(drive.force), _magnitude(drive.forces)]
+        swing = float(np.sqrt(max(forces) / (mass * extent))) if mass > 0.0 else 0.0
+        return max(float(start.max(initial=0.0)), swing) or _UNKNOWN
 
     @cached_property
     def torques(self) -> Motions:
@@ -225,3 +272,8 @@ def _motions(drives: tuple[Drive, ...]) -> Motions:
 
 def _torques(drives: tuple[Drive, ...]) -> Motions:
     return Motions([drive.torque_history() for drive in drives])
+
+
+def _magnitude(values: Any) -> float:
+    """Return the largest magnitude of a number or list; zero for None."""
+    return 0.0 if values is None else float(np.abs(values).max())

@@ -12,7 +12,7 @@ import numpy as np
 
 from linkages.arrays import Records
 from linkages.model.experiment import Experiment
-from linkages.model.experiment_tables import Contact, Friction, JointModel
+from linkages.model.experiment_tables import ContactTable, FrictionTable, JointModel
 from linkages.planar.record_types import CORNER, ENDS, STOP
 from linkages.system.tree import Tree
 
@@ -30,7 +30,7 @@ def unilateral_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, .
     return tuple(models)
 
 
-def _dry(clearance: float, contact: Contact, friction: Friction | None) -> JointModel:
+def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None) -> JointModel:
     values = {"model": "dry", "clearance": clearance, "contact": contact, "friction": friction}
     return JointModel.model_validate(values)
 

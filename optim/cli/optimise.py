@@ -13,7 +13,7 @@ from linkages import InputError
 from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import written
 from linkages.cli.progress import progress_bar
-from linkages.files.writing import errors_of_writing
+from linkages.files.writing import errors_of_writing, write_json
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -152,7 +152,7 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
 
     from optim.evaluate.evaluator import Evaluator
     from optim.report.observe import Observer
-    from optim.report.result import format_result, write_json
+    from optim.report.result import format_result
     from optim.search.optimise import optimise
 
     study = job.study

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from linkages import InputError
 from linkages.cli.folders import add_out, output_folder, results_folder
-from linkages.cli.options import written
+from linkages.cli.options import add_pictures, print_results
+from linkages.files.writing import write_json
 
 HELP = "show or export what an optimisation has computed; which variables matter"
 
@@ -41,7 +42,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     sensitivity.add_argument("--seed", type=int, metavar="N", help="replaces the file's")
     sensitivity.add_argument("--threads", type=int, metavar="N", help="threads of the compiled engine; default: all")
     add_out(sensitivity)
-    sensitivity.add_argument("--no-plots", action="store_true", help="draw no figures")
+    add_pictures(sensitivity)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -66,7 +67,6 @@ def _sensitivity(options: argparse.Namespace) -> int:
     from optim.evaluate.evaluator import Evaluator
     from optim.problem.load import load_study
     from optim.problem.shipped import find_study
-    from optim.report.result import write_json
     from optim.search.sensitivity import check_samples, format_sensitivity, sensitivity
 
     check_samples(options.samples, "--samples")
@@ -85,6 +85,5 @@ def _sensitivity(options: argparse.Namespace) -> int:
 
             write_indices(study, report, folder / "sobol.png")
             write_one_at_a_time(study, report, folder / "one_at_a_time.png")
-    print(format_sensitivity(study, report) + "\n")
-    print(written(out, outputs.names))
+    print_results(options, format_sensitivity(study, report), out, outputs.names)
     return 0

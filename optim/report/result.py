@@ -9,19 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from linkages.brief import cell, counted
-from linkages.files.writing import json_text, whole
+from linkages.files.writing import whole
 from optim.algorithms.nlp import Ending
 from optim.problem.study import Study
 
 ResultFile = dict[str, Any]  # content of ``result.json``
 
 _COLUMNS = ("study", "seed", "status", "evaluations", "failed", "iterations", "wall_time")
-
-
-def write_json(path: Path, content: Any) -> None:
-    """Write a JSON file, whole or not at all."""
-    with whole(path) as partial:
-        partial.write_text(json_text(content, 1), encoding="utf-8")
 
 
 def format_result(study: Study, result: ResultFile) -> str:

@@ -9,7 +9,7 @@ import pytest
 import linkages
 from linkages import InputError
 from linkages.cli.main import main
-from linkages.cli.ranges import path_and_range
+from linkages.cli.options import path_and_range
 from linkages.live.answers import Answers
 from linkages.live.controls import controls
 from linkages.live.session import Session, checked

@@ -7,10 +7,8 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 
 from linkages.arrays import Array
-from linkages.model.contact_tables import LineContact, Stop
 from linkages.model.experiment import Experiment
-from linkages.model.gear import Gear
-from linkages.model.load_tables import Force, Spring, TorsionSpring
+from linkages.model.load_tables import ForceTable, Gear, LineContact, Spring, Stop, TorsionSpring
 from linkages.model.mechanism import Joint
 from linkages.model.skeleton import skeleton
 from linkages.plots.drawing.parts import BLOCK, Parts
@@ -89,7 +87,7 @@ class Done:
             "load name", joint.child, joint.on_child, max(away, BLOCK * (joint.type == "prismatic")), name, ends
         )
 
-    def _force(self, name: str, load: Force) -> Iterator[Shape]:
+    def _force(self, name: str, load: ForceTable) -> Iterator[Shape]:
         """Draw an arrow to the point of action of a force, in the direction of its largest value."""
         point, parts = self.mechanism.point[load.point], self.parts
         force = self.strongest.get(name, np.array([0.0, -1.0]))
