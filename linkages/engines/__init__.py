@@ -6,7 +6,7 @@
 | drake          | the Drake engine: a `MultibodyPlant` with systems for its joints and drives |
 | methods        | integration methods of each engine, and the method of a run                 |
 | budget         | largest number of steps of a run                                            |
-| study          | `simulate`; a run with its ideal linkage and error estimate                 |
+| assessment     | `simulate`; a run with its ideal linkage and error estimate                 |
 | heat           | temperature of the oil as the equilibrium of a cycle, by repeated runs      |
 | drop           | drop test: the smallest mechanism, with a known impact                      |
 | threads        | independent runs in threads                                                 |

@@ -87,7 +87,7 @@ def stroboscopic(
     Raises
     ------
     InputError, AssemblyError
-        See `linkages.engines.study.simulate`; also if a column or drive does not exist.
+        See `linkages.engines.assessment.simulate`; also if a column or drive does not exist.
 
     Examples
     --------

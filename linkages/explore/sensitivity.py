@@ -11,16 +11,16 @@ import numpy as np
 
 from linkages.arguments import Names, validated
 from linkages.brief import Brief, counted
+from linkages.engines.assessment import simulate, tightened
 from linkages.engines.compiled.batch import simulate_batch
 from linkages.engines.compiled.job import COARSE
 from linkages.engines.compiled.neighbours import magnitude_of
-from linkages.engines.study import simulate, tightened
 from linkages.errors import InputError, RunError, Status
 from linkages.outputs.registry import default_outputs
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics
 from linkages.results.trajectory import Progress, Trajectory
-from linkages.results.warnings import warning
+from linkages.results.validity import warning
 from linkages.system import System
 
 # Accuracy of the run that gives the errors, over the accuracy of the run; least accuracy of this kind; the ratio where

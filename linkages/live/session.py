@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.arrays import Array
-from linkages.engines.study import simulate
+from linkages.engines.assessment import simulate
 from linkages.errors import InputError, Status
 from linkages.live.view import (
     Ideal,
@@ -31,8 +31,8 @@ from linkages.live.view import (
     warnings_for,
 )
 from linkages.plots.drawing.drawing import Drawing
+from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
-from linkages.results.summary import Study
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
@@ -156,17 +156,17 @@ class Session:
         self._ratios = _end_of(system, run) if carried else {}
         ran = dict(values) | added
         self._shown = dict(values), ran
-        study = Study(system, "compiled", run, run, None)
-        part = shown_part(study, period)
+        assessment = Assessment(system, "compiled", run, run, None)
+        part = shown_part(assessment, period)
         exact = self._ideal(values, system, part[1] - part[0])
         if exact is not None:
-            study = Study(system, "compiled", run, exact.motion, None)
-        result = _Result(study, exact, frames_of(run, part), repr(_key(values, _OF_JOINTS + _OF_MASSES)))
+            assessment = Assessment(system, "compiled", run, exact.motion, None)
+        result = _Result(assessment, exact, frames_of(run, part), repr(_key(values, _OF_JOINTS + _OF_MASSES)))
         self._result = result
         texts = [path for path, value in values.items() if isinstance(value, str)]
         numbers = {path: system.value(path) for path in texts if path.rpartition(".")[2] not in _WORDS}
         return (
-            view(study, exact, part, result.frames)
+            view(assessment, exact, part, result.frames)
             | self._poses()
             | {
                 "numbers": numbers,
@@ -192,11 +192,11 @@ class Session:
         """
         if self._result is None:
             raise InputError("page", "numbers", "has no run yet; change a value, or press reset")
-        return numbers_for(self._result.study, self._result.exact)
+        return numbers_for(self._result.assessment, self._result.exact)
 
     def warnings(self) -> list[str]:
         """Return the warnings about the run that was shown last."""
-        return [] if self._result is None else warnings_for(self._result.study)
+        return [] if self._result is None else warnings_for(self._result.assessment)
 
     def restart(self) -> None:
         """Forget where the journals were: the next run starts as its file says."""
@@ -216,7 +216,7 @@ class Session:
         result = self._result
         if result is None or result.picture not in self._drawings:
             return {}
-        return {"poses": poses_of(self._drawings[result.picture][0], result.study.system, result.frames)}
+        return {"poses": poses_of(self._drawings[result.picture][0], result.assessment.system, result.frames)}
 
     def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> Ideal | None:
         key = (*_key(values, _OF_JOINTS), duration)
@@ -229,7 +229,7 @@ class Session:
 class _Result(NamedTuple):
     """The run that was shown last."""
 
-    study: Study
+    assessment: Assessment
     exact: Ideal | None
     frames: Mapping[str, Array]  # of the moving picture
     picture: str  # key of its drawing

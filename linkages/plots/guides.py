@@ -6,16 +6,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from linkages.plots.style import COLORS, add_legend, axis_label, engineering
-from linkages.results.summary import Study
+from linkages.results.assessment import Assessment
 
 
-def guides_figure(study: Study) -> Figure:
+def guides_figure(assessment: Assessment) -> Figure:
     """Draw the state of each block in its slot, and the transverse offsets of both ends over time.
 
     The state consists of the offset of the block's middle across the slot, and the additional offset of its front end
     (in the direction of the joint's axis). A corner touches if the sum of their magnitudes equals the clearance.
     """
-    system, run = study.system, study.run
+    system, run = assessment.system, assessment.run
     names = [name for name in system.tree.play if name not in system.tree.journals]
     figure = Figure(figsize=(6.3, 2.9 * len(names)), layout="constrained")
     axes = figure.subplots(len(names), 2, squeeze=False, width_ratios=[2, 3])

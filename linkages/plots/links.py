@@ -6,15 +6,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from linkages.plots.style import COLORS, add_legend, axis_label, engineering
-from linkages.results.summary import Study
+from linkages.results.assessment import Assessment
 
 
-def links_figure(study: Study) -> Figure:
+def links_figure(assessment: Assessment) -> Figure:
     """Draw deflections and the largest stress of each flexible link over time, and the strain energy of all.
 
     Next to each stress is its place along the link at each time.
     """
-    system, run = study.system, study.run
+    system, run = assessment.system, assessment.run
     names = list(system.tree.flexible)
     figure = Figure(figsize=(6.3, 0.8 + 3.2 * len(names) + 1.4), layout="constrained")
     grid = figure.add_gridspec(2 * len(names) + 1, 2, width_ratios=[3, 1])

@@ -14,6 +14,7 @@
 | impacts           | individual contacts; flight, impact and sustained contact                 |
 | startup           | duration of the start-up of clearance joints                              |
 | singular          | singular positions on or near a motion                                    |
+| soundness         | where numbers of a motion have no meaning                                 |
 | divergence        | time up to which two runs of one system agree                             |
 | noise             | rounding level of outputs                                                 |
 | peak_errors       | errors of peaks, from a run at a tighter tolerance                        |
@@ -22,8 +23,8 @@
 | film_heat         | heat balance of the oil in the joints of a run                            |
 | flexible_validity | validity of the flexible-link model in a run                              |
 | validity          | rules of validity, and their warnings                                     |
-| indeterminate     | forces and torques that the motion does not determine                     |
 | warnings          | warnings about the reliability of a summary's numbers                     |
-| summary           | a run with its ideal linkage and error estimate; contents of summary.json |
+| assessment        | a run with its ideal linkage and error estimate                           |
+| summary           | contents of summary.json                                                  |
 | shape             | schemas of summary.json and wear.json                                     |
 """

@@ -11,7 +11,7 @@ from typing import Any
 
 from linkages.results.extremes import integral
 from linkages.results.trajectory import Trajectory
-from linkages.results.warnings import warning
+from linkages.results.validity import warning
 from linkages.system import System
 
 _UNSETTLED = 0.1  # change of the temperature from run to run that is named in a warning [K]

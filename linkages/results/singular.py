@@ -31,7 +31,7 @@ _ALONE = 1e-2  # ratio of singular values of the second-order conditions above w
 DEAD_POINT, CHANGE_POINT, ONE_BRANCH = "dead point", "change point", "one branch"
 
 
-class Passage(NamedTuple):
+class SingularPosition(NamedTuple):
     """A singular position on the motion, or the closest position to one.
 
     Attributes
@@ -52,7 +52,7 @@ class Passage(NamedTuple):
     kind: str
 
 
-def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
+def singular_positions(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[SingularPosition]:
     """Find the singular positions within `NEAR` of a motion, between its samples too.
 
     A position is singular if the closure rows, in the coordinates without prescribed motion, lose rank: the linkage can
@@ -69,7 +69,7 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
 
     Returns
     -------
-    list of Passage
+    list of SingularPosition
         Positions in the order of time.
     """
     if not arrays.rank or len(motion.time) < 2:
@@ -77,7 +77,7 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
     q = partial(interpolated, motion.time, np.stack([motion[f"q.{name}"] for name in tree.coordinates], axis=1))
     times = motion.time[:: 1 + len(motion.time) // _MOST]
     quality = _qualities(arrays, q(times))
-    found: list[Passage] = []
+    found: list[SingularPosition] = []
     for k in _candidates(quality):
         low, high = times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)]
         for _ in range(_ZOOMS):
@@ -88,7 +88,7 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
         if ratios[best] < NEAR and (not found or between[best] > found[-1].time):
             there = q(between[best : best + 1])[0]
             time, kind = float(between[best]), _kind(arrays, q, there, motion.time, between[best])
-            found.append(Passage(time, float(ratios[best]), _loose(tree, arrays, there), kind))
+            found.append(SingularPosition(time, float(ratios[best]), _loose(tree, arrays, there), kind))
     return found
 
 

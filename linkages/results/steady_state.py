@@ -23,6 +23,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -78,6 +79,11 @@ class Motion:
     periods: int = 0
     since: float | None = None
     end: float = 0.0
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """Return the entry ``motion`` of ``summary.json``."""
+        return {key: getattr(self, key) for key in ("kind", "why", "period", "periods", "since")}
 
     @property
     def cycle(self) -> tuple[float, float] | None:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from linkages.results.warnings import warning
-
 Case = TypeVar("Case")
+
+
+def warning(kind: str, time: float | None, what: str, remedy: str) -> dict[str, Any]:
+    """Make an entry of ``warnings`` in ``summary.json``; docs/outputs.md explains the kinds."""
+    return {"kind": kind, "time": time, "what": what, "remedy": remedy}
 
 
 class Finding(NamedTuple):

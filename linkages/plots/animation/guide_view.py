@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from linkages.arrays import Array
 from linkages.files.magnitudes import rounded
 from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
-from linkages.results.summary import Study
+from linkages.results.assessment import Assessment
 from linkages.system.tree import CORNERS
 
 _LENGTH, _HEIGHT = 0.8, 0.3  # half the drawn block's sides over the view's radius
@@ -42,12 +42,12 @@ class GuideFrames:
     touching: NDArray[np.bool_]
 
 
-def guide_frames(study: Study, name: str, times: Array) -> GuideFrames:
+def guide_frames(assessment: Assessment, name: str, times: Array) -> GuideFrames:
     """Compute the block's motion at the instant of the largest force in each frame."""
-    run, mechanism = study.run, study.system.mechanism
+    run, mechanism = assessment.run, assessment.system.mechanism
     joint = mechanism.joint[name]
     moments = strongest(run, name, times)
-    clearance = study.system.experiment.joints[name].clearance or 0.0
+    clearance = assessment.system.experiment.joints[name].clearance or 0.0
     half = 0.5 * joint.slot.length if joint.slot is not None else 0.0
 
     def at(column: str) -> Array:
@@ -84,9 +84,9 @@ class GuideView(View):
         for k in range(len(CORNERS)):
             self.show_spot(f"corner{k + 1}", now.touching[frame, k], time)
 
-    def draw(self, study: Study, times: Array) -> None:
+    def draw(self, assessment: Assessment, times: Array) -> None:
         """Draw all parts at the origin of the view, and compute the content of each frame."""
-        self.frames = guide_frames(study, self.name, times)
+        self.frames = guide_frames(assessment, self.name, times)
         wall, thick = _HEIGHT + GAP, 0.14
         self.box("floor", (2.0 * _SLOT, 2.0 * wall, 0.01), FLOOR, [0.0, 0.0, -0.02])
         for name, side in (("upper", 1.0), ("lower", -1.0)):
