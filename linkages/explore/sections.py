@@ -112,13 +112,7 @@ def stroboscopic(
 def checked(
     systems: Sequence[System], names: Sequence[str], revolutions: int, transient: int, drive: str | None
 ) -> list[tuple[System, float]]:
-    """Return each system with the duration of its revolutions, and its period [s].
-
-    Raises
-    ------
-    InputError
-        If a name, a number or a drive is not valid.
-    """
+    """Return each system with the duration of its revolutions, and its period [s]; InputError for an unknown name."""
     for number, least, what in ((revolutions, 1, "revolutions"), (transient, 0, "transient")):
         if number < least:
             raise InputError("argument", what, f"is {number}; it must be {least} or more")
@@ -165,17 +159,7 @@ def sections(
 
 
 def recorded(flow: Flow, start: float, period: float, names: Sequence[str], revolutions: int) -> Section:
-    """Continue a run over some revolutions and record a section.
-
-    Parameters
-    ----------
-    flow : Flow
-        A run that has reached the start.
-    start, period : float
-        Start of the first revolution, and the duration of each [s].
-    names : sequence of str
-    revolutions : int
-    """
+    """Continue a run that has reached a start over revolutions of a period, both [s], and record a section."""
     times: list[float] = []
     found: dict[str, list[tuple[float, float, float]]] = {name: [] for name in names}
     while len(times) < revolutions and flow.status is Status.OK:

@@ -31,32 +31,17 @@ _STILL = 1e-6  # relative to the fastest body, or to the size: slower points and
 
 @dataclass(frozen=True)
 class Transmission:
-    """The transmission angle of a dyad; see the module's docstring.
+    """The transmission angle of a dyad; see the module's docstring."""
 
-    Attributes
-    ----------
-    link, other : str
-        Links of the dyad; a link joined to the ground is the second.
-    joint : str
-        Pin between the links.
-    grounded : bool
-        Whether the second link is joined to the ground, so that the joint has a fixed path.
-    angle : (n,) array
-        Transmission angle, from 0 to pi/2 [rad]. NaN if the pins of a link coincide.
-    least, most : (float, float)
-        Drive value [rad or m] and transmission angle [rad] of the smallest and the largest angle, between the samples.
-    turns : tuple of float
-        If `grounded`: drive values at which the joint reverses, its dead centres [rad or m].
-    """
-
-    link: str
+    link: str  # links of the dyad; a link joined to the ground is the second
     other: str
-    joint: str
-    grounded: bool
-    angle: Array
+    joint: str  # pin between the links
+    grounded: bool  # whether the second link is joined to the ground, so that the joint has a fixed path
+    angle: Array  # (n,) transmission angle, from 0 to pi/2 [rad]. NaN if the pins of a link coincide
+    # drive value [rad or m] and transmission angle [rad] of the extreme angles, between the samples
     least: tuple[float, float]
     most: tuple[float, float]
-    turns: tuple[float, ...]
+    turns: tuple[float, ...]  # if `grounded`: drive values at which the joint reverses, its dead centres [rad or m]
 
 
 class Dyad(NamedTuple):
@@ -85,18 +70,7 @@ def dyads(
 ) -> tuple[list[Dyad], tuple[str, ...]]:
     """Divide a linkage into dyads, in the order in which they can be solved.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    driven : collection of str
-        Driven joints.
-    gears : iterable of Gear, optional
-
-    Returns
-    -------
-    found : list of Dyad
-    rest : tuple of str
-        Links that are neither in a dyad nor moved by drives, gears or dyads.
+    Also returns the links that are neither in a dyad nor moved by driven joints, gears or dyads.
     """
     known = {joint.name for joint in mechanism.joints if joint.type == "fixed" or joint.name in driven}
     pairs = [gear.joints for gear in gears]
@@ -140,11 +114,7 @@ def _rigid(mechanism: Mechanism, known: Collection[str]) -> dict[str, str]:
 def transmissions(system: System, motion: Motion) -> tuple[tuple[Transmission, ...], tuple[str, ...]]:
     """Compute the transmission angles of all dyads along a motion; also return the remaining links.
 
-    Parameters
-    ----------
-    system : System
-        From `linkages.explore.range_of_motion.movable`.
-    motion : Motion
+    The system is from `linkages.explore.range_of_motion.movable`.
     """
     mechanism, experiment = system.mechanism, system.experiment
     found, rest = dyads(mechanism, list(experiment.drives), experiment.gears.values())

@@ -38,16 +38,8 @@ _PAGES = 20  # pages whose last run is kept
 class Answers:
     """Answers the requests of the front end, which can be shown several times: in tabs, or below cells of a notebook.
 
-    Parameters
-    ----------
-    session : Session
-        Of the machine; each page has its own copy.
-    controls : mapping of str to Control
-        The values that may be changed.
-    folder : Path
-        Where files are saved.
-    given : mapping
-        Values that were replaced on the command line; they are saved with the others.
+    Each page has its own copy of the session. Files are saved in the folder, with the values `given` on the command
+    line.
     """
 
     def __init__(
@@ -57,16 +49,7 @@ class Answers:
         self._pages: dict[str, Session] = {}
 
     def answer(self, kind: str, request: Any, outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
-        """Answer a request.
-
-        Parameters
-        ----------
-        kind : str
-        request : dict
-            From outside: everything in it is checked.
-        outdated : callable
-            Whether a newer request waits.
-        """
+        """Answer a request from outside: everything in it is checked. `outdated` tells whether a newer one waits."""
         known = {"start": self._start, "run": self._run, "picture": self._picture}
         known |= {"numbers": self._numbers, "warnings": self._warnings}
         known |= {"save": self._save, "export": self._export}

@@ -18,14 +18,7 @@ from linkages.model.experiment import Experiment
 def edited(experiment: Experiment, values: Mapping[str, Any], target: Path) -> str:
     """Return the text of an experiment's file with other values; comments say that they are from the live page.
 
-    Parameters
-    ----------
-    experiment : Experiment
-        As read from its file.
-    values : mapping
-        Values by dotted path; strings are read as TOML values.
-    target : Path
-        File of the text; the mechanism's path is relative if it is in the same folder or below.
+    Strings are read as TOML values. The mechanism's path is relative if it is in the folder of the target or below.
 
     Examples
     --------
@@ -49,10 +42,7 @@ def edited(experiment: Experiment, values: Mapping[str, Any], target: Path) -> s
 def save(experiment: Experiment, values: Mapping[str, Any], target: Path, replace: bool = False) -> Path:
     """Write an experiment's file with other values, whole or not at all; see `edited`.
 
-    Raises
-    ------
-    InputError
-        If the file exists and is not to be replaced, or cannot be written.
+    InputError if the file exists and is not to be replaced, or cannot be written.
     """
     if target.exists() and not replace:
         raise InputError("page", target.name, f"exists in {target.parent.resolve()}; choose another name")

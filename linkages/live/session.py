@@ -56,19 +56,9 @@ class TimeLimitError(Exception):
 
 
 class Session:
-    """Answers requests of one page about one machine, one after the other.
+    """Answers requests of one page about one machine, one after the other; a run takes at most `limit` seconds.
 
-    Parameters
-    ----------
-    system : System
-        As loaded from its file, with the values of the command line.
-    limit : float
-        Longest time of a run [s].
-
-    Raises
-    ------
-    InputError
-        If a film has a history: each run starts anew, so it would not show the steady content.
+    InputError if a film has a history: each run starts anew, so it would not show the steady content.
     """
 
     def __init__(self, system: System, limit: float = 20.0) -> None:
@@ -87,13 +77,7 @@ class Session:
         return other
 
     def values_to_run(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the values of a run: the requested ones, the duration, the journals' start.
-
-        Raises
-        ------
-        InputError
-            If a value is not valid.
-        """
+        """Return the values of a run: the requested ones, the duration, the journals' start."""
         system = self.system.replaced(values)
         return dict(values) | self._added(values, system, _period(system))
 
@@ -112,20 +96,10 @@ class Session:
         return added
 
     def compute(self, values: Mapping[str, Any], outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
-        """Run the mechanism with changed values, and return the pictures of the page.
+        """Run the mechanism with changed values by dotted path, and return the pictures of the page.
 
-        Parameters
-        ----------
-        values : mapping
-            Values by dotted path, see `linkages.System.replaced`.
-        outdated : callable
-            Whether the answer is no longer wanted.
-
-        Returns
-        -------
-        dict
-            See `linkages.live.view.view`; further `ran` (the values of the run), `settled`, `picture` (key of the
-            drawing), `poses` of its bodies if it is drawn already, and `took` [s].
+        See `linkages.live.view.view`; further `ran` (the values of the run), `settled`, `picture` (key of
+        the drawing), `poses` of its bodies if it is drawn already, and `took` [s].
 
         Raises
         ------
@@ -183,13 +157,7 @@ class Session:
         return dict(ran) if asked == dict(values) else self.values_to_run(values)
 
     def numbers(self) -> dict[str, Any]:
-        """Return the numbers of the run that was shown last, see `linkages.live.view.numbers_for`.
-
-        Raises
-        ------
-        InputError
-            If there is none.
-        """
+        """Return the numbers of the run that was shown last, see `linkages.live.view.numbers_for`."""
         if self._result is None:
             raise InputError("page", "numbers", "has no run yet; change a value, or press reset")
         return numbers_for(self._result.assessment, self._result.exact)
@@ -279,13 +247,7 @@ def _keep_few(kept: dict[Any, Any]) -> None:
 
 
 def checked(values: Any, known: Mapping[str, Any]) -> dict[str, float | str]:
-    """Check values from outside: paths of controls, with numbers or short texts.
-
-    Raises
-    ------
-    InputError
-        If a path is not known, or a value is neither a number nor a short text.
-    """
+    """Check values from outside: paths of controls, with numbers or short texts; InputError for others."""
     if not isinstance(values, dict):
         raise InputError("page", "values", "must be a table of values by path")
     for path, value in values.items():

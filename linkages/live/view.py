@@ -76,24 +76,10 @@ def shown_part(assessment: Assessment, period: float | None) -> tuple[float, flo
 def view(
     assessment: Assessment, exact: Ideal | None, part: tuple[float, float], frames: Mapping[str, Array]
 ) -> dict[str, Any]:
-    """Return the pictures of the page for a run.
+    """Return the pictures of the page for a part of a run [s], ready for JSON.
 
-    Parameters
-    ----------
-    assessment : Assessment
-        The run, without an error estimate.
-    exact : Ideal or None
-        The motion with ideal joints, which begins at the phase of `part`.
-    part : (float, float)
-        The shown part of the run [s].
-    frames : dict of str to array
-        From `frames_of`.
-
-    Returns
-    -------
-    dict
-        Ready for JSON: `status`, `periodic`, `from` and `to` [s], `time` of the frames of the moving picture, `curves`,
-        `orbits`.
+    They are `status`, `periodic`, `from` and `to` [s], `time` of the frames of the moving picture, `curves`, `orbits`.
+    The motion with ideal joints begins at the phase of the part; the frames are from `frames_of`.
     """
     system, run = assessment.system, assessment.run
     shown = run.within(*part)

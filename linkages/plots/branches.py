@@ -27,23 +27,8 @@ def branches_figure(
 ) -> Figure:
     """Draw the value at the end of each period of the drives, and the largest magnitude in it, over the variable.
 
-    Parameters
-    ----------
-    found : Branches
-        From `linkages.branches`, with outputs.
-    units : mapping of str to str
-        SI units of the outputs.
-    label : str
-        Name of the variable; default: its path.
-    scale : float
-        Factor on the variable.
-    sweep : Sweep, optional
-        Points from `linkages.sweep` over the same variable.
-
-    Returns
-    -------
-    Figure
-        Lines are solid where the motion is stable, dashed where it is not.
+    Lines are solid where the motion is stable, dashed where it is not; a sweep over the same variable gives points.
+    `units` are the SI units of the outputs, `scale` is a factor on the variable, `label` its name.
     """
     rows = [(name, kind) for name in found.outputs for kind in ("strobe", "peaks")]
     with figure_style():

@@ -30,25 +30,10 @@ def curves(
     errors: Mapping[str, float],
     intervals: int = _INTERVALS,
 ) -> list[dict[str, Any]]:
-    """Return columns over time for `curves.js`.
+    """Return columns over time for `curves.js`; missing columns are skipped.
 
-    Parameters
-    ----------
-    names : iterable of str
-        Names of the columns; missing ones are skipped.
-    run : Trajectory
-    ideal : Trajectory or None
-        Motion with ideal joints.
-    errors : mapping of str to float
-        Smallest variation of each column that is drawn, see `drawn_errors`.
-    intervals : int
-        Number of time intervals, see `seen`.
-
-    Returns
-    -------
-    list of dict
-        For each curve `name`, `unit`, and `run` and `ideal`, each with `time` [s] and `values`; `ideal` is None if
-        missing. Empty for a run of a single sample.
+    Each curve has `name`, `unit`, and `run` and `ideal` (None if missing), each with `time` [s] and `values`.
+    Variations of a column below its error are not drawn. Empty for a run of a single sample.
     """
     if len(run.time) < 2:
         return []
@@ -85,14 +70,7 @@ def embedded(content: Any) -> str:
 
 
 def seen(time: Array, values: Array, intervals: int = _INTERVALS) -> NDArray[np.int64]:
-    """Choose samples (k,) that draw the same curve: first, smallest and largest of each time interval.
-
-    Parameters
-    ----------
-    time, values : (n,) arrays
-    intervals : int
-        Number of equal time intervals.
-    """
+    """Choose samples (k,) that draw the same curve: first, smallest and largest of each of equal time intervals."""
     piece = np.searchsorted(np.linspace(time[0], time[-1], intervals + 1)[1:-1], time, side="right")
     starts = np.flatnonzero(np.diff(piece, prepend=-1))
     by_value = np.lexsort(

@@ -12,16 +12,7 @@ from linkages.plots.style import COLORS, LINES, figure_style, typeset
 
 
 def bode_figure(model: StateSpace, frequencies: Array, response: NDArray[np.complex128]) -> Figure:
-    """Draw magnitude and phase of each output over each input.
-
-    Parameters
-    ----------
-    model : StateSpace
-    frequencies : (nf,) array
-        Frequencies [Hz].
-    response : (no, nu, nf) complex array
-        From `StateSpace.frequency_response`.
-    """
+    """Draw magnitude and phase of a response (no, nu, nf) over frequencies (nf,) [Hz]: each output over each input."""
     with figure_style():
         figure = Figure(figsize=(6.3, 4.6), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True)

@@ -174,20 +174,8 @@ def finely(assessment: Assessment, name: str) -> tuple[Array, NDArray[np.int64]]
     """Sample the path of a journal with contact, finely enough for a drawing.
 
     The steps of a free flight may be long: the run is evaluated between them, unless there are too many for a visible
-    difference.
-
-    Parameters
-    ----------
-    assessment : Assessment
-    name : str
-        Name of the joint.
-
-    Returns
-    -------
-    e : (n, 2) array
-        Eccentricity [m].
-    phase : (n - 1,) array
-        Phase of the journal between samples, see `linkages.results.impacts.phases`.
+    difference. Returns eccentricities (n, 2) [m], and the phases (n - 1,) between them, see
+    `linkages.results.impacts.phases`.
     """
     run, phase = assessment.run, phases(assessment.run, name)
     e = np.column_stack([run[f"{name}.ex"], run[f"{name}.ey"]])

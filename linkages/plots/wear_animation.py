@@ -87,15 +87,7 @@ draw();
 
 
 def write_animation(found: Mapping[str, Any], path: Path) -> None:
-    """Write a page with the growing profiles of all joints.
-
-    Parameters
-    ----------
-    found : mapping
-        Content of ``wear.json``; see `linkages.explore.wear.content.content`.
-    path : Path
-        The HTML file to write.
-    """
+    """Write a page with the growing profiles of all joints, from the content of ``wear.json``."""
     joints = {}
     for name, joint in found["joints"].items():
         nodes = len(joint["profile"])

@@ -21,28 +21,14 @@ _RING = 3.0  # radius of the drawn circle over the largest depth
 
 
 def write_figures(found: Mapping[str, Any], folder: Path) -> None:
-    """Write ``wear_JOINT.png`` of each joint and ``wear_history.png``.
-
-    Parameters
-    ----------
-    found : mapping
-        Content of ``wear.json``; see `linkages.explore.wear.content.content`.
-    folder : Path
-    """
+    """Write ``wear_JOINT.png`` of each joint and ``wear_history.png`` from the content of ``wear.json``."""
     for name in found["joints"]:
         write_png(profile_figure(found, name), folder / f"wear_{file_name(name)}.png")
     write_png(history_figure(found), folder / "wear_history.png")
 
 
 def profile_figure(found: Mapping[str, Any], joint: str) -> Figure:
-    """Draw the profiles of a joint's parts over the service life: polar with enlarged depths, and unrolled.
-
-    Parameters
-    ----------
-    found : mapping
-        Content of ``wear.json``.
-    joint : str
-    """
+    """Draw the profiles of a joint's parts over the service life: polar with enlarged depths, and unrolled."""
     sides = [side for side in SIDES if side in found["joints"][joint]]
     with figure_style():
         figure = Figure(figsize=(6.6, 3.1 * len(sides)), layout="constrained")

@@ -18,22 +18,7 @@ from linkages.report.result_folder import FIGURES, Results
 
 
 def write_report(results: Results, path: Path) -> None:
-    """Write the page atomically.
-
-    Parameters
-    ----------
-    results : Results
-        From `load_results`.
-    path : Path
-        The HTML file.
-
-    Raises
-    ------
-    InputError
-        If the place is not writable.
-    RunError
-        If the disk is full.
-    """
+    """Write the page atomically; InputError if the place is not writable."""
     text = render(results)
     with whole(path) as partial:
         partial.write_text(text, encoding="utf-8")

@@ -12,15 +12,7 @@ from linkages.results.trajectory import load_trajectory
 def curves_of(results: Results) -> list[dict[str, Any]]:
     """Return outputs, forces in clearance joints and drive torques over time, real and ideal.
 
-    Returns
-    -------
-    list of dict
-        See `linkages.plots.curves.curves`; none if the folder has no trajectory.
-
-    Raises
-    ------
-    InputError
-        If a trajectory cannot be read.
+    None if the folder has no trajectory; InputError if it cannot be read.
     """
     files = (results.folder / name for name in ("trajectory.npz", "ideal.npz"))
     run, ideal = (load_trajectory(path) if path.is_file() else None for path in files)

@@ -33,21 +33,12 @@ _FILES = {
 
 @dataclass(frozen=True)
 class Table:
-    """A table; the first cell of each row is its name.
-
-    Attributes
-    ----------
-    caption : str
-    head : tuple of str
-    rows : sequence of tuples of str
-    text : frozenset of int
-        Indices of columns with words.
-    """
+    """A table; the first cell of each row is its name."""
 
     caption: str
     head: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
-    text: frozenset[int] = frozenset({0})
+    text: frozenset[int] = frozenset({0})  # indices of columns with words
 
 
 def outputs(results: Results) -> Table:

@@ -21,20 +21,7 @@ CONTENT = "wear.json"
 
 
 def write_wear_report(folder: Path, path: Path) -> None:
-    """Write the report of a wear calculation atomically.
-
-    Parameters
-    ----------
-    folder : Path
-        The ``--out`` folder of ``linkages wear``.
-    path : Path
-        The HTML file.
-
-    Raises
-    ------
-    InputError
-        If the folder has no results of ``linkages wear``, or the file cannot be written.
-    """
+    """Write the report of an ``--out`` folder of ``linkages wear`` atomically; InputError for other folders."""
     text = _render(read_json(folder / CONTENT, Wear, "give the --out folder of `linkages wear`"), folder)
     with whole(path) as partial:
         partial.write_text(text, encoding="utf-8")

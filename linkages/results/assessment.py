@@ -1,4 +1,4 @@
-"""An assessment: a run with its ideal linkage and its error estimate, and what follows from them."""
+"""An assessment: a run with its ideal linkage and its error estimate."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def touching(system: System) -> list[str]:
 
 
 def _judged(system: System) -> list[str]:
-    """Return the columns that a singular position can make meaningless: outputs, and peaks but those of loads."""
+    """Return the columns that a singular position can make meaningless: outputs, and peaks except of loads."""
     experiment = system.experiment
     bounded = {name for table, name in experiment.named if table != "gears"}
     peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]

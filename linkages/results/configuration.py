@@ -12,21 +12,11 @@ from linkages.system.rigid_segments import system_of
 
 
 def configuration(system: System, columns: Mapping[str, Array]) -> Array:
-    """Compute the configuration of a linkage from the columns of a run.
+    """Compute the configuration (nt, m) of a linkage from the columns of a run, at its steps or at any times.
 
-    Parameters
-    ----------
-    system : System
-        System of the run.
-    columns : mapping of str to (nt,) arrays
-        Columns of the run, at its steps or at any times.
-
-    Returns
-    -------
-    (nt, m) array
-        Eccentricities of the journals over their clearances, and coordinates of joints without prescribed motion:
-        cosine and sine of angles, lengths over the linkage's length. Empty (m = 0) if the drives determine
-        everything.
+    It has the eccentricities of the journals over their clearances, and coordinates of joints without prescribed
+    motion: cosine and sine of angles, lengths over the linkage's length. Empty (m = 0) if the drives determine
+    everything.
     """
     entries = []
     for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=False):

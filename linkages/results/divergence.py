@@ -29,22 +29,8 @@ def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) ->
     """Find the time at which two runs diverge, and the time of their final convergence [s]; None if they never diverge.
 
     Runs that forget their start converge to the same motion, whatever their history. Without convergence the second
-    time is the end of the shorter run.
-
-    Parameters
-    ----------
-    run : Trajectory
-        Run with dense output.
-    other : Trajectory
-        Run at whose steps both are compared; each contact has many steps.
-    system : System
-    every : int
-        Compare at every n-th step.
-
-    Raises
-    ------
-    InputError
-        If the run was loaded from a file and has no dense output.
+    time is the end of the shorter run. `run` needs dense output; both are compared at every n-th step of `other`, as
+    each contact has many steps.
     """
     evaluate, end = dense(run), min(run.time[-1], other.time[-1])
     steps = np.flatnonzero(other.time <= end)[::every]

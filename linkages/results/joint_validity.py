@@ -74,21 +74,7 @@ class Touch(NamedTuple):
 
 
 def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
-    """Warn of laws and flexible-link models used outside their validity, one entry for each rule.
-
-    Parameters
-    ----------
-    system : System
-    run : Trajectory
-        Run of the system with all columns.
-    impacts : sequence of Impact
-        Contacts of the run.
-
-    Returns
-    -------
-    list of dict
-        Entries of `linkages.results.warnings.warning`.
-    """
+    """Warn of laws and flexible-link models used outside their validity in a run, one entry for each rule."""
     cases = [(case.joint.name, case) for case in _cases(system, run, impacts)]
     touches = list(_touches(system, run))
     return [

@@ -20,12 +20,6 @@ def noise(system: System, names: Iterable[str]) -> dict[str, float]:
     length x rate^2 for an acceleration; mass x length x rate^2, or the weight, for a force. It is zero for outputs with
     another unit.
 
-    Parameters
-    ----------
-    system : System
-    names : iterable of str
-        Outputs of the system.
-
     Examples
     --------
     >>> import linkages

@@ -32,45 +32,20 @@ DEAD_POINT, CHANGE_POINT, ONE_BRANCH = "dead point", "change point", "one branch
 
 
 class SingularPosition(NamedTuple):
-    """A singular position on the motion, or the closest position to one.
+    """A singular position on the motion, or the closest position to one."""
 
-    Attributes
-    ----------
-    time : float
-        Time of the position [s].
-    quality : float
-        Conditioning: smallest over largest singular value of the closure's Jacobian; zero if singular.
-    joints : tuple of str
-        Coordinates of the tree that drives and loops leave free there.
-    kind : str
-        `DEAD_POINT`, `CHANGE_POINT` or `ONE_BRANCH`.
-    """
-
-    time: float
-    quality: float
-    joints: tuple[str, ...]
-    kind: str
+    time: float  # time of the position [s]
+    quality: float  # conditioning: smallest over largest singular value of the closure's Jacobian; zero if singular
+    joints: tuple[str, ...]  # coordinates of the tree that drives and loops leave free there
+    kind: str  # `DEAD_POINT`, `CHANGE_POINT` or `ONE_BRANCH`
 
 
 def singular_positions(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[SingularPosition]:
-    """Find the singular positions within `NEAR` of a motion, between its samples too.
+    """Find the singular positions within `NEAR` of a motion, between its samples too, in the order of time.
 
     A position is singular if the closure rows, in the coordinates without prescribed motion, lose rank: the linkage can
-    then move with fixed drives, or reactions exist without a load.
-
-    Parameters
-    ----------
-    tree : Tree
-        Tree of the moving system.
-    arrays : Arrays
-        `System.arrays`, or `System.ideal_arrays` for the motion with ideal joints.
-    motion : Trajectory
-        Motion with columns ``q.COORDINATE``.
-
-    Returns
-    -------
-    list of SingularPosition
-        Positions in the order of time.
+    then move with fixed drives, or reactions exist without a load. The arrays are `System.arrays`, or
+    `System.ideal_arrays` for the motion with ideal joints.
     """
     if not arrays.rank or len(motion.time) < 2:
         return []

@@ -36,18 +36,10 @@ BOUNDED = {
 
 @dataclass(frozen=True, eq=False)
 class Soundness:
-    """Singular positions and indeterminate columns of one motion.
+    """Singular positions and indeterminate columns of one motion."""
 
-    Attributes
-    ----------
-    system : System
-        System with the motion's coordinates.
-    arrays : Arrays
-        Its arrays, or `System.ideal_arrays` for the motion with ideal joints.
-    """
-
-    system: System
-    arrays: Arrays
+    system: System  # system with the motion's coordinates
+    arrays: Arrays  # its arrays, or `System.ideal_arrays` for the motion with ideal joints
     motion: Trajectory
 
     @classmethod

@@ -16,26 +16,13 @@ _OVERSHOOT = 0.25  # a larger excess before makes a start-up
 
 
 def startup_end(system: System, contacts: Sequence[Impact], run: Trajectory, ideal: Trajectory) -> float | None:
-    """Find the time at which the start-up of a run ends [s].
+    """Find the time at which the start-up of a run ends [s]; None if no journal starts with free flight.
 
     The start-up of a joint that touches ends with the first contact that is longer than the initial flight. A film
     without contacts ends the flight when its force first comes within a tenth of the load, the force of the ideal
     joint. If it then exceeds the load by more than a quarter, the start-up ends where it stays within a tenth of the
     load for longer than the flight. The start-up of the run ends when all these joints have started up and every drive
-    has reached its speed.
-
-    Parameters
-    ----------
-    system : System
-    contacts : sequence of Impact
-        All contacts of the run.
-    run, ideal : Trajectory
-        The run, and the motion with ideal joints.
-
-    Returns
-    -------
-    float or None
-        The run's end if the start-up lasts longer than the run; None if no journal starts with free flight.
+    has reached its speed; it may last longer than the run.
 
     Examples
     --------

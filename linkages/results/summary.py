@@ -91,20 +91,10 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
 
 
 def judge(assessment: Assessment, whole: dict[str, Any]) -> dict[str, Any]:
-    """Make ``error`` and ``warnings`` of a summary.
+    """Make ``error`` and ``warnings`` of a summary from `unjudged`, and its ``windows`` with their errors.
 
-    Parameters
-    ----------
-    assessment : Assessment
-    whole : dict
-        Result of `unjudged` or `summarize` for the same run.
-
-    Returns
-    -------
-    dict
-        ``error`` has the error of each peak by the peak's key (``slider7.ax.peak``), None without an estimate, and
-        is empty without a tighter run; see `linkages.results.peak_errors`. ``windows`` are the windows of ``whole``
-        with their errors.
+    ``error`` has the error of each peak by the peak's key (``slider7.ax.peak``), None without an estimate, and is empty
+    without a tighter run; see `linkages.results.peak_errors`.
     """
     tighter = assessment.tighter
     error = _errors(assessment, assessment.run, tighter, whole)

@@ -41,21 +41,11 @@ _REMEDY = {
 
 @dataclass(frozen=True)
 class Singularity:
-    """A singular pose that a branch passes (type 1) or ends at (type 2, a fold).
+    """A singular pose that a branch passes (type 1) or ends at (type 2, a fold)."""
 
-    Attributes
-    ----------
-    type : int
-        1: A, B and C of a leg align, the crank is at a limit; 2: the drives no longer hold the platform.
-    leg : int
-        1, 2 or 3; 0 for type 2.
-    time : float
-        [s].
-    """
-
-    type: int
-    leg: int
-    time: float
+    type: int  # 1: A, B and C of a leg align, the crank is at a limit; 2: the drives no longer hold the platform
+    leg: int  # 1, 2 or 3; 0 for type 2
+    time: float  # [s]
 
 
 @dataclass(frozen=True)
@@ -188,10 +178,7 @@ def follow(geometry: Geometry, cranks: CrankMotion, x0: Vector, duration: float)
 def start_assembly(geometry: Geometry, phi0: Array, theta: float | None = None) -> Array:
     """Choose the assembly (3,) at t = 0 whose platform angle is nearest to theta [rad]; else the first.
 
-    Raises
-    ------
-    BranchError
-        If there is no assembly, or the nearest is more than 30 degrees away.
+    BranchError if there is no assembly, or the nearest is more than 30 degrees away.
     """
     found = assemblies(geometry, phi0)
     if len(found) == 0:
@@ -229,10 +216,7 @@ def travel(branch: Branch, metric: Metric, points: int = 2001) -> float:
 def shortest(geometry: Geometry, cranks: CrankMotion, duration: float, metric: Metric) -> Branch:
     """Follow every assembly at t = 0 and return the one of least travel that lasts for the whole duration.
 
-    Raises
-    ------
-    BranchError
-        If there is none.
+    BranchError if there is none.
     """
     phi0 = cranks(np.zeros(1))[0][0]
     start_assembly(geometry, phi0)  # refuses where there is none

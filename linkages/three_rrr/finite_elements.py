@@ -35,34 +35,17 @@ _PLATFORM = 6  # place of theta among the seven angles (phi_1, psi_1, phi_2, psi
 
 @dataclass(frozen=True)
 class LinkElements:
-    """The equal beam elements of one link.
+    """The equal beam elements of one link."""
 
-    Attributes
-    ----------
-    name : str
-        ``crank1`` and so on.
-    angle : int
-        Which of the seven angles is the link's.
-    beam : Beam
-        One element.
-    dofs : (n, 6) array
-        Places of each element's displacements among all of the robot's; -1 where the base holds them.
-    """
-
-    name: str
-    angle: int
-    beam: Beam
-    dofs: Index
+    name: str  # ``crank1`` and so on
+    angle: int  # which of the seven angles is the link's
+    beam: Beam  # one element
+    dofs: Index  # (n, 6) places of each element's displacements among all of the robot's; -1 where the base holds them
 
     def gather(self, full: Array, rotation: Array) -> Array:
-        """Displacements (N, n, 6) of each element in its own axes.
+        """Displacements (N, n, 6) of each element in its own axes, from the robot's (N, full) in plane axes.
 
-        Parameters
-        ----------
-        full : (N, full) array
-            Displacements of the whole robot, or their derivatives, in plane axes.
-        rotation : (N, 6, 6) array
-            From plane to element axes, see `linkages.flexible.rotation.rotations`.
+        The rotations (N, 6, 6) are from plane to element axes, see `linkages.flexible.rotation.rotations`.
         """
         return np.einsum("nij,nej->nei", rotation, np.where(self.dofs < 0, 0.0, full[:, self.dofs]))
 

@@ -176,10 +176,7 @@ def motion(geometry: Geometry, time: Array, phi: Array, dphi: Array, ddphi: Arra
 def inverse(geometry: Geometry, x: Array, elbow: Array) -> Array:
     """Crank angles (N, 3) for platform positions (N, 3); NaN where a leg cannot reach.
 
-    Parameters
-    ----------
-    elbow : (3,) array of +1 or -1
-        Side of the elbow: +1 if B_r lies counter-clockwise of the line A_r C_r.
+    The elbows (3,) are +1 if B_r lies counter-clockwise of the line A_r C_r, else -1.
     """
     reach = x[:, None, 1:] + arms(geometry, x[:, 0]) - geometry.base
     distance = np.linalg.norm(reach, axis=-1)

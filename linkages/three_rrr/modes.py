@@ -50,22 +50,11 @@ def modes(
 def tracked_modes(
     model: FiniteElementModel, branch: Branch, state: Motion, values: Array, shapes: Array, count: int
 ) -> tuple[Array, Array, Array]:
-    """Follow modes from pose to pose, see `linkages.flexible.modes.track`.
+    """Follow the lowest modes from pose to pose, see `linkages.flexible.modes.track`.
 
-    Parameters
-    ----------
-    branch : Branch
-        Supplies the poses in between.
-    values, shapes : (N, n), (N, size, n) arrays
-        Rising frequencies and their shapes at the poses of `state`; n should exceed `count` by a few, for modes that
-        cross.
-    count : int
-        Number of modes to follow from the first pose.
-
-    Returns
-    -------
-    (N, count), (N, size, count), (N - 1, count) arrays
-        Frequencies [Hz] and shapes of each mode, and the least MAC within each step.
+    From rising frequencies (N, n) and shapes (N, size, n) at the poses of a state, with n a few more than `count` for
+    modes that cross; the branch supplies poses in between. Returns frequencies (N, count) [Hz], shapes (N, size,
+    count), and the least MAC within each step (N - 1, count).
     """
 
     def at(one: Motion, values: Array, shapes: Array) -> ModesAt:

@@ -23,32 +23,19 @@ Start = Literal["rest", "quasi-static"]
 
 @dataclass(frozen=True)
 class Response:
-    """Elastic displacements over the rigid motion.
+    """Elastic displacements over the rigid motion."""
 
-    Attributes
-    ----------
-    motion : Motion
-        The rigid motion at N times.
-    u, v, a : (N, size) arrays
-        Unknowns of the model, their rates and accelerations [m, rad].
-    platform : (N, 3) array
-        Elastic displacement of the platform: x, y [m], rotation [rad].
-    """
-
-    motion: Motion
-    u: Array
-    v: Array
-    a: Array
-    platform: Array
+    motion: Motion  # the rigid motion at N times
+    u: Array  # (N, size) unknowns of the model [m, rad]
+    v: Array  # (N, size) their rates
+    a: Array  # (N, size) their accelerations
+    platform: Array  # (N, 3) elastic displacement of the platform: x, y [m], rotation [rad]
 
 
 def quasi_static(model: FiniteElementModel, state: Motion) -> Array:
     """Displacements (N, size) under the loads of the rigid motion, without vibration.
 
-    Raises
-    ------
-    InputError
-        If the crank roots are free: nothing holds the mechanism.
+    InputError if the crank roots are free: nothing holds the mechanism.
     """
     _require_held(model)
     load = model.load(state)

@@ -108,13 +108,10 @@ def _peaks(platform: Array) -> tuple[float, float]:
 
 
 def velocity_effect(robot: Robot, branch: Branch, factors: Array, poses: int = 24) -> tuple[Array, Array]:
-    """How much the velocity-dependent terms matter at each speed factor.
+    """Measure how much the velocity-dependent terms matter at each speed factor.
 
-    Returns
-    -------
-    (n,), (n,) arrays
-        Largest relative change, over poses along the motion, of the first natural frequency of the gyroscopic
-        system and of the quasi-static displacements.
+    Returns the largest relative changes (n,), over poses along the motion, of the first natural frequency of the
+    gyroscopic system and of the quasi-static displacements.
     """
     model = FiniteElementModel(robot)
     state = branch.motion(np.linspace(0.0, branch.times[-1], poses))

@@ -18,11 +18,8 @@ from linkages.three_rrr.kinematics import Motion, legwise, turned
 def velocity_terms(model: FiniteElementModel, state: Motion, tension_from: Array | None = None) -> tuple[Array, Array]:
     """Matrices G and K_c + K_g (N, size, size) of the unknowns.
 
-    Parameters
-    ----------
-    tension_from : (N, size) array, optional
-        Displacements whose axial forces give K_g, usually the quasi-static ones; without them K_g is left
-        out.
+    K_g follows from the axial forces of displacements (N, size), usually the quasi-static ones; without them it is left
+    out.
     """
     count = len(state)
     gyro, stiff = np.zeros((2, count, model.full, model.full))

@@ -36,35 +36,19 @@ _ZERO_MODES = 3
 
 @dataclass(frozen=True)
 class Verification:
-    """Largest differences between this package and Drake over some poses.
+    """Largest differences between this package and Drake over some poses."""
 
-    Attributes
-    ----------
-    zero_modes : int
-        Zero modes of the model with free roots; three are right. The worst count over the poses.
-    zero_eigenvalue : float
-        Largest |x' K x| of the rigid velocity space over the largest eigenvalue of K (scaled displacements).
-    principal_angle : float
-        Largest angle between the zero modes and Drake's rigid velocities [rad].
-    mass_error : float
-        Largest relative difference of the projected mass matrices.
-    position, velocity, acceleration, torque : float
-        Largest differences: platform and couplers [rad, m and their rates], drive torques [N m].
-    poses : int
-        Number of poses compared.
-    failed : tuple of str
-        Quantities above their limits: one line each, with value and limit; empty if the comparison passes.
-    """
-
-    zero_modes: int
+    zero_modes: int  # zero modes of the model with free roots; three are right. The worst count over the poses
+    # largest |x' K x| of the rigid velocity space over the largest eigenvalue of K (scaled displacements)
     zero_eigenvalue: float
-    principal_angle: float
-    mass_error: float
-    position: float
+    principal_angle: float  # largest angle between the zero modes and Drake's rigid velocities [rad]
+    mass_error: float  # largest relative difference of the projected mass matrices
+    position: float  # largest difference, platform and couplers [rad, m]
     velocity: float
     acceleration: float
-    torque: float
-    poses: int
+    torque: float  # of the drives [N m]
+    poses: int  # number of poses compared
+    # quantities above their limits: one line each, with value and limit; empty if the comparison passes
     failed: tuple[str, ...]
 
 
@@ -134,10 +118,7 @@ class RigidPlant:
     def solve(self, phi: Array, dphi: Array, ddphi: Array, guess: dict[str, float]) -> tuple[Array, Array]:
         """Close the loops; sets the context, returns generalised velocities and accelerations (7,) each.
 
-        Parameters
-        ----------
-        guess : dict
-            Angle of each coupler and the platform from which Newton's method starts [rad].
+        Newton's method starts from a guessed angle of each coupler and the platform [rad].
         """
         q = np.zeros(self.plant.num_positions())
         q[self.driven] = phi - self.drawn

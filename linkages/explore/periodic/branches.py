@@ -29,21 +29,11 @@ _SAME = 1e-4  # distance of two bifurcations over the range, below which they ar
 
 @dataclass(frozen=True, eq=False)
 class Event:
-    """A bifurcation of a branch.
+    """A bifurcation of a branch."""
 
-    Attributes
-    ----------
-    kind : str
-        See `linkages.explore.periodic.multipliers`.
-    motion : PeriodicMotion
-        The motion there.
-    multiplier : complex
-        The Floquet multiplier on the unit circle; NaN for grazing.
-    """
-
-    kind: str
-    motion: PeriodicMotion
-    multiplier: complex
+    kind: str  # see `linkages.explore.periodic.multipliers`
+    motion: PeriodicMotion  # the motion there
+    multiplier: complex  # the Floquet multiplier on the unit circle; NaN for grazing
 
 
 @dataclass(frozen=True, eq=False)

@@ -66,10 +66,7 @@ class Point:
 def solve(problem: Problem, u: Array, p: float, settings: Settings) -> Point:
     """Solve g(u, p) = 0 at a fixed p by Newton's method; the tangent points to larger p.
 
-    Raises
-    ------
-    RunError
-        If the method does not converge.
+    RunError if the method does not converge.
     """
     up = np.append(np.zeros(len(u)), 1.0)
     found = _newton(problem, np.append(u / settings.scale, p / settings.scale_p), up, settings)
@@ -95,18 +92,7 @@ def rescaled(point: Point, settings: Settings) -> tuple[Point, Settings]:
 def follow(problem: Problem, start: Point, low: float, high: float, settings: Settings) -> Iterator[Point]:
     """Follow a branch from a point along its tangent, up to a limit of p or where the step gets too small.
 
-    Parameters
-    ----------
-    problem : callable
-    start : Point
-        Not yielded.
-    low, high : float
-        Limits of p; a point exactly there ends the branch.
-    settings : Settings
-
-    Yields
-    ------
-    Point
+    The start is not yielded; a point exactly at a limit ends the branch.
     """
     point, size = start, settings.first
     while size >= settings.least:

@@ -64,21 +64,8 @@ def trace(
 ) -> Trace:
     """Follow a branch from a point along its tangent, and locate the bifurcations between its points.
 
-    At `KeyboardInterrupt` the branch ends with the last point.
-
-    Parameters
-    ----------
-    problem : callable
-    start : Point
-    limits : (float, float)
-        Lowest and highest p.
-    settings : Settings
-    look : callable
-        Returns multipliers and contacts of a point.
-    most : int
-        Largest number of points.
-    report : callable
-        Called with each point.
+    It ends at the lowest or highest p of `limits`, after `most` points, or with the last point at `KeyboardInterrupt`.
+    `look` returns multipliers and contacts of a point; `report` is called with each point.
     """
     points, found, end = [start], list[Bifurcation](), LOST
     try:
@@ -114,14 +101,7 @@ def turned(point: Point) -> Point:
 def doubled(problem: Problem, bifurcation: Bifurcation, monodromy: Array, settings: Settings) -> Point | None:
     """Return the first point of the doubled branch beyond a period doubling; None if no correction converges.
 
-    Parameters
-    ----------
-    problem : callable
-        Of motions with twice the period.
-    bifurcation : Bifurcation
-    monodromy : (n, n) array
-        Of the bifurcation's point.
-    settings : Settings
+    The problem has motions with twice the period; the monodromy matrix (n, n) belongs to the bifurcation's point.
     """
     point = bifurcation.point
     values, vectors = np.linalg.eig(monodromy)

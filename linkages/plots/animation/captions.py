@@ -16,44 +16,19 @@ from linkages.plots.curves import embedded, script
 
 @dataclass(frozen=True)
 class Label:
-    """A text at a point of the scene.
+    """A text at a point of the scene."""
 
-    Attributes
-    ----------
-    anchor : str
-        Meshcat path of the point.
-    title : str
-    lines : list of str
-        Lines below the title, one for each frame; empty: title only.
-    """
-
-    anchor: str
+    anchor: str  # Meshcat path of the point
     title: str
-    lines: list[str]
+    lines: list[str]  # lines below the title, one for each frame; empty: title only
 
 
 def add_captions(page: str, labels: list[Label], shown: Mapping[str, Any]) -> str:
     """Add labels, texts below the scene, and a bar to play, stop and seek, to a recording's page.
 
-    Parameters
-    ----------
-    page : str
-        The page as HTML.
-    labels : list of Label
-    shown : mapping
-        ``view`` and ``aspect``: width and height [m] of the visible scene, and the window's ratio of both for which
-        the camera was set; ``clock``: a text for each frame; ``legend``: a text; ``curves``: from
-        `linkages.plots.curves.curves`; ``end``: time of the mechanism at the last frame [s].
-
-    Returns
-    -------
-    str
-        The page with captions as HTML.
-
-    Raises
-    ------
-    ValueError
-        If the page has no body.
+    `shown` has ``view`` and ``aspect``: width and height [m] of the visible scene, and the window's ratio of both for
+    which the camera was set; ``clock``: a text for each frame; ``legend``: a text; ``curves``: from
+    `linkages.plots.curves.curves`; ``end``: time of the mechanism at the last frame [s].
     """
     entries = [asdict(label) | {"path": label.anchor.strip("/").split("/")} for label in labels]
     head, found, tail = page.rpartition("</body>")

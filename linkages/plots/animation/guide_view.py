@@ -24,22 +24,12 @@ _SLOT = 1.25  # half the drawn slot's length
 
 @dataclass(frozen=True)
 class GuideFrames:
-    """The motion of a block in its slot, frame by frame.
+    """The motion of a block in its slot, frame by frame."""
 
-    Attributes
-    ----------
-    offset, tilt : (n,) arrays
-        Offset of the block's middle, and additional offset of its end, over the clearance [1].
-    force : (n, 2) array
-        Force on the block, along and across the slot [N].
-    touching : (n, 4) array of bool
-        Whether each corner touches within the frame.
-    """
-
-    offset: Array
-    tilt: Array
-    force: Array
-    touching: NDArray[np.bool_]
+    offset: Array  # (n,) offset of the block's middle, over the clearance [1]
+    tilt: Array  # (n,) additional offset of its end, over the clearance [1]
+    force: Array  # (n, 2) force on the block, along and across the slot [N]
+    touching: NDArray[np.bool_]  # (n, 4) whether each corner touches within the frame
 
 
 def guide_frames(assessment: Assessment, name: str, times: Array) -> GuideFrames:

@@ -26,25 +26,13 @@ _ORBIT = Rgba(0.0, 0.35, 0.65, 1.0)
 
 @dataclass(frozen=True)
 class JournalFrames:
-    """The motion of a journal, frame by frame.
+    """The motion of a journal, frame by frame."""
 
-    Attributes
-    ----------
-    e : (n, 2) array
-        Eccentricity over clearance, plane axes [1].
-    force : (n, 2) array
-        Force on the journal [N].
-    touching : (n,) array of bool
-        Whether journal and bearing touch within the frame.
-    journal, bearing : (n,) arrays
-        Angles of the bodies with journal and bearing [rad].
-    """
-
-    e: Array
-    force: Array
-    touching: NDArray[np.bool_]
-    journal: Array
-    bearing: Array
+    e: Array  # (n, 2) eccentricity over clearance, plane axes [1]
+    force: Array  # (n, 2) force on the journal [N]
+    touching: NDArray[np.bool_]  # (n,) whether journal and bearing touch within the frame
+    journal: Array  # (n,) angle of the body with the journal [rad]
+    bearing: Array  # (n,) angle of the body with the bearing [rad]
 
 
 def journal_frames(assessment: Assessment, name: str, times: Array) -> JournalFrames:

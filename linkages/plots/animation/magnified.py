@@ -65,21 +65,7 @@ def joint_axes(mechanism: Mechanism, joint: Joint) -> Array:
 
 
 class View(ABC):
-    """A magnified view of a joint, at a separate place in the plane.
-
-    Parameters
-    ----------
-    meshcat : Meshcat
-    assessment : Assessment
-    name : str
-        Name of the joint.
-    centre : (2,) array
-        Centre of the view, plane axes [m].
-    radius : float
-        Half the size of the view [m].
-    times : (n,) array
-        Times of the frames [s].
-    """
+    """A magnified view of a joint around a centre (2,) in the plane [m], half its size the radius [m]."""
 
     def __init__(
         self, meshcat: Meshcat, assessment: Assessment, name: str, centre: Array, radius: float, times: Array

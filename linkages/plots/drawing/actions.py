@@ -29,14 +29,8 @@ _PULLEYS = 0.3, 6.0  # the larger pulley of a belt: radius over the distance of 
 class Done:
     """Makes the shapes of an experiment's elements.
 
-    Parameters
-    ----------
-    parts : Parts
-        Shapes of the mechanism's parts.
-    senses : mapping of str to float
-        Senses of drives (`linkages.plots.drawing.directions.senses`); default: positive coordinate.
-    strongest : mapping of str to array
-        Forces and torques (`linkages.plots.drawing.directions.strongest`); default: zero.
+    Senses of drives and strongest loads are from `linkages.plots.drawing.directions`; default: positive coordinate,
+    zero.
     """
 
     def __init__(self, parts: Parts, senses: Mapping[str, float], strongest: Mapping[str, Array]) -> None:

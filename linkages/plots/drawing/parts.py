@@ -26,15 +26,9 @@ _AWAY, BLOCK, _BEYOND = 2.9, 4.2, 5.0  # distance of a name from a pin, from a b
 
 
 class Parts:
-    """Makes the shapes of a mechanism's parts.
+    """Makes the shapes of a mechanism's parts in a picture with these corners (2,) [m].
 
-    Parameters
-    ----------
-    tree : Tree
-    low, high : (2,) arrays
-        Corners of the picture, plane axes [m].
-    poses : (n, nb, 3) array
-        All shown poses; the first one is the start.
+    All shown poses (n, nb, 3) count; the first one is the start.
     """
 
     def __init__(self, tree: Tree, low: Array, high: Array, poses: Array) -> None:
@@ -64,19 +58,7 @@ class Parts:
         self._taken.append((here, way / np.linalg.norm(way)))
 
     def name_beside(self, role: str, link: str, drawn: Array, away: float, text: str, links: Iterable[str]) -> Shape:
-        """Draw the name of a point in a free direction, away from bars, ground and other names.
-
-        Parameters
-        ----------
-        role : str
-            Role of the name.
-        link : str
-        drawn : (2,) array
-        away : float
-            Distance of the name from the point, in units.
-        text : str
-        links : iterable of str
-        """
+        """Draw the name of a point at a distance [units] in a free direction, away from bars, ground and names."""
         here = self.at(self.on(link, drawn))
         taken = [way for place, way in self._taken if self._same(place, here)]
         for name in links:

@@ -70,22 +70,11 @@ STYLES = {
 
 @dataclass(frozen=True)
 class Shape:
-    """A line, an area, a circle or a text.
+    """A line, an area, a circle or a text."""
 
-    Attributes
-    ----------
-    role : str
-        Key of `STYLES`.
-    at : (n, 5) array
-        Points of the shape; a circle or text has one.
-    color : str
-        Colour for styles without a colour.
-    text : str
-    """
-
-    role: str
-    at: Array
-    color: str = INK
+    role: str  # key of `STYLES`
+    at: Array  # (n, 5) points of the shape; a circle or text has one
+    color: str = INK  # colour for styles without a colour
     text: str = ""
 
 

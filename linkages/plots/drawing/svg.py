@@ -25,14 +25,7 @@ def scale(drawing: Drawing) -> float:
 
 
 def svg(drawing: Drawing, said: bool = True) -> Markup:
-    """Write a drawing as an ``<svg>`` element.
-
-    Parameters
-    ----------
-    drawing : Drawing
-    said : bool
-        Whether to add title, properties and questions below.
-    """
+    """Write a drawing as an ``<svg>`` element; with `said` also title, properties and questions below."""
     height = scale(drawing) * float(drawing.high[1] - drawing.low[1])
     lines = notes(drawing) if said else []
     total = height + (_LINE * (len(lines) + 1) if lines else 0.0)
