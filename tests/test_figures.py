@@ -11,8 +11,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 import linkages
 import optim
 from linkages.cli.main import main
-from linkages.plots.frequency_response import bode_figure
 from linkages.plots.histories import forces_figure, output_figure, write_figures
+from linkages.plots.mode_figures import bode_figure
 from linkages.plots.style import engineering, figure_style, write_png
 
 SHIPPED = (

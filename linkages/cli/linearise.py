@@ -75,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
         (folder / "linear.json").write_text(json_text(result, 1), encoding="utf-8")
         found.save(folder / "linear.npz")
         if not options.no_plots and response.size:
-            from linkages.plots.frequency_response import bode_figure
+            from linkages.plots.mode_figures import bode_figure
             from linkages.plots.style import write_png
 
             write_png(bode_figure(found, frequencies, response), folder / "bode.png")

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 from linkages.errors import InputError, nearest
 
 if TYPE_CHECKING:  # the command line imports this module for the names of the engines, and must start fast
-    from linkages.results.trajectory import Progress, Trajectory
+    from linkages.results.trajectory import TimeReport, Trajectory
     from linkages.system import System
 
 #: Module of each engine.
@@ -37,7 +37,7 @@ class Engine(Protocol):
     """Interface of an engine's module."""
 
     @staticmethod
-    def simulate(system: System, progress: Progress | None = None) -> Trajectory:
+    def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
         """Run a system up to its duration."""
 
     @staticmethod

@@ -20,7 +20,7 @@ from linkages.outputs.registry import unit
 from linkages.results.assessment import Assessment
 from linkages.results.derivatives import Wrt
 from linkages.results.loops import Loops
-from linkages.results.trajectory import Progress, Trajectory, sample
+from linkages.results.trajectory import TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion, check_duration
 from linkages.system.rigid_segments import system_of
@@ -32,7 +32,11 @@ _FEWEST = 50  # steps of the repetition: two runs of few steps omit the same vib
 
 @validated
 def simulate(
-    system: System, engine: str = DEFAULT, progress: Progress | None = None, outputs: Names | None = None, wrt: Wrt = ()
+    system: System,
+    engine: str = DEFAULT,
+    progress: TimeReport | None = None,
+    outputs: Names | None = None,
+    wrt: Wrt = (),
 ) -> Trajectory:
     """Run a system.
 
@@ -99,7 +103,7 @@ def assess(
     system: System,
     engine: str = DEFAULT,
     error_estimate: bool = True,
-    progress: Callable[[str], Progress] | None = None,
+    progress: Callable[[str], TimeReport] | None = None,
 ) -> Assessment:
     """Run a system, its ideal counterpart and optionally the run at a tighter tolerance.
 
@@ -144,7 +148,7 @@ def assess(
     return estimate_error(found, stage) if error_estimate else found
 
 
-def estimate_error(assessment: Assessment, stage: Callable[[str], Progress]) -> Assessment:
+def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -> Assessment:
     """Add the run at a ten times tighter tolerance to an assessment whose run reached its end."""
     if assessment.run.status is not Status.OK:
         return assessment

@@ -21,7 +21,7 @@ from linkages.results.assessment import touching
 from linkages.results.divergence import PARTED, dense, horizon
 from linkages.results.impacts import Impact, impacts
 from linkages.results.soundness import Soundness
-from linkages.results.trajectory import Progress, Trajectory
+from linkages.results.trajectory import TimeReport, Trajectory
 from linkages.results.warnings import warnings_of_run
 from linkages.system import System
 
@@ -81,7 +81,7 @@ class Comparison(Brief):
 
 
 @validated
-def compare(system: System, progress: Callable[[str], Progress] | None = None) -> Comparison:
+def compare(system: System, progress: Callable[[str], TimeReport] | None = None) -> Comparison:
     """Run an experiment on both engines and compare them.
 
     With contacts each engine also runs at a ten times looser tolerance, which gives the horizon.

@@ -10,7 +10,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
-from linkages.explore.transmission import Motion, Transmission, transmissions
+from linkages.explore.transmission import DrivenMotion, Transmission, transmissions
 from linkages.model.experiment import nothing_done
 from linkages.model.gear import Gear
 from linkages.model.mechanism import Mechanism
@@ -83,7 +83,9 @@ def travel(system: System, drive: str) -> Travel:
         if status is Status.LOCKED:  # rates near a dead point are unbounded, and mere rounding next to it
             counts &= np.abs(values - end) > _BESIDE * reach
     counts[-1] &= not full  # the end of a revolution is its start
-    return Travel(drive, values, pose, full, ends, *transmissions(system, Motion(values, pose, vel, full, counts)))
+    return Travel(
+        drive, values, pose, full, ends, *transmissions(system, DrivenMotion(values, pose, vel, full, counts))
+    )
 
 
 def _held(mechanism: Mechanism, gears: Mapping[str, Gear], starts: Mapping[str, float]) -> System:

@@ -19,7 +19,7 @@ from linkages.explore.compare import PARTED, dense, looser
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
-from linkages.results.configuration import configuration
+from linkages.results.divergence import configuration
 from linkages.results.extremes import extremes
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
@@ -232,7 +232,7 @@ def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = Tru
 def horizon(system: System, most: float, drive: str | None = None) -> float:
     """Count the revolutions for which runs at the experiment's and at a ten times looser accuracy agree.
 
-    Two runs agree as long as no entry of their configurations (`linkages.results.configuration`) differs by more than
+    Two runs agree as long as no entry of their configurations (`linkages.results.divergence`) differs by more than
     `linkages.explore.compare.PARTED`: eccentricities over clearances, and free coordinates. They are compared at 200
     times in each revolution. Both are runs of `linkages.simulate`, so the horizon does not depend on `most`.
 

@@ -52,7 +52,7 @@ class Dyad(NamedTuple):
     outer: tuple[Joint, Joint]
 
 
-class Motion(NamedTuple):
+class DrivenMotion(NamedTuple):
     """Motion of a linkage with one drive: drive values (n,), poses (n, nb, 5) and velocities (n, nb, 3).
 
     `full`: the drive turns fully; `counts` (n,): the velocities are valid.
@@ -111,7 +111,7 @@ def _rigid(mechanism: Mechanism, known: Collection[str]) -> dict[str, str]:
     return group
 
 
-def transmissions(system: System, motion: Motion) -> tuple[tuple[Transmission, ...], tuple[str, ...]]:
+def transmissions(system: System, motion: DrivenMotion) -> tuple[tuple[Transmission, ...], tuple[str, ...]]:
     """Compute the transmission angles of all dyads along a motion; also return the remaining links.
 
     The system is from `linkages.explore.range_of_motion.movable`.
@@ -144,7 +144,7 @@ def _acute(between: Array) -> Array:
     return np.asarray(between - np.pi * np.round(between / np.pi))
 
 
-def _extreme(motion: Motion, between: Array, sign: float) -> tuple[float, float]:
+def _extreme(motion: DrivenMotion, between: Array, sign: float) -> tuple[float, float]:
     """Find the drive value and the angle at which sign times the acute angle is largest, by a parabola."""
     values = motion.values
     if motion.full:  # a revolution has no ends
@@ -166,7 +166,7 @@ def _extreme(motion: Motion, between: Array, sign: float) -> tuple[float, float]
     return (at % (2.0 * np.pi) if motion.full else at), sign * height
 
 
-def _line(system: System, link: str, outer: Joint, inner: Joint, motion: Motion) -> Array:
+def _line(system: System, link: str, outer: Joint, inner: Joint, motion: DrivenMotion) -> Array:
     """Compute directions (n, 2) of a link's line of force, not normalised; zero if its pins coincide."""
     if outer.type == "prismatic":
         body = system.tree.index[outer.parent]
@@ -179,7 +179,7 @@ def _line(system: System, link: str, outer: Joint, inner: Joint, motion: Motion)
     return line
 
 
-def _dead_centres(system: System, joint: Joint, motion: Motion) -> tuple[float, ...]:
+def _dead_centres(system: System, joint: Joint, motion: DrivenMotion) -> tuple[float, ...]:
     """Find the drive values at which a joint reverses on its path."""
     rate = _followed(system, joint.child, joint.on_child, motion)[1]
     fastest = np.abs(motion.vel[:, :, 1:]).max(axis=(1, 2))
@@ -196,7 +196,7 @@ def _turns_back(values: Array, rate: Array, full: bool) -> tuple[float, ...]:
     return tuple(map(float, at[np.sum(rate[1:] * rate[:-1], axis=1) < 0.0]))
 
 
-def _followed(system: System, link: str, point: Array, motion: Motion) -> tuple[Array, Array]:
+def _followed(system: System, link: str, point: Array, motion: DrivenMotion) -> tuple[Array, Array]:
     """Compute positions and velocities (n, 2) of a reference point on a link."""
     body, x, y = system.tree.marker(link, point)
     pose, vel = motion.pose[:, body], motion.vel[:, body]

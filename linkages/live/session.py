@@ -19,7 +19,7 @@ from linkages.arrays import Array
 from linkages.engines.assessment import simulate
 from linkages.errors import InputError, Status
 from linkages.live.view import (
-    Ideal,
+    IdealPart,
     columns_of,
     drawing_of,
     frames_of,
@@ -68,7 +68,7 @@ class Session:
         self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values of the last request, values of that run
         self._result: _Result | None = None  # of that run
         self._drawings: dict[str, tuple[Drawing, dict[str, Any]]] = {}
-        self._ideals: dict[tuple[Any, ...], Ideal | None] = {}
+        self._ideals: dict[tuple[Any, ...], IdealPart | None] = {}
 
     def for_page(self) -> Session:
         """Return a session of the same machine for another page; both share drawings and ideal motions."""
@@ -186,7 +186,7 @@ class Session:
             return {}
         return {"poses": poses_of(self._drawings[result.picture][0], result.assessment.system, result.frames)}
 
-    def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> Ideal | None:
+    def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> IdealPart | None:
         key = (*_key(values, _OF_JOINTS), duration)
         if key not in self._ideals:
             _keep_few(self._ideals)
@@ -198,7 +198,7 @@ class _Result(NamedTuple):
     """The run that was shown last."""
 
     assessment: Assessment
-    exact: Ideal | None
+    exact: IdealPart | None
     frames: Mapping[str, Array]  # of the moving picture
     picture: str  # key of its drawing
 

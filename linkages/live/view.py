@@ -37,7 +37,7 @@ _INTERVALS = 160  # parts of the time of a curve, see `linkages.plots.curves.see
 
 
 @dataclass(frozen=True)
-class Ideal:
+class IdealPart:
     """The motion with ideal joints in the shown part of the run."""
 
     system: System
@@ -56,13 +56,13 @@ def columns_of(system: System) -> list[str]:
     return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
 
 
-def ideal_of(system: System, duration: float) -> Ideal | None:
+def ideal_of(system: System, duration: float) -> IdealPart | None:
     """Move the linkage with ideal joints for a time [s]; None where it cannot move."""
     try:
         motion = ideal(system.replaced({"duration": duration}))
     except (AssemblyError, RunError):
         return None
-    return Ideal(system, motion)
+    return IdealPart(system, motion)
 
 
 def shown_part(assessment: Assessment, period: float | None) -> tuple[float, float]:
@@ -74,7 +74,7 @@ def shown_part(assessment: Assessment, period: float | None) -> tuple[float, flo
 
 
 def view(
-    assessment: Assessment, exact: Ideal | None, part: tuple[float, float], frames: Mapping[str, Array]
+    assessment: Assessment, exact: IdealPart | None, part: tuple[float, float], frames: Mapping[str, Array]
 ) -> dict[str, Any]:
     """Return the pictures of the page for a part of a run [s], ready for JSON.
 
@@ -102,7 +102,7 @@ def frames_of(run: Trajectory, part: tuple[float, float]) -> Mapping[str, Array]
     return run.evaluate(np.linspace(*part, _FRAMES)) if run.evaluate is not None else {}
 
 
-def numbers_for(assessment: Assessment, exact: Ideal | None) -> dict[str, Any]:
+def numbers_for(assessment: Assessment, exact: IdealPart | None) -> dict[str, Any]:
     """Return the numbers of the page for a run, which can take longer than the run: `motion` (lines) and `table`."""
     peaks = _numbers(assessment)
     return {"motion": motion_lines(_said(assessment, peaks)), "table": _table(assessment, peaks, exact)}
@@ -139,7 +139,7 @@ def _said(assessment: Assessment, peaks: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _table(assessment: Assessment, peaks: dict[str, Any], exact: Ideal | None) -> list[dict[str, Any]]:
+def _table(assessment: Assessment, peaks: dict[str, Any], exact: IdealPart | None) -> list[dict[str, Any]]:
     """Rows of the table: name, unit, peak, the ideal linkage's peak, and the spread of the peaks of single periods."""
     rows = []
     perfect = exact.numbers if exact else None

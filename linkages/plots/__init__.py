@@ -3,14 +3,11 @@
 | module             | figures                                                                              |
 |--------------------|--------------------------------------------------------------------------------------|
 | style              | none: palette, line styles, labels and settings of all figures                       |
-| histories          | outputs, joint forces and drive torques over time, with ideal and real joints        |
-| journals           | orbits of the journals in their clearances, contacts over time                       |
+| histories          | outputs, forces and torques, ideal and real; deflection and stress of flexible links |
+| journals           | orbits of journals in their clearances, blocks in their slots, contacts over time    |
 | curves             | none: curves as data, and the script that draws them in pages                        |
 | shown              | none: base class of figures for notebooks                                            |
-| guides             | blocks with clearance in their slots                                                 |
-| links              | flexible links: deflection, stress and its place, strain energy                      |
-| mode_figures       | natural frequencies and mode shapes of a linkage at rest                             |
-| frequency_response | Bode plot of a linear model                                                          |
+| mode_figures       | natural frequencies and mode shapes of a linkage at rest; Bode plot of a linear model |
 | tornado            | changes of peaks with 1 % of each value                                              |
 | attractors         | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                 |
 | branches           | branches of periodic motions: stable, unstable, bifurcations, points of a sweep      |

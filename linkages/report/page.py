@@ -5,16 +5,17 @@ from __future__ import annotations
 import base64
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
 from linkages.files.writing import whole
-from linkages.plots.curves import embedded, script
+from linkages.plots.curves import columns, curves, embedded, script
 from linkages.report import page_tables, words
-from linkages.report.page_curves import curves_of
 from linkages.report.result_folder import FIGURES, Results
+from linkages.results.trajectory import load_trajectory
 
 
 def write_report(results: Results, path: Path) -> None:
@@ -92,3 +93,15 @@ def data_uri(path: Path, kind: str) -> str:
 def own(name: str) -> str:
     """Read a file of this package."""
     return (files("linkages.report") / name).read_text(encoding="utf-8")
+
+
+def curves_of(results: Results) -> list[dict[str, Any]]:
+    """Return outputs, forces in clearance joints and drive torques over time, real and ideal.
+
+    None if the folder has no trajectory; InputError if it cannot be read.
+    """
+    files = (results.folder / name for name in ("trajectory.npz", "ideal.npz"))
+    run, ideal = (load_trajectory(path) if path.is_file() else None for path in files)
+    names = columns(results.summary["outputs"], results.play, results.summary["drives"])
+    errors = {name: results.summary["error"].get(f"{name}.peak") or 0.0 for name in names}
+    return [] if run is None else curves(names, run, ideal, errors)

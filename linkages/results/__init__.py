@@ -8,16 +8,13 @@
 | extremes          | smallest and largest values over continuous time, integrals               |
 | statistic_derivatives | derivatives of statistics over windows of a run                       |
 | characteristics   | extremes, forces, torques, work and contacts of a run or a part of it     |
-| configuration     | the configuration of a linkage as comparable numbers                      |
 | steady_state      | classification of the motion at the end of a run, and its steady cycle    |
 | akima             | interpolation between samples                                             |
 | impacts           | individual contacts; flight, impact and sustained contact                 |
-| startup           | duration of the start-up of clearance joints                              |
 | singular          | singular positions on or near a motion                                    |
 | soundness         | where numbers of a motion have no meaning                                 |
-| divergence        | time up to which two runs of one system agree                             |
-| noise             | rounding level of outputs                                                 |
-| peak_errors       | errors of peaks, from a run at a tighter tolerance                        |
+| divergence        | configurations of a linkage; time up to which two runs of one system agree |
+| peak_errors       | errors of peaks, from a run at a tighter tolerance; rounding of outputs   |
 | joint_validity    | validity of joint laws in a run                                           |
 | film_error        | error of a closed-form film in a run against a film of finite length      |
 | film_heat         | heat balance of the oil in the joints of a run                            |

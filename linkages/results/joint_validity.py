@@ -48,7 +48,7 @@ DEPTH_OF_BLOCK = 0.001
 FADED = 0.1
 
 
-class Case(NamedTuple):
+class JournalCase(NamedTuple):
     """A journal in its bearing in one run.
 
     `law` is its record of `linkages.laws.PARAMETERS`, `film_end` the largest eccentricity ratio covered by its film.
@@ -84,12 +84,12 @@ def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[
     ]
 
 
-def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterator[Case]:
+def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterator[JournalCase]:
     for k, ((name, _), model) in enumerate(zip(system.tree.contacts, system.models, strict=False)):
         joint = system.mechanism.joint[name]
         if joint.bearing is not None:
             own = [impact for impact in impacts if impact.joint == name]
-            yield Case(joint, joint.bearing, model, system.laws[k], float(system.film_limits[k]), run, own)
+            yield JournalCase(joint, joint.bearing, model, system.laws[k], float(system.film_limits[k]), run, own)
 
 
 def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
@@ -107,7 +107,7 @@ def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
             yield name, Touch(contacts, joint.slot.height, DEPTH_OF_BLOCK, "the block's height", run)
 
 
-def _slenderness(case: Case) -> Finding | None:
+def _slenderness(case: JournalCase) -> Finding | None:
     """Compare L/D with the film's range; the finding states the estimated error of force and eccentricity."""
     if not case.model.has_film:
         return None
@@ -129,7 +129,7 @@ def _slenderness(case: Case) -> Finding | None:
     return finding._replace(limit=finding.limit + text)
 
 
-def _restitution(case: Case) -> Finding | None:
+def _restitution(case: JournalCase) -> Finding | None:
     contact = case.model.contact
     if contact is None or contact.restitution is None or not case.model.can_touch:
         return None
@@ -146,16 +146,16 @@ def _beyond_own(law: str, valid: str, symbol: str, value: float) -> Finding | No
     return None if inside else Finding(value, None, f"{law}: {found[0]}")
 
 
-def _turbulence(case: Case) -> Finding | None:
+def _turbulence(case: JournalCase) -> Finding | None:
     ratio = case.bearing.radius / (case.model.clearance or math.inf)
     return _reynolds(case, ratio, TAYLOR * math.sqrt(ratio), "laminar below 41.1 sqrt(R/c) =")
 
 
-def _inertia(case: Case) -> Finding | None:
+def _inertia(case: JournalCase) -> Finding | None:
     return _reynolds(case, 1.0, INERTIA, "small below")
 
 
-def _reynolds(case: Case, scale: float, limit: float, words: str) -> Finding | None:
+def _reynolds(case: JournalCase, scale: float, limit: float, words: str) -> Finding | None:
     """Compare rho omega c^2/mu times `scale` with a limit; omega is the journal's relative to the bearing."""
     model = case.model
     if not model.has_film or not model.clearance:
@@ -170,11 +170,11 @@ def _reynolds(case: Case, scale: float, limit: float, words: str) -> Finding | N
     return Finding(value, float(case.run.time[worst]), text) if value > limit else None
 
 
-def _rate(case: Case, link: str) -> Any:
+def _rate(case: JournalCase, link: str) -> Any:
     return case.run[f"{link}.omega"] if link != "world" else np.zeros(len(case.run.time))
 
 
-def _film_end(case: Case) -> Finding | None:
+def _film_end(case: JournalCase) -> Finding | None:
     if not (case.model.has_film and case.model.can_touch and case.model.mixed):
         return None
     ratio, held = case.run[f"{case.joint.name}.eccentricity_ratio"], case.model.mixed.film_limit
@@ -184,7 +184,7 @@ def _film_end(case: Case) -> Finding | None:
     return Finding(reached, float(case.run.time[worst]), limit) if reached > case.film_end else None
 
 
-def _content(case: Case) -> Finding | None:
+def _content(case: JournalCase) -> Finding | None:
     """Find a film whose content a map takes from a steady whirl."""
     if not case.model.has_film or not case.model.feed or case.model.cavitation != "mass-conserving":
         return None
@@ -200,7 +200,7 @@ def _content(case: Case) -> Finding | None:
     return Finding(float(np.max(ratio)), None, limit)
 
 
-def _half_width(case: Case) -> Finding | None:
+def _half_width(case: JournalCase) -> Finding | None:
     contact = case.model.contact
     if contact is None or contact.stiffness is not None or CONTACTS[contact.law].conformal:
         return None
@@ -211,7 +211,7 @@ def _half_width(case: Case) -> Finding | None:
     return Finding(value, hardest[2], f"small below {HALF_WIDTH}") if value > HALF_WIDTH else None
 
 
-def _yield(case: Case) -> Finding | None:
+def _yield(case: JournalCase) -> Finding | None:
     contact = case.model.contact
     if contact is None or contact.yield_strength is None or (hardest := _hardest(case, contact)) is None:
         return None
@@ -220,7 +220,7 @@ def _yield(case: Case) -> Finding | None:
     return Finding(value, hardest[2], limit) if value > YIELD else None
 
 
-def _hardest(case: Case, contact: Contact) -> tuple[float, float, float] | None:
+def _hardest(case: JournalCase, contact: Contact) -> tuple[float, float, float] | None:
     """Compute half-width [m], pressure [Pa] and start [s] of the hardest contact (Hertzian line contact).
 
     a^2 = 4 F R/(pi E' L) and p = 2 F/(pi a L), 1/R = 1/R_j - 1/R_b: Johnson, Contact Mechanics, 1985, eq. (4.43).

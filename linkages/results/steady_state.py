@@ -31,7 +31,7 @@ from linkages.arguments import validated
 from linkages.arrays import Array
 from linkages.errors import Status
 from linkages.results.akima import interpolated
-from linkages.results.configuration import configuration
+from linkages.results.divergence import configuration
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _AT_ONCE = 10_000  # most times of one evaluation
 
 #: Function called with the simulated time [s] at intervals.
-Progress = Callable[[float], None]
+TimeReport = Callable[[float], None]
 
 
 @dataclass(frozen=True, repr=False)

@@ -8,22 +8,22 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.flexible.modes import ModesAt, dense_modes, sparse_modes, track
-from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.kinematics import RobotMotion
 
 DENSE = 80  # up to this many unknowns the dense, batched solver is the faster one (benchmarks/flexible.py)
 _BATCH = 64  # poses solved together by the dense solver
 
 
-def frequencies(model: FiniteElementModel, state: Motion, count: int | None = None) -> Array:
+def frequencies(model: FiniteElementModel, state: RobotMotion, count: int | None = None) -> Array:
     """Natural frequencies (N, count) at each pose, rising [Hz]; all of them without a count."""
     return modes(model, state, count, vectors=False)[0]
 
 
 def modes(
     model: FiniteElementModel,
-    state: Motion,
+    state: RobotMotion,
     count: int | None = None,
     progress: Callable[[float], None] | None = None,
     vectors: bool = True,
@@ -48,7 +48,7 @@ def modes(
 
 
 def tracked_modes(
-    model: FiniteElementModel, branch: Branch, state: Motion, values: Array, shapes: Array, count: int
+    model: FiniteElementModel, branch: AssemblyBranch, state: RobotMotion, values: Array, shapes: Array, count: int
 ) -> tuple[Array, Array, Array]:
     """Follow the lowest modes from pose to pose, see `linkages.flexible.modes.track`.
 
@@ -57,7 +57,7 @@ def tracked_modes(
     count), and the least MAC within each step (N - 1, count).
     """
 
-    def at(one: Motion, values: Array, shapes: Array) -> ModesAt:
+    def at(one: RobotMotion, values: Array, shapes: Array) -> ModesAt:
         return ModesAt(float(one.time[0]), values, shapes, model.matrices(one)[1][0])
 
     def between(time: float) -> ModesAt:

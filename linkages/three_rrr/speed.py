@@ -11,7 +11,7 @@ from linkages.arguments import Vector, validated
 from linkages.arrays import Array
 from linkages.flexible.modes import eigenvalues
 from linkages.flexible.response import quasi_static as solve
-from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.modes import frequencies
 from linkages.three_rrr.response import generalised_alpha, quasi_static
@@ -50,7 +50,7 @@ class SpeedSweep:
         return self.dynamic / self.static
 
 
-def faster(branch: Branch, factor: float) -> Branch:
+def faster(branch: AssemblyBranch, factor: float) -> AssemblyBranch:
     """Return the same path passed `factor` times as fast."""
     passed = tuple(replace(s, time=s.time / factor) for s in branch.singularities)
 
@@ -64,7 +64,7 @@ def faster(branch: Branch, factor: float) -> Branch:
 @validated
 def speed_sweep(
     robot: Robot,
-    branch: Branch,
+    branch: AssemblyBranch,
     factors: Vector,
     damping_ratio: float = 0.01,
     steps_per_period: float = 40.0,
@@ -107,7 +107,7 @@ def _peaks(platform: Array) -> tuple[float, float]:
     return float(np.max(np.hypot(platform[:, 0], platform[:, 1]))), float(np.max(np.abs(platform[:, 2])))
 
 
-def velocity_effect(robot: Robot, branch: Branch, factors: Array, poses: int = 24) -> tuple[Array, Array]:
+def velocity_effect(robot: Robot, branch: AssemblyBranch, factors: Array, poses: int = 24) -> tuple[Array, Array]:
     """Measure how much the velocity-dependent terms matter at each speed factor.
 
     Returns the largest relative changes (n,), over poses along the motion, of the first natural frequency of the

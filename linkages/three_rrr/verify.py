@@ -21,7 +21,7 @@ from linkages.model.mechanism import load_mechanism
 from linkages.system.spanning import spanning_tree
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import LEGS, drawn_angles
-from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.kinematics import RobotMotion
 from linkages.three_rrr.robot import Robot, changed
 
 _V = JacobianWrtVariable.kV
@@ -171,7 +171,7 @@ class RigidPlant:
         return result
 
 
-def verify(robot: Robot, state: Motion) -> Verification:
+def verify(robot: Robot, state: RobotMotion) -> Verification:
     """Compare with Drake at the given poses; the model is the robot's with free roots."""
     free = changed(robot, drives={"roots": "free"}, model={"platform": "triangle", "beam": "euler-bernoulli"})
     model = FiniteElementModel(free)
@@ -206,7 +206,7 @@ def _failures(count: int, worst: dict[str, float], scales: dict[str, float]) -> 
     return (*lines, *(f"{name} is {worst[name]:.3g}; it must be at most {limits[name]:.3g}" for name in above))
 
 
-def _kinematics(plant: RigidPlant, state: Motion, n: int, v: Array, a: Array) -> dict[str, float]:
+def _kinematics(plant: RigidPlant, state: RobotMotion, n: int, v: Array, a: Array) -> dict[str, float]:
     """Largest differences of position, velocity and acceleration at one pose."""
     links, origin = [*(f"coupler{leg}" for leg in LEGS), "platform"], np.zeros(3)
     jacobians = [plant.jacobian(link, origin) for link in links]
@@ -222,7 +222,7 @@ def _kinematics(plant: RigidPlant, state: Motion, n: int, v: Array, a: Array) ->
     }
 
 
-def _modal(plant: RigidPlant, model: FiniteElementModel, state: Motion) -> tuple[int, dict[str, float]]:
+def _modal(plant: RigidPlant, model: FiniteElementModel, state: RobotMotion) -> tuple[int, dict[str, float]]:
     """Count the zero modes; stiffness of the rigid space, principal angle and mass error at one pose.
 
     Displacements are scaled by the square roots of the stiffness diagonal, so that lengths and angles

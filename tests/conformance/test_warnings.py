@@ -13,8 +13,7 @@ from shipped import shipped
 from linkages import Status, assess, ideal, simulate, summarize
 from linkages.cli.main import main
 from linkages.report.terminal import format_summary
-from linkages.results.noise import noise
-from linkages.results.peak_errors import SAFETY
+from linkages.results.peak_errors import SAFETY, noise
 from linkages.results.singular import CHANGE_POINT, NEAR, singular_positions
 from linkages.results.warnings import rough
 

@@ -19,8 +19,8 @@ from linkages.plots.animation.journal_view import journal_frames
 from linkages.plots.animation.magnified import strongest
 from linkages.plots.animation.recording import frames, write_animation
 from linkages.plots.animation.surroundings import Surroundings
-from linkages.plots.guides import guides_figure
 from linkages.plots.histories import forces_figure
+from linkages.plots.journals import guides_figure
 from linkages.plots.style import engineering
 from linkages.system.rigid_segments import segmented
 

@@ -20,7 +20,7 @@ from flexible_machines import bent_machine
 from linkages import InputError, assess, summarize
 from linkages.cli.main import main
 from linkages.model.experiment import load_experiment
-from linkages.plots.links import links_figure
+from linkages.plots.histories import links_figure
 from linkages.report import load_results
 from linkages.report.page import render
 from linkages.report.words import answer, change, commands, experiment_file, question

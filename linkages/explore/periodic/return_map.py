@@ -22,8 +22,8 @@ from linkages.errors import InputError
 from linkages.explore.differences import extrapolated
 from linkages.explore.flow import Flow
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
+from linkages.explore.periodic.continuation import Return
 from linkages.explore.periodic.multipliers import Multipliers, multipliers
-from linkages.explore.periodic.shooting import Return
 from linkages.explore.sections import Section, recorded
 from linkages.outputs.registry import pack
 from linkages.planar.contacts import CLEARANCE_OUTPUTS

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array
 from linkages.files.magnitudes import rounded
-from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
+from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, MagnifiedView, closed, strongest
 from linkages.results.assessment import Assessment
 from linkages.system.tree import CORNERS
 
@@ -55,8 +55,8 @@ def guide_frames(assessment: Assessment, name: str, times: Array) -> GuideFrames
     )
 
 
-class GuideView(View):
-    """A prismatic joint with clearance: a block in its slot, drawn magnified; parameters as `View`."""
+class GuideView(MagnifiedView):
+    """A prismatic joint with clearance: a block in its slot, drawn magnified; parameters as `MagnifiedView`."""
 
     def caption(self, frame: int) -> str:
         """Return the numbers of a frame."""

@@ -16,7 +16,7 @@ from pydrake.geometry import Cylinder, Rgba
 
 from linkages.arrays import Array
 from linkages.files.magnitudes import rounded
-from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
+from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, MagnifiedView, closed, strongest
 from linkages.results.assessment import Assessment
 
 _RING = 0.16  # drawn thickness of the bearing over the view's radius
@@ -56,8 +56,8 @@ def journal_frames(assessment: Assessment, name: str, times: Array) -> JournalFr
     )
 
 
-class JournalView(View):
-    """A revolute joint with clearance: a journal in its bearing, drawn magnified; parameters as `View`."""
+class JournalView(MagnifiedView):
+    """A revolute joint with clearance: a journal in its bearing, drawn magnified; parameters as `MagnifiedView`."""
 
     def caption(self, frame: int) -> str:
         """Return the numbers of a frame."""

@@ -64,7 +64,7 @@ def joint_axes(mechanism: Mechanism, joint: Joint) -> Array:
     return np.column_stack([along, np.cross(basis[:, 2], along), basis[:, 2]])
 
 
-class View(ABC):
+class MagnifiedView(ABC):
     """A magnified view of a joint around a centre (2,) in the plane [m], half its size the radius [m]."""
 
     def __init__(

@@ -21,7 +21,7 @@ from linkages.model.mechanism import Joint, Mechanism
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import GuideView
 from linkages.plots.animation.journal_view import JournalView
-from linkages.plots.animation.magnified import View
+from linkages.plots.animation.magnified import MagnifiedView
 from linkages.plots.animation.surroundings import Surroundings
 from linkages.plots.curves import columns, curves
 from linkages.plots.style import round_length
@@ -163,13 +163,15 @@ def _recorded(assessment: Assessment, shown: System, times: Array) -> Array:
     return shown.coordinates(q) if isinstance(shown, Segmented) and not isinstance(source, Segmented) else q
 
 
-def _joint_views(assessment: Assessment, meshcat: Meshcat, times: Array, low: Array, high: Array) -> list[View]:
+def _joint_views(
+    assessment: Assessment, meshcat: Meshcat, times: Array, low: Array, high: Array
+) -> list[MagnifiedView]:
     """Draw the clearance joints right of the linkage, in two rows."""
     names = assessment.system.tree.play
     height = max(high[1] - low[1], 0.75 * (high[0] - low[0]), 0.3 * assessment.system.tree.extent)
     rows = min(len(names), 2)
     radius = height / (3.0 * max(rows, 1.5))
-    views: list[View] = []
+    views: list[MagnifiedView] = []
     for k, name in enumerate(names):
         column, row = divmod(k, 2)
         right = high[0] + radius * (2.0 + 3.0 * column)
@@ -179,7 +181,7 @@ def _joint_views(assessment: Assessment, meshcat: Meshcat, times: Array, low: Ar
     return views
 
 
-def _look_at(assessment: Assessment, meshcat: Meshcat, views: list[View], low: Array, high: Array) -> Array:
+def _look_at(assessment: Assessment, meshcat: Meshcat, views: list[MagnifiedView], low: Array, high: Array) -> Array:
     """Aim the camera along the plane's normal at all moving parts; return their width and height [m]."""
     low = low - [0.0, 0.18 * max(*(high - low), assessment.system.tree.extent)]  # space for the scale
     for view in views:
@@ -208,7 +210,7 @@ def _look_at(assessment: Assessment, meshcat: Meshcat, views: list[View], low: A
 def _captioned(
     page: str,
     assessment: Assessment,
-    views: list[View],
+    views: list[MagnifiedView],
     names: list[Label],
     times: Array,
     slow: float,

@@ -5,8 +5,7 @@
 | shapes      | `Shape`: points fixed to bodies; the table of styles                                  |
 | room        | free space for names                                                                  |
 | parts       | shapes of links, joints, ground, points                                               |
-| directions  | senses of drives, directions of loads                                                 |
-| actions     | shapes of an experiment's elements: drives, loads, gears, stops                       |
+| actions     | shapes and directions of drives, loads, gears, stops                                    |
 | drawing     | `Drawing`: all shapes of a mechanism, and its poses over each drive's range of motion |
 | facts       | properties of the mechanism in sentences and tables                                   |
 | svg         | a drawing -> SVG                                                                      |

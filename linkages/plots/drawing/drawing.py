@@ -14,7 +14,6 @@ from linkages.model.experiment import Experiment
 from linkages.model.plausibility import doubts
 from linkages.planar.kinematics import poses_at
 from linkages.plots.drawing.actions import Done
-from linkages.plots.drawing.directions import senses, strongest
 from linkages.plots.drawing.facts import facts, joint_table, link_table
 from linkages.plots.drawing.parts import Parts
 from linkages.plots.drawing.shapes import Shape, placed, shape
@@ -94,10 +93,11 @@ def draw(asked: System) -> Drawing:
     given += [touch.anchor for touch in experiment.contacts.values()]
     anchors = [np.array(anchor) for anchor in given if anchor is not None]
     low, high = _box(tree, poses, anchors)
-    parts, way_of = Parts(tree, low, high, poses), senses(asked)
-    shapes = tuple(_shapes(parts, Done(parts, way_of, strongest(asked)), experiment, ways, low, high))
+    parts = Parts(tree, low, high, poses)
+    done = Done(parts, asked)
+    shapes = tuple(_shapes(parts, done, experiment, ways, low, high))
     title = experiment.title or mechanism.name
-    sliders = tuple(_slider(system, way, way_of.get(way.drive, 1.0)) for way in ways if system)
+    sliders = tuple(_slider(system, way, done.senses.get(way.drive, 1.0)) for way in ways if system)
     return Drawing(
         title, shapes, pose, _pose(tree, np.zeros(tree.size)), {body: link for link, body in tree.index.items()},
         sliders, low, high,

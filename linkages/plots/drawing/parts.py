@@ -10,7 +10,7 @@ from linkages.arrays import Array
 from linkages.model.mechanism import Joint, Link
 from linkages.model.skeleton import skeleton
 from linkages.plots.drawing.room import Room
-from linkages.plots.drawing.shapes import Point, Shape, placed, shape
+from linkages.plots.drawing.shapes import DrawnPoint, Shape, placed, shape
 from linkages.system.tree import Tree
 
 # lengths in units of the drawing
@@ -39,17 +39,17 @@ class Parts:
 
     # -- places ------------------------------------------------------------------------------------
 
-    def on(self, link: str, drawn: Array, along: Array | tuple[float, float] = (0.0, 0.0)) -> Point:
+    def on(self, link: str, drawn: Array, along: Array | tuple[float, float] = (0.0, 0.0)) -> DrawnPoint:
         """Return a point of a link from its reference position, moved by `along` (units, link axes)."""
         body, x, y = self.tree.marker(link, drawn)
         return body, x + self.unit * along[0], y + self.unit * along[1], 0.0, 0.0
 
-    def off(self, link: str, drawn: Array, away: Array | tuple[float, float]) -> Point:
+    def off(self, link: str, drawn: Array, away: Array | tuple[float, float]) -> DrawnPoint:
         """Return a point offset from a link's point by `away` (units, plane axes)."""
         body, x, y, _, _ = self.on(link, drawn)
         return body, x, y, self.unit * away[0], self.unit * away[1]
 
-    def at(self, point: Point) -> Array:
+    def at(self, point: DrawnPoint) -> Array:
         """Return the position of a point at the start (2,) [m]."""
         return placed(np.array([point]), self.poses[0])[0]
 
@@ -194,7 +194,7 @@ class Parts:
             return "#DDDDDD"
         return skeleton(self.mechanism, self.mechanism.link[link], self.tree.extent).color
 
-    def _rectangle(self, link: str, drawn: Array, along: Array) -> list[Point]:
+    def _rectangle(self, link: str, drawn: Array, along: Array) -> list[DrawnPoint]:
         across = np.array([-along[1], along[0]])
         corners = ((1, 1), (-1, 1), (-1, -1), (1, -1))
         return [self.on(link, drawn, 0.5 * (x * _SIDE[0] * along + y * _SIDE[1] * across)) for x, y in corners]
@@ -233,7 +233,7 @@ class Parts:
             slant = foot + 0.8 * (normal - 0.8 * along)
             yield shape("hatch", [self.on(link, drawn, end) for end in (foot, slant)])
 
-    def arrow(self, role: str, ends: list[Point]) -> Iterator[Shape]:
+    def arrow(self, role: str, ends: list[DrawnPoint]) -> Iterator[Shape]:
         """Draw a straight arrow from one point to another."""
         tail, tip = (np.array(end) for end in ends)
         self.room.take_line([self.at(ends[0]), self.at(ends[1])])

@@ -14,7 +14,7 @@ import numpy as np
 
 from linkages.arrays import Array
 
-Point = tuple[float, float, float, float, float]
+DrawnPoint = tuple[float, float, float, float, float]
 
 INK, PLAY, LOAD, MARK = "#1A1A1A", "#D55E00", "#B22222", "#7A3E9D"
 
@@ -78,7 +78,7 @@ class Shape:
     text: str = ""
 
 
-def shape(role: str, points: Iterable[Point], color: str = INK, text: str = "") -> Shape:
+def shape(role: str, points: Iterable[DrawnPoint], color: str = INK, text: str = "") -> Shape:
     """Make a shape from points."""
     return Shape(role, np.array(list(points), dtype=np.float64), color, text)
 

@@ -9,7 +9,7 @@ import numpy as np
 from linkages.arrays import Array
 from linkages.flexible.rotation import rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.kinematics import Motion, pivots, unit
+from linkages.three_rrr.kinematics import RobotMotion, pivots, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,12 +20,12 @@ _SHARE = 0.12  # largest drawn deflection over the robot's size
 _POINTS = 13  # number of drawn points of each element
 
 
-def rest_lines(model: FiniteElementModel, state: Motion, index: int) -> list[tuple[Array, str]]:
+def rest_lines(model: FiniteElementModel, state: RobotMotion, index: int) -> list[tuple[Array, str]]:
     """Return lines (n, 2) [m] of the undeformed links and the platform at one pose, with their names."""
     return displaced_lines(model, state.part(slice(index, index + 1)), np.zeros(model.full))
 
 
-def shape_lines(model: FiniteElementModel, state: Motion, index: int, shape: Array) -> list[tuple[Array, str]]:
+def shape_lines(model: FiniteElementModel, state: RobotMotion, index: int, shape: Array) -> list[tuple[Array, str]]:
     """Return lines of the robot deformed by a shape (size,) of its unknowns, magnified."""
     one = state.part(slice(index, index + 1))
     full = model.expand(one, shape[None])[0]
@@ -36,7 +36,7 @@ def shape_lines(model: FiniteElementModel, state: Motion, index: int, shape: Arr
     return displaced_lines(model, one, scale * full)
 
 
-def displaced_lines(model: FiniteElementModel, one: Motion, full: Array) -> list[tuple[Array, str]]:
+def displaced_lines(model: FiniteElementModel, one: RobotMotion, full: Array) -> list[tuple[Array, str]]:
     """Return lines of the robot at a single pose with displacements (full,) [m, rad]."""
     b, c = pivots(model.geometry, one.phi, one.x)
     angle = one.angles
@@ -58,7 +58,7 @@ def displaced_lines(model: FiniteElementModel, one: Motion, full: Array) -> list
 
 
 def draw_pose(
-    axis: Axes, model: FiniteElementModel, state: Motion, index: int, color: str = OUTLINE, **style: Any
+    axis: Axes, model: FiniteElementModel, state: RobotMotion, index: int, color: str = OUTLINE, **style: Any
 ) -> None:
     """Draw the undeformed robot, in millimetres."""
     for line, name in rest_lines(model, state, index):
