@@ -6,8 +6,9 @@
 | histories          | outputs, forces and torques, ideal and real; deflection and stress of flexible links |
 | journals           | orbits of journals in their clearances, blocks in their slots, contacts over time    |
 | curves             | none: curves as data, and the script that draws them in pages                        |
+| pages              | none: HTML pages from templates                                                      |
 | shown              | none: base class of figures for notebooks                                            |
-| mode_figures       | natural frequencies and mode shapes of a linkage at rest; Bode plot of a linear model |
+| mode_figures       | natural frequencies and mode shapes of a linkage at rest; Bode plots                 |
 | tornado            | changes of peaks with 1 % of each value                                              |
 | attractors         | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                 |
 | branches           | branches of periodic motions: stable, unstable, bifurcations, points of a sweep      |

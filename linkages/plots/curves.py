@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from importlib.resources import files
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.arrays import Array
-from linkages.files.writing import json_text
+from linkages.plots.pages import own_text
 from linkages.results.trajectory import Trajectory
 
 _INTERVALS = 800  # number of time intervals; each keeps its first, smallest and largest value
@@ -61,12 +60,7 @@ def resolved(values: Array, error: float) -> Array:
 
 def script() -> str:
     """Return the function `drawCurves` of the pages, as JavaScript."""
-    return (files("linkages.plots") / "curves.js").read_text(encoding="utf-8")
-
-
-def embedded(content: Any) -> str:
-    """Write JSON for embedding in a page: its text cannot end the script element."""
-    return json_text(content).strip().replace("<", "\\u003c")
+    return own_text("linkages.plots", "curves.js")
 
 
 def seen(time: Array, values: Array, intervals: int = _INTERVALS) -> NDArray[np.int64]:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import base64
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
 from linkages.files.writing import whole
-from linkages.plots.curves import columns, curves, embedded, script
+from linkages.plots.curves import columns, curves, script
+from linkages.plots.pages import embedded, filled, own_text
 from linkages.report import page_tables, words
 from linkages.report.result_folder import FIGURES, Results
 from linkages.results.trajectory import load_trajectory
@@ -25,12 +24,9 @@ def write_report(results: Results, path: Path) -> None:
         partial.write_text(text, encoding="utf-8")
 
 
-def template(name: str) -> Template:
-    """Return a template of this package, with a macro for tables."""
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
-    return environment.from_string(own("table.html") + own(name))
+def report_page(name: str, **values: Any) -> str:
+    """Fill a template of this package, with a macro for tables."""
+    return filled(own("table.html") + own(name), style=Markup(own("page.css")), **values)
 
 
 def render(results: Results) -> str:
@@ -38,10 +34,10 @@ def render(results: Results) -> str:
     drawn = curves_of(results)
     versions = results.summary["provenance"]["versions"]
     elsewhere = ("python", "linkages")  # not installed like the other packages
-    return template("page.html").render(
-        style=Markup(own("page.css")),
+    return report_page(
+        "page.html",
         script=Markup(own("page.js")),
-        curves=Markup(embedded(drawn)) if drawn else "",
+        curves=embedded(drawn) if drawn else "",
         starts=bool(results.play),
         curves_script=Markup(script() + own("curves.js")),
         title=results.title,
@@ -92,7 +88,7 @@ def data_uri(path: Path, kind: str) -> str:
 
 def own(name: str) -> str:
     """Read a file of this package."""
-    return (files("linkages.report") / name).read_text(encoding="utf-8")
+    return own_text("linkages.report", name)
 
 
 def curves_of(results: Results) -> list[dict[str, Any]]:

@@ -6,12 +6,10 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from markupsafe import Markup
-
 from linkages.brief import counted
 from linkages.files.writing import whole
 from linkages.plots.style import typeset
-from linkages.report.page import data_uri, own, template
+from linkages.report.page import data_uri, report_page
 from linkages.report.page_tables import PageTable, number
 from linkages.report.result_folder import read_json, read_page
 from linkages.results.shape import WearContent
@@ -28,8 +26,8 @@ def write_wear_report(folder: Path, path: Path) -> None:
 
 
 def _render(found: dict[str, Any], folder: Path) -> str:
-    return template("wear.html").render(
-        style=Markup(own("page.css")),
+    return report_page(
+        "wear.html",
         title=found["title"] or found["experiment"],
         answer=_answer(found),
         results=[_joints(found), _peaks(found), _stages(found)],

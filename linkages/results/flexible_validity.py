@@ -11,7 +11,7 @@ import numpy as np
 from linkages.planar.record_types import SECTION
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
-from linkages.results.validity import Finding, Rule
+from linkages.results.validity import Rule, Violation
 from linkages.system import System
 from linkages.system.flexible_link import FlexibleLink
 
@@ -64,7 +64,7 @@ def _carriers(system: System) -> dict[str, set[str]]:
     return found
 
 
-def _slope(case: FlexibleCase) -> Finding | None:
+def _slope(case: FlexibleCase) -> Violation | None:
     largest = np.zeros(len(case.run.time))
     for part in case.substructures:
         eta = np.array([case.run[f"q.{name}"] for name in part.coordinates])
@@ -74,36 +74,36 @@ def _slope(case: FlexibleCase) -> Finding | None:
     value = float(largest[worst])
     text = f"the relative error of the stiffness is half its square, 1 % at {SLOPE:.3g}"
     text += f"; the link has `pieces` = {len(case.substructures)}"
-    return Finding(value, float(case.run.time[worst]), text) if value > SLOPE else None
+    return Violation(value, float(case.run.time[worst]), text) if value > SLOPE else None
 
 
-def _strut(case: FlexibleCase) -> Finding | None:
+def _strut(case: FlexibleCase) -> Violation | None:
     force = case.run[f"{case.link}.compression"]
     worst, elastic = int(np.argmax(force)), case.substructures[0].beam.elastic()
     euler = math.pi**2 * elastic.bending / elastic.length**2
     value = float(force[worst]) / euler
     text = f"half doubles the deflection; the Euler load with pinned ends is {euler:.3g} N"
-    return Finding(value, float(case.run.time[worst]), text) if value > BUCKLING else None
+    return Violation(value, float(case.run.time[worst]), text) if value > BUCKLING else None
 
 
-def _wave(case: FlexibleCase) -> Finding | None:
+def _wave(case: FlexibleCase) -> Violation | None:
     count = sum(len(part.modes.names) - part.modes.bending for part in case.substructures)
     if count >= AXIAL or not case.impacts:
         return None
-    return Finding(count, min(hit.start for hit in case.impacts), f"{AXIAL} or more")
+    return Violation(count, min(hit.start for hit in case.impacts), f"{AXIAL} or more")
 
 
-def _impact(case: FlexibleCase) -> Finding | None:
+def _impact(case: FlexibleCase) -> Violation | None:
     shortest = min(case.impacts, key=lambda hit: hit.duration, default=None)
     if shortest is None or not shortest.duration > 0.0:
         return None
     highest = max(float(np.max(part.modes.frequencies)) for part in case.substructures) / (2.0 * math.pi)
     value = highest * shortest.duration
     text = f"at least 1; a contact lasts {shortest.duration:.3g} s, the fastest mode has {highest:.3g} Hz"
-    return Finding(value, shortest.start, text) if value < 1.0 else None
+    return Violation(value, shortest.start, text) if value < 1.0 else None
 
 
-def _drive(case: FlexibleCase) -> Finding | None:
+def _drive(case: FlexibleCase) -> Violation | None:
     rates = [np.abs(case.run[f"{name}.rate"]) for name in case.drives]
     bending = [part.modes.frequencies[: part.modes.bending] for part in case.substructures if part.modes.bending]
     if not rates or not bending:
@@ -113,7 +113,7 @@ def _drive(case: FlexibleCase) -> Finding | None:
     if not fastest[worst] > 0.0:
         return None
     value = max(float(np.max(frequencies)) for frequencies in bending) / float(fastest[worst])
-    return Finding(value, float(case.run.time[worst]), f"{ABOVE:g} or more") if value < ABOVE else None
+    return Violation(value, float(case.run.time[worst]), f"{ABOVE:g} or more") if value < ABOVE else None
 
 
 FLEXIBLE_RULES = (

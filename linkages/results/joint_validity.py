@@ -24,7 +24,7 @@ from linkages.results.film_error import film_error
 from linkages.results.flexible_validity import FLEXIBLE_RULES, flexible_cases
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
-from linkages.results.validity import Finding, Rule, broken
+from linkages.results.validity import Rule, Violation, broken
 from linkages.system import System
 
 #: Taylor vortices between cylinders with a rotating inner one start at rho omega R c/mu = 41.1 sqrt(R/c).
@@ -107,7 +107,7 @@ def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
             yield name, Touch(contacts, joint.slot.height, DEPTH_OF_BLOCK, "the block's height", run)
 
 
-def _slenderness(case: JournalCase) -> Finding | None:
+def _slenderness(case: JournalCase) -> Violation | None:
     """Compare L/D with the film's range; the finding states the estimated error of force and eccentricity."""
     if not case.model.has_film:
         return None
@@ -129,33 +129,33 @@ def _slenderness(case: JournalCase) -> Finding | None:
     return finding._replace(limit=finding.limit + text)
 
 
-def _restitution(case: JournalCase) -> Finding | None:
+def _restitution(case: JournalCase) -> Violation | None:
     contact = case.model.contact
     if contact is None or contact.restitution is None or not case.model.can_touch:
         return None
     return _beyond_own(contact.law, CONTACTS[contact.law].valid, "e", contact.restitution)
 
 
-def _beyond_own(law: str, valid: str, symbol: str, value: float) -> Finding | None:
+def _beyond_own(law: str, valid: str, symbol: str, value: float) -> Violation | None:
     """Compare a number with the limit in a law's text, such as "L/D > 8, half film"."""
     found = re.search(rf"(?<!\w){symbol} ([<>]) (\d+(?:[./]\d+)?)", valid)
     if found is None:
         return None
     sign, limit = found[1], float(Fraction(found[2]))
     inside = value >= limit if sign == ">" else value <= limit
-    return None if inside else Finding(value, None, f"{law}: {found[0]}")
+    return None if inside else Violation(value, None, f"{law}: {found[0]}")
 
 
-def _turbulence(case: JournalCase) -> Finding | None:
+def _turbulence(case: JournalCase) -> Violation | None:
     ratio = case.bearing.radius / (case.model.clearance or math.inf)
     return _reynolds(case, ratio, TAYLOR * math.sqrt(ratio), "laminar below 41.1 sqrt(R/c) =")
 
 
-def _inertia(case: JournalCase) -> Finding | None:
+def _inertia(case: JournalCase) -> Violation | None:
     return _reynolds(case, 1.0, INERTIA, "small below")
 
 
-def _reynolds(case: JournalCase, scale: float, limit: float, words: str) -> Finding | None:
+def _reynolds(case: JournalCase, scale: float, limit: float, words: str) -> Violation | None:
     """Compare rho omega c^2/mu times `scale` with a limit; omega is the journal's relative to the bearing."""
     model = case.model
     if not model.has_film or not model.clearance:
@@ -167,24 +167,24 @@ def _reynolds(case: JournalCase, scale: float, limit: float, words: str) -> Find
     )
     value = rho * float(turning[worst]) * model.clearance**2 / float(case.law.viscosity) * scale
     text = f"{words} {limit:.3g}, with a density of {rho:.0f} kg/m3{origin}"
-    return Finding(value, float(case.run.time[worst]), text) if value > limit else None
+    return Violation(value, float(case.run.time[worst]), text) if value > limit else None
 
 
 def _rate(case: JournalCase, link: str) -> Any:
     return case.run[f"{link}.omega"] if link != "world" else np.zeros(len(case.run.time))
 
 
-def _film_end(case: JournalCase) -> Finding | None:
+def _film_end(case: JournalCase) -> Violation | None:
     if not (case.model.has_film and case.model.can_touch and case.model.mixed):
         return None
     ratio, held = case.run[f"{case.joint.name}.eccentricity_ratio"], case.model.mixed.film_limit
     worst = int(np.argmax(ratio))
     reached = min(float(ratio[worst]), held)
     limit = f"its map ends at {case.film_end:.4g}"
-    return Finding(reached, float(case.run.time[worst]), limit) if reached > case.film_end else None
+    return Violation(reached, float(case.run.time[worst]), limit) if reached > case.film_end else None
 
 
-def _content(case: JournalCase) -> Finding | None:
+def _content(case: JournalCase) -> Violation | None:
     """Find a film whose content a map takes from a steady whirl."""
     if not case.model.has_film or not case.model.feed or case.model.cavitation != "mass-conserving":
         return None
@@ -197,10 +197,10 @@ def _content(case: JournalCase) -> Finding | None:
         limit += (
             f"; {faded:.0%} of its cavity counts as full at the last ratio, {ratio[-1]:.2g}: whirl can begin too late"
         )
-    return Finding(float(np.max(ratio)), None, limit)
+    return Violation(float(np.max(ratio)), None, limit)
 
 
-def _half_width(case: JournalCase) -> Finding | None:
+def _half_width(case: JournalCase) -> Violation | None:
     contact = case.model.contact
     if contact is None or contact.stiffness is not None or CONTACTS[contact.law].conformal:
         return None
@@ -208,16 +208,16 @@ def _half_width(case: JournalCase) -> Finding | None:
     if hardest is None:
         return None
     value = hardest[0] / (case.bearing.radius - (case.model.clearance or 0.0))
-    return Finding(value, hardest[2], f"small below {HALF_WIDTH}") if value > HALF_WIDTH else None
+    return Violation(value, hardest[2], f"small below {HALF_WIDTH}") if value > HALF_WIDTH else None
 
 
-def _yield(case: JournalCase) -> Finding | None:
+def _yield(case: JournalCase) -> Violation | None:
     contact = case.model.contact
     if contact is None or contact.yield_strength is None or (hardest := _hardest(case, contact)) is None:
         return None
     value = hardest[1] / contact.yield_strength
     limit = f"elastic below {YIELD}; the pressure is {hardest[1]:.3g} Pa"
-    return Finding(value, hardest[2], limit) if value > YIELD else None
+    return Violation(value, hardest[2], limit) if value > YIELD else None
 
 
 def _hardest(case: JournalCase, contact: Contact) -> tuple[float, float, float] | None:
@@ -236,11 +236,11 @@ def _hardest(case: JournalCase, contact: Contact) -> tuple[float, float, float] 
     return half, 2.0 * line / (math.pi * half), impact.start
 
 
-def _depth(touch: Touch) -> Finding | None:
+def _depth(touch: Touch) -> Violation | None:
     depth = np.max([touch.run[f"{label}.penetration"] for label in touch.contacts], axis=0)
     deepest = int(np.argmax(depth))
     value, limit = float(depth[deepest]) / touch.size, f"small below {touch.most} of {touch.of}"
-    return Finding(value, float(touch.run.time[deepest]), limit) if value > touch.most else None
+    return Violation(value, float(touch.run.time[deepest]), limit) if value > touch.most else None
 
 
 RULES = (

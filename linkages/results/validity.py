@@ -13,7 +13,7 @@ def warning(kind: str, time: float | None, what: str, remedy: str) -> dict[str, 
     return {"kind": kind, "time": time, "what": what, "remedy": remedy}
 
 
-class Finding(NamedTuple):
+class Violation(NamedTuple):
     """A number outside its limits, the time [s] (None: always), and the limits as text."""
 
     value: float
@@ -27,7 +27,7 @@ class Rule(NamedTuple, Generic[Case]):
     kind: str
     what: str
     remedy: str
-    find: Callable[[Case], Finding | None]
+    find: Callable[[Case], Violation | None]
 
 
 def broken(rules: Iterable[Rule[Case]], cases: Sequence[tuple[str, Case]]) -> list[dict[str, Any]]:

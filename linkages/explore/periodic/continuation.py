@@ -37,7 +37,7 @@ class Residual(NamedTuple):
 
 
 #: g(u, p); it raises `RunError` where it does not exist.
-Equations = Callable[[Array, float], Residual]
+ResidualFunction = Callable[[Array, float], Residual]
 
 
 class Return(NamedTuple):
@@ -49,7 +49,7 @@ class Return(NamedTuple):
     detail: Any = None
 
 
-def forced(return_map: Callable[[Array, float], Return]) -> Equations:
+def forced(return_map: Callable[[Array, float], Return]) -> ResidualFunction:
     """Return the equations of a motion with a given period, a fixed point u (n,) of the return map."""
 
     def equations(u: Array, p: float) -> Residual:
@@ -82,7 +82,7 @@ class Solution:
     residual: float
 
 
-def solve(equations: Equations, u: Array, p: float, settings: Settings) -> Solution:
+def solve(equations: ResidualFunction, u: Array, p: float, settings: Settings) -> Solution:
     """Solve g(u, p) = 0 at a fixed p by Newton's method; the tangent points to larger p.
 
     RunError if the method does not converge.
@@ -108,7 +108,9 @@ def rescaled(point: Solution, settings: Settings) -> tuple[Solution, Settings]:
     return replace(point, tangent=tangent / np.linalg.norm(tangent)), settings._replace(scale=scale)
 
 
-def follow(equations: Equations, start: Solution, low: float, high: float, settings: Settings) -> Iterator[Solution]:
+def follow(
+    equations: ResidualFunction, start: Solution, low: float, high: float, settings: Settings
+) -> Iterator[Solution]:
     """Follow a branch from a point along its tangent, up to a limit of p or where the step gets too small.
 
     The start is not yielded; a point exactly at a limit ends the branch.
@@ -129,7 +131,7 @@ def follow(equations: Equations, start: Solution, low: float, high: float, setti
         size = min(settings.most, size * (_GROWTH if rounds < _GOOD else 1.0 if rounds == _GOOD else _SHRINK))
 
 
-def step(equations: Equations, point: Solution, size: float, settings: Settings) -> tuple[Solution, int] | None:
+def step(equations: ResidualFunction, point: Solution, size: float, settings: Settings) -> tuple[Solution, int] | None:
     """Take a step of a size along the branch; return the point and the number of iterations, or None."""
     guess = _packed(point, settings) + size * point.tangent
     found = _newton(equations, guess, point.tangent, settings)
@@ -139,7 +141,7 @@ def step(equations: Equations, point: Solution, size: float, settings: Settings)
 
 
 def locate(
-    equations: Equations,
+    equations: ResidualFunction,
     point: Solution,
     ahead: Solution,
     test: Callable[[Solution], float],
@@ -183,7 +185,9 @@ def _packed(point: Solution, settings: Settings) -> Array:
     return np.append(point.u / settings.scale, point.p / settings.scale_p)
 
 
-def _newton(equations: Equations, w: Array, normal: Array, settings: Settings) -> tuple[Array, Residual, int] | None:
+def _newton(
+    equations: ResidualFunction, w: Array, normal: Array, settings: Settings
+) -> tuple[Array, Residual, int] | None:
     """Solve for scaled unknowns w (n + 1,) on the hyperplane through the first guess; None if it does not converge."""
     residual = _evaluate(equations, w, settings)
     for rounds in range(_ROUNDS):
@@ -207,7 +211,7 @@ def _newton(equations: Equations, w: Array, normal: Array, settings: Settings) -
     return None
 
 
-def _evaluate(equations: Equations, w: Array, settings: Settings) -> Residual | None:
+def _evaluate(equations: ResidualFunction, w: Array, settings: Settings) -> Residual | None:
     try:
         found = equations(w[:-1] * settings.scale, float(w[-1]) * settings.scale_p)
     except RunError:
@@ -236,7 +240,7 @@ def _point(w: Array, residual: Residual, ahead: Array, settings: Settings) -> So
 
 
 def _end(
-    equations: Equations, point: Solution, ahead: Solution, low: float, high: float, settings: Settings
+    equations: ResidualFunction, point: Solution, ahead: Solution, low: float, high: float, settings: Settings
 ) -> Solution | None:
     """Find the point at the limit of p between a point and the next one, which is beyond."""
     limit = low if ahead.p < low else high

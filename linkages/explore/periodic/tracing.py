@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.arrays import Array
-from linkages.explore.periodic.continuation import Equations, Settings, Solution, follow, locate, step
+from linkages.explore.periodic.continuation import ResidualFunction, Settings, Solution, follow, locate, step
 from linkages.explore.periodic.multipliers import FOLD, GRAZING, Multipliers, crossing, kind
 
 LIMIT, CLOSED, MOST, LOST, INTERRUPTED = "limit", "closed", "most", "lost", "interrupted"
@@ -54,7 +54,7 @@ class Trace:
 
 
 def trace(
-    equations: Equations,
+    equations: ResidualFunction,
     start: Solution,
     limits: tuple[float, float],
     settings: Settings,
@@ -98,7 +98,9 @@ def turned(point: Solution) -> Solution:
     return replace(point, tangent=-point.tangent)
 
 
-def doubled(equations: Equations, bifurcation: Bifurcation, monodromy: Array, settings: Settings) -> Solution | None:
+def doubled(
+    equations: ResidualFunction, bifurcation: Bifurcation, monodromy: Array, settings: Settings
+) -> Solution | None:
     """Return the first point of the doubled branch beyond a period doubling; None if no correction converges.
 
     The equations have motions with twice the period; the monodromy matrix (n, n) belongs to the bifurcation's point.
@@ -115,7 +117,11 @@ def doubled(equations: Equations, bifurcation: Bifurcation, monodromy: Array, se
 
 
 def _between(
-    equations: Equations, point: Solution, ahead: Solution, settings: Settings, look: Callable[[Solution], PointFacts]
+    equations: ResidualFunction,
+    point: Solution,
+    ahead: Solution,
+    settings: Settings,
+    look: Callable[[Solution], PointFacts],
 ) -> Iterator[Bifurcation]:
     """Locate the bifurcations between two neighbours."""
     before, after = look(point), look(ahead)

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from importlib.resources import files
 from typing import Any
 
-from linkages.plots.curves import embedded, script
+from markupsafe import Markup
+
+from linkages.plots.curves import script
+from linkages.plots.pages import embedded, filled, own_text
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,6 @@ def add_captions(page: str, labels: list[Label], shown: Mapping[str, Any]) -> st
     head, found, tail = page.rpartition("</body>")
     if not found:
         raise ValueError("the recording has no body to write captions into")
-    text = (files("linkages.plots.animation") / "overlay.html").read_text(encoding="utf-8")
-    text = text.replace("@CURVES@", script()).replace("@DATA@", embedded({"labels": entries, **shown}))
+    data = embedded({"labels": entries, **shown})
+    text = filled(own_text("linkages.plots.animation", "overlay.html"), curves=Markup(script()), data=data)
     return f"{head}{text}{found}{tail}"

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import html
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from linkages.arrays import Array
+from linkages.plots.pages import embedded, filled, own_text
 from linkages.plots.style import COLORS
 from linkages.plots.three_rrr.robot_lines import displaced_lines
 from linkages.three_rrr.analysis import RobotResults
@@ -21,12 +20,9 @@ _EVERY = 2  # step between kept points of a line
 
 def write_animation(results: RobotResults, path: Path) -> Path:
     """Write the animation; return its path."""
-    title = html.escape(results.robot.title or "Flexible robot")
-    data = json.dumps(animation_data(results), separators=(",", ":"))
-    page = Path(__file__).with_suffix(".html").read_text(encoding="utf-8")
-    for name, text in {"TITLE": title, "COLORS": json.dumps(COLORS), "DATA": data}.items():
-        page = page.replace(f"@{name}@", text)
-    path.write_text(page, encoding="utf-8")
+    values = {"colors": embedded(COLORS), "data": embedded(animation_data(results))}
+    text = own_text("linkages.plots.three_rrr", "animation.html")
+    path.write_text(filled(text, title=results.robot.title or "Flexible robot", **values), encoding="utf-8")
     return path
 
 
