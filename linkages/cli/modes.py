@@ -124,7 +124,7 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
 
             write_figures(results, folder, progress_bar("figures"))
         if not options.no_animation:
-            from linkages.plots.three_rrr.animation import write_animation
+            from linkages.plots.three_rrr.robot_lines import write_animation
 
             write_animation(results, folder / "animation.html")
     print(format_table(summary))

@@ -18,15 +18,12 @@ from linkages.brief import Brief
 from linkages.engines.assessment import simulate
 from linkages.model.experiment import Experiment
 from linkages.results.assessment import touching
-from linkages.results.divergence import PARTED, dense, horizon
+from linkages.results.divergence import dense, horizon
 from linkages.results.impacts import Impact, impacts
 from linkages.results.soundness import Soundness
 from linkages.results.trajectory import TimeReport, Trajectory
 from linkages.results.warnings import warnings_of_run
 from linkages.system import System
-
-__all__ = ["PARTED", "Comparison", "Difference", "compare", "differences", "horizon", "looser", "names", "revolutions"]
-
 
 _IMPACTS = 2  # number of individually compared contacts of each joint
 

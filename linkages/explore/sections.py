@@ -14,12 +14,12 @@ from linkages.brief import Brief, counted
 from linkages.engines.compiled.designs import Systems
 from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.statistics import STATISTICS
-from linkages.errors import InputError, RunError, Status
-from linkages.explore.compare import PARTED, dense, looser
+from linkages.errors import RunError, Status
+from linkages.explore.compare import looser
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
-from linkages.results.divergence import configuration
+from linkages.results.divergence import PARTED, configuration, dense
 from linkages.results.extremes import extremes
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
@@ -54,6 +54,10 @@ class Section(Brief):
     def peaks(self, name: str) -> Array:
         """Return the largest magnitude in each revolution (nr,)."""
         return np.maximum(np.abs(self.low[name]), np.abs(self.high[name]))
+
+    def values(self, name: str, kind: str) -> Array:
+        """Return the values at the ends of revolutions ("strobe"), or the largest magnitudes ("peaks"), (nr,)."""
+        return self.strobe[name] if kind == "strobe" else self.peaks(name)
 
 
 @validated
@@ -113,9 +117,6 @@ def checked(
     systems: Sequence[System], names: Sequence[str], revolutions: int, transient: int, drive: str | None
 ) -> list[tuple[System, float]]:
     """Return each system with the duration of its revolutions, and its period [s]; InputError for an unknown name."""
-    for number, least, what in ((revolutions, 1, "revolutions"), (transient, 0, "transient")):
-        if number < least:
-            raise InputError("argument", what, f"is {number}; it must be {least} or more")
     for system in systems:
         pack(system, names)
     return [(lasting(system, transient + revolutions, drive), period_of(system, drive)) for system in systems]
@@ -233,7 +234,7 @@ def horizon(system: System, most: float, drive: str | None = None) -> float:
     """Count the revolutions for which runs at the experiment's and at a ten times looser accuracy agree.
 
     Two runs agree as long as no entry of their configurations (`linkages.results.divergence`) differs by more than
-    `linkages.explore.compare.PARTED`: eccentricities over clearances, and free coordinates. They are compared at 200
+    `linkages.results.divergence.PARTED`: eccentricities over clearances, and free coordinates. They are compared at 200
     times in each revolution. Both are runs of `linkages.simulate`, so the horizon does not depend on `most`.
 
     Parameters

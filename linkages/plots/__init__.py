@@ -16,7 +16,6 @@
 | drawing            | a mechanism before a run: a labelled, movable picture                                |
 | animation          | a run as a Meshcat recording, its clearance joints magnified                         |
 | wear_figures       | worn profiles, polar and unrolled; clearance, forces, torques and jitter over cycles |
-| wear_animation     | wear over the service life as an offline page with a slider                          |
 | three_rrr          | the flexible 3-RRR robot                                                             |
 """
 

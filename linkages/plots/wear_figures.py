@@ -1,4 +1,4 @@
-"""Figures of wear: profiles, polar and unrolled; clearance, forces, torques and jitter over the service life."""
+"""Figures and an offline page of wear: profiles; clearance, forces, torques and jitter over the service life."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from linkages.arrays import Array
 from linkages.files.magnitudes import rounded
 from linkages.files.writing import file_name
+from linkages.plots.pages import embedded, filled, own_text
 from linkages.plots.style import COLORS, LEGEND, figure_style, stacked_axes, typeset, write_png
 
 SIDES = ("bearing", "journal")
@@ -95,3 +96,27 @@ def _profiles(found: Mapping[str, Any], joint: str, side: str) -> Iterator[tuple
     shades = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(chosen)))
     for k, shade in zip(chosen, shades, strict=True):
         yield blocks[k]["cycles"], shade, np.array(blocks[k]["joints"][joint][side]["profile"])
+
+
+def write_animation(found: Mapping[str, Any], path: Path) -> None:
+    """Write a page with the growing profiles of all joints, from the content of ``wear.json``."""
+    joints = {}
+    for name, joint in found["joints"].items():
+        nodes = len(joint["profile"])
+        stages = [
+            {side: _depths(block["joints"][name], side, nodes) for side in ("bearing", "journal")}
+            for block in found["blocks"]
+        ]
+        kept = {key: joint[key] for key in ("depth", "clearance", "radius")}
+        joints[name] = kept | {"stages": stages}
+    life = {"cycles": [block["cycles"] for block in found["blocks"]], "joints": joints}
+    text = own_text("linkages.plots", "wear_life.html")
+    title = found["title"] or found["experiment"]
+    path.write_text(filled(text, title=title, life=embedded(life), colors=embedded(COLORS)), encoding="utf-8")
+
+
+def _depths(joint: Mapping[str, Any], side: str, nodes: int) -> list[float]:
+    """Return the depths of a part at a stage [m], rounded to the visible resolution."""
+    if side not in joint:
+        return [0.0] * nodes
+    return [float(f"{depth:.4g}") for _, depth in joint[side]["profile"]]

@@ -24,7 +24,7 @@ from linkages.results.film_error import film_error
 from linkages.results.flexible_validity import FLEXIBLE_RULES, flexible_cases
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
-from linkages.results.validity import Rule, Violation, broken
+from linkages.results.validity import Rules, Violation
 from linkages.system import System
 
 #: Taylor vortices between cylinders with a rotating inner one start at rho omega R c/mu = 41.1 sqrt(R/c).
@@ -73,14 +73,17 @@ class Touch(NamedTuple):
     run: Trajectory
 
 
+RULES, DEPTH_RULES = Rules[JournalCase](), Rules[Touch]()
+
+
 def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
     """Warn of laws and flexible-link models used outside their validity in a run, one entry for each rule."""
     cases = [(case.joint.name, case) for case in _cases(system, run, impacts)]
     touches = list(_touches(system, run))
     return [
-        *broken(RULES, cases),
-        *broken(DEPTH_RULES, touches),
-        *broken(FLEXIBLE_RULES, flexible_cases(system, run, impacts)),
+        *RULES.broken(cases),
+        *DEPTH_RULES.broken(touches),
+        *FLEXIBLE_RULES.broken(flexible_cases(system, run, impacts)),
     ]
 
 
@@ -107,6 +110,30 @@ def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
             yield name, Touch(contacts, joint.slot.height, DEPTH_OF_BLOCK, "the block's height", run)
 
 
+@RULES.rule(
+    "film",
+    "the film content of a mass-conserving film has no history: its cavities can be emptier or fuller than "
+    "real ones; largest eccentricity ratio:",
+    "the map holds for motions that are slow compared with the filling time (linkages bearing); a table "
+    "joints.NAME.history gives the film a history (compiled engine)",
+)
+def film_content(case: JournalCase) -> Violation | None:
+    """Find a film whose content a map takes from a steady whirl."""
+    if not case.model.has_film or not case.model.feed or case.model.cavitation != "mass-conserving":
+        return None
+    if case.model.has_history:
+        return None
+    ratio = case.run[f"{case.joint.name}.eccentricity_ratio"]
+    faded = CENTRE**2 / (ratio[-1] ** 2 + CENTRE**2)
+    limit = "its map is quasi-static"
+    if faded > FADED:
+        limit += (
+            f"; {faded:.0%} of its cavity counts as full at the last ratio, {ratio[-1]:.2g}: whirl can begin too late"
+        )
+    return Violation(float(np.max(ratio)), None, limit)
+
+
+@RULES.rule("film", "a film law is used at an L/D outside its validity", 'film = "finite" is valid for any L/D')
 def _slenderness(case: JournalCase) -> Violation | None:
     """Compare L/D with the film's range; the finding states the estimated error of force and eccentricity."""
     if not case.model.has_film:
@@ -129,13 +156,6 @@ def _slenderness(case: JournalCase) -> Violation | None:
     return finding._replace(limit=finding.limit + text)
 
 
-def _restitution(case: JournalCase) -> Violation | None:
-    contact = case.model.contact
-    if contact is None or contact.restitution is None or not case.model.can_touch:
-        return None
-    return _beyond_own(contact.law, CONTACTS[contact.law].valid, "e", contact.restitution)
-
-
 def _beyond_own(law: str, valid: str, symbol: str, value: float) -> Violation | None:
     """Compare a number with the limit in a law's text, such as "L/D > 8, half film"."""
     found = re.search(rf"(?<!\w){symbol} ([<>]) (\d+(?:[./]\d+)?)", valid)
@@ -146,11 +166,21 @@ def _beyond_own(law: str, valid: str, symbol: str, value: float) -> Violation | 
     return None if inside else Violation(value, None, f"{law}: {found[0]}")
 
 
+@RULES.rule(
+    "film",
+    "the flow in a film is not laminar, its Reynolds number rho omega R c/mu is too large",
+    "real forces and friction are larger: raise the viscosity, or lower the speed or the clearance",
+)
 def _turbulence(case: JournalCase) -> Violation | None:
     ratio = case.bearing.radius / (case.model.clearance or math.inf)
     return _reynolds(case, ratio, TAYLOR * math.sqrt(ratio), "laminar below 41.1 sqrt(R/c) =")
 
 
+@RULES.rule(
+    "film",
+    "the inertia of a film, which the film laws neglect, is not small: rho omega c^2/mu is",
+    "raise the viscosity, or lower the speed or the clearance",
+)
 def _inertia(case: JournalCase) -> Violation | None:
     return _reynolds(case, 1.0, INERTIA, "small below")
 
@@ -174,6 +204,11 @@ def _rate(case: JournalCase, link: str) -> Any:
     return case.run[f"{link}.omega"] if link != "world" else np.zeros(len(case.run.time))
 
 
+@RULES.rule(
+    "film",
+    "a finite film exceeds its map and is evaluated at the map's end: eccentricity ratio",
+    "lower mixed.film_limit to the end of the map",
+)
 def _film_end(case: JournalCase) -> Violation | None:
     if not (case.model.has_film and case.model.can_touch and case.model.mixed):
         return None
@@ -184,22 +219,23 @@ def _film_end(case: JournalCase) -> Violation | None:
     return Violation(reached, float(case.run.time[worst]), limit) if reached > case.film_end else None
 
 
-def _content(case: JournalCase) -> Violation | None:
-    """Find a film whose content a map takes from a steady whirl."""
-    if not case.model.has_film or not case.model.feed or case.model.cavitation != "mass-conserving":
+@RULES.rule(
+    "contact",
+    "a contact law is used at a restitution outside its validity",
+    "choose a law for this coefficient, such as flores",
+)
+def _restitution(case: JournalCase) -> Violation | None:
+    contact = case.model.contact
+    if contact is None or contact.restitution is None or not case.model.can_touch:
         return None
-    if case.model.has_history:
-        return None
-    ratio = case.run[f"{case.joint.name}.eccentricity_ratio"]
-    faded = CENTRE**2 / (ratio[-1] ** 2 + CENTRE**2)
-    limit = "its map is quasi-static"
-    if faded > FADED:
-        limit += (
-            f"; {faded:.0%} of its cavity counts as full at the last ratio, {ratio[-1]:.2g}: whirl can begin too late"
-        )
-    return Violation(float(np.max(ratio)), None, limit)
+    return _beyond_own(contact.law, CONTACTS[contact.law].valid, "e", contact.restitution)
 
 
+@RULES.rule(
+    "contact",
+    "a contact is too wide for Hertz's law: its half-width over the journal's radius is",
+    "choose a law for cylinders that conform, such as johnson",
+)
 def _half_width(case: JournalCase) -> Violation | None:
     contact = case.model.contact
     if contact is None or contact.stiffness is not None or CONTACTS[contact.law].conformal:
@@ -211,6 +247,11 @@ def _half_width(case: JournalCase) -> Violation | None:
     return Violation(value, hardest[2], f"small below {HALF_WIDTH}") if value > HALF_WIDTH else None
 
 
+@RULES.rule(
+    "contact",
+    "a contact yields: its largest pressure over the yield strength is",
+    "the model is elastic: lower the impact speed, or use a harder material or a longer bearing",
+)
 def _yield(case: JournalCase) -> Violation | None:
     contact = case.model.contact
     if contact is None or contact.yield_strength is None or (hardest := _hardest(case, contact)) is None:
@@ -236,71 +277,13 @@ def _hardest(case: JournalCase, contact: Contact) -> tuple[float, float, float] 
     return half, 2.0 * line / (math.pi * half), impact.start
 
 
+@DEPTH_RULES.rule(
+    "contact",
+    "a contact is too soft, the penetration is deep: penetration over the size of a body",
+    "raise contact.stiffness, or use a stiffer material; or lower the impact speed or the load",
+)
 def _depth(touch: Touch) -> Violation | None:
     depth = np.max([touch.run[f"{label}.penetration"] for label in touch.contacts], axis=0)
     deepest = int(np.argmax(depth))
     value, limit = float(depth[deepest]) / touch.size, f"small below {touch.most} of {touch.of}"
     return Violation(value, float(touch.run.time[deepest]), limit) if value > touch.most else None
-
-
-RULES = (
-    Rule(
-        "film",
-        "the film content of a mass-conserving film has no history: its cavities can be emptier or fuller than "
-        "real ones; largest eccentricity ratio:",
-        "the map holds for motions that are slow compared with the filling time (linkages bearing); a table "
-        "joints.NAME.history gives the film a history (compiled engine)",
-        _content,
-    ),
-    Rule(
-        "film",
-        "a film law is used at an L/D outside its validity",
-        'film = "finite" is valid for any L/D',
-        _slenderness,
-    ),
-    Rule(
-        "film",
-        "the flow in a film is not laminar, its Reynolds number rho omega R c/mu is too large",
-        "real forces and friction are larger: raise the viscosity, or lower the speed or the clearance",
-        _turbulence,
-    ),
-    Rule(
-        "film",
-        "the inertia of a film, which the film laws neglect, is not small: rho omega c^2/mu is",
-        "raise the viscosity, or lower the speed or the clearance",
-        _inertia,
-    ),
-    Rule(
-        "film",
-        "a finite film exceeds its map and is evaluated at the map's end: eccentricity ratio",
-        "lower mixed.film_limit to the end of the map",
-        _film_end,
-    ),
-    Rule(
-        "contact",
-        "a contact law is used at a restitution outside its validity",
-        "choose a law for this coefficient, such as flores",
-        _restitution,
-    ),
-    Rule(
-        "contact",
-        "a contact is too wide for Hertz's law: its half-width over the journal's radius is",
-        "choose a law for cylinders that conform, such as johnson",
-        _half_width,
-    ),
-    Rule(
-        "contact",
-        "a contact yields: its largest pressure over the yield strength is",
-        "the model is elastic: lower the impact speed, or use a harder material or a longer bearing",
-        _yield,
-    ),
-)
-
-DEPTH_RULES = (
-    Rule(
-        "contact",
-        "a contact is too soft, the penetration is deep: penetration over the size of a body",
-        "raise contact.stiffness, or use a stiffer material; or lower the impact speed or the load",
-        _depth,
-    ),
-)

@@ -52,15 +52,6 @@ class Geometry:
         return signed_area(self.platform)
 
 
-def symmetric(a: float, b: float, l1: float, l2: float) -> Geometry:
-    """Build the paper's robot: equilateral triangles of sides a, b [m] centred on the origins, equal legs.
-
-    A_1 A_2 and C_1 C_2 are parallel to x (x'); both triangles are counter-clockwise.
-    """
-    corners = np.array([[-0.5, -0.5 / np.sqrt(3.0)], [0.5, -0.5 / np.sqrt(3.0)], [0.0, 1.0 / np.sqrt(3.0)]])
-    return Geometry(a * corners, b * corners, np.full(3, l1), np.full(3, l2))
-
-
 def from_mechanism(mechanism: Mechanism) -> Geometry:
     """Read the dimensions off a mechanism with the joints A1..A3, B1..B3, C1..C3 and the link ``platform``.
 

@@ -168,13 +168,6 @@ def _start(model: FiniteElementModel, branch: AssemblyBranch, start: ResponseSta
     return u[0], (-1.5 * u[0] + 2.0 * u[1] - 0.5 * u[2]) / step
 
 
-def energy(model: FiniteElementModel, response: Response) -> Array:
-    """Elastic plus kinetic energy (N,) of the elastic motion [J]."""
-    k, m = model.matrices(response.motion)
-    strain = np.einsum("ni,nij,nj->n", response.u, k, response.u)
-    return 0.5 * (strain + np.einsum("ni,nij,nj->n", response.v, m, response.v))
-
-
 def _require_held(model: FiniteElementModel) -> None:
     if model.robot.drives.roots == "free":
         problem = 'is "free": nothing holds the mechanism; use "locked" or "servo" for a response'

@@ -31,8 +31,6 @@ class SpeedSweep:
         Those run: none beyond the first resonance.
     static, dynamic : (n,) arrays
         Largest displacement of the platform's centre [m], quasi-static and with vibration.
-    static_turn, dynamic_turn : (n,) arrays
-        Largest elastic rotation of the platform [rad].
     resonance : int or None
         Index of the first resonance among `factors`.
     """
@@ -40,8 +38,6 @@ class SpeedSweep:
     factors: Array
     static: Array
     dynamic: Array
-    static_turn: Array
-    dynamic_turn: Array
     resonance: int | None
 
     @property
@@ -91,8 +87,8 @@ def speed_sweep(
         times = np.linspace(0.0, quick.times[-1], max(steps, 200) + 1)
         result = generalised_alpha(model, quick, times, start="quasi-static", radius=0.8)
         still = model.platform_displacement(result.motion, quasi_static(model, result.motion))
-        rows.append([*_peaks(still), *_peaks(result.platform)])
-        static, static_turn, dynamic, dynamic_turn = np.array(rows).T
+        rows.append([_peak(still), _peak(result.platform)])
+        static, dynamic = np.array(rows).T
         r = dynamic / static
         inner = range(1, len(r) - 1)
         peak = next((i for i in inner if r[i] >= RESONANCE and r[i - 1] <= r[i] > r[i + 1]), None)
@@ -100,11 +96,11 @@ def speed_sweep(
             progress(1.0 if peak is not None else (index + 1) / len(factors))
         if peak is not None:
             break
-    return SpeedSweep(np.array(factors[: len(rows)]), static, dynamic, static_turn, dynamic_turn, peak)
+    return SpeedSweep(np.array(factors[: len(rows)]), static, dynamic, peak)
 
 
-def _peaks(platform: Array) -> tuple[float, float]:
-    return float(np.max(np.hypot(platform[:, 0], platform[:, 1]))), float(np.max(np.abs(platform[:, 2])))
+def _peak(platform: Array) -> float:
+    return float(np.max(np.hypot(platform[:, 0], platform[:, 1])))
 
 
 def velocity_effect(robot: Robot, branch: AssemblyBranch, factors: Array, poses: int = 24) -> tuple[Array, Array]:

@@ -12,11 +12,18 @@ from linkages.flexible.modes import dense_modes
 from linkages.flexible.response import BATCH
 from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.response import energy, generalised_alpha, quasi_static, quasi_static_response, recursion
+from linkages.three_rrr.response import generalised_alpha, quasi_static, quasi_static_response, recursion
 from linkages.three_rrr.robot import Robot, changed
 from linkages.three_rrr.speed import faster, speed_sweep, velocity_effect
 from linkages.three_rrr.stress import link_stress, platform_stress
 from linkages.three_rrr.vibration import vibrate
+
+
+def energy(model, response):
+    """Elastic plus kinetic energy (N,) of the elastic motion [J]."""
+    k, m = model.matrices(response.motion)
+    strain = np.einsum("ni,nij,nj->n", response.u, k, response.u)
+    return 0.5 * (strain + np.einsum("ni,nij,nj->n", response.v, m, response.v))
 
 
 def still(branch: AssemblyBranch) -> AssemblyBranch:

@@ -9,7 +9,7 @@
 | drawing     | `Drawing`: all shapes of a mechanism, and its poses over each drive's range of motion |
 | facts       | properties of the mechanism in sentences and tables                                   |
 | svg         | a drawing -> SVG, HTML page with a slider for each drive                              |
-| raster      | a drawing -> a matplotlib figure: PNG, moving GIF                                     |
+| raster      | a drawing -> a matplotlib figure                                                      |
 """
 
 from linkages.plots.drawing.drawing import Drawing, draw
