@@ -16,7 +16,7 @@ import numpy as np
 from tqdm import tqdm
 
 from linkages import load
-from linkages.engines.study import simulate
+from linkages.engines.assessment import simulate
 from linkages.errors import Status
 from linkages.explore.flow import lasting
 from linkages.explore.lyapunov import largest_exponent

@@ -13,10 +13,10 @@ import numpy as np
 from sevenbar_drake import one_run
 
 from linkages import load
-from linkages.engines.study import simulate
+from linkages.engines.assessment import simulate
 from linkages.files.shipped import data_folder
+from linkages.results.assessment import touching
 from linkages.results.impacts import impacts
-from linkages.results.summary import touching
 
 #: File, drive that counts the revolutions, revolutions to simulate.
 RUNS = (("slider_crank_dry.toml", "O", 1.0), ("seven_bar_dry.toml", "O1", 0.25))

@@ -20,7 +20,7 @@ import numpy as np
 from linkages import load, simulate
 from linkages.files.shipped import data_folder
 from linkages.three_rrr import modes as modes_module
-from linkages.three_rrr.branch import Branch, follow, start_assembly
+from linkages.three_rrr.branch import AssemblyBranch, follow, start_assembly
 from linkages.three_rrr.direct import assemblies, count
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.modes import frequencies, modes
@@ -49,7 +49,7 @@ def main() -> None:
     g = robot.geometry
     start = start_assembly(g, robot.phi0, np.deg2rad(98.05))
 
-    def revolve() -> Branch:
+    def revolve() -> AssemblyBranch:
         return follow(g, robot.cranks, start, robot.duration)
 
     state = revolve().motion(np.linspace(0.0, robot.duration, POSES))

@@ -23,9 +23,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import tomlkit
 
-from linkages import load, study, summarize
+from linkages import assess, load, summarize
 from linkages.cli.new import described_files, write_files
-from linkages.engines.study import simulate
+from linkages.engines.assessment import simulate
 from linkages.errors import AssemblyError, Status
 from linkages.files.shipped import find_file
 from linkages.results.characteristics import numbers, peaks_by_key
@@ -206,7 +206,7 @@ def experiments(seed: int, engine: str, folder: Path) -> Iterator[tuple[str, Sys
 def rows(system: System, engine: str) -> list[Row] | None:
     """Judge every stated error of an experiment; None if the run or the true one does not reach its end."""
     try:
-        found = study(system, engine)
+        found = assess(system, engine)
         exact: dict[str, float] = {"solver.accuracy": ACCURACY}
         if engine == "drake":
             exact |= {f"links.{name}.bending": MODES for name in system.experiment.flexible}

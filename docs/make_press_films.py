@@ -55,14 +55,14 @@ def system(step: str, strokes: float) -> linkages.System:
     return linkages.load(linkages.find_file("seven_bar.toml"), values)
 
 
-def study(step: str, strokes: float) -> linkages.Study:
+def assessment(step: str, strokes: float) -> linkages.Assessment:
     """Run the press with one model of its films."""
-    return linkages.study(system(step, strokes), error_estimate=False)
+    return linkages.assess(system(step, strokes), error_estimate=False)
 
 
 def row(step: str, strokes: float) -> dict[str, Any]:
     """Measure one step: numbers of the last period, and its curves."""
-    found = study(step, strokes)
+    found = assessment(step, strokes)
     run, period = found.run, common_period(found.system)
     assert period is not None
     assert run.evaluate is not None

@@ -43,14 +43,14 @@ _command = _program == ["-m", "linkages.cli.main"] or "".join(_program[:1]).ends
 if _command and _handler is signal.default_int_handler:
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # no traceback at Ctrl-C while the command is imported
 
-from typing import TYPE_CHECKING  # noqa: E402
+from typing import TYPE_CHECKING, Any  # noqa: E402
 
 import lazy_loader  # noqa: E402
 
 # ruff: noqa: F401 - for type checkers, names that are loaded on first use below
 if TYPE_CHECKING:
+    from linkages.engines.assessment import assess, ideal, simulate
     from linkages.engines.compiled.batch import Batch, simulate_batch
-    from linkages.engines.study import ideal, simulate, study
     from linkages.errors import AssemblyError, InputError, RunError, Status
     from linkages.explore.bearing import bearing
     from linkages.explore.bearing_heat import warm_bearing
@@ -71,21 +71,22 @@ if TYPE_CHECKING:
     from linkages.model.experiment import Experiment, load_experiment
     from linkages.model.mechanism import Mechanism, load_mechanism
     from linkages.report.terminal import format_summary
+    from linkages.results.assessment import Assessment
     from linkages.results.derivatives import Direction
     from linkages.results.extremes import extremes, integral
     from linkages.results.impacts import impacts, phases
     from linkages.results.steady_state import Motion, motion_of
-    from linkages.results.summary import Study, summarize
+    from linkages.results.summary import summarize
     from linkages.results.trajectory import Trajectory, load_trajectory
     from linkages.system.ideal_motion import IdealMotion
     from linkages.system.system import System, load
 
 #: Modules and their public names, which are loaded on first use, so that ``import linkages`` is fast.
-__getattr__, __dir__, __all__ = lazy_loader.attach(
+_loaded, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "engines.assessment": ("assess", "ideal", "simulate"),
         "engines.compiled.batch": ("Batch", "simulate_batch"),
-        "engines.study": ("ideal", "simulate", "study"),
         "errors": ("AssemblyError", "InputError", "RunError", "Status"),
         "explore.bearing": ("bearing",),
         "explore.bearing_heat": ("warm_bearing",),
@@ -106,13 +107,23 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "model.experiment": ("Experiment", "load_experiment"),
         "model.mechanism": ("Mechanism", "load_mechanism"),
         "report.terminal": ("format_summary",),
+        "results.assessment": ("Assessment",),
         "results.derivatives": ("Direction",),
         "results.extremes": ("extremes", "integral"),
         "results.impacts": ("impacts", "phases"),
         "results.steady_state": ("Motion", "motion_of"),
-        "results.summary": ("Study", "summarize"),
+        "results.summary": ("summarize",),
         "results.trajectory": ("Trajectory", "load_trajectory"),
         "system.ideal_motion": ("IdealMotion",),
         "system.system": ("System", "load"),
     },
 )
+
+_FORMER = {"study": "assess", "Study": "Assessment"}
+
+
+def __getattr__(name: str) -> Any:
+    """Return a public name, loaded on first use; a former name with a line of notice."""
+    if name in _FORMER:
+        print(f"notice: linkages.{name} is now linkages.{_FORMER[name]}", file=sys.stderr)
+    return _loaded(_FORMER.get(name, name))

@@ -19,7 +19,7 @@ def system():
 
 @pytest.fixture(scope="module")
 def study(system):
-    return linkages.study(system, "compiled")
+    return linkages.assess(system, "compiled")
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def shown(system, study):
     return {
         "Trajectory": study.run,
         "System": system,
-        "Study": study,
+        "Assessment": study,
         "Batch": batch,
         "Mechanism": system.mechanism,
         "Experiment": system.experiment,

@@ -9,7 +9,8 @@ from shipped import shipped
 
 from linkages import Status, compare
 from linkages.cli.main import main
-from linkages.explore.compare import PARTED, differences, horizon
+from linkages.explore.compare import differences
+from linkages.results.divergence import PARTED, horizon
 from linkages.results.trajectory import sample
 
 TIMES = np.linspace(0.0, 1.0, 5001)

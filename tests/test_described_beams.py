@@ -152,7 +152,7 @@ F = ["D.x + 2.2*(C.x-D.x)", "D.y + 2.2*(C.y-D.y)"]
 def test_a_dead_point_of_a_linkage_with_a_flexible_link(made):
     """Upper and leg are in line at both ends: forces and bending are unbounded; D reverses between them only."""
     system = load(made(LEG), {"solver.accuracy": 1e-4})
-    study = linkages.study(system, error_estimate=False)
+    study = linkages.assess(system, error_estimate=False)
     ideal = linkages.summarize(study)["ideal"]
     assert ideal["status"] == "locked"
     assert {quantity: entry["peak"] for quantity, entry in ideal["links"]["leg"].items()} == dict.fromkeys(

@@ -294,7 +294,7 @@ def test_machines_of_the_page_with_play_come_to_the_steady_cycle_that_it_says(ro
     joint = {"model": "lubricated", "clearance": "0.05 mm", "viscosity": viscosity, "film": "finite"}
     values = {"duration": duration} | {f"joints.A.{key}": value for key, value in joint.items()}
     system = load(made(TEXTS[name.split()[0]]), values)
-    found = linkages.summarize(linkages.study(system, "compiled", error_estimate=False))
+    found = linkages.summarize(linkages.assess(system, "compiled", error_estimate=False))
     assert (found["motion"]["kind"], found["motion"]["periods"], found["report"]) == ("periodic", 1, "steady")
     assert found["motion"]["since"] == pytest.approx(float(since), rel=5e-3)
     cycle = found["windows"]["steady"]

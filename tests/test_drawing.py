@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from browser import find_browser, open_page
 from machines import PLANES, bar, four_bar, joint, model, slider_crank, solid
+from make_pictures import write_moving
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from shipped import BENT, NAMES
 
@@ -20,7 +21,7 @@ from linkages.model.plausibility import doubts
 from linkages.model.skeleton import COLORS, skeleton
 from linkages.plots import orbit, pose
 from linkages.plots.drawing import draw, page, svg
-from linkages.plots.drawing.raster import picture, write_moving
+from linkages.plots.drawing.raster import picture
 from linkages.plots.drawing.shapes import placed
 from linkages.plots.drawing.svg import pixels
 from linkages.system import System, load

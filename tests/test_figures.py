@@ -11,8 +11,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 import linkages
 import optim
 from linkages.cli.main import main
-from linkages.plots.frequency_response import bode_figure
 from linkages.plots.histories import forces_figure, output_figure, write_figures
+from linkages.plots.mode_figures import bode_figure
 from linkages.plots.style import engineering, figure_style, write_png
 
 SHIPPED = (
@@ -101,7 +101,7 @@ def _check_texts(figure, name):
 def test_the_figures_of_a_run(name, drawn, tmp_path):
     system = linkages.load(linkages.find_file(f"{name}.toml"))
     system = system.replaced({"duration": min(system.experiment.duration, SHORT)})
-    write_figures(linkages.study(system, "compiled", error_estimate=False), tmp_path)
+    write_figures(linkages.assess(system, "compiled", error_estimate=False), tmp_path)
     assert "joint_forces.png" in drawn
     assert ("orbits.png" in drawn) == bool(system.tree.journals)
     assert ("links.png" in drawn) == bool(system.tree.substructures)
@@ -166,7 +166,7 @@ def test_the_figures_of_derivatives_and_of_a_frequency_response(drawn, tmp_path)
 
 
 def test_a_picture_has_the_bytes_that_matplotlib_saves(tmp_path):
-    study = linkages.study(linkages.load(linkages.find_file("seven_bar.toml"), {"duration": SHORT}))
+    study = linkages.assess(linkages.load(linkages.find_file("seven_bar.toml"), {"duration": SHORT}))
     with figure_style():
         write_png(forces_figure(study), tmp_path / "ours.png")
         forces_figure(study).savefig(tmp_path / "theirs.png")
@@ -176,7 +176,7 @@ def test_a_picture_has_the_bytes_that_matplotlib_saves(tmp_path):
 def test_a_difference_beyond_its_panel_is_stated():
     """The films carry nothing at t = 0; the panel shows the motion after that."""
     system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
-    study = linkages.study(system, error_estimate=False)
+    study = linkages.assess(system, error_estimate=False)
     figure = forces_figure(study)
     canvas = FigureCanvasAgg(figure)
     panels = figure.axes
@@ -192,7 +192,7 @@ def test_a_difference_beyond_its_panel_is_stated():
 def test_noise_is_not_drawn_as_a_motion(system_of):
     """A linkage with ideal joints moves as the ideal linkage: the difference is zero, whatever its rounding is."""
     system = system_of(four_bar(), 'duration = 0.3\noutputs = ["follower.omega"]\n[drives.O]\nspeed = 6.0\n')
-    study = linkages.study(system, "compiled", error_estimate=False)
+    study = linkages.assess(system, "compiled", error_estimate=False)
     top, bottom = output_figure(study, "follower.omega").axes
     assert np.abs(study.run["follower.omega"] - study.ideal.evaluate(study.run.time)["follower.omega"]).max() > 0.0
     assert not np.any(bottom.lines[0].get_ydata())
@@ -205,7 +205,7 @@ def test_noise_is_not_drawn_as_a_motion(system_of):
 def test_the_magnified_orbit_is_as_many_times_larger_as_its_title_says(drawn, tmp_path):
     """The scale of the axes over the scale of the whole clearance, each in micrometres per pixel."""
     system = linkages.load(linkages.find_file("seven_bar.toml"))
-    write_figures(linkages.study(system, "compiled", error_estimate=False), tmp_path)
+    write_figures(linkages.assess(system, "compiled", error_estimate=False), tmp_path)
     whole, other, near, last = drawn["orbits.png"].axes
     for wide, magnified in ((whole, near), (other, last)):
         scales = [np.ptp(axes.get_xlim()) / axes.get_window_extent().width for axes in (wide, magnified)]

@@ -306,7 +306,7 @@ def test_a_run_that_pauses_and_one_in_a_batch_are_the_same(rotor):
 
 
 def test_the_summary_estimates_the_error_of_the_film_step(rotor):
-    found = linkages.summarize(linkages.study(rotor({"duration": 0.03})))
+    found = linkages.summarize(linkages.assess(rotor({"duration": 0.03})))
     assert found["status"] == "ok"
     assert 0.0 < found["error"]["A.eccentricity_ratio.peak"] < 0.01
     assert not [one for one in found["warnings"] if one["kind"] == "film"]

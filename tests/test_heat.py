@@ -35,7 +35,7 @@ def warm(tmp_path_factory):
     def make(engine="compiled", sdf=None, **values):
         path = written(tmp_path_factory.mktemp("rotor"), sdf or rotor_in_block(), TOML)
         overrides = {f"joints.A.heat.{key}": value for key, value in values.items()}
-        return linkages.study(linkages.load(path, overrides), engine, error_estimate=False)
+        return linkages.assess(linkages.load(path, overrides), engine, error_estimate=False)
 
     return make
 

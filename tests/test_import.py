@@ -13,7 +13,7 @@ from pydrake.multibody.tree import BodyIndex
 
 from linkages import InputError, load_mechanism
 from linkages.cli.main import main
-from linkages.engines.study import simulate
+from linkages.engines.assessment import simulate
 from linkages.files.sdf import read_sdf
 from linkages.files.sdf_text import sdf_text
 from linkages.files.shipped import data_folder

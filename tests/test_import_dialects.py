@@ -10,7 +10,7 @@ from foreign_files import experiment, written
 
 from linkages import load_mechanism
 from linkages.cli.main import main
-from linkages.engines.study import simulate
+from linkages.engines.assessment import simulate
 
 DURATION = 0.2
 USUAL, OF_WORLDS = (0.0, 0.0, -9.81), (0.0, 0.0, -9.8)  # gravity that the import proposes, and of an SDFormat world

@@ -10,7 +10,7 @@ from machines import bar, circle_intersection, four_bar, joint, model
 
 from linkages import load_mechanism
 from linkages.cli.main import main
-from linkages.engines.study import simulate
+from linkages.engines.assessment import simulate
 
 GOOD = four_bar()
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from machines import bar, four_bar, joint, model, solid
 
-from linkages import IdealMotion, InputError, Status, ideal, study
+from linkages import IdealMotion, InputError, Status, assess, ideal
 from linkages.cli.main import main
 from linkages.system import ideal_motion
 
@@ -15,7 +15,7 @@ CRANK_ROCKER = four_bar(0.3, 0.1, 0.25, 0.2)
 def test_a_motion_of_too_many_revolutions_is_refused_before_it_is_run(system_of, duration):
     system = system_of(CRANK_ROCKER, f"duration = {duration}\n[drives.O]\nspeed = 10.0\n")
     reason = rf"duration: is {duration * 10.0 / (2.0 * np.pi):.0f} revolutions .* at most 3183: give 2000 s or less"
-    for ask in (ideal, lambda one: study(one, "compiled")):
+    for ask in (ideal, lambda one: assess(one, "compiled")):
         with pytest.raises(InputError, match=reason):
             ask(system)
 

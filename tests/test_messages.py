@@ -7,7 +7,7 @@ import pytest
 from machines import four_bar, slider_crank
 
 import linkages
-from linkages import AssemblyError, InputError, Status, Trajectory, load, study, summarize
+from linkages import AssemblyError, InputError, Status, Trajectory, assess, load, summarize
 from linkages.cli.main import report_failures
 from linkages.cli.options import load_system
 from linkages.files.shipped import find_file
@@ -115,10 +115,10 @@ def test_kelvin_voigt_takes_its_stiffness_from_the_material(experiment_file):
 @pytest.mark.slow
 def test_a_drive_that_slides_speaks_of_a_force(experiment_file):
     driven = "duration = 0.01\n[drives.O]\nangle = 1.0\n speed = 1.0\n"
-    turning = study(load(experiment_file(slider_crank(), driven)), "compiled", error_estimate=False)
+    turning = assess(load(experiment_file(slider_crank(), driven)), "compiled", error_estimate=False)
     assert "\nO torque [N m] " in format_table(summarize(turning))
     sliding = "duration = 0.01\n[drives.guide]\nangle = -0.02\n speed = -0.1\n"
-    found = study(load(experiment_file(slider_crank(offset=0.01), sliding)), "compiled", error_estimate=False)
+    found = assess(load(experiment_file(slider_crank(offset=0.01), sliding)), "compiled", error_estimate=False)
     summary = summarize(found)
     assert summary["drives"]["guide"]["unit"] == "N"
     assert "\nguide force [N] " in format_table(summary)

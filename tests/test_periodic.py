@@ -11,7 +11,7 @@ from shipped import shipped
 
 from linkages import InputError, RunError, bearing, branches, load, periodic_motion, stroboscopic
 from linkages.cli.main import main
-from linkages.explore.periodic.continuation import Residual, Settings, rescaled, solve
+from linkages.explore.periodic.continuation import Residual, Return, Settings, forced, rescaled, solve
 from linkages.explore.periodic.multipliers import (
     BRANCH_POINT,
     DOUBLING,
@@ -21,8 +21,7 @@ from linkages.explore.periodic.multipliers import (
     kind,
     multipliers,
 )
-from linkages.explore.periodic.shooting import Return, forced
-from linkages.explore.periodic.tracing import CLOSED, LIMIT, LOST, MOST, Seen, trace, turned
+from linkages.explore.periodic.tracing import CLOSED, LIMIT, LOST, MOST, PointFacts, trace, turned
 
 # ---- equations ------------------------------------------------------------------------------------------------------
 
@@ -105,7 +104,7 @@ def test_a_cycle_of_an_adaptive_controller_doubles_where_matcont_says():
 
     def look(point):
         found = multipliers(point.detail.monodromy)
-        return Seen(np.delete(found, np.argmin(np.abs(found - 1.0))))  # without the flow's own
+        return PointFacts(np.delete(found, np.argmin(np.abs(found - 1.0))))  # without the flow's own
 
     found = trace(problem, start, (0.58, 1.0), settings, look, 100)
     (event,) = found.bifurcations
@@ -133,7 +132,9 @@ def test_duffing_folds_where_its_amplitude_does():
 
     settings = settings_of([1.0, 1.0], 0.5, most=0.4)
     start = solve(forced(return_map), np.array([0.3, 0.0]), 0.8, settings)
-    found = trace(forced(return_map), start, (0.8, 1.6), settings, lambda p: Seen(multipliers(p.detail.monodromy)), 200)
+    found = trace(
+        forced(return_map), start, (0.8, 1.6), settings, lambda p: PointFacts(multipliers(p.detail.monodromy)), 200
+    )
     folds = [event for event in found.bifurcations if event.kind == FOLD]
     assert len(folds) == len(found.bifurcations) == 2
     for point in found.points:  # Liouville
@@ -238,7 +239,7 @@ def test_the_impact_oscillator_has_its_closed_form_branch_and_fold():
     assert start.residual < 1e-12
 
     def look(point):
-        return Seen(multipliers(point.detail.monodromy))
+        return PointFacts(multipliers(point.detail.monodromy))
 
     found = [trace(forced(impact_map), end, (-0.3, 0.6), settings, look, 60) for end in (start, turned(start))]
     points = [point for part in found for point in part.points]
@@ -536,11 +537,11 @@ def test_a_branch_that_starts_near_a_fold_goes_around_it(distance):
 
     settings = Settings(np.array([0.01]), 1.0, np.array([1.0]), tolerance=1e-12)
     start, settings = rescaled(solve(parabola, np.array([-np.sqrt(distance)]), -distance, settings), settings)
-    found = trace(parabola, start, (-1.0, 0.5), settings, lambda p: Seen(np.array([0.5 + 0.0j])), 3000)
+    found = trace(parabola, start, (-1.0, 0.5), settings, lambda p: PointFacts(np.array([0.5 + 0.0j])), 3000)
     assert found.end == LIMIT
     assert found.points[-1].u[0] == pytest.approx(1.0, abs=1e-9)
     assert [event.kind for event in found.bifurcations] == [FOLD]
-    assert trace(parabola, start, (-1.0, 0.5), settings, lambda p: Seen(np.array([0.5 + 0.0j])), 3).end == MOST
+    assert trace(parabola, start, (-1.0, 0.5), settings, lambda p: PointFacts(np.array([0.5 + 0.0j])), 3).end == MOST
 
 
 def test_a_circle_is_closed_and_a_branch_without_an_end_is_lost():
@@ -555,7 +556,9 @@ def test_a_circle_is_closed_and_a_branch_without_an_end_is_lost():
     settings = Settings(np.array([1.0]), 1.0, np.array([1.0]), tolerance=1e-12)
     for problem, end in ((circle, CLOSED), (half, LOST)):
         start = solve(problem, np.array([1.0]), 0.1, settings)
-        assert trace(problem, start, (-2.0, 2.0), settings, lambda p: Seen(np.array([0.5 + 0.0j])), 500).end == end
+        assert (
+            trace(problem, start, (-2.0, 2.0), settings, lambda p: PointFacts(np.array([0.5 + 0.0j])), 500).end == end
+        )
 
 
 def test_a_branch_with_short_steps_is_not_closed():
@@ -566,7 +569,7 @@ def test_a_branch_with_short_steps_is_not_closed():
 
     settings = Settings(np.array([1.0]), 1.0, np.array([1.0]), tolerance=1e-12, first=1e-4)
     start = solve(cubic, np.array([0.0]), 0.0, settings)
-    found = trace(cubic, start, (-1.0, 1.0), settings, lambda p: Seen(np.array([0.5 + 0.0j])), 500)
+    found = trace(cubic, start, (-1.0, 1.0), settings, lambda p: PointFacts(np.array([0.5 + 0.0j])), 500)
     assert found.end == LIMIT
     assert np.linalg.norm([found.points[6].u[0], found.points[6].p]) < 0.5 * settings.most
 

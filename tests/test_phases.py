@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import beta
 from shipped import shipped
 
-from linkages import Status, Trajectory, phases, study
+from linkages import Status, Trajectory, assess, phases
 from linkages.plots.journals import finely
 from linkages.results.impacts import FREE, HERTZ, IMPACT, SUSTAINED_CONTACT
 
@@ -63,7 +63,7 @@ def test_a_journal_that_settles_without_swinging_is_in_sustained_contact():
 def test_the_drawn_path_is_fine_where_steps_are_long():
     """A dry run on the compiled engine crosses the clearance in a few steps: they are refined for the drawing."""
     system = shipped("slider_crank_dry", duration=1.5e-3)
-    found = study(system, "compiled", error_estimate=False)
+    found = assess(system, "compiled", error_estimate=False)
     clearance = system.experiment.joints["B"].clearance
     steps = np.column_stack([found.run["B.ex"], found.run["B.ey"]])
     path, phase = finely(found, "B")

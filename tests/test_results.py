@@ -14,6 +14,7 @@ import pytest
 from machines import LUBRICATED, four_bar
 from scipy.interpolate import Akima1DInterpolator
 
+import linkages
 from linkages import InputError, RunError, Status, Trajectory, extremes, integral, load_trajectory
 from linkages.cli.main import main
 from linkages.files.writing import json_text
@@ -398,3 +399,9 @@ def test_a_line_of_impacts_with_more_cells_than_columns_is_no_table(tmp_path):
     (tmp_path / "impacts.csv").write_text("joint,start\nB,1.0,2.0\n")
     with pytest.raises((ValueError, TypeError)):
         read_impacts(tmp_path)
+
+
+@pytest.mark.parametrize(("former", "present"), [("study", "assess"), ("Study", "Assessment")])
+def test_a_former_name_works_with_a_line_of_notice(former, present, capsys):
+    assert getattr(linkages, former) is getattr(linkages, present)
+    assert capsys.readouterr().err == f"notice: linkages.{former} is now linkages.{present}\n"

@@ -154,11 +154,11 @@ def test_what_segments_cannot_do_is_said(tmp_path):
     """Links that may stretch are warned of, by the engine that does not stretch them; no stiffening is refused."""
     keys = "bending = 4\nsegments = 2"
     system = bent_machine(tmp_path, "slider_crank", "ideal", 1e-4, keys, 1e-5)
-    found = linkages.study(system, "drake")
+    found = linkages.assess(system, "drake")
     kinds = [one["kind"] for one in judge(found, linkages.summarize(found))["warnings"]]
     assert kinds.count("segments") == 1
     assert found.tighter.columns.keys() - found.run.columns.keys() == {"q.rod/hinge3", "q.rod/hinge4"}
-    other = linkages.study(system, "compiled", error_estimate=False)
+    other = linkages.assess(system, "compiled", error_estimate=False)
     assert "segments" not in [one["kind"] for one in judge(other, linkages.summarize(other))["warnings"]]
     with pytest.raises(linkages.InputError, match=r"links\.rod\.stiffening: is false, but Drake's rigid segments"):
         linkages.simulate(system.replaced({"links.rod.stiffening": False}), "drake")

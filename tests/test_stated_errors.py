@@ -8,7 +8,7 @@ import stated_errors
 from machines import bar, joint, model
 from shipped import shipped
 
-from linkages import horizon, simulate, study, summarize
+from linkages import assess, horizon, simulate, summarize
 from linkages.explore.flow import period_of
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.divergence import PARTED
@@ -26,7 +26,7 @@ def double_pendulum():
 
 def stated_and_true(system, engine="compiled"):
     """Stated and true error of each peak, in parts of the peak."""
-    found = study(system, engine)
+    found = assess(system, engine)
     summary = summarize(found)
     exact = simulate(system.replaced({"solver.accuracy": 1e-12, "solver.max_step": None}), "compiled")
     true = peaks_by_key(numbers(system, exact, ()))
@@ -61,7 +61,7 @@ def test_a_run_does_not_depend_on_its_duration(system_of, duration):
     ("engine", "changed"), [("compiled", {}), ("compiled", {"solver.max_step": 1e-4}), ("drake", {"duration": 0.02})]
 )
 def test_the_run_that_estimates_errors_shares_no_step(engine, changed):
-    found = study(shipped("seven_bar", **({"duration": 0.1} | changed)), engine)
+    found = assess(shipped("seven_bar", **({"duration": 0.1} | changed)), engine)
     run, tighter = (np.diff(each.time) for each in (found.run, found.tighter))
     assert tighter[0] < run[0]
     assert tighter.max() < 0.75 * run.max()
@@ -110,7 +110,7 @@ def test_steps_that_drake_takes_at_its_longest_have_honest_errors():
 
 def test_a_fall_that_is_chaotic_has_no_errors_and_a_short_one_has(system_of):
     """Sensitive dependence without any contact: the runs part, and a larger peak may follow."""
-    long = summarize(study(system_of(double_pendulum(), FALLING.format(20.0, 1e-5)), "compiled"))
+    long = summarize(assess(system_of(double_pendulum(), FALLING.format(20.0, 1e-5)), "compiled"))
     assert long["error"]["lower.omega.peak"] is None
     (warning,) = long["warnings"]
     assert warning["kind"] == "rough"
@@ -125,7 +125,7 @@ def test_a_fall_that_is_chaotic_has_no_errors_and_a_short_one_has(system_of):
 def test_a_larger_peak_may_follow_once_dry_runs_have_parted():
     """The peak of a whole run that comes before they part has no error either; a window that ends before has."""
     system = shipped("slider_crank_dry", **{"windows.early.start": 0.0, "windows.early.end": 0.002})
-    found = study(system, "compiled")
+    found = assess(system, "compiled")
     assert 0.002 < found.apart[0] < 0.024
     summary = summarize(found)
     key = "B.force.peak"
@@ -137,7 +137,7 @@ def test_a_larger_peak_may_follow_once_dry_runs_have_parted():
 
 
 def test_errors_are_no_smaller_than_rounding():
-    summary = summarize(study(shipped("seven_bar", duration=0.1), "compiled"))
+    summary = summarize(assess(shipped("seven_bar", duration=0.1), "compiled"))
     for key, peak in peaks_by_key(summary).items():
         assert summary["error"][key] >= RESOLVED * peak
 

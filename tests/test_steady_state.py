@@ -122,7 +122,7 @@ def test_common_period_of_drives(values, period, seven_bar):
 def study():
     """Slider-crank with so much friction that it forgets its start, eight revolutions."""
     values = {"joints.B.friction.coefficient": 0.1, "duration": 0.096}
-    return linkages.study(linkages.load(linkages.find_file("slider_crank_dry.toml"), values), "compiled")
+    return linkages.assess(linkages.load(linkages.find_file("slider_crank_dry.toml"), values), "compiled")
 
 
 def test_the_steady_cycle_is_the_last_revolution(study):
@@ -169,7 +169,7 @@ def test_a_table_says_where_no_cycle_is_looked_for(study):
 def test_windows_and_report_from_of_a_run(study):
     values = {"report_from": 0.03, "windows.second.start": 0.012, "windows.second.end": 0.024}
     system = study.system.replaced(values)
-    other = linkages.Study(system, "compiled", study.run, study.ideal, study.tighter)
+    other = linkages.Assessment(system, "compiled", study.run, study.ideal, study.tighter)
     summary = linkages.summarize(other)
     assert summary["report"] == "report"
     batch = linkages.simulate_batch(system, outputs=["B.force"], windows=[[0.03, 0.096], [0.012, 0.024]])
@@ -180,7 +180,7 @@ def test_windows_and_report_from_of_a_run(study):
 
 def test_the_whole_run_can_be_asked_for(study):
     system = study.system.replaced({"report": "whole"})
-    summary = linkages.summarize(linkages.Study(system, "compiled", study.run, study.ideal, study.tighter))
+    summary = linkages.summarize(linkages.Assessment(system, "compiled", study.run, study.ideal, study.tighter))
     assert summary["report"] == "whole"
     table = linkages.format_summary(summary)
     assert "whole run" not in table
@@ -261,7 +261,7 @@ def test_a_film_in_which_nothing_turns_carries_nothing_at_rest(seven_bar):
 def test_the_start_up_of_a_dry_joint_is_labelled_and_later_peaks_are_given():
     """A journal that starts in the middle strikes harder than ever after; at rest on its wall it does not."""
     system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
-    summary = linkages.summarize(linkages.study(system, "compiled", error_estimate=False))
+    summary = linkages.summarize(linkages.assess(system, "compiled", error_estimate=False))
     contacts = linkages.impacts(linkages.simulate(system, "compiled"), ["B"])
     until = summary["start_up"]
     rest = next(row for row in contacts if row.duration > contacts[0].start)
@@ -281,16 +281,16 @@ def test_the_start_up_of_a_dry_joint_is_labelled_and_later_peaks_are_given():
 def test_a_run_that_ends_in_its_start_up_says_so_and_one_from_rest_has_none():
     values = {"duration": 0.002}
     system = linkages.load(linkages.find_file("slider_crank_dry.toml"), values)
-    summary = linkages.summarize(linkages.study(system, "compiled", error_estimate=False))
+    summary = linkages.summarize(linkages.assess(system, "compiled", error_estimate=False))
     assert (summary["start_up"], summary["report"], summary["windows"]) == (0.002, "whole", {})
     assert "its peaks belong to the start-up" in linkages.format_summary(summary)
-    resting = linkages.study(system.replaced({"start": "equilibrium"}), "compiled", error_estimate=False)
+    resting = linkages.assess(system.replaced({"start": "equilibrium"}), "compiled", error_estimate=False)
     assert linkages.summarize(resting)["start_up"] is None
 
 
 def test_the_start_up_of_a_film_is_labelled():
     """A film stops the journal with more than twice the load; a stiff one takes up its load without such an excess."""
-    study = linkages.study(linkages.load(linkages.find_file("slider_crank_lubricated.toml")), error_estimate=False)
+    study = linkages.assess(linkages.load(linkages.find_file("slider_crank_lubricated.toml")), error_estimate=False)
     summary, time, force = linkages.summarize(study), study.run.time, study.run["B.force"]
     load = np.interp(time, study.ideal.time, study.ideal["B.force"])
     flight, until, peak = time[np.argmax(force > load)], summary["start_up"], summary["joints"]["B"]["force"]
@@ -301,5 +301,7 @@ def test_the_start_up_of_a_film_is_labelled():
     np.testing.assert_allclose(force[carried], load[carried], rtol=0.1)
     row = next(line for line in linkages.format_summary(summary).splitlines() if line.startswith("B (lubricated)"))
     assert row.endswith("s (start-up)")
-    stiff = linkages.study(linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1}), error_estimate=False)
+    stiff = linkages.assess(
+        linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1}), error_estimate=False
+    )
     assert stiff.start_up is None

@@ -26,7 +26,7 @@ def rows_of(text, heading):
 @pytest.fixture(scope="module")
 def text():
     system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.002})
-    return linkages.format_summary(linkages.summarize(linkages.study(system, "compiled")))
+    return linkages.format_summary(linkages.summarize(linkages.assess(system, "compiled")))
 
 
 def test_each_joint_names_the_links_that_meet_in_it(text):

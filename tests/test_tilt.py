@@ -54,12 +54,14 @@ def test_tilt_raises_the_power_and_lowers_the_film(rotor):
 
 
 def test_the_summary_has_the_peak_of_the_moment(rotor):
-    found = linkages.summarize(linkages.study(rotor()))
+    found = linkages.summarize(linkages.assess(rotor()))
     run = linkages.simulate(rotor())
     largest = float(np.hypot(run["A.mx"], run["A.my"]).max())
     assert found["joints"]["A"]["tilting_moment"]["peak"] == pytest.approx(largest, rel=1e-6)
     assert found["error"]["A.tilting_moment.peak"] < 1e-3 * largest
-    assert "tilting_moment" not in linkages.summarize(linkages.study(rotor(PLAIN), error_estimate=False))["joints"]["A"]
+    assert (
+        "tilting_moment" not in linkages.summarize(linkages.assess(rotor(PLAIN), error_estimate=False))["joints"]["A"]
+    )
 
 
 def test_a_vanishing_tilt_is_the_plain_film(rotor):
@@ -94,7 +96,7 @@ def test_the_heat_balance_of_a_tilted_joint(system_of):
     toml = (
         TOML.replace(f"viscosity = {VISCOSITY}", "oil = {grade = 46, temperature = 50.0}") + "heat = {inlet = 40.0}\n"
     )
-    heat = linkages.study(system_of(rotor_in_block(), toml), error_estimate=False).heat["A"]
+    heat = linkages.assess(system_of(rotor_in_block(), toml), error_estimate=False).heat["A"]
     point = linkages.bearing(
         0.02, 0.02, CLEARANCE, heat.viscosity, SPEED, LOAD, cavitation="guembel", tilt=(1.5e-3, 1e-3), cells=(120, 10)
     )

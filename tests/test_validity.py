@@ -10,7 +10,7 @@ import pytest
 from machines import BEARING, joint, model, solid
 from shipped import shipped
 
-from linkages import InputError, Status, find_file, load, study, summarize
+from linkages import InputError, Status, assess, find_file, load, summarize
 from linkages.cli.main import main
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.reynolds import full_film, guembel, make_mesh
@@ -184,7 +184,7 @@ stiffness = {stiffness}
 exponent = 1.0
 """
     system = system_of(model("bowl", solid("disc", mass) + joint("J", "world", "disc", inner=BEARING)), text)
-    entries = summarize(study(system, "compiled", error_estimate=False))["warnings"]
+    entries = summarize(assess(system, "compiled", error_estimate=False))["warnings"]
     assert len(entries) == count
     assert all(
         "a contact is too soft" in entry["what"] and f"{part * 0.01:.3g} in J" in entry["what"] for entry in entries
@@ -198,7 +198,7 @@ def test_a_yield_strength_needs_a_pressure():
 
 def test_a_run_that_yields_says_so_wherever_its_numbers_are():
     system = shipped("slider_crank_dry", duration=8e-4, **{"joints.B.contact.yield_strength": 1e6})
-    result = study(system, "compiled", error_estimate=False)
+    result = assess(system, "compiled", error_estimate=False)
     summary = summarize(result)
     (entry,) = [entry for entry in summary["warnings"] if "yields" in entry["what"]]
     hardest = max(result.contacts, key=lambda impact: impact.peak_normal_force)
@@ -208,7 +208,7 @@ def test_a_run_that_yields_says_so_wherever_its_numbers_are():
 
 def test_peaks_of_columns_that_part_have_no_error_even_if_they_come_before():
     """The tighter run is made into one that parts at half of the time, and strikes harder then."""
-    result = study(shipped("slider_crank_dry", duration=8e-4), "compiled")
+    result = assess(shipped("slider_crank_dry", duration=8e-4), "compiled")
     assert None not in summarize(result)["error"].values()
     tighter, clearance = result.tighter, result.system.value("joints.B.clearance")
     half = 0.5 * tighter.time[-1]
@@ -231,7 +231,7 @@ def test_windows_in_which_two_runs_are_together_have_errors():
     """The tighter run is made into one that is apart from the run, and strikes harder, around the second contact."""
     edges = {"before": (0.0, 6e-4), "apart": (6.2e-4, 7.6e-4), "after": (7.7e-4, 8e-4)}
     windows = {f"windows.{name}": {"start": start, "end": end} for name, (start, end) in edges.items()}
-    result = study(shipped("slider_crank_dry", duration=8e-4, **windows), "compiled")
+    result = assess(shipped("slider_crank_dry", duration=8e-4, **windows), "compiled")
     tighter, clearance = result.tighter, result.system.value("joints.B.clearance")
     apart = (tighter.time > 6.2e-4) & (tighter.time < 7.6e-4)
     columns = tighter.columns | {

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from linkages.flexible.rotation import TRIANGLE, rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import Geometry
-from linkages.three_rrr.kinematics import Motion, pivots, turned
+from linkages.three_rrr.kinematics import RobotMotion, pivots, turned
 from linkages.three_rrr.response import Response
 from linkages.three_rrr.robot import KINDS
 
@@ -29,7 +29,7 @@ def line(a: float, b: float, l1: float, theta: float, first: float, other: float
     return float(along), float(across), float(rest)
 
 
-def leg_influence(geometry: Geometry, state: Motion) -> tuple[Array, Array]:
+def leg_influence(geometry: Geometry, state: RobotMotion) -> tuple[Array, Array]:
     """First- and second-order influence coefficients of the legs, eqs. (3) and (5).
 
     Returns
@@ -47,12 +47,12 @@ def leg_influence(geometry: Geometry, state: Motion) -> tuple[Array, Array]:
     return first, np.concatenate([nones, -arm], axis=-1)[:, :, outer]
 
 
-def joint_rates(state: Motion) -> Array:
+def joint_rates(state: RobotMotion) -> Array:
     """Relative rates (N, 3, 3) of the joints A, B, C of each leg [rad/s]."""
     return np.stack([state.dphi, state.dpsi - state.dphi, state.dx[:, :1] - state.dpsi], axis=-1)
 
 
-def accelerations(geometry: Geometry, state: Motion) -> Array:
+def accelerations(geometry: Geometry, state: RobotMotion) -> Array:
     """Platform's accelerations (N, 3) by eqs. (5)-(6), with the first row of G on the right too."""
     first, second = leg_influence(geometry, state)
     rates = joint_rates(state)
@@ -61,7 +61,7 @@ def accelerations(geometry: Geometry, state: Motion) -> Array:
     return np.linalg.solve(row, (state.ddphi + np.einsum("nlk,nlk->nl", row, quadratic))[..., None])[..., 0]
 
 
-def load(model: FiniteElementModel, state: Motion) -> Array:
+def load(model: FiniteElementModel, state: RobotMotion) -> Array:
     """Generalised forces (N, full), section 2.2: the inertia with the other sign, the platform's translation left out.
 
     The moment M of the platform's load, which the virtual work lacks, is left out too.
@@ -77,7 +77,7 @@ def load(model: FiniteElementModel, state: Motion) -> Array:
     return printed
 
 
-def _inertia(model: FiniteElementModel, state: Motion) -> Array:
+def _inertia(model: FiniteElementModel, state: RobotMotion) -> Array:
     """Inertia load -M a (N, full) of the rigid motion."""
     _, mass = model.full_matrices(state)
     return -np.einsum("nij,nj->ni", mass, model.rigid_acceleration(state))

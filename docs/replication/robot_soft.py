@@ -10,7 +10,7 @@ import numpy as np
 
 from linkages.flexible.rotation import TRIANGLE, rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.kinematics import RobotMotion
 from linkages.three_rrr.modes import modes
 from linkages.three_rrr.robot import changed
 from replication.robot_runs import Array, results, robot
@@ -43,7 +43,7 @@ def free() -> Shares:
     return _shares(FiniteElementModel(changed(robot(), drives={"roots": "free"})), 3)
 
 
-def energies(model: FiniteElementModel, state: Motion, full: Array) -> Array:
+def energies(model: FiniteElementModel, state: RobotMotion, full: Array) -> Array:
     """Strain energies (N, 3) of all cranks, all couplers and the platform, of displacements (N, full) [J]."""
     found = np.zeros((len(state), 3))
     for link in model.links:

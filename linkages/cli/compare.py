@@ -52,9 +52,10 @@ def run(options: argparse.Namespace) -> int:
 
 def format_comparison(result: Comparison, system: System) -> str:
     """Format a comparison as lines of text."""
-    from linkages.explore.compare import PARTED, revolutions
+    from linkages.explore.compare import revolutions
     from linkages.outputs.registry import unit
     from linkages.report.terminal import format_warnings
+    from linkages.results.divergence import PARTED
 
     experiment = system.experiment
     turns = revolutions(experiment, result.until)

@@ -175,8 +175,8 @@ def figures() -> CheckResult:
 
 def self_check(engine: str) -> CheckResult:
     """Drop a journal in its bearing, and compare its impact with closed forms; see `linkages.engines.drop`."""
+    from linkages.engines.assessment import simulate
     from linkages.engines.drop import CLEARANCE, GRAVITY, deepest, drop
-    from linkages.engines.study import simulate
     from linkages.results.impacts import impacts
 
     begin = time.perf_counter()

@@ -123,7 +123,7 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
 
             write_figures(results, folder, progress_bar("figures"))
         if not options.no_animation:
-            from linkages.plots.three_rrr.animation import write_animation
+            from linkages.plots.three_rrr.robot_lines import write_animation
 
             write_animation(results, folder / "animation.html")
     print_results(options, format_table(summary), out, outputs.names)

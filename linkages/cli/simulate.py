@@ -15,7 +15,7 @@ from linkages.errors import InputError
 from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
-    from linkages.results.summary import Study
+    from linkages.results.assessment import Assessment
 
 HELP = "run an experiment; write numbers, figures and an animation"
 
@@ -59,7 +59,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the experiment; return the exit status."""
     from linkages.cli.main import report_failures
-    from linkages.engines.study import estimate_error, study
+    from linkages.engines.assessment import assess, estimate_error
     from linkages.model.plausibility import doubts
     from linkages.report.terminal import format_judgement, format_table
     from linkages.results.impacts import write_impacts
@@ -74,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
     for doubt in doubts(system.mechanism, system.tree.extent, system.experiment):
         say(f"warning: {doubt}")
     say(f"{_ENGINE[options.engine]}\n")
-    result = study(system, options.engine, False, progress)
+    result = assess(system, options.engine, False, progress)
     begin_stage("results")
     summary = unjudged(result)
     say(format_table(summary))
@@ -106,7 +106,7 @@ def run(options: argparse.Namespace) -> int:
     return report_failures({"the run": run})
 
 
-def _draw(result: Study, folder: Path, errors: dict[str, float | None]) -> None:
+def _draw(result: Assessment, folder: Path, errors: dict[str, float | None]) -> None:
     """Write the figures."""
     from linkages.plots.drawing import draw, svg
     from linkages.plots.histories import write_figures
@@ -115,7 +115,7 @@ def _draw(result: Study, folder: Path, errors: dict[str, float | None]) -> None:
     (folder / "drawing.svg").write_text(svg(draw(result.system)), encoding="utf-8")
 
 
-def _details(result: Study, summary: dict[str, Any]) -> str:
+def _details(result: Assessment, summary: dict[str, Any]) -> str:
     """Describe the settings of the run."""
     experiment = result.system.experiment
     cut, made = summary["mechanism"]["cut"], summary["provenance"]
@@ -131,13 +131,13 @@ def _details(result: Study, summary: dict[str, Any]) -> str:
     )
 
 
-def _longest_step(result: Study) -> str:
+def _longest_step(result: Assessment) -> str:
     """Describe the longest step, if it is limited in addition to the accuracy."""
     step = engine(result.engine).longest_step(result.system)
     return f", steps of at most {step:g} s" if step else ""
 
 
-def _animate(result: Study, path: Path, exaggerate: float | None) -> None:
+def _animate(result: Assessment, path: Path, exaggerate: float | None) -> None:
     """Write the animation; reject an exaggeration for which the loops do not close."""
     from linkages.plots.animation.recording import write_animation
 

@@ -28,7 +28,7 @@ from linkages.errors import InputError, Status
 from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
-    from linkages.explore.sweep import Point, Sweep
+    from linkages.explore.sweep import Sweep, SweepPoint
 
 HELP = "run over the values of one variable: bifurcation diagram, peaks with their spread"
 
@@ -104,7 +104,7 @@ def parse_range(text: str) -> tuple[str, list[float]]:
     return path, np.linspace(low, high, int(count)).tolist()
 
 
-def statistics(point: Point, name: str) -> dict[str, float]:
+def statistics(point: SweepPoint, name: str) -> dict[str, float]:
     """Compute a column's extremes over all revolutions; mean, deviation and range of the revolutions' peaks.
 
     Undefined values are NaN: all values of a run that failed at once, the deviation of one revolution.

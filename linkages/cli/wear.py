@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
 
             write_figures(found, folder)
         if not options.no_animation:
-            from linkages.plots.wear_animation import write_animation
+            from linkages.plots.wear_figures import write_animation
 
             write_animation(found, folder / "wear.html")
     print_results(options, format_life(found), out, results.names)

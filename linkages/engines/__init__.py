@@ -6,7 +6,7 @@
 | drake          | the Drake engine: a `MultibodyPlant` with systems for its joints and drives |
 | methods        | integration methods of each engine, and the method of a run                 |
 | budget         | largest number of steps of a run                                            |
-| study          | `simulate`; a run with its ideal linkage and error estimate                 |
+| assessment     | `simulate`; a run with its ideal linkage and error estimate                 |
 | heat           | temperature of the oil as the equilibrium of a cycle, by repeated runs      |
 | drop           | drop test: the smallest mechanism, with a known impact                      |
 | threads        | independent runs in threads                                                 |
@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 from linkages.errors import InputError, nearest
 
 if TYPE_CHECKING:  # the command line imports this module for the names of the engines, and must start fast
-    from linkages.results.trajectory import Listener, Trajectory
+    from linkages.results.trajectory import TimeReport, Trajectory
     from linkages.system import System
 
 #: Module of each engine.
@@ -37,7 +37,7 @@ class Engine(Protocol):
     """Interface of an engine's module."""
 
     @staticmethod
-    def simulate(system: System, progress: Listener | None = None) -> Trajectory:
+    def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
         """Run a system up to its duration."""
 
     @staticmethod

@@ -15,16 +15,15 @@ import numpy as np
 
 from linkages.arguments import validated
 from linkages.brief import Brief
-from linkages.engines.study import simulate
+from linkages.engines.assessment import simulate
 from linkages.model.experiment import Experiment
-from linkages.results.divergence import PARTED, dense, horizon
+from linkages.results.assessment import touching
+from linkages.results.divergence import dense, horizon
 from linkages.results.impacts import Impact, impacts
-from linkages.results.summary import meaningless_of, touching, warnings_of
-from linkages.results.trajectory import Listener, Trajectory
+from linkages.results.soundness import Soundness
+from linkages.results.trajectory import TimeReport, Trajectory
+from linkages.results.warnings import warnings_of_run
 from linkages.system import System
-
-__all__ = ["PARTED", "Comparison", "Difference", "compare", "differences", "horizon", "looser", "names", "revolutions"]
-
 
 _IMPACTS = 2  # number of individually compared contacts of each joint
 
@@ -79,7 +78,7 @@ class Comparison(Brief):
 
 
 @validated
-def compare(system: System, progress: Callable[[str], Listener] | None = None) -> Comparison:
+def compare(system: System, progress: Callable[[str], TimeReport] | None = None) -> Comparison:
     """Run an experiment on both engines and compare them.
 
     With contacts each engine also runs at a ten times looser tolerance, which gives the horizon.
@@ -98,7 +97,7 @@ def compare(system: System, progress: Callable[[str], Listener] | None = None) -
     Raises
     ------
     InputError, AssemblyError
-        See `linkages.engines.study.simulate`.
+        See `linkages.engines.assessment.simulate`.
 
     Examples
     --------
@@ -120,11 +119,12 @@ def compare(system: System, progress: Callable[[str], Listener] | None = None) -
             other = simulate(looser(system), engine, stage(f"{engine}, looser"))
             horizons[engine] = horizon(runs[engine], other, system)
     until, every = min(horizons.values()), names(system)
-    none = frozenset().union(*(meaningless_of(system, run, every) for run in runs.values()))
+    sound = {engine: Soundness.of_run(system, run) for engine, run in runs.items()}
+    none = frozenset().union(*(one.meaningless(every) for one in sound.values())).intersection(every)
     given = [name for name in every if name not in none]
     found = differences(runs["compiled"], runs["drake"], given, until)
     met = {engine: impacts(run, touching(system)) for engine, run in runs.items()}
-    warnings = {engine: warnings_of(system, run, met[engine]) for engine, run in runs.items()}
+    warnings = {engine: warnings_of_run(system, sound[engine], met[engine]) for engine in runs}
     return Comparison(runs, horizons, found, none, _contacts(met["compiled"], met["drake"], until), warnings)
 
 

@@ -181,11 +181,5 @@ def period_of(system: System, drive: str | None = None) -> float:
 
 
 def lasting(system: System, revolutions: float, drive: str | None = None) -> System:
-    """Return the system with a duration of some revolutions (see `period_of`).
-
-    Raises
-    ------
-    InputError
-        See `period_of`; also if a table ends earlier.
-    """
+    """Return the system with a duration of some revolutions (see `period_of`); InputError if a table ends earlier."""
     return system.replaced({"duration": revolutions * period_of(system, drive)})

@@ -23,7 +23,7 @@ from linkages.brief import Brief, counted
 from linkages.errors import InputError, nearest
 from linkages.explore.differences import extrapolated
 from linkages.explore.local_coordinates import LocalCoordinates
-from linkages.explore.operating_point import Observed, StateAtRest, at_rest
+from linkages.explore.operating_point import LinearisationPoint, Observed, at_rest
 from linkages.outputs.registry import pack, unit
 from linkages.system import System
 from linkages.system.disturbed import disturbed
@@ -146,7 +146,7 @@ def linearise(
         raise InputError("argument", "time", f"is {time:g} s, before the start of the run; give 0 or more")
     known = inputs_of(system)
     chosen = _checked(known, inputs)
-    point = StateAtRest(system, time)
+    point = LinearisationPoint(system, time)
     if equilibrium:
         point.settle()
     A, local, rates = point.matrix()
@@ -169,7 +169,7 @@ def _checked(known: Mapping[str, object], names: Sequence[str] | None) -> tuple[
     return chosen
 
 
-def _by_state(point: StateAtRest, local: LocalCoordinates, names: tuple[str, ...]) -> tuple[Array, float]:
+def _by_state(point: LinearisationPoint, local: LocalCoordinates, names: tuple[str, ...]) -> tuple[Array, float]:
     """Differentiate outputs with respect to the states; return C and its relative error."""
     columns_of = []
     for way, entry in zip(local.tangent.T, local.entries, strict=True):
@@ -182,7 +182,7 @@ def _by_state(point: StateAtRest, local: LocalCoordinates, names: tuple[str, ...
 
 
 def _by_inputs(
-    point: StateAtRest, local: LocalCoordinates, names: tuple[str, ...], chosen: tuple[str, ...]
+    point: LinearisationPoint, local: LocalCoordinates, names: tuple[str, ...], chosen: tuple[str, ...]
 ) -> tuple[Array, Array, float]:
     """Differentiate accelerations, which are linear in the inputs, and outputs; return B, D and D's error."""
     n, m = len(point.runner.model.free), sum(name.startswith("q.") for name in local.names)

@@ -21,34 +21,15 @@ _PREFERRED = 1e-3  # weight in the choice of dependent coordinates of those with
 
 @dataclass(frozen=True)
 class LocalCoordinates:
-    """Minimal coordinates near a state; made by `local_coordinates`.
+    """Minimal coordinates near a state; made by `local_coordinates`."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        nx names: ``q.NAME`` of coordinates, ``v.NAME`` of their rates, ``z.CONTACT`` of bristles.
-    entries : (nx,) array of int
-        Their entries in the state y.
-    tangent : (ny, nx) array
-        Change of the state with them.
-    """
-
-    names: tuple[str, ...]
-    entries: Indices
-    tangent: Array
+    names: tuple[str, ...]  # nx names: ``q.NAME`` of coordinates, ``v.NAME`` of their rates, ``z.CONTACT`` of bristles
+    entries: Indices  # (nx,) their entries in the state y
+    tangent: Array  # (ny, nx) change of the state with them
 
 
 def local_coordinates(system: System, closure: Closure, like: LocalCoordinates | None = None) -> LocalCoordinates:
-    """Choose minimal coordinates at a state.
-
-    Parameters
-    ----------
-    system : System
-    closure : Closure
-        Derivatives of the loops at the state.
-    like : LocalCoordinates, optional
-        Coordinates at another state, to choose the same.
-    """
+    """Choose minimal coordinates at a state with these derivatives of the loops; `like` gives the choice."""
     tree, (rows, turning, rank) = system.tree, closure
     n = len(tree.free_dofs)
     independent = np.arange(n)

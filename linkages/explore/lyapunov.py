@@ -91,7 +91,7 @@ def largest_exponent(
     Raises
     ------
     InputError, AssemblyError
-        See `linkages.engines.study.simulate`; also if the linkage has no free coordinate, or a film has a history.
+        See `linkages.engines.assessment.simulate`; also if the linkage has no free coordinate, or a film has a history.
     RunError
         If a trajectory fails.
 

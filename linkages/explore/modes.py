@@ -92,21 +92,11 @@ class Modes:
 
 @dataclass(frozen=True, eq=False)
 class ModesOver:
-    """Modes of a linkage in N poses, followed from pose to pose by the modal assurance criterion (MAC).
+    """Modes of a linkage in N poses, followed from pose to pose by the modal assurance criterion (MAC)."""
 
-    Attributes
-    ----------
-    times : (N,) array
-        Times at which the drives reach the poses [s].
-    frequencies : (N, m) array
-        Natural frequencies [Hz]; NaN for an unstable mode.
-    mac : (N - 1, m) array
-        Smallest MAC within each step; close to 1 if a mode is followed reliably.
-    """
-
-    times: Array
-    frequencies: Array
-    mac: Array
+    times: Array  # (N,) times at which the drives reach the poses [s]
+    frequencies: Array  # (N, m) natural frequencies [Hz]; NaN for an unstable mode
+    mac: Array  # (N - 1, m) smallest MAC within each step; close to 1 if a mode is followed reliably
 
 
 @validated
@@ -141,24 +131,7 @@ def modes(system: System, time: float = 0.0) -> Modes:
 def modes_over(
     system: System, times: Sequence[float], count: int, progress: Callable[[float], None] | None = None
 ) -> ModesOver:
-    """Follow the lowest modes over the poses at some times, each at rest.
-
-    Parameters
-    ----------
-    system : System
-        System whose prescribed drives determine the motion.
-    times : sequence of float
-        Increasing times [s].
-    count : int
-        Number of followed modes.
-    progress : callable, optional
-        Called with the finished fraction.
-
-    Raises
-    ------
-    InputError, AssemblyError
-        See `modes`.
-    """
+    """Follow the lowest modes over the poses that prescribed drives reach at increasing times [s], each at rest."""
 
     def at(pose: StaticSystem) -> ModesAt:
         found = _modes(pose)

@@ -34,7 +34,7 @@ class Observed(NamedTuple):
     outputs: Array
 
 
-class StateAtRest:
+class LinearisationPoint:
     """A state of a linkage whose prescribed drives stand still.
 
     Attributes

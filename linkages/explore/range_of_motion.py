@@ -10,7 +10,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
-from linkages.explore.transmission import Motion, Transmission, transmissions
+from linkages.explore.transmission import DrivenMotion, Transmission, transmissions
 from linkages.model.experiment import nothing_done
 from linkages.model.load_tables import Gear
 from linkages.model.mechanism import Mechanism
@@ -24,57 +24,24 @@ _BESIDE = 1e-6  # distance from a dead point within which rates do not count, in
 
 @dataclass(frozen=True)
 class Travel:
-    """The range of motion of one drive, with the other drives at their start.
+    """The range of motion of one drive, with the other drives at their start."""
 
-    Attributes
-    ----------
-    drive : str
-        Name of the driven joint.
-    values : (n,) array
-        Increasing coordinate of the drive over its range of motion [rad or m].
-    pose : (n, nb, 5) array
-        Poses of the bodies of the system's tree, as in `linkages.planar.kinematics.body_positions`.
-    full : bool
-        Whether the drive turns fully.
-    ends : (Status, Status)
-        Reasons of both ends: LOCKED at a dead point, OK at the limit of the search.
-    transmissions : tuple of Transmission
-        Transmission angles of the dyads, in the order of their solution.
-    together : tuple of str
-        Links in a larger group, without a defined transmission angle.
-    """
-
-    drive: str
-    values: Array
+    drive: str  # name of the driven joint
+    values: Array  # (n,) increasing coordinate of the drive over its range of motion [rad or m]
+    # (n, nb, 5) poses of the bodies of the system's tree, as in `linkages.planar.kinematics.body_positions`
     pose: Array
-    full: bool
-    ends: tuple[Status, Status]
-    transmissions: tuple[Transmission, ...]
-    together: tuple[str, ...]
+    full: bool  # whether the drive turns fully
+    ends: tuple[Status, Status]  # reasons of both ends: LOCKED at a dead point, OK at the limit of the search
+    transmissions: tuple[Transmission, ...]  # transmission angles of the dyads, in the order of their solution
+    together: tuple[str, ...]  # links in a larger group, without a defined transmission angle
 
 
 def movable(mechanism: Mechanism, starts: Mapping[str, float], gears: Mapping[str, Gear] | None = None) -> System:
-    """Make a system with ideal joints whose drives determine the motion.
+    """Make a system with ideal joints whose drives determine the motion, without loads, with drives at rest.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    starts : mapping of str to float
-        Driven joints with their coordinates [rad or m]; a joint that the others already move is dropped. If they
-        are too few, further joints are driven from the reference configuration, in the order: fully turning, on the
-        ground, revolute, prismatic.
-    gears : mapping of str to Gear, optional
-        Gears and belts between joints.
-
-    Returns
-    -------
-    System
-        System without loads, with drives at rest.
-
-    Raises
-    ------
-    AssemblyError
-        If the loops do not close in the reference configuration.
+    `starts` are coordinates of driven joints [rad or m]; a joint that the others already move is dropped. If they are
+    too few, further joints are driven from the reference configuration, in the order: fully turning, on the ground,
+    revolute, prismatic. AssemblyError if the loops do not close there.
     """
     held = partial(_held, mechanism, gears or {})
     mobility = held({}).assembly.mobility
@@ -91,19 +58,7 @@ def movable(mechanism: Mechanism, starts: Mapping[str, float], gears: Mapping[st
 
 
 def travel(system: System, drive: str) -> Travel:
-    """Move one drive of a system to its limits, at most one revolution or twice the linkage's size either way.
-
-    Parameters
-    ----------
-    system : System
-        From `movable`.
-    drive : str
-
-    Raises
-    ------
-    AssemblyError
-        If the loops do not close at the start of the drives.
-    """
+    """Move one drive of `movable` to its limits, at most one revolution or twice the linkage's size either way."""
     turns = system.mechanism.joint[drive].type == "revolute"
     reach = 2.0 * np.pi if turns else 2.0 * system.tree.extent
     start = system.experiment.drives[drive].angle
@@ -128,7 +83,9 @@ def travel(system: System, drive: str) -> Travel:
         if status is Status.LOCKED:  # rates near a dead point are unbounded, and mere rounding next to it
             counts &= np.abs(values - end) > _BESIDE * reach
     counts[-1] &= not full  # the end of a revolution is its start
-    return Travel(drive, values, pose, full, ends, *transmissions(system, Motion(values, pose, vel, full, counts)))
+    return Travel(
+        drive, values, pose, full, ends, *transmissions(system, DrivenMotion(values, pose, vel, full, counts))
+    )
 
 
 def _held(mechanism: Mechanism, gears: Mapping[str, Gear], starts: Mapping[str, float]) -> System:

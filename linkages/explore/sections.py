@@ -14,12 +14,12 @@ from linkages.brief import Brief, counted
 from linkages.engines.compiled.designs import Systems
 from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.statistics import STATISTICS
-from linkages.errors import InputError, RunError, Status
-from linkages.explore.compare import PARTED, dense, looser
+from linkages.errors import RunError, Status
+from linkages.explore.compare import looser
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
-from linkages.results.configuration import configuration
+from linkages.results.divergence import PARTED, configuration, dense
 from linkages.results.extremes import extremes
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
@@ -55,6 +55,10 @@ class Section(Brief):
         """Return the largest magnitude in each revolution (nr,)."""
         return np.maximum(np.abs(self.low[name]), np.abs(self.high[name]))
 
+    def values(self, name: str, kind: str) -> Array:
+        """Return the values at the ends of revolutions ("strobe"), or the largest magnitudes ("peaks"), (nr,)."""
+        return self.strobe[name] if kind == "strobe" else self.peaks(name)
+
 
 @validated
 def stroboscopic(
@@ -87,7 +91,7 @@ def stroboscopic(
     Raises
     ------
     InputError, AssemblyError
-        See `linkages.engines.study.simulate`; also if a column or drive does not exist.
+        See `linkages.engines.assessment.simulate`; also if a column or drive does not exist.
 
     Examples
     --------
@@ -112,16 +116,7 @@ def stroboscopic(
 def checked(
     systems: Sequence[System], names: Sequence[str], revolutions: int, transient: int, drive: str | None
 ) -> list[tuple[System, float]]:
-    """Return each system with the duration of its revolutions, and its period [s].
-
-    Raises
-    ------
-    InputError
-        If a name, a number or a drive is not valid.
-    """
-    for number, least, what in ((revolutions, 1, "revolutions"), (transient, 0, "transient")):
-        if number < least:
-            raise InputError("argument", what, f"is {number}; it must be {least} or more")
+    """Return each system with the duration of its revolutions, and its period [s]; InputError for an unknown name."""
     for system in systems:
         pack(system, names)
     return [(lasting(system, transient + revolutions, drive), period_of(system, drive)) for system in systems]
@@ -165,17 +160,7 @@ def sections(
 
 
 def recorded(flow: Flow, start: float, period: float, names: Sequence[str], revolutions: int) -> Section:
-    """Continue a run over some revolutions and record a section.
-
-    Parameters
-    ----------
-    flow : Flow
-        A run that has reached the start.
-    start, period : float
-        Start of the first revolution, and the duration of each [s].
-    names : sequence of str
-    revolutions : int
-    """
+    """Continue a run that has reached a start over revolutions of a period, both [s], and record a section."""
     times: list[float] = []
     found: dict[str, list[tuple[float, float, float]]] = {name: [] for name in names}
     while len(times) < revolutions and flow.status is Status.OK:
@@ -248,8 +233,8 @@ def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = Tru
 def horizon(system: System, most: float, drive: str | None = None) -> float:
     """Count the revolutions for which runs at the experiment's and at a ten times looser accuracy agree.
 
-    Two runs agree as long as no entry of their configurations (`linkages.results.configuration`) differs by more than
-    `linkages.explore.compare.PARTED`: eccentricities over clearances, and free coordinates. They are compared at 200
+    Two runs agree as long as no entry of their configurations (`linkages.results.divergence`) differs by more than
+    `linkages.results.divergence.PARTED`: eccentricities over clearances, and free coordinates. They are compared at 200
     times in each revolution. Both are runs of `linkages.simulate`, so the horizon does not depend on `most`.
 
     Parameters

@@ -11,16 +11,16 @@ import numpy as np
 
 from linkages.arguments import Names, validated
 from linkages.brief import Brief, counted
+from linkages.engines.assessment import simulate, tightened
 from linkages.engines.compiled.batch import simulate_batch
 from linkages.engines.compiled.job import COARSE
 from linkages.engines.compiled.neighbours import magnitude_of
-from linkages.engines.study import simulate, tightened
 from linkages.errors import InputError, RunError, Status
 from linkages.outputs.registry import default_outputs
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics
-from linkages.results.trajectory import Listener, Trajectory
-from linkages.results.warnings import warning
+from linkages.results.trajectory import TimeReport, Trajectory
+from linkages.results.validity import warning
 from linkages.system import System
 
 # Accuracy of the run that gives the errors, over the accuracy of the run; least accuracy of this kind; the ratio where
@@ -92,7 +92,7 @@ def sensitivities(
     outputs: Names | None = None,
     error_estimate: bool = True,
     check: bool = False,
-    progress: Callable[[str], Listener] | None = None,
+    progress: Callable[[str], TimeReport] | None = None,
 ) -> Sensitivities:
     """Differentiate the peaks, means, root mean squares and works of a run with respect to values.
 
@@ -144,7 +144,7 @@ def sensitivities(
 
 
 def _finer(
-    system: System, run: Trajectory, paths: Sequence[str], names: Sequence[str], progress: Listener
+    system: System, run: Trajectory, paths: Sequence[str], names: Sequence[str], progress: TimeReport
 ) -> _Differentiated:
     """Repeat a run with a tighter accuracy: ten times, if the integrator does not reach the accuracy that is wanted."""
     ratio = max(_TIGHTER, min(_LITTLE, _LEAST / system.experiment.solver.accuracy))
@@ -178,7 +178,7 @@ def _differences(system: System, path: str, names: Sequence[str]) -> dict[str, f
 class _Differentiated:
     """A run with the derivatives of its numbers."""
 
-    def __init__(self, system: System, paths: Sequence[str], names: Sequence[str], progress: Listener) -> None:
+    def __init__(self, system: System, paths: Sequence[str], names: Sequence[str], progress: TimeReport) -> None:
         drives = list(system.experiment.drives)
         columns = [*names, *(f"{name}.power" for name in drives)]
         self.run = simulate(system, progress=progress, outputs=list(dict.fromkeys(columns)), wrt=paths)

@@ -11,7 +11,7 @@ from linkages.arguments import validated
 from linkages.arrays import Array
 from linkages.brief import Brief
 from linkages.errors import InputError
-from linkages.explore.compare import dense
+from linkages.results.divergence import dense
 from linkages.results.trajectory import Trajectory
 
 

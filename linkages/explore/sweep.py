@@ -17,7 +17,7 @@ from linkages.system import System
 
 
 @dataclass(frozen=True)
-class Point:
+class SweepPoint:
     """One value of the variable; no section if the linkage could not be assembled.
 
     The horizon (`linkages.explore.sections.horizon`) is the number of revolutions from the start for which two
@@ -41,7 +41,7 @@ class Sweep(Brief):
     path: str
     names: tuple[str, ...]
     transient: int
-    points: tuple[Point, ...]
+    points: tuple[SweepPoint, ...]
     status: Status = Status.OK
 
     def _facts(self) -> tuple[str, dict[str, str]]:
@@ -132,7 +132,7 @@ def sweep(
     points = []
     for k, (value, section) in enumerate(zip(map(float, values), found, strict=True)):
         if isinstance(section, Status):
-            points.append(Point(value, None, section))
+            points.append(SweepPoint(value, None, section))
         else:
-            points.append(Point(value, section, section.status, known.get(k)))
+            points.append(SweepPoint(value, section, section.status, known.get(k)))
     return Sweep(path, tuple(names), transient, tuple(points), Status.INTERRUPTED if interrupted else Status.OK)

@@ -31,32 +31,17 @@ _STILL = 1e-6  # relative to the fastest body, or to the size: slower points and
 
 @dataclass(frozen=True)
 class Transmission:
-    """The transmission angle of a dyad; see the module's docstring.
+    """The transmission angle of a dyad; see the module's docstring."""
 
-    Attributes
-    ----------
-    link, other : str
-        Links of the dyad; a link joined to the ground is the second.
-    joint : str
-        Pin between the links.
-    grounded : bool
-        Whether the second link is joined to the ground, so that the joint has a fixed path.
-    angle : (n,) array
-        Transmission angle, from 0 to pi/2 [rad]. NaN if the pins of a link coincide.
-    least, most : (float, float)
-        Drive value [rad or m] and transmission angle [rad] of the smallest and the largest angle, between the samples.
-    turns : tuple of float
-        If `grounded`: drive values at which the joint reverses, its dead centres [rad or m].
-    """
-
-    link: str
+    link: str  # links of the dyad; a link joined to the ground is the second
     other: str
-    joint: str
-    grounded: bool
-    angle: Array
+    joint: str  # pin between the links
+    grounded: bool  # whether the second link is joined to the ground, so that the joint has a fixed path
+    angle: Array  # (n,) transmission angle, from 0 to pi/2 [rad]. NaN if the pins of a link coincide
+    # drive value [rad or m] and transmission angle [rad] of the extreme angles, between the samples
     least: tuple[float, float]
     most: tuple[float, float]
-    turns: tuple[float, ...]
+    turns: tuple[float, ...]  # if `grounded`: drive values at which the joint reverses, its dead centres [rad or m]
 
 
 class Dyad(NamedTuple):
@@ -67,7 +52,7 @@ class Dyad(NamedTuple):
     outer: tuple[Joint, Joint]
 
 
-class Motion(NamedTuple):
+class DrivenMotion(NamedTuple):
     """Motion of a linkage with one drive: drive values (n,), poses (n, nb, 5) and velocities (n, nb, 3).
 
     `full`: the drive turns fully; `counts` (n,): the velocities are valid.
@@ -85,18 +70,7 @@ def dyads(
 ) -> tuple[list[Dyad], tuple[str, ...]]:
     """Divide a linkage into dyads, in the order in which they can be solved.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    driven : collection of str
-        Driven joints.
-    gears : iterable of Gear, optional
-
-    Returns
-    -------
-    found : list of Dyad
-    rest : tuple of str
-        Links that are neither in a dyad nor moved by drives, gears or dyads.
+    Also returns the links that are neither in a dyad nor moved by driven joints, gears or dyads.
     """
     known = {joint.name for joint in mechanism.joints if joint.type == "fixed" or joint.name in driven}
     pairs = [gear.joints for gear in gears]
@@ -137,14 +111,10 @@ def _rigid(mechanism: Mechanism, known: Collection[str]) -> dict[str, str]:
     return group
 
 
-def transmissions(system: System, motion: Motion) -> tuple[tuple[Transmission, ...], tuple[str, ...]]:
+def transmissions(system: System, motion: DrivenMotion) -> tuple[tuple[Transmission, ...], tuple[str, ...]]:
     """Compute the transmission angles of all dyads along a motion; also return the remaining links.
 
-    Parameters
-    ----------
-    system : System
-        From `linkages.explore.range_of_motion.movable`.
-    motion : Motion
+    The system is from `linkages.explore.range_of_motion.movable`.
     """
     mechanism, experiment = system.mechanism, system.experiment
     found, rest = dyads(mechanism, list(experiment.drives), experiment.gears.values())
@@ -174,7 +144,7 @@ def _acute(between: Array) -> Array:
     return np.asarray(between - np.pi * np.round(between / np.pi))
 
 
-def _extreme(motion: Motion, between: Array, sign: float) -> tuple[float, float]:
+def _extreme(motion: DrivenMotion, between: Array, sign: float) -> tuple[float, float]:
     """Find the drive value and the angle at which sign times the acute angle is largest, by a parabola."""
     values = motion.values
     if motion.full:  # a revolution has no ends
@@ -196,7 +166,7 @@ def _extreme(motion: Motion, between: Array, sign: float) -> tuple[float, float]
     return (at % (2.0 * np.pi) if motion.full else at), sign * height
 
 
-def _line(system: System, link: str, outer: Joint, inner: Joint, motion: Motion) -> Array:
+def _line(system: System, link: str, outer: Joint, inner: Joint, motion: DrivenMotion) -> Array:
     """Compute directions (n, 2) of a link's line of force, not normalised; zero if its pins coincide."""
     if outer.type == "prismatic":
         body = system.tree.index[outer.parent]
@@ -209,7 +179,7 @@ def _line(system: System, link: str, outer: Joint, inner: Joint, motion: Motion)
     return line
 
 
-def _dead_centres(system: System, joint: Joint, motion: Motion) -> tuple[float, ...]:
+def _dead_centres(system: System, joint: Joint, motion: DrivenMotion) -> tuple[float, ...]:
     """Find the drive values at which a joint reverses on its path."""
     rate = _followed(system, joint.child, joint.on_child, motion)[1]
     fastest = np.abs(motion.vel[:, :, 1:]).max(axis=(1, 2))
@@ -226,7 +196,7 @@ def _turns_back(values: Array, rate: Array, full: bool) -> tuple[float, ...]:
     return tuple(map(float, at[np.sum(rate[1:] * rate[:-1], axis=1) < 0.0]))
 
 
-def _followed(system: System, link: str, point: Array, motion: Motion) -> tuple[Array, Array]:
+def _followed(system: System, link: str, point: Array, motion: DrivenMotion) -> tuple[Array, Array]:
     """Compute positions and velocities (n, 2) of a reference point on a link."""
     body, x, y = system.tree.marker(link, point)
     pose, vel = motion.pose[:, body], motion.vel[:, body]

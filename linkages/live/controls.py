@@ -32,37 +32,17 @@ _HIDDEN = ("mechanism", "title", "duration", "report_from", "solver.max_step", "
 
 @dataclass(frozen=True)
 class Control:
-    """A value that the page can change.
+    """A value that the page can change."""
 
-    Attributes
-    ----------
-    path : str
-        Dotted path, see `linkages.System.replaced`.
-    value : float or str
-        In the experiment's file or its default, SI units.
-    unit : str
-        SI unit; empty for a choice or where it is not known.
-    low, high : float
-        Range of a slider; a typed value may lie beyond it.
-    logarithmic : bool
-        Whether the slider's scale is logarithmic.
-    choices : tuple of str
-        Values of a choice; empty for a number.
-    whole : bool
-        Whether the value is a whole number.
-    first : bool
-        Whether the page shows it at the start.
-    """
-
-    path: str
-    value: float | str
-    unit: str = ""
-    low: float = 0.0
-    high: float = 0.0
-    logarithmic: bool = False
-    choices: tuple[str, ...] = ()
-    whole: bool = False
-    first: bool = False
+    path: str  # dotted path, see `linkages.System.replaced`
+    value: float | str  # in the experiment's file or its default, SI units
+    unit: str = ""  # SI unit; empty for a choice or where it is not known
+    low: float = 0.0  # low end of a slider; a typed value may lie beyond it
+    high: float = 0.0  # high end
+    logarithmic: bool = False  # whether the slider's scale is logarithmic
+    choices: tuple[str, ...] = ()  # values of a choice; empty for a number
+    whole: bool = False  # whether the value is a whole number
+    first: bool = False  # whether the page shows it at the start
 
     def as_json(self) -> dict[str, Any]:
         """Return the control for the page."""
@@ -72,20 +52,8 @@ class Control:
 def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = None) -> dict[str, Control]:
     """Find every value that can be changed, by path.
 
-    Parameters
-    ----------
-    system : System
-    vary : mapping of str to (float, float), optional
-        Ranges by path [SI units]; these controls are shown first, instead of the usual ones.
-
-    Returns
-    -------
-    dict of str to Control
-
-    Raises
-    ------
-    InputError
-        If a path of `vary` is not the path of a number.
+    Controls with a range in `vary` [SI units] are shown first, instead of the usual ones; InputError if a path there is
+    not the path of a number.
 
     Examples
     --------

@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 from functools import cache
-from importlib.resources import files
 
 from linkages.plots.curves import script as curves_script
+from linkages.plots.pages import own_text
 
 
 @cache
 def page() -> str:
     """Return the page."""
-    return _read("page.html")
+    return own_text("linkages.live", "page.html")
 
 
 @cache
 def style() -> str:
     """Return the style of the page."""
-    return _read("live.css")
+    return own_text("linkages.live", "live.css")
 
 
 @cache
 def script() -> str:
     """Return the ES module; it exports `mount` and, for anywidget, a default."""
-    return f"{curves_script()}\n{_read('live.js')}"
-
-
-def _read(name: str) -> str:
-    return (files("linkages.live") / name).read_text(encoding="utf-8")
+    return f"{curves_script()}\n{own_text('linkages.live', 'live.js')}"

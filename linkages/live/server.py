@@ -41,15 +41,9 @@ _HEADERS = {
 
 
 class LiveServer(ThreadingHTTPServer):
-    """Serves the live page of one session.
+    """Serves the live page of one session; port 0 takes a free one.
 
-    Parameters
-    ----------
-    answers : Answers
-    port : int
-        0 takes a free one.
-    hosts : sequence of str
-        Further allowed host names of requests, for example behind a proxy.
+    `hosts` are further allowed host names of requests, for example behind a proxy.
     """
 
     daemon_threads = True

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.arrays import Array
-from linkages.engines.study import simulate
+from linkages.engines.assessment import simulate
 from linkages.errors import InputError, Status
 from linkages.live.view import (
-    Ideal,
+    IdealPart,
     columns_of,
     drawing_of,
     frames_of,
@@ -31,8 +31,8 @@ from linkages.live.view import (
     warnings_for,
 )
 from linkages.plots.drawing.drawing import Drawing
+from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
-from linkages.results.summary import Study
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
@@ -56,19 +56,9 @@ class TimeLimitError(Exception):
 
 
 class Session:
-    """Answers requests of one page about one machine, one after the other.
+    """Answers requests of one page about one machine, one after the other; a run takes at most `limit` seconds.
 
-    Parameters
-    ----------
-    system : System
-        As loaded from its file, with the values of the command line.
-    limit : float
-        Longest time of a run [s].
-
-    Raises
-    ------
-    InputError
-        If a film has a history: each run starts anew, so it would not show the steady content.
+    InputError if a film has a history: each run starts anew, so it would not show the steady content.
     """
 
     def __init__(self, system: System, limit: float = 20.0) -> None:
@@ -78,7 +68,7 @@ class Session:
         self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values of the last request, values of that run
         self._result: _Result | None = None  # of that run
         self._drawings: dict[str, tuple[Drawing, dict[str, Any]]] = {}
-        self._ideals: dict[tuple[Any, ...], Ideal | None] = {}
+        self._ideals: dict[tuple[Any, ...], IdealPart | None] = {}
 
     def for_page(self) -> Session:
         """Return a session of the same machine for another page; both share drawings and ideal motions."""
@@ -87,13 +77,7 @@ class Session:
         return other
 
     def values_to_run(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the values of a run: the requested ones, the duration, the journals' start.
-
-        Raises
-        ------
-        InputError
-            If a value is not valid.
-        """
+        """Return the values of a run: the requested ones, the duration, the journals' start."""
         system = self.system.replaced(values)
         return dict(values) | self._added(values, system, _period(system))
 
@@ -112,20 +96,10 @@ class Session:
         return added
 
     def compute(self, values: Mapping[str, Any], outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
-        """Run the mechanism with changed values, and return the pictures of the page.
+        """Run the mechanism with changed values by dotted path, and return the pictures of the page.
 
-        Parameters
-        ----------
-        values : mapping
-            Values by dotted path, see `linkages.System.replaced`.
-        outdated : callable
-            Whether the answer is no longer wanted.
-
-        Returns
-        -------
-        dict
-            See `linkages.live.view.view`; further `ran` (the values of the run), `settled`, `picture` (key of the
-            drawing), `poses` of its bodies if it is drawn already, and `took` [s].
+        See `linkages.live.view.view`; further `ran` (the values of the run), `settled`, `picture` (key of
+        the drawing), `poses` of its bodies if it is drawn already, and `took` [s].
 
         Raises
         ------
@@ -156,17 +130,17 @@ class Session:
         self._ratios = _end_of(system, run) if carried else {}
         ran = dict(values) | added
         self._shown = dict(values), ran
-        study = Study(system, "compiled", run, run, None)
-        part = shown_part(study, period)
+        assessment = Assessment(system, "compiled", run, run, None)
+        part = shown_part(assessment, period)
         exact = self._ideal(values, system, part[1] - part[0])
         if exact is not None:
-            study = Study(system, "compiled", run, exact.motion, None)
-        result = _Result(study, exact, frames_of(run, part), repr(_key(values, _OF_JOINTS + _OF_MASSES)))
+            assessment = Assessment(system, "compiled", run, exact.motion, None)
+        result = _Result(assessment, exact, frames_of(run, part), repr(_key(values, _OF_JOINTS + _OF_MASSES)))
         self._result = result
         texts = [path for path, value in values.items() if isinstance(value, str)]
         numbers = {path: system.value(path) for path in texts if path.rpartition(".")[2] not in _WORDS}
         return (
-            view(study, exact, part, result.frames)
+            view(assessment, exact, part, result.frames)
             | self._poses()
             | {
                 "numbers": numbers,
@@ -183,20 +157,14 @@ class Session:
         return dict(ran) if asked == dict(values) else self.values_to_run(values)
 
     def numbers(self) -> dict[str, Any]:
-        """Return the numbers of the run that was shown last, see `linkages.live.view.numbers_for`.
-
-        Raises
-        ------
-        InputError
-            If there is none.
-        """
+        """Return the numbers of the run that was shown last, see `linkages.live.view.numbers_for`."""
         if self._result is None:
             raise InputError("page", "numbers", "has no run yet; change a value, or press reset")
-        return numbers_for(self._result.study, self._result.exact)
+        return numbers_for(self._result.assessment, self._result.exact)
 
     def warnings(self) -> list[str]:
         """Return the warnings about the run that was shown last."""
-        return [] if self._result is None else warnings_for(self._result.study)
+        return [] if self._result is None else warnings_for(self._result.assessment)
 
     def restart(self) -> None:
         """Forget where the journals were: the next run starts as its file says."""
@@ -216,9 +184,9 @@ class Session:
         result = self._result
         if result is None or result.picture not in self._drawings:
             return {}
-        return {"poses": poses_of(self._drawings[result.picture][0], result.study.system, result.frames)}
+        return {"poses": poses_of(self._drawings[result.picture][0], result.assessment.system, result.frames)}
 
-    def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> Ideal | None:
+    def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> IdealPart | None:
         key = (*_key(values, _OF_JOINTS), duration)
         if key not in self._ideals:
             _keep_few(self._ideals)
@@ -229,8 +197,8 @@ class Session:
 class _Result(NamedTuple):
     """The run that was shown last."""
 
-    study: Study
-    exact: Ideal | None
+    assessment: Assessment
+    exact: IdealPart | None
     frames: Mapping[str, Array]  # of the moving picture
     picture: str  # key of its drawing
 
@@ -279,13 +247,7 @@ def _keep_few(kept: dict[Any, Any]) -> None:
 
 
 def checked(values: Any, known: Mapping[str, Any]) -> dict[str, float | str]:
-    """Check values from outside: paths of controls, with numbers or short texts.
-
-    Raises
-    ------
-    InputError
-        If a path is not known, or a value is neither a number nor a short text.
-    """
+    """Check values from outside: paths of controls, with numbers or short texts; InputError for others."""
     if not isinstance(values, dict):
         raise InputError("page", "values", "must be a table of values by path")
     for path, value in values.items():

@@ -13,9 +13,9 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.engines.study import ideal
+from linkages.arrays import Array
+from linkages.engines.assessment import ideal
 from linkages.errors import AssemblyError, RunError, Status
 from linkages.model.experiment import QUANTITIES
 from linkages.outputs.registry import names
@@ -25,12 +25,11 @@ from linkages.plots.drawing.drawing import Drawing
 from linkages.plots.drawing.svg import scale
 from linkages.report.terminal import format_warnings
 from linkages.report.words import motion_lines, output_unit
+from linkages.results.assessment import Assessment
 from linkages.results.characteristics import link_columns, numbers
-from linkages.results.summary import Study, warnings_of
 from linkages.results.trajectory import Trajectory
+from linkages.results.warnings import warnings_of_run
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _FRAMES = 121  # poses of the moving picture; the page interpolates
 _ORBIT = 600  # points of an orbit
@@ -38,7 +37,7 @@ _INTERVALS = 160  # parts of the time of a curve, see `linkages.plots.curves.see
 
 
 @dataclass(frozen=True)
-class Ideal:
+class IdealPart:
     """The motion with ideal joints in the shown part of the run."""
 
     system: System
@@ -57,55 +56,43 @@ def columns_of(system: System) -> list[str]:
     return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
 
 
-def ideal_of(system: System, duration: float) -> Ideal | None:
+def ideal_of(system: System, duration: float) -> IdealPart | None:
     """Move the linkage with ideal joints for a time [s]; None where it cannot move."""
     try:
         motion = ideal(system.replaced({"duration": duration}))
     except (AssemblyError, RunError):
         return None
-    return Ideal(system, motion)
+    return IdealPart(system, motion)
 
 
-def shown_part(study: Study, period: float | None) -> tuple[float, float]:
+def shown_part(assessment: Assessment, period: float | None) -> tuple[float, float]:
     """Return the part of a run whose curves are shown [s]: its steady cycle, else two periods, else all of it."""
-    end = float(study.run.time[-1])
-    if study.motion.cycle is not None:
-        return study.motion.cycle
+    end = float(assessment.run.time[-1])
+    if assessment.motion.cycle is not None:
+        return assessment.motion.cycle
     return (max(end - 2.0 * period, 0.0), end) if period is not None else (0.0, end)
 
 
-def view(study: Study, exact: Ideal | None, part: tuple[float, float], frames: Mapping[str, Array]) -> dict[str, Any]:
-    """Return the pictures of the page for a run.
+def view(
+    assessment: Assessment, exact: IdealPart | None, part: tuple[float, float], frames: Mapping[str, Array]
+) -> dict[str, Any]:
+    """Return the pictures of the page for a part of a run [s], ready for JSON.
 
-    Parameters
-    ----------
-    study : Study
-        The run, without an error estimate.
-    exact : Ideal or None
-        The motion with ideal joints, which begins at the phase of `part`.
-    part : (float, float)
-        The shown part of the run [s].
-    frames : dict of str to array
-        From `frames_of`.
-
-    Returns
-    -------
-    dict
-        Ready for JSON: `status`, `periodic`, `from` and `to` [s], `time` of the frames of the moving picture, `curves`,
-        `orbits`.
+    They are `status`, `periodic`, `from` and `to` [s], `time` of the frames of the moving picture, `curves`, `orbits`.
+    The motion with ideal joints begins at the phase of the part; the frames are from `frames_of`.
     """
-    system, run = study.system, study.run
+    system, run = assessment.system, assessment.run
     shown = run.within(*part)
     moved = _from_zero(shown)
     drawn = columns(system.experiment.outputs, system.tree.play, system.experiment.drives)
     return {
         "status": run.status.value,
         "remedy": "" if run.status is Status.OK else run.status.remedy,
-        "periodic": study.motion.kind == "periodic",
+        "periodic": assessment.motion.kind == "periodic",
         "from": part[0],
         "to": part[1],
         "time": short(np.linspace(0.0, part[1] - part[0], _FRAMES)),
-        "curves": curves(drawn, moved, exact.motion if exact else None, study.noise, _INTERVALS),
+        "curves": curves(drawn, moved, exact.motion if exact else None, assessment.noise, _INTERVALS),
         "orbits": [_orbit(system, name, shown, frames) for name in system.tree.play if f"{name}.ex" in run.columns],
     }
 
@@ -115,15 +102,15 @@ def frames_of(run: Trajectory, part: tuple[float, float]) -> Mapping[str, Array]
     return run.evaluate(np.linspace(*part, _FRAMES)) if run.evaluate is not None else {}
 
 
-def numbers_for(study: Study, exact: Ideal | None) -> dict[str, Any]:
+def numbers_for(assessment: Assessment, exact: IdealPart | None) -> dict[str, Any]:
     """Return the numbers of the page for a run, which can take longer than the run: `motion` (lines) and `table`."""
-    peaks = _numbers(study)
-    return {"motion": motion_lines(_said(study, peaks)), "table": _table(study, peaks, exact)}
+    peaks = _numbers(assessment)
+    return {"motion": motion_lines(_said(assessment, peaks)), "table": _table(assessment, peaks, exact)}
 
 
-def warnings_for(study: Study) -> list[str]:
+def warnings_for(assessment: Assessment) -> list[str]:
     """Return the warnings about a run as lines of text; some of them take longer than the run."""
-    found = warnings_of(study.system, study.run, study.contacts)
+    found = warnings_of_run(assessment.system, assessment.sound, assessment.contacts)
     return [line for line in format_warnings(found) if line]
 
 
@@ -134,25 +121,25 @@ def drawing_of(system: System) -> tuple[Drawing, dict[str, Any]]:
     return drawing, {"svg": str(svg(drawing, said=False)), **place}
 
 
-def _numbers(study: Study) -> dict[str, Any]:
+def _numbers(assessment: Assessment) -> dict[str, Any]:
     """Numbers of the part of a run that tables report."""
-    span = study.windows.get(study.reported)
-    run = study.run if span is None else study.run.within(*span)
-    return numbers(study.system, run, study.meaningless, study.contacts)
+    span = assessment.windows.get(assessment.reported)
+    run = assessment.run if span is None else assessment.run.within(*span)
+    return numbers(assessment.system, run, assessment.meaningless, assessment.contacts)
 
 
-def _said(study: Study, peaks: Mapping[str, Any]) -> dict[str, Any]:
+def _said(assessment: Assessment, peaks: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parts of a summary that `motion_lines` reads."""
-    motion = {key: getattr(study.motion, key) for key in ("kind", "why", "period", "periods", "since")}
-    span = study.windows.get(study.reported)
-    window = {} if span is None else {study.reported: {"from": span[0], "to": span[1], **peaks}}
-    return {**peaks, "duration": float(study.run.time[-1]), "motion": motion, "start_up": study.start_up} | {
-        "report": study.reported,
+    motion = assessment.motion.content
+    span = assessment.windows.get(assessment.reported)
+    window = {} if span is None else {assessment.reported: {"from": span[0], "to": span[1], **peaks}}
+    return {**peaks, "duration": float(assessment.run.time[-1]), "motion": motion, "start_up": assessment.start_up} | {
+        "report": assessment.reported,
         "windows": window,
     }
 
 
-def _table(study: Study, peaks: dict[str, Any], exact: Ideal | None) -> list[dict[str, Any]]:
+def _table(assessment: Assessment, peaks: dict[str, Any], exact: IdealPart | None) -> list[dict[str, Any]]:
     """Rows of the table: name, unit, peak, the ideal linkage's peak, and the spread of the peaks of single periods."""
     rows = []
     perfect = exact.numbers if exact else None
@@ -161,7 +148,7 @@ def _table(study: Study, peaks: dict[str, Any], exact: Ideal | None) -> list[dic
         other: Any = perfect if where else None
         for key in where:
             other = other and other[key]
-        rows.append({"name": name, "unit": unit, "value": value, "ideal": other, **_spread(study, name)})
+        rows.append({"name": name, "unit": unit, "value": value, "ideal": other, **_spread(assessment, name)})
 
     for name, entry in peaks["outputs"].items():
         row(name, output_unit(name), entry["peak"], "outputs", name, "peak")
@@ -177,14 +164,14 @@ def _table(study: Study, peaks: dict[str, Any], exact: Ideal | None) -> list[dic
     return rows
 
 
-def _spread(study: Study, name: str) -> dict[str, float | None]:
+def _spread(assessment: Assessment, name: str) -> dict[str, float | None]:
     """Smallest and largest peak of the single periods after the start-up, where the motion is not periodic."""
     none: dict[str, float | None] = {"least": None, "most": None}
-    period, run = study.motion.period, study.run
-    if study.motion.kind == "periodic" or period is None or name not in run.columns:
+    period, run = assessment.motion.period, assessment.run
+    if assessment.motion.kind == "periodic" or period is None or name not in run.columns:
         return none
     end = float(run.time[-1])
-    first = study.start_up if study.start_up is not None and study.start_up < end - 2.0 * period else 0.0
+    first = assessment.start_up if assessment.start_up is not None and assessment.start_up < end - 2.0 * period else 0.0
     count = int((end - first) / period * (1.0 + 1e-9))
     if count < 2:
         return none

@@ -32,7 +32,7 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
     """Find the reactions of the closure rows for which the free coordinates need no other force.
 
     Takes `work`'s pose, tau, and bias and modal_bias of `linkages.planar.newton_euler.inertial_forces`; sets the
-    reactions. Statically indeterminate reactions are one solution of many, see `linkages.results.indeterminate`.
+    reactions. Statically indeterminate reactions are one solution of many, see `linkages.results.soundness`.
     """
     bodies, rows, free, n = model.bodies, model.rows, model.free, len(work.tau)
     needed, used = work.modal_bias.copy(), work.bias.copy()

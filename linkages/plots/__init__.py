@@ -3,14 +3,12 @@
 | module             | figures                                                                              |
 |--------------------|--------------------------------------------------------------------------------------|
 | style              | none: palette, line styles, labels and settings of all figures                       |
-| histories          | outputs, joint forces and drive torques over time, with ideal and real joints        |
-| journals           | orbits of the journals in their clearances, contacts over time                       |
+| histories          | outputs, forces and torques, ideal and real; deflection and stress of flexible links |
+| journals           | orbits of journals in their clearances, blocks in their slots, contacts over time    |
 | curves             | none: curves as data, and the script that draws them in pages                        |
+| pages              | none: HTML pages from templates                                                      |
 | shown              | none: base class of figures for notebooks                                            |
-| guides             | blocks with clearance in their slots                                                 |
-| links              | flexible links: deflection, stress and its place, strain energy                      |
-| mode_figures       | natural frequencies and mode shapes of a linkage at rest                             |
-| frequency_response | Bode plot of a linear model                                                          |
+| mode_figures       | natural frequencies and mode shapes of a linkage at rest; Bode plots                 |
 | tornado            | changes of peaks with 1 % of each value                                              |
 | attractors         | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                 |
 | branches           | branches of periodic motions: stable, unstable, bifurcations, points of a sweep      |
@@ -18,7 +16,6 @@
 | drawing            | a mechanism before a run: a labelled, movable picture                                |
 | animation          | a run as a Meshcat recording, its clearance joints magnified                         |
 | wear_figures       | worn profiles, polar and unrolled; clearance, forces, torques and jitter over cycles |
-| wear_animation     | wear over the service life as an offline page with a slider                          |
 | three_rrr          | the flexible 3-RRR robot                                                             |
 """
 

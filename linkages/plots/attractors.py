@@ -76,7 +76,7 @@ def bifurcation_figure(
         axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
         for axis, (name, kind) in zip(axes, rows, strict=True):
             done = [(point.value, point.section) for point in sweep.points if point.section is not None]
-            found = [section.strobe[name] if kind == "strobe" else section.peaks(name) for _, section in done]
+            found = [section.values(name, kind) for _, section in done]
             x = np.repeat([scale * value for value, _ in done], [len(values) for values in found])
             y = np.concatenate([*found, np.empty(0)])
             unit, factor = engineering(units[name], float(np.abs(y).max(initial=0.0)))

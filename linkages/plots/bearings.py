@@ -18,14 +18,7 @@ if TYPE_CHECKING:
 
 
 def chart_figure(point: Bearing, chart: Mapping[str, Array]) -> Figure:
-    """Draw eccentricity ratio, attitude, friction and flow over the Sommerfeld number, and the operating point.
-
-    Parameters
-    ----------
-    point : Bearing
-    chart : mapping of str to array
-        From `linkages.explore.bearing.chart`.
-    """
+    """Draw a chart over the Sommerfeld number (`linkages.explore.bearing.chart`), and the operating point."""
     content, case = point.content, point.case
     load = case.load * case.clearance
     marks = {

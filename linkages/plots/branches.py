@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from linkages.arrays import Array
 from linkages.explore.periodic.branches import Branch, Branches
 from linkages.explore.periodic.motion import PeriodicMotion
 from linkages.explore.periodic.multipliers import BRANCH_POINT, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
-from linkages.explore.sections import Section
 from linkages.explore.sweep import Sweep
 from linkages.plots.shown import ShownFigure
 from linkages.plots.style import COLORS, axis_label, engineering, figure_style
@@ -27,39 +25,23 @@ def branches_figure(
 ) -> Figure:
     """Draw the value at the end of each period of the drives, and the largest magnitude in it, over the variable.
 
-    Parameters
-    ----------
-    found : Branches
-        From `linkages.branches`, with outputs.
-    units : mapping of str to str
-        SI units of the outputs.
-    label : str
-        Name of the variable; default: its path.
-    scale : float
-        Factor on the variable.
-    sweep : Sweep, optional
-        Points from `linkages.sweep` over the same variable.
-
-    Returns
-    -------
-    Figure
-        Lines are solid where the motion is stable, dashed where it is not.
+    Lines are solid where the motion is stable, dashed where it is not; a sweep over the same variable gives points.
+    `units` are the SI units of the outputs, `scale` is a factor on the variable, `label` its name.
     """
     rows = [(name, kind) for name in found.outputs for kind in ("strobe", "peaks")]
     with figure_style():
         figure = ShownFigure(figsize=(6.3, 0.9 + 2.5 * len(rows)), layout="constrained")
         axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
         for axis, (name, kind) in zip(axes, rows, strict=True):
-            values = _values(name, kind)
             largest = max(
-                float(np.abs(values(motion.outputs)).max())
+                float(np.abs(motion.outputs.values(name, kind)).max())
                 for branch in found.branches for motion in branch.motions if motion.outputs is not None
             )  # fmt: skip
             unit, factor = engineering(units[name], largest)
             if sweep is not None:
-                _draw_sweep(axis, sweep, values, scale, factor)
+                _draw_sweep(axis, sweep, name, kind, scale, factor)
             for k, branch in enumerate(found.branches):
-                _draw_branch(axis, branch, values, scale, factor, COLORS[k % len(COLORS)])
+                _draw_branch(axis, branch, name, kind, scale, factor, COLORS[k % len(COLORS)])
             what = "at the end of a period" if kind == "strobe" else "peak in a period"
             axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
         axes[-1].set_xlabel(label or found.path)
@@ -68,39 +50,28 @@ def branches_figure(
         return figure
 
 
-def _values(name: str, kind: str) -> Callable[[Section | None], Array]:
-    def values(section: Section | None) -> Array:
-        if section is None:
-            return np.empty(0)
-        return section.strobe[name] if kind == "strobe" else section.peaks(name)
-
-    return values
-
-
-def _draw_sweep(
-    axis: Axes, sweep: Sweep, values: Callable[[Section | None], Array], scale: float, factor: float
-) -> None:
+def _draw_sweep(axis: Axes, sweep: Sweep, name: str, kind: str, scale: float, factor: float) -> None:
     for point in sweep.points:
-        y = values(point.section)
+        y = np.empty(0) if point.section is None else point.section.values(name, kind)
         axis.plot(np.full(len(y), scale * point.value), factor * y, ".", color="0.6", ms=3, zorder=1, label="sweep")
 
 
-def _draw_branch(
-    axis: Axes, branch: Branch, values: Callable[[Section | None], Array], scale: float, factor: float, color: str
-) -> None:
+def _draw_branch(axis: Axes, branch: Branch, name: str, kind: str, scale: float, factor: float, color: str) -> None:
     """Draw a line for each period of the drives, solid between stable motions, and the bifurcations."""
     motions = _with_events(branch)
     x = scale * np.array([motion.value for motion in motions], dtype=np.float64)
-    y = factor * np.array([values(motion.outputs) for motion in motions])
+    y = factor * np.array([motion.outputs.values(name, kind) for motion in motions if motion.outputs is not None])
     solid = [all(motion.stable is not False for motion in pair) for pair in pairwise(motions)]
     breaks = [0, *(np.flatnonzero(np.diff(solid)) + 1), len(solid)] if solid else []
     for first, last in pairwise(breaks):
         good = solid[first]
-        name = f"{branch.periods} period{'s' if branch.periods > 1 else ''}, {'stable' if good else 'unstable'}"
+        label = f"{branch.periods} period{'s' if branch.periods > 1 else ''}, {'stable' if good else 'unstable'}"
         for line in y[first : last + 1].T:
-            axis.plot(x[first : last + 1], line, color=color, ls="-" if good else "--", lw=1.2, zorder=2, label=name)
+            axis.plot(x[first : last + 1], line, color=color, ls="-" if good else "--", lw=1.2, zorder=2, label=label)
     for event in branch.events:
-        at = factor * values(event.motion.outputs)
+        if event.motion.outputs is None:
+            continue
+        at = factor * event.motion.outputs.values(name, kind)
         place = np.full(len(at), scale * (event.motion.value or 0.0))
         axis.plot(place, at, _MARKS[event.kind], color="black", ms=5, mfc="none", zorder=3, ls="", label=event.kind)
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from importlib.resources import files
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.arrays import Array
-from linkages.files.writing import json_text
+from linkages.plots.pages import own_text
 from linkages.results.trajectory import Trajectory
 
 _INTERVALS = 800  # number of time intervals; each keeps its first, smallest and largest value
@@ -30,25 +29,10 @@ def curves(
     errors: Mapping[str, float],
     intervals: int = _INTERVALS,
 ) -> list[dict[str, Any]]:
-    """Return columns over time for `curves.js`.
+    """Return columns over time for `curves.js`; missing columns are skipped.
 
-    Parameters
-    ----------
-    names : iterable of str
-        Names of the columns; missing ones are skipped.
-    run : Trajectory
-    ideal : Trajectory or None
-        Motion with ideal joints.
-    errors : mapping of str to float
-        Smallest variation of each column that is drawn, see `drawn_errors`.
-    intervals : int
-        Number of time intervals, see `seen`.
-
-    Returns
-    -------
-    list of dict
-        For each curve `name`, `unit`, and `run` and `ideal`, each with `time` [s] and `values`; `ideal` is None if
-        missing. Empty for a run of a single sample.
+    Each curve has `name`, `unit`, and `run` and `ideal` (None if missing), each with `time` [s] and `values`.
+    Variations of a column below its error are not drawn. Empty for a run of a single sample.
     """
     if len(run.time) < 2:
         return []
@@ -76,23 +60,11 @@ def resolved(values: Array, error: float) -> Array:
 
 def script() -> str:
     """Return the function `drawCurves` of the pages, as JavaScript."""
-    return (files("linkages.plots") / "curves.js").read_text(encoding="utf-8")
-
-
-def embedded(content: Any) -> str:
-    """Write JSON for embedding in a page: its text cannot end the script element."""
-    return json_text(content).strip().replace("<", "\\u003c")
+    return own_text("linkages.plots", "curves.js")
 
 
 def seen(time: Array, values: Array, intervals: int = _INTERVALS) -> NDArray[np.int64]:
-    """Choose samples (k,) that draw the same curve: first, smallest and largest of each time interval.
-
-    Parameters
-    ----------
-    time, values : (n,) arrays
-    intervals : int
-        Number of equal time intervals.
-    """
+    """Choose samples (k,) that draw the same curve: first, smallest and largest of each of equal time intervals."""
     piece = np.searchsorted(np.linspace(time[0], time[-1], intervals + 1)[1:-1], time, side="right")
     starts = np.flatnonzero(np.diff(piece, prepend=-1))
     by_value = np.lexsort(

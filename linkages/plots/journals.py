@@ -1,4 +1,4 @@
-"""Figures of journals in their bearings: orbits, and contacts over time, by kind of contact."""
+"""Figures of journals in their bearings and blocks in their slots: orbits, contacts over time, by kind of contact."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array
 from linkages.plots.shown import ShownFigure
-from linkages.plots.style import COLORS, LEGEND, axis_label, engineering, round_length, stacked_axes
+from linkages.plots.style import COLORS, LEGEND, add_legend, axis_label, engineering, round_length, stacked_axes
+from linkages.results.assessment import Assessment, touching
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
-from linkages.results.summary import Study, touching
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
@@ -37,13 +37,13 @@ _CHORD = 0.05  # distance of points of a drawn orbit over the clearance
 _MOST_SEGMENTS = 2000  # most refined segments of a drawn orbit
 
 
-def orbits_figure(study: Study) -> Figure:
+def orbits_figure(assessment: Assessment) -> Figure:
     """Draw each journal's centre in its clearance circle, and next to or below it a magnified view.
 
     The magnified view shows the orbit or, for a joint with contact, the penetration over the angle.
     """
-    experiment, names = study.system.experiment, study.system.tree.journals
-    touches = touching(study.system)
+    experiment, names = assessment.system.experiment, assessment.system.tree.journals
+    touches = touching(assessment.system)
     if len(names) == 1:  # side by side
         figure = ShownFigure(figsize=(6.3, 3.4), layout="constrained")
         axes = figure.subplots(1, 2).reshape(2, 1)
@@ -54,13 +54,13 @@ def orbits_figure(study: Study) -> Figure:
     circle = np.stack([np.cos(angle), np.sin(angle)])
     for (whole, near), name in zip(axes.T, names, strict=True):
         clearance = 1e6 * (experiment.joints[name].clearance or 0.0)
-        ex, ey = 1e6 * study.run[f"{name}.ex"], 1e6 * study.run[f"{name}.ey"]
+        ex, ey = 1e6 * assessment.run[f"{name}.ex"], 1e6 * assessment.run[f"{name}.ey"]
         reach = _AROUND * max(clearance, float(np.hypot(ex, ey).max()))
         whole.fill(*(clearance * circle), facecolor="0.95", edgecolor="0.3", lw=1.2)
-        peak = float(np.max(study.run[f"{name}.eccentricity_ratio"]))
+        peak = float(np.max(assessment.run[f"{name}.eccentricity_ratio"]))
         whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
         if name in touches:
-            path, phase = finely(study, name)
+            path, phase = finely(assessment, name)
             _draw_phases(whole, 1e6 * path, phase)
             whole.plot(ex[0], ey[0], "o", color=_START, ms=3.5)
             _draw_wall(near, 1e6 * path, clearance, phase)
@@ -75,7 +75,7 @@ def orbits_figure(study: Study) -> Figure:
             axis.set_aspect("equal", adjustable="box")
             axis.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]")
     if touches:
-        filled = all(model.has_film for model in study.system.models if model.can_touch)
+        filled = all(model.has_film for model in assessment.system.models if model.can_touch)
         handles = [
             Line2D([], [], color=color, lw=2.0, label="film alone" if filled and code == FREE else label)
             for code, (label, color, _) in _PHASES.items()
@@ -127,27 +127,27 @@ def orbit(
     return axis
 
 
-def contacts_figure(study: Study) -> Figure:
+def contacts_figure(assessment: Assessment) -> Figure:
     """Draw the peak force and the approach speed of every contact at its start, separately for a guide's corners."""
     joints: dict[str, list[str]] = {}
-    for label in sorted({row.joint for row in study.contacts}):  # joints, or corners of a guide
+    for label in sorted({row.joint for row in assessment.contacts}):  # joints, or corners of a guide
         joints.setdefault(label.partition(".")[0], []).append(label)
     figure = ShownFigure(figsize=(6.3, 0.8 + (3.2 if len(joints) < 3 else 2.4) * len(joints)))
     axes = stacked_axes(figure, [1.0] * (2 * len(joints)), gap=0.26)
-    run = study.run
+    run = assessment.run
     for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
-        kind_of = "joint" if name in study.system.mechanism.joint else "contact"
+        kind_of = "joint" if name in assessment.system.mechanism.joint else "contact"
         force.set_title(f"{kind_of} {name}", loc="left", fontsize=9)
         units = [
             engineering(si, max(values))
             for si, values in (
-                ("N", [row.peak_force for row in study.contacts if row.joint in labels]),
-                ("m/s", [row.approach_speed for row in study.contacts if row.joint in labels]),
+                ("N", [row.peak_force for row in assessment.contacts if row.joint in labels]),
+                ("m/s", [row.approach_speed for row in assessment.contacts if row.joint in labels]),
             )
         ]
         corners = [label.partition(".")[2] for label in labels]
         for label, corner in zip(labels, corners, strict=True):
-            own = [row for row in study.contacts if row.joint == label]
+            own = [row for row in assessment.contacts if row.joint == label]
             start = np.array([row.start for row in own])
             kind = phases(run, label)[np.searchsorted(run.time, start)]
             values = ((force, [row.peak_force for row in own]), (speed, [row.approach_speed for row in own]))
@@ -170,28 +170,16 @@ def contacts_figure(study: Study) -> Figure:
     return figure
 
 
-def finely(study: Study, name: str) -> tuple[Array, NDArray[np.int64]]:
+def finely(assessment: Assessment, name: str) -> tuple[Array, NDArray[np.int64]]:
     """Sample the path of a journal with contact, finely enough for a drawing.
 
     The steps of a free flight may be long: the run is evaluated between them, unless there are too many for a visible
-    difference.
-
-    Parameters
-    ----------
-    study : Study
-    name : str
-        Name of the joint.
-
-    Returns
-    -------
-    e : (n, 2) array
-        Eccentricity [m].
-    phase : (n - 1,) array
-        Phase of the journal between samples, see `linkages.results.impacts.phases`.
+    difference. Returns eccentricities (n, 2) [m], and the phases (n - 1,) between them, see
+    `linkages.results.impacts.phases`.
     """
-    run, phase = study.run, phases(study.run, name)
+    run, phase = assessment.run, phases(assessment.run, name)
     e = np.column_stack([run[f"{name}.ex"], run[f"{name}.ey"]])
-    chord = _CHORD * (study.system.experiment.joints[name].clearance or np.inf)
+    chord = _CHORD * (assessment.system.experiment.joints[name].clearance or np.inf)
     counts = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_SEGMENTS)
     extra = int(np.sum(counts - 1))
     if run.evaluate is None or not 0 < extra <= _MOST_SEGMENTS:
@@ -226,3 +214,42 @@ def _draw_phases(axis: Axes, points: Array, phase: NDArray[np.int64]) -> None:
         lines = list(steps[phase == code])
         axis.add_collection(LineCollection(lines, colors=color, linewidths=width, capstyle="round"))
     axis.autoscale_view()
+
+
+def guides_figure(assessment: Assessment) -> Figure:
+    """Draw the state of each block in its slot, and the transverse offsets of both ends over time.
+
+    The state consists of the offset of the block's middle across the slot, and the additional offset of its front end
+    (in the direction of the joint's axis). A corner touches if the sum of their magnitudes equals the clearance.
+    """
+    system, run = assessment.system, assessment.run
+    names = [name for name in system.tree.play if name not in system.tree.journals]
+    figure = Figure(figsize=(6.3, 2.9 * len(names)), layout="constrained")
+    axes = figure.subplots(len(names), 2, squeeze=False, width_ratios=[2, 3])
+    for (whole, ends), name in zip(axes, names, strict=True):
+        joint = system.mechanism.joint[name]
+        clearance = system.experiment.joints[name].clearance or 0.0
+        unit, factor = engineering("m", clearance)
+        middle = factor * run[f"{name}.offset"]
+        lift = factor * run[f"{name}.tilt"] * (0.5 * joint.slot.length if joint.slot is not None else 0.0)
+        wall = factor * clearance
+        rim = wall * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+        whole.fill(*rim.T, facecolor="0.95", edgecolor="0.3", lw=1.2)
+        whole.plot(lift, middle, color=COLORS[0], lw=0.7)
+        whole.plot(lift[0], middle[0], "o", color=COLORS[2], ms=3.5, label="start")
+        whole.set_title(f"joint {name}: contact on the rim", loc="left", fontsize=9)
+        whole.set_aspect("equal", adjustable="datalim")
+        whole.set(
+            xlabel=axis_label("offset of front end $-$ middle", unit), ylabel=axis_label("offset of the middle", unit)
+        )
+        whole.legend(loc="upper right")
+        reach = 1.15 * max(wall, float(np.abs(np.array([middle + lift, middle - lift])).max()))
+        for side in (1.0, -1.0):
+            ends.axhspan(side * wall, side * reach, color="0.9", zorder=0)
+        ends.plot(run.time, middle + lift, color=COLORS[0], lw=0.9, label="front end")
+        ends.plot(run.time, middle - lift, color=COLORS[1], lw=0.9, ls="--", label="back end")
+        ends.set(
+            xlabel="time [s]", ylabel=f"offset across the slot [{unit}]\n(grey: in the wall)", ylim=(-reach, reach)
+        )
+        add_legend(ends)
+    return figure

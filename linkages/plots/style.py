@@ -56,22 +56,9 @@ def figure_style() -> AbstractContextManager[None]:
 
 
 def stacked_axes(figure: Figure, heights: Sequence[float], gap: float = _GAP) -> NDArray[Any]:
-    """Add axes over one abscissa, one below the other, within fixed margins.
+    """Add axes (n,) of relative heights over one abscissa, from the top, within fixed margins [inches].
 
     matplotlib's constrained layout measures every text several times, which takes longer than the drawing.
-
-    Parameters
-    ----------
-    figure : Figure
-        A figure without a layout engine.
-    heights : (n,) sequence of float
-        Relative heights of the axes, from the top.
-    gap : float
-        Distance of two axes [inches].
-
-    Returns
-    -------
-    (n,) array of Axes
     """
     width, height = figure.get_size_inches()
     count = len(heights)

@@ -1,4 +1,4 @@
-"""Figures of wear: profiles, polar and unrolled; clearance, forces, torques and jitter over the service life."""
+"""Figures and an offline page of wear: profiles; clearance, forces, torques and jitter over the service life."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from linkages.arrays import Array
 from linkages.files.magnitudes import rounded
 from linkages.files.writing import file_name
+from linkages.plots.pages import embedded, filled, own_text
 from linkages.plots.style import COLORS, LEGEND, figure_style, stacked_axes, typeset, write_png
 
 SIDES = ("bearing", "journal")
@@ -21,28 +22,14 @@ _RING = 3.0  # radius of the drawn circle over the largest depth
 
 
 def write_figures(found: Mapping[str, Any], folder: Path) -> None:
-    """Write ``wear_JOINT.png`` of each joint and ``wear_history.png``.
-
-    Parameters
-    ----------
-    found : mapping
-        Content of ``wear.json``; see `linkages.explore.wear.content.content`.
-    folder : Path
-    """
+    """Write ``wear_JOINT.png`` of each joint and ``wear_history.png`` from the content of ``wear.json``."""
     for name in found["joints"]:
         write_png(profile_figure(found, name), folder / f"wear_{file_name(name)}.png")
     write_png(history_figure(found), folder / "wear_history.png")
 
 
 def profile_figure(found: Mapping[str, Any], joint: str) -> Figure:
-    """Draw the profiles of a joint's parts over the service life: polar with enlarged depths, and unrolled.
-
-    Parameters
-    ----------
-    found : mapping
-        Content of ``wear.json``.
-    joint : str
-    """
+    """Draw the profiles of a joint's parts over the service life: polar with enlarged depths, and unrolled."""
     sides = [side for side in SIDES if side in found["joints"][joint]]
     with figure_style():
         figure = Figure(figsize=(6.6, 3.1 * len(sides)), layout="constrained")
@@ -109,3 +96,27 @@ def _profiles(found: Mapping[str, Any], joint: str, side: str) -> Iterator[tuple
     shades = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(chosen)))
     for k, shade in zip(chosen, shades, strict=True):
         yield blocks[k]["cycles"], shade, np.array(blocks[k]["joints"][joint][side]["profile"])
+
+
+def write_animation(found: Mapping[str, Any], path: Path) -> None:
+    """Write a page with the growing profiles of all joints, from the content of ``wear.json``."""
+    joints = {}
+    for name, joint in found["joints"].items():
+        nodes = len(joint["profile"])
+        stages = [
+            {side: _depths(block["joints"][name], side, nodes) for side in ("bearing", "journal")}
+            for block in found["blocks"]
+        ]
+        kept = {key: joint[key] for key in ("depth", "clearance", "radius")}
+        joints[name] = kept | {"stages": stages}
+    life = {"cycles": [block["cycles"] for block in found["blocks"]], "joints": joints}
+    text = own_text("linkages.plots", "wear_life.html")
+    title = found["title"] or found["experiment"]
+    path.write_text(filled(text, title=title, life=embedded(life), colors=embedded(COLORS)), encoding="utf-8")
+
+
+def _depths(joint: Mapping[str, Any], side: str, nodes: int) -> list[float]:
+    """Return the depths of a part at a stage [m], rounded to the visible resolution."""
+    if side not in joint:
+        return [0.0] * nodes
+    return [float(f"{depth:.4g}") for _, depth in joint[side]["profile"]]

@@ -5,8 +5,7 @@
 | result_folder | a folder written by ``linkages simulate`` -> `Results`, or a one-line error |
 | words         | question and answer in sentences, commands that repeat the run              |
 | page_tables   | tables: headings and cells, numbers as text                                 |
-| page_curves   | curves over time, reduced to the resolution of a screen with all peaks      |
-| page          | template, style and script -> ``report.html``                               |
+| page          | template, style, script and curves over time -> ``report.html``             |
 | wear_page     | a folder written by ``linkages wear`` -> ``report.html``                    |
 | terminal      | a summary -> lines of text                                                  |
 

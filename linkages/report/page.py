@@ -3,48 +3,30 @@
 from __future__ import annotations
 
 import base64
-from importlib.resources import files
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 
-from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
 from linkages.files.writing import whole
-from linkages.plots.curves import embedded, script
+from linkages.plots.curves import columns, curves, script
+from linkages.plots.pages import embedded, filled, own_text
 from linkages.report import page_tables, words
-from linkages.report.page_curves import curves_of
 from linkages.report.result_folder import FIGURES, Results
+from linkages.results.trajectory import load_trajectory
 
 
 def write_report(results: Results, path: Path) -> None:
-    """Write the page atomically.
-
-    Parameters
-    ----------
-    results : Results
-        From `load_results`.
-    path : Path
-        The HTML file.
-
-    Raises
-    ------
-    InputError
-        If the place is not writable.
-    RunError
-        If the disk is full.
-    """
+    """Write the page atomically; InputError if the place is not writable."""
     text = render(results)
     with whole(path) as partial:
         partial.write_text(text, encoding="utf-8")
 
 
-def template(name: str) -> Template:
-    """Return a template of this package, with a macro for tables."""
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
-    return environment.from_string(own("table.html") + own(name))
+def report_page(name: str, **values: Any) -> str:
+    """Fill a template of this package, with a macro for tables."""
+    return filled(own("table.html") + own(name), style=Markup(own("page.css")), **values)
 
 
 def render(results: Results) -> str:
@@ -52,10 +34,10 @@ def render(results: Results) -> str:
     drawn = curves_of(results)
     versions = results.summary["provenance"]["versions"]
     elsewhere = ("python", "linkages")  # not installed like the other packages
-    return template("page.html").render(
-        style=Markup(own("page.css")),
+    return report_page(
+        "page.html",
         script=Markup(own("page.js")),
-        curves=Markup(embedded(drawn)) if drawn else "",
+        curves=embedded(drawn) if drawn else "",
         starts=bool(results.play),
         curves_script=Markup(script() + own("curves.js")),
         title=results.title,
@@ -106,4 +88,16 @@ def data_uri(path: Path, kind: str) -> str:
 
 def own(name: str) -> str:
     """Read a file of this package."""
-    return (files("linkages.report") / name).read_text(encoding="utf-8")
+    return own_text("linkages.report", name)
+
+
+def curves_of(results: Results) -> list[dict[str, Any]]:
+    """Return outputs, forces in clearance joints and drive torques over time, real and ideal.
+
+    None if the folder has no trajectory; InputError if it cannot be read.
+    """
+    files = (results.folder / name for name in ("trajectory.npz", "ideal.npz"))
+    run, ideal = (load_trajectory(path) if path.is_file() else None for path in files)
+    names = columns(results.summary["outputs"], results.play, results.summary["drives"])
+    errors = {name: results.summary["error"].get(f"{name}.peak") or 0.0 for name in names}
+    return [] if run is None else curves(names, run, ideal, errors)

@@ -32,25 +32,16 @@ _FILES = {
 
 
 @dataclass(frozen=True)
-class Table:
-    """A table; the first cell of each row is its name.
-
-    Attributes
-    ----------
-    caption : str
-    head : tuple of str
-    rows : sequence of tuples of str
-    text : frozenset of int
-        Indices of columns with words.
-    """
+class PageTable:
+    """A table; the first cell of each row is its name."""
 
     caption: str
     head: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
-    text: frozenset[int] = frozenset({0})
+    text: frozenset[int] = frozenset({0})  # indices of columns with words
 
 
-def outputs(results: Results) -> Table:
+def outputs(results: Results) -> PageTable:
     """Tabulate the real and ideal outputs, with the error of the peak."""
     rows, shown = [], reported(results.summary)
     for name, value in shown["outputs"].items():
@@ -62,10 +53,10 @@ def outputs(results: Results) -> Table:
         "output", "ideal min", "ideal max", "with clearance min", "with clearance max", "change of peak",
         "error of peak", *_whole(results),
     )  # fmt: skip
-    return Table("Outputs", head, rows)
+    return PageTable("Outputs", head, rows)
 
 
-def joints(results: Results) -> Table:
+def joints(results: Results) -> PageTable:
     """Tabulate the real and ideal joint forces."""
     rows, shown = [], reported(results.summary)
     for name, value in shown["joints"].items():
@@ -82,10 +73,10 @@ def joints(results: Results) -> Table:
         "joint", "links", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
         "largest e/c", "in contact [% of time]", *_whole(results),
     )  # fmt: skip
-    return Table("Joint forces and journals", head, rows, frozenset({0, 1, 2}))
+    return PageTable("Joint forces and journals", head, rows, frozenset({0, 1, 2}))
 
 
-def drives(results: Results) -> Table:
+def drives(results: Results) -> PageTable:
     """Tabulate drive torques (forces) and work."""
     rows, shown = [], reported(results.summary)
     for name, value in shown["drives"].items():
@@ -98,10 +89,10 @@ def drives(results: Results) -> Table:
         effort = "force" if kind == "N" else "torque"
         rows.append((f"{name} {effort} [{kind}]", number(exact), number(peak), *judged, *work, *_whole(results, key)))
     head = ("drive", "ideal peak", "peak", "change of peak", "error of peak", "ideal work [J]", "work [J]")
-    return Table("Drives", (*head, *_whole(results)), rows)
+    return PageTable("Drives", (*head, *_whole(results)), rows)
 
 
-def heats(results: Results) -> Table | None:
+def heats(results: Results) -> PageTable | None:
     """Tabulate the heat balances of the oil; None without any."""
     found = {name: joint["heat"] for name, joint in results.summary["joints"].items() if "heat" in joint}
     names = ("temperature", "viscosity", "power", "flow", "by_flow", "by_conduction")
@@ -110,10 +101,10 @@ def heats(results: Results) -> Table | None:
         "joint", "temperature [°C]", "viscosity [Pa s]", "power of the film [W]", "flow out of the ends [m³/s]",
         "heat by flow [W]", "heat by conduction [W]",
     )  # fmt: skip
-    return Table("Oil temperature: lumped heat balance of a cycle", head, rows) if rows else None
+    return PageTable("Oil temperature: lumped heat balance of a cycle", head, rows) if rows else None
 
 
-def links(results: Results) -> Table | None:
+def links(results: Results) -> PageTable | None:
     """Tabulate deflections, bending moments and stresses of flexible links; None without any."""
     rows, shown = [], reported(results.summary)
     for name, entry in shown.get("links", {}).items():
@@ -124,10 +115,10 @@ def links(results: Results) -> Table | None:
             values = map(number, (exact, entry[what]["peak"], entry[what]["time"], entry[what].get("place")))
             rows.append((f"{column} [{unit(column)}]", *values, error(results, key), *_whole(results, key)))
     head = ("link", "rigid links", "peak", "at [s]", "place along the beam [m]", "error of peak")
-    return Table("Flexible links", (*head, *_whole(results)), rows) if rows else None
+    return PageTable("Flexible links", (*head, *_whole(results)), rows) if rows else None
 
 
-def parameters(results: Results) -> Table:
+def parameters(results: Results) -> PageTable:
     """Tabulate every value of the experiment with its unit, its meaning and its source."""
     meanings, rows = dict(keys()), []
     for path, value in leaves(results.experiment):
@@ -138,10 +129,10 @@ def parameters(results: Results) -> Table:
         meaning = _meaning(path, meanings).replace(f" [{bracketed(_meaning(path, meanings))}]", "")
         rows.append((path, _plain(value), _shown_unit(si), meaning, source))
     head = ("parameter", "value", "unit", "meaning", "source, from the file")
-    return Table("Parameters of the experiment", head, rows, frozenset({0, 2, 3, 4}))
+    return PageTable("Parameters of the experiment", head, rows, frozenset({0, 2, 3, 4}))
 
 
-def impacts(results: Results) -> Table | None:
+def impacts(results: Results) -> PageTable | None:
     """Tabulate the hardest contacts in the order of time; None if no joint could touch."""
     if results.impacts is None:
         return None
@@ -154,10 +145,10 @@ def impacts(results: Results) -> Table | None:
         "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",
         "peak penetration [µm]", "separation [m/s]", "peak normal force [N]",
     )  # fmt: skip
-    return Table(caption, head, [_impact(row) for row in sorted(hardest, key=lambda row: row.start)])
+    return PageTable(caption, head, [_impact(row) for row in sorted(hardest, key=lambda row: row.start)])
 
 
-def provenance(results: Results) -> Table:
+def provenance(results: Results) -> PageTable:
     """Tabulate the provenance of the numbers."""
     summary, made = results.summary, results.summary["provenance"]
     rows = [
@@ -173,16 +164,16 @@ def provenance(results: Results) -> Table:
         if name != "engine"
     ]
     rows += [(f"version of {name}", str(value)) for name, value in made["versions"].items()]
-    return Table("Provenance", ("what", "value"), rows, frozenset({0, 1}))
+    return PageTable("Provenance", ("what", "value"), rows, frozenset({0, 1}))
 
 
-def files(results: Results) -> Table:
+def files(results: Results) -> PageTable:
     """Tabulate the present and missing files of the folder."""
     rows = []
     for name, meaning in _FILES.items():
         path = results.folder / name
         rows.append((name, meaning, f"{path.stat().st_size / 1e3:.0f} kB" if path.is_file() else "missing"))
-    return Table("Files in the folder of this page", ("file", "content", "size"), rows, frozenset({0, 1}))
+    return PageTable("Files in the folder of this page", ("file", "content", "size"), rows, frozenset({0, 1}))
 
 
 def number(value: float | None) -> str:

@@ -27,28 +27,14 @@ FIGURES = {
 
 @dataclass(frozen=True)
 class Results:
-    """The files of ``linkages simulate`` in a folder.
-
-    Attributes
-    ----------
-    folder : Path
-    summary : dict
-        ``summary.json``.
-    figures : tuple of Path
-        PNG files, in the order of the page.
-    animation : str or None
-        The page of the animation.
-    drawing : Path or None
-    impacts : tuple of Impact or None
-        All contacts; None if no joint can touch.
-    """
+    """The files of ``linkages simulate`` in a folder."""
 
     folder: Path
-    summary: dict[str, Any]
-    figures: tuple[Path, ...]
-    animation: str | None
+    summary: dict[str, Any]  # ``summary.json``
+    figures: tuple[Path, ...]  # PNG files, in the order of the page
+    animation: str | None  # the page of the animation
     drawing: Path | None
-    impacts: tuple[Impact, ...] | None
+    impacts: tuple[Impact, ...] | None  # all contacts; None if no joint can touch
 
     @property
     def experiment(self) -> dict[str, Any]:
@@ -85,18 +71,7 @@ class Results:
 
 
 def load_results(folder: str | Path) -> Results:
-    """Read a folder of results.
-
-    Parameters
-    ----------
-    folder : str or Path
-        The ``--out`` folder of ``linkages simulate``.
-
-    Raises
-    ------
-    InputError
-        If it is not a folder written by ``linkages simulate``.
-    """
+    """Read the ``--out`` folder of ``linkages simulate``; InputError for other folders."""
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(str(folder), "", "is not a folder; give the --out folder of `linkages simulate`")
@@ -115,13 +90,7 @@ def _summary(folder: Path) -> dict[str, Any]:
 
 
 def read_json(path: Path, shape: type[Table], hint: str) -> dict[str, Any]:
-    """Read a JSON file and check it against a schema.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or a value is missing or wrong; with a hint if it is not a JSON object.
-    """
+    """Read a JSON file and check it against a schema; InputError with a hint if it is not a JSON object."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         json.dumps(content, ensure_ascii=False).encode()  # lone surrogates cannot be written into a page
@@ -134,13 +103,7 @@ def read_json(path: Path, shape: type[Table], hint: str) -> dict[str, Any]:
 
 
 def read_page(path: Path) -> str | None:
-    """Read a page to embed; None if the file is missing.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or ends early.
-    """
+    """Read a page to embed; None if the file is missing, InputError if it cannot be read or ends early."""
     try:
         page = path.read_text(encoding="utf-8") if path.is_file() else None
     except (OSError, ValueError) as problem:

@@ -8,8 +8,7 @@ from typing import Any
 
 from linkages.brief import cell
 from linkages.report.words import beyond, exceeded, meeting, motion_lines, output_unit, reported
-from linkages.results.characteristics import link_columns
-from linkages.results.summary import peaks_by_key
+from linkages.results.characteristics import link_columns, peaks_by_key
 from linkages.results.warnings import relative
 
 #: Columns of a heat balance, and their headings.
@@ -29,7 +28,7 @@ def format_summary(summary: dict[str, Any]) -> str:
     --------
     >>> import linkages
     >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
-    >>> summary = linkages.summarize(linkages.study(system, "compiled", error_estimate=False))
+    >>> summary = linkages.summarize(linkages.assess(system, "compiled", error_estimate=False))
     >>> print(linkages.format_summary(summary).splitlines()[1])
     compiled engine, 0.1 s, status ok; mobility 2, driven: O1, O4
     """

@@ -6,43 +6,28 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from markupsafe import Markup
-
 from linkages.brief import counted
 from linkages.files.writing import whole
 from linkages.plots.style import typeset
-from linkages.report.page import data_uri, own, template
-from linkages.report.page_tables import Table, number
+from linkages.report.page import data_uri, report_page
+from linkages.report.page_tables import PageTable, number
 from linkages.report.result_folder import read_json, read_page
-from linkages.results.shape import Wear
+from linkages.results.shape import WearContent
 
 #: Files of ``linkages wear``.
 CONTENT = "wear.json"
 
 
 def write_wear_report(folder: Path, path: Path) -> None:
-    """Write the report of a wear calculation atomically.
-
-    Parameters
-    ----------
-    folder : Path
-        The ``--out`` folder of ``linkages wear``.
-    path : Path
-        The HTML file.
-
-    Raises
-    ------
-    InputError
-        If the folder has no results of ``linkages wear``, or the file cannot be written.
-    """
-    text = _render(read_json(folder / CONTENT, Wear, "give the --out folder of `linkages wear`"), folder)
+    """Write the report of an ``--out`` folder of ``linkages wear`` atomically; InputError for other folders."""
+    text = _render(read_json(folder / CONTENT, WearContent, "give the --out folder of `linkages wear`"), folder)
     with whole(path) as partial:
         partial.write_text(text, encoding="utf-8")
 
 
 def _render(found: dict[str, Any], folder: Path) -> str:
-    return template("wear.html").render(
-        style=Markup(own("page.css")),
+    return report_page(
+        "wear.html",
         title=found["title"] or found["experiment"],
         answer=_answer(found),
         results=[_joints(found), _peaks(found), _stages(found)],
@@ -71,7 +56,7 @@ def _answer(found: dict[str, Any]) -> list[str]:
     return told
 
 
-def _joints(found: dict[str, Any]) -> Table:
+def _joints(found: dict[str, Any]) -> PageTable:
     rows = [
         (
             name,
@@ -80,20 +65,20 @@ def _joints(found: dict[str, Any]) -> Table:
         for name, joint in found["joints"].items()
     ]
     head = ("joint", "volume [mm³]", "depth [µm]", "clearance [µm]", "k [mm³/(N m)]", "load times path [N m]")
-    return Table("Worn joints", head, rows)
+    return PageTable("Worn joints", head, rows)
 
 
-def _peaks(found: dict[str, Any]) -> Table:
+def _peaks(found: dict[str, Any]) -> PageTable:
     new, last = (found["blocks"][k]["peaks"] for k in (0, -1))
     units = found.get("units", {})
     rows = [
         (f"{name} [{typeset(units[name])}]" if name in units else name, number(value), number(last[name]))
         for name, value in new.items()
     ]
-    return Table("Mean peaks of a cycle", ("output", "new", "worn"), rows)
+    return PageTable("Mean peaks of a cycle", ("output", "new", "worn"), rows)
 
 
-def _stages(found: dict[str, Any]) -> Table:
+def _stages(found: dict[str, Any]) -> PageTable:
     rows = [
         (
             f"{block['cycles']:,}",
@@ -105,7 +90,7 @@ def _stages(found: dict[str, Any]) -> Table:
         for name, joint in block["joints"].items()
     ]
     head = ("cycles", "joint", "volume [mm³]", "depth [µm]", "clearance [µm]", "error of the jump [µm]")
-    return Table("Service life", head, rows, frozenset({0, 1}))
+    return PageTable("Service life", head, rows, frozenset({0, 1}))
 
 
 _LENGTHS = (("volume", 1e9), ("depth", 1e6), ("play", 1e6))

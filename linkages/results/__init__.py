@@ -8,22 +8,20 @@
 | extremes          | smallest and largest values over continuous time, integrals               |
 | statistic_derivatives | derivatives of statistics over windows of a run                       |
 | characteristics   | extremes, forces, torques, work and contacts of a run or a part of it     |
-| configuration     | the configuration of a linkage as comparable numbers                      |
 | steady_state      | classification of the motion at the end of a run, and its steady cycle    |
 | akima             | interpolation between samples                                             |
 | impacts           | individual contacts; flight, impact and sustained contact                 |
-| startup           | duration of the start-up of clearance joints                              |
 | singular          | singular positions on or near a motion                                    |
-| divergence        | time up to which two runs of one system agree                             |
-| noise             | rounding level of outputs                                                 |
-| peak_errors       | errors of peaks, from a run at a tighter tolerance                        |
+| soundness         | where numbers of a motion have no meaning                                 |
+| divergence        | configurations of a linkage; time up to which two runs of one system agree |
+| peak_errors       | errors of peaks, from a run at a tighter tolerance; rounding of outputs   |
 | joint_validity    | validity of joint laws in a run                                           |
 | film_error        | error of a closed-form film in a run against a film of finite length      |
 | film_heat         | heat balance of the oil in the joints of a run                            |
 | flexible_validity | validity of the flexible-link model in a run                              |
 | validity          | rules of validity, and their warnings                                     |
-| indeterminate     | forces and torques that the motion does not determine                     |
 | warnings          | warnings about the reliability of a summary's numbers                     |
-| summary           | a run with its ideal linkage and error estimate; contents of summary.json |
+| assessment        | a run with its ideal linkage and error estimate                           |
+| summary           | contents of summary.json                                                  |
 | shape             | schemas of summary.json and wear.json                                     |
 """

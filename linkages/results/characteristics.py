@@ -13,6 +13,9 @@ from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
+#: Quantities of a flexible link whose peaks are in ``links``.
+LINK_QUANTITIES = ("deflection", "bending", "stress")
+
 
 def numbers(
     system: System, trajectory: Trajectory, meaningless: Collection[str], touches: Sequence[Impact] = ()
@@ -22,72 +25,76 @@ def numbers(
     Contacts that begin in the time range are counted; of their durations only the part within it.
     """
     experiment = system.experiment
-    joints = [joint.name for joint in system.mechanism.joints]
-    play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
-    tilted = [name for name in play if f"{name}.tilting_moment" in trajectory.columns]
-    efforts = [(name, effort_of(system, table, name)) for table, name in experiment.named]
-    judged = [
-        *(f"{name}.force" for name in joints),
-        *(f"{name}.eccentricity_ratio" for name in play),
-        *(f"{name}.tilting_moment" for name in tilted),
-        *(f"{name}.torque" for name in experiment.drives),
-        *(f"{name}.{effort}" for name, effort in efforts if f"{name}.{effort}" in trajectory.columns),
-    ]
-    bent = [name for name in experiment.flexible if f"{name}.stress" in trajectory.columns]
-    judged += [column for name in bent for column in link_columns(name)]
-    there = [
-        name for name in experiment.outputs if name in trajectory.columns
-    ]  # rigid links have no deformation outputs
-    extreme = extremes(trajectory, [name for name in there if name not in meaningless])
-    peak = peaks(trajectory, [name for name in judged if name not in meaningless])
+    # rigid links have no deformation outputs
+    given = [name for name in experiment.outputs if name in trajectory and name not in meaningless]
+    extreme = extremes(trajectory, given)
+    columns = [column for column in peak_columns(system) if column in trajectory]
+    peak = peaks(trajectory, [column for column in columns if column not in meaningless])
+
+    def of(column: str) -> dict[str, float | None]:
+        value, when = peak.get(column, (None, None))
+        return {"peak": value, "time": when}
+
+    def effort(name: str, quantity: str) -> dict[str, Any]:
+        work = integral(trajectory, f"{name}.power") if f"{name}.{quantity}" in peak else None
+        return {quantity: of(f"{name}.{quantity}"), "work": work}
+
     result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
     for name in experiment.outputs:
         found = extreme.get(name)
         result["outputs"][name] = {key: found and getattr(found, key) for key in ("min", "max", "peak", "time")}
-    for name in joints:
-        value, when = peak.get(f"{name}.force", (None, None))
-        entry: dict[str, Any] = {"model": "ideal", "force": {"peak": value, "time": when}}
-        if name in play:
+    for name in system.mechanism.joint:
+        entry: dict[str, Any] = {"model": "ideal", "force": of(f"{name}.force")}
+        if f"{name}.eccentricity_ratio" in columns:
             entry["model"] = experiment.joints[name].model
             entry["eccentricity_ratio"] = {"peak": peak[f"{name}.eccentricity_ratio"].value}
-            contacts = [row for row in touches if row.joint.partition(".")[0] == name]
-            begin, end = float(trajectory.time[0]), float(trajectory.time[-1])
-            lasted = end - begin  # zero if the run failed at once
-            entry["contact_fraction"] = _covered(contacts, begin, end) / lasted if lasted else float(bool(contacts))
-            entry["impacts"] = sum(begin <= row.start <= end for row in contacts)
-        if name in tilted:
-            value, when = peak[f"{name}.tilting_moment"]
-            entry["tilting_moment"] = {"peak": value, "time": when}
+            entry |= _contacts(trajectory, [row for row in touches if row.joint.partition(".")[0] == name])
+        if f"{name}.tilting_moment" in columns:
+            entry["tilting_moment"] = of(f"{name}.tilting_moment")
         result["joints"][name] = entry
     for name in experiment.drives:
-        torque, when = peak.get(f"{name}.torque", (None, None))
-        power = trajectory[f"{name}.torque"] * trajectory[f"{name}.rate"]
-        kind = unit(system, f"{name}.torque")
-        work = None if torque is None else integral(trajectory, power)
-        result["drives"][name] = {"torque": {"peak": torque, "time": when}, "unit": kind, "work": work}
-    for name, effort in efforts:
-        value, when = peak.get(f"{name}.{effort}", (None, None))
-        work = None if value is None else integral(trajectory, trajectory[f"{name}.power"])
-        result.setdefault("loads", {})[name] = {effort: {"peak": value, "time": when}, "work": work}
-    for name in bent:
-        link: dict[str, dict[str, Any]] = {}
-        for column in link_columns(name):
-            value, when = peak.get(column, (None, None))
-            link[column.rpartition(".")[2]] = entry = {"peak": value, "time": when}
-            if f"{column}_place" in trajectory.columns:
-                places = trajectory[f"{column}_place"]
-                entry["place"] = None if when is None else float(places[_nearest(trajectory, when)])
-        result.setdefault("links", {})[name] = link
+        result["drives"][name] = effort(name, "torque") | {"unit": unit(system, f"{name}.torque")}
+    for table, name in experiment.named:
+        result.setdefault("loads", {})[name] = effort(name, effort_of(system, table, name))
+    for name in experiment.flexible:
+        if f"{name}.stress" in columns:
+            link = result.setdefault("links", {})[name] = {key: of(f"{name}.{key}") for key in LINK_QUANTITIES}
+            for key in ("deflection", "stress"):
+                link[key]["place"] = _at(trajectory, f"{name}.{key}_place", link[key]["time"])
     return result
 
 
-def link_columns(name: str) -> tuple[str, str, str]:
+def _contacts(trajectory: Trajectory, rows: Sequence[Impact]) -> dict[str, Any]:
+    """Count the contacts of a joint, and compute their part of the time."""
+    begin, end = float(trajectory.time[0]), float(trajectory.time[-1])
+    lasted = end - begin  # zero if the run failed at once
+    fraction = _covered(rows, begin, end) / lasted if lasted else float(bool(rows))
+    return {"contact_fraction": fraction, "impacts": sum(begin <= row.start <= end for row in rows)}
+
+
+def _at(trajectory: Trajectory, column: str, time: float | None) -> float | None:
+    """Return the value of a column at the sample nearest to a time [s]."""
+    return None if time is None else float(trajectory[column][np.argmin(np.abs(trajectory.time - time))])
+
+
+def peak_columns(system: System) -> list[str]:
+    """Name the columns of joints, drives, loads and flexible links whose peaks are in a summary.
+
+    A run lacks the columns of other models.
+    """
+    experiment = system.experiment
+    return [
+        *(f"{joint.name}.force" for joint in system.mechanism.joints),
+        *(f"{name}.{quantity}" for name in experiment.play for quantity in ("eccentricity_ratio", "tilting_moment")),
+        *(f"{name}.torque" for name in experiment.drives),
+        *(f"{name}.{effort_of(system, table, name)}" for table, name in experiment.named),
+        *(column for name in experiment.flexible for column in link_columns(name)),
+    ]
+
+
+def link_columns(name: str) -> list[str]:
     """Name the columns of a flexible link whose peaks are in ``links``."""
-    return f"{name}.deflection", f"{name}.bending", f"{name}.stress"
-
-
-def _nearest(trajectory: Trajectory, time: float) -> int:
-    return int(np.argmin(np.abs(trajectory.time - time)))
+    return [f"{name}.{quantity}" for quantity in LINK_QUANTITIES]
 
 
 def effort_of(system: System, table: str, name: str) -> str:
@@ -96,7 +103,7 @@ def effort_of(system: System, table: str, name: str) -> str:
     return "torque" if table == "torques" or (along and turns(system, table, name)) else "force"
 
 
-def _covered(rows: list[Impact], begin: float, last: float) -> float:
+def _covered(rows: Sequence[Impact], begin: float, last: float) -> float:
     """Compute the time between two times with at least one contact [s]."""
     total, until = 0.0, begin
     for row in sorted(rows, key=lambda row: row.start):
@@ -109,12 +116,9 @@ def _covered(rows: list[Impact], begin: float, last: float) -> float:
 def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:
     """Return all peaks of a summary by key: ``slider7.ax.peak``, ``A.force.peak``."""
     result = {f"{name}.peak": value["peak"] for name, value in numbers["outputs"].items()}
-    for kind in ("joints", "drives", "loads"):
+    for kind in ("joints", "drives", "loads", "links"):
         for name, entry in numbers.get(kind, {}).items():
-            for key in ("force", "eccentricity_ratio", "tilting_moment", "torque"):
-                if key in entry:
-                    result[f"{name}.{key}.peak"] = entry[key]["peak"]
-    for name, entry in numbers.get("links", {}).items():
-        for column in link_columns(name):
-            result[f"{column}.peak"] = entry[column.rpartition(".")[2]]["peak"]
+            for quantity, value in entry.items():
+                if isinstance(value, dict) and "peak" in value:
+                    result[f"{name}.{quantity}.peak"] = value["peak"]
     return result

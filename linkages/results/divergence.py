@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.results.akima import interpolated
-from linkages.results.configuration import configuration
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
+from linkages.system.rigid_segments import system_of
 
 #: Difference of two configurations (eccentricities over clearances, angles in rad, lengths over the linkage's length)
 #: beyond which two runs have diverged. With contacts the limit is small, as an impact may soon be missed. Without
@@ -29,22 +29,8 @@ def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) ->
     """Find the time at which two runs diverge, and the time of their final convergence [s]; None if they never diverge.
 
     Runs that forget their start converge to the same motion, whatever their history. Without convergence the second
-    time is the end of the shorter run.
-
-    Parameters
-    ----------
-    run : Trajectory
-        Run with dense output.
-    other : Trajectory
-        Run at whose steps both are compared; each contact has many steps.
-    system : System
-    every : int
-        Compare at every n-th step.
-
-    Raises
-    ------
-    InputError
-        If the run was loaded from a file and has no dense output.
+    time is the end of the shorter run. `run` needs dense output; both are compared at every n-th step of `other`, as
+    each contact has many steps.
     """
     evaluate, end = dense(run), min(run.time[-1], other.time[-1])
     steps = np.flatnonzero(other.time <= end)[::every]
@@ -74,3 +60,25 @@ def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:
         problem = "was loaded from a file and has no dense output; repeat the run"
         raise InputError("argument", "trajectory", problem)
     return run.evaluate
+
+
+def configuration(system: System, columns: Mapping[str, Array]) -> Array:
+    """Compute the configuration (nt, m) of a linkage from the columns of a run, at its steps or at any times.
+
+    It has the eccentricities of the journals over their clearances, and coordinates of joints without prescribed
+    motion: cosine and sine of angles, lengths over the linkage's length. Empty (m = 0) if the drives determine
+    everything.
+    """
+    entries = []
+    for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=False):
+        if f"{label}.ex" in columns:
+            entries += [columns[f"{label}.{axis}"] / clearance for axis in ("ex", "ey")]
+    if not system.determinate:
+        tree = system_of(system, columns).tree
+        for name in (tree.coordinates[k] for k in tree.closing_dofs):
+            slides = ("." in name and not name.endswith(".angle")) or (
+                name in system.mechanism.joint and system.mechanism.joint[name].type == "prismatic"
+            )
+            value = columns[f"q.{name}"]
+            entries += [value / system.tree.extent] if slides else [np.cos(value), np.sin(value)]
+    return np.array(entries).T if entries else np.zeros((len(columns["time"]), 0))

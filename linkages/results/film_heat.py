@@ -11,7 +11,7 @@ from typing import Any
 
 from linkages.results.extremes import integral
 from linkages.results.trajectory import Trajectory
-from linkages.results.warnings import warning
+from linkages.results.validity import warning
 from linkages.system import System
 
 _UNSETTLED = 0.1  # change of the temperature from run to run that is named in a warning [K]
@@ -19,37 +19,17 @@ _UNSETTLED = 0.1  # change of the temperature from run to run that is named in a
 
 @dataclass(frozen=True)
 class JointHeat:
-    """Heat balance of one joint over a part of a run.
+    """Heat balance of one joint over a part of a run."""
 
-    Attributes
-    ----------
-    temperature : float
-        Of the oil in the run [degC].
-    viscosity : float
-        At this temperature [Pa s].
-    power : float
-        Mean power that film and contact dissipate [W].
-    flow : float
-        Mean flow out of both ends [m3/s].
-    by_flow, by_conduction : float
-        Heat that they remove at this temperature [W].
-    balanced : float
-        Temperature at which the same motion would be in balance [degC].
-    span : (float, float)
-        Part of the run [s].
-    cyclic : bool
-        Whether the motion repeats from there on.
-    """
-
-    temperature: float
-    viscosity: float
-    power: float
-    flow: float
-    by_flow: float
-    by_conduction: float
-    balanced: float
-    span: tuple[float, float]
-    cyclic: bool
+    temperature: float  # of the oil in the run [degC]
+    viscosity: float  # at this temperature [Pa s]
+    power: float  # mean power that film and contact dissipate [W]
+    flow: float  # mean flow out of both ends [m3/s]
+    by_flow: float  # heat that the flow removes at this temperature [W]
+    by_conduction: float  # heat that conduction removes [W]
+    balanced: float  # temperature at which the same motion would be in balance [degC]
+    span: tuple[float, float]  # part of the run [s]
+    cyclic: bool  # whether the motion repeats from there on
 
     @property
     def change(self) -> float:
@@ -71,13 +51,7 @@ def heated(system: System) -> list[str]:
 
 
 def joint_heat(system: System, run: Trajectory, name: str, span: tuple[float, float], cyclic: bool) -> JointHeat:
-    """Compute the heat balance of a joint over a part of a run with dense output.
-
-    Raises
-    ------
-    ArithmeticError
-        If no temperature balances.
-    """
+    """Compute the heat balance of a joint over a part of a run with dense output; ArithmeticError without a balance."""
     model = system.experiment.joints[name]
     if model.oil is None or model.heat is None:
         raise AssertionError("a joint with a heat balance has oil")

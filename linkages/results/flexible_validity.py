@@ -11,7 +11,7 @@ import numpy as np
 from linkages.planar.record_types import SECTION
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
-from linkages.results.validity import Finding, Rule
+from linkages.results.validity import Rules, Violation
 from linkages.system import System
 from linkages.system.flexible_link import FlexibleLink
 
@@ -36,6 +36,9 @@ class FlexibleCase(NamedTuple):
     run: Trajectory
     impacts: Sequence[Impact]
     drives: Sequence[str]  # drives of revolute joints
+
+
+FLEXIBLE_RULES = Rules[FlexibleCase]()
 
 
 def flexible_cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[tuple[str, FlexibleCase]]:
@@ -64,7 +67,12 @@ def _carriers(system: System) -> dict[str, set[str]]:
     return found
 
 
-def _slope(case: FlexibleCase) -> Finding | None:
+@FLEXIBLE_RULES.rule(
+    "flexible",
+    "the deflection of a link exceeds the validity of its model: its largest slope is",
+    "make it stiffer, or give it more `pieces`",
+)
+def _slope(case: FlexibleCase) -> Violation | None:
     largest = np.zeros(len(case.run.time))
     for part in case.substructures:
         eta = np.array([case.run[f"q.{name}"] for name in part.coordinates])
@@ -74,36 +82,54 @@ def _slope(case: FlexibleCase) -> Finding | None:
     value = float(largest[worst])
     text = f"the relative error of the stiffness is half its square, 1 % at {SLOPE:.3g}"
     text += f"; the link has `pieces` = {len(case.substructures)}"
-    return Finding(value, float(case.run.time[worst]), text) if value > SLOPE else None
+    return Violation(value, float(case.run.time[worst]), text) if value > SLOPE else None
 
 
-def _strut(case: FlexibleCase) -> Finding | None:
+@FLEXIBLE_RULES.rule(
+    "flexible",
+    "the compressive load of a link nears the Euler buckling load: their ratio is",
+    "make it stiffer or shorter",
+)
+def _strut(case: FlexibleCase) -> Violation | None:
     force = case.run[f"{case.link}.compression"]
     worst, elastic = int(np.argmax(force)), case.substructures[0].beam.elastic()
     euler = math.pi**2 * elastic.bending / elastic.length**2
     value = float(force[worst]) / euler
     text = f"half doubles the deflection; the Euler load with pinned ends is {euler:.3g} N"
-    return Finding(value, float(case.run.time[worst]), text) if value > BUCKLING else None
+    return Violation(value, float(case.run.time[worst]), text) if value > BUCKLING else None
 
 
-def _wave(case: FlexibleCase) -> Finding | None:
+@FLEXIBLE_RULES.rule(
+    "flexible",
+    "impacts on a link need more axial modes, as axial waves determine the peaks: the number is",
+    f"set its axial = {AXIAL} or more",
+)
+def _wave(case: FlexibleCase) -> Violation | None:
     count = sum(len(part.modes.names) - part.modes.bending for part in case.substructures)
     if count >= AXIAL or not case.impacts:
         return None
-    return Finding(count, min(hit.start for hit in case.impacts), f"{AXIAL} or more")
+    return Violation(count, min(hit.start for hit in case.impacts), f"{AXIAL} or more")
 
 
-def _impact(case: FlexibleCase) -> Finding | None:
+@FLEXIBLE_RULES.rule(
+    "flexible",
+    "a contact is shorter than one period of the fastest mode of a link: ratio",
+    "keep more modes, axial ones first, until the peaks converge",
+)
+def _impact(case: FlexibleCase) -> Violation | None:
     shortest = min(case.impacts, key=lambda hit: hit.duration, default=None)
     if shortest is None or not shortest.duration > 0.0:
         return None
     highest = max(float(np.max(part.modes.frequencies)) for part in case.substructures) / (2.0 * math.pi)
     value = highest * shortest.duration
     text = f"at least 1; a contact lasts {shortest.duration:.3g} s, the fastest mode has {highest:.3g} Hz"
-    return Finding(value, shortest.start, text) if value < 1.0 else None
+    return Violation(value, shortest.start, text) if value < 1.0 else None
 
 
-def _drive(case: FlexibleCase) -> Finding | None:
+@FLEXIBLE_RULES.rule(
+    "flexible", "the fastest bending mode of a link is close to the drive frequency: ratio", "keep more bending modes"
+)
+def _drive(case: FlexibleCase) -> Violation | None:
     rates = [np.abs(case.run[f"{name}.rate"]) for name in case.drives]
     bending = [part.modes.frequencies[: part.modes.bending] for part in case.substructures if part.modes.bending]
     if not rates or not bending:
@@ -113,38 +139,4 @@ def _drive(case: FlexibleCase) -> Finding | None:
     if not fastest[worst] > 0.0:
         return None
     value = max(float(np.max(frequencies)) for frequencies in bending) / float(fastest[worst])
-    return Finding(value, float(case.run.time[worst]), f"{ABOVE:g} or more") if value < ABOVE else None
-
-
-FLEXIBLE_RULES = (
-    Rule(
-        "flexible",
-        "the deflection of a link exceeds the validity of its model: its largest slope is",
-        "make it stiffer, or give it more `pieces`",
-        _slope,
-    ),
-    Rule(
-        "flexible",
-        "the compressive load of a link nears the Euler buckling load: their ratio is",
-        "make it stiffer or shorter",
-        _strut,
-    ),
-    Rule(
-        "flexible",
-        "impacts on a link need more axial modes, as axial waves determine the peaks: the number is",
-        f"set its axial = {AXIAL} or more",
-        _wave,
-    ),
-    Rule(
-        "flexible",
-        "a contact is shorter than one period of the fastest mode of a link: ratio",
-        "keep more modes, axial ones first, until the peaks converge",
-        _impact,
-    ),
-    Rule(
-        "flexible",
-        "the fastest bending mode of a link is close to the drive frequency: ratio",
-        "keep more bending modes",
-        _drive,
-    ),
-)
+    return Violation(value, float(case.run.time[worst]), f"{ABOVE:g} or more") if value < ABOVE else None

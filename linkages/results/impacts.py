@@ -146,10 +146,7 @@ def write_impacts(rows: Sequence[Impact], folder: Path) -> None:
 def read_impacts(folder: Path) -> list[Impact]:
     """Read the files of `write_impacts`; normal forces are NaN if their file is missing.
 
-    Raises
-    ------
-    OSError, ValueError, KeyError, TypeError
-        If the files do not have this form.
+    OSError, ValueError, KeyError or TypeError if the files do not have this form.
     """
     tables: list[list[dict[str, str]]] = []
     for name in FILES:

@@ -24,7 +24,7 @@ from linkages.results.film_error import film_error
 from linkages.results.flexible_validity import FLEXIBLE_RULES, flexible_cases
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
-from linkages.results.validity import Finding, Rule, broken
+from linkages.results.validity import Rules, Violation
 from linkages.system import System
 
 #: Taylor vortices between cylinders with a rotating inner one start at rho omega R c/mu = 41.1 sqrt(R/c).
@@ -48,7 +48,7 @@ DEPTH_OF_BLOCK = 0.001
 FADED = 0.1
 
 
-class Case(NamedTuple):
+class JournalCase(NamedTuple):
     """A journal in its bearing in one run.
 
     `law` is its record of `linkages.laws.PARAMETERS`, `film_end` the largest eccentricity ratio covered by its film.
@@ -73,37 +73,26 @@ class Touch(NamedTuple):
     run: Trajectory
 
 
+RULES, DEPTH_RULES = Rules[JournalCase](), Rules[Touch]()
+
+
 def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
-    """Warn of laws and flexible-link models used outside their validity, one entry for each rule.
-
-    Parameters
-    ----------
-    system : System
-    run : Trajectory
-        Run of the system with all columns.
-    impacts : sequence of Impact
-        Contacts of the run.
-
-    Returns
-    -------
-    list of dict
-        Entries of `linkages.results.warnings.warning`.
-    """
+    """Warn of laws and flexible-link models used outside their validity in a run, one entry for each rule."""
     cases = [(case.joint.name, case) for case in _cases(system, run, impacts)]
     touches = list(_touches(system, run))
     return [
-        *broken(RULES, cases),
-        *broken(DEPTH_RULES, touches),
-        *broken(FLEXIBLE_RULES, flexible_cases(system, run, impacts)),
+        *RULES.broken(cases),
+        *DEPTH_RULES.broken(touches),
+        *FLEXIBLE_RULES.broken(flexible_cases(system, run, impacts)),
     ]
 
 
-def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterator[Case]:
+def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterator[JournalCase]:
     for k, ((name, _), model) in enumerate(zip(system.tree.contacts, system.models, strict=False)):
         joint = system.mechanism.joint[name]
         if joint.bearing is not None:
             own = [impact for impact in impacts if impact.joint == name]
-            yield Case(joint, joint.bearing, model, system.laws[k], float(system.film_limits[k]), run, own)
+            yield JournalCase(joint, joint.bearing, model, system.laws[k], float(system.film_limits[k]), run, own)
 
 
 def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
@@ -121,7 +110,31 @@ def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
             yield name, Touch(contacts, joint.slot.height, DEPTH_OF_BLOCK, "the block's height", run)
 
 
-def _slenderness(case: Case) -> Finding | None:
+@RULES.rule(
+    "film",
+    "the film content of a mass-conserving film has no history: its cavities can be emptier or fuller than "
+    "real ones; largest eccentricity ratio:",
+    "the map holds for motions that are slow compared with the filling time (linkages bearing); a table "
+    "joints.NAME.history gives the film a history (compiled engine)",
+)
+def film_content(case: JournalCase) -> Violation | None:
+    """Find a film whose content a map takes from a steady whirl."""
+    if not case.model.has_film or not case.model.feed or case.model.cavitation != "mass-conserving":
+        return None
+    if case.model.has_history:
+        return None
+    ratio = case.run[f"{case.joint.name}.eccentricity_ratio"]
+    faded = CENTRE**2 / (ratio[-1] ** 2 + CENTRE**2)
+    limit = "its map is quasi-static"
+    if faded > FADED:
+        limit += (
+            f"; {faded:.0%} of its cavity counts as full at the last ratio, {ratio[-1]:.2g}: whirl can begin too late"
+        )
+    return Violation(float(np.max(ratio)), None, limit)
+
+
+@RULES.rule("film", "a film law is used at an L/D outside its validity", 'film = "finite" is valid for any L/D')
+def _slenderness(case: JournalCase) -> Violation | None:
     """Compare L/D with the film's range; the finding states the estimated error of force and eccentricity."""
     if not case.model.has_film:
         return None
@@ -143,33 +156,36 @@ def _slenderness(case: Case) -> Finding | None:
     return finding._replace(limit=finding.limit + text)
 
 
-def _restitution(case: Case) -> Finding | None:
-    contact = case.model.contact
-    if contact is None or contact.restitution is None or not case.model.can_touch:
-        return None
-    return _beyond_own(contact.law, CONTACTS[contact.law].valid, "e", contact.restitution)
-
-
-def _beyond_own(law: str, valid: str, symbol: str, value: float) -> Finding | None:
+def _beyond_own(law: str, valid: str, symbol: str, value: float) -> Violation | None:
     """Compare a number with the limit in a law's text, such as "L/D > 8, half film"."""
     found = re.search(rf"(?<!\w){symbol} ([<>]) (\d+(?:[./]\d+)?)", valid)
     if found is None:
         return None
     sign, limit = found[1], float(Fraction(found[2]))
     inside = value >= limit if sign == ">" else value <= limit
-    return None if inside else Finding(value, None, f"{law}: {found[0]}")
+    return None if inside else Violation(value, None, f"{law}: {found[0]}")
 
 
-def _turbulence(case: Case) -> Finding | None:
+@RULES.rule(
+    "film",
+    "the flow in a film is not laminar, its Reynolds number rho omega R c/mu is too large",
+    "real forces and friction are larger: raise the viscosity, or lower the speed or the clearance",
+)
+def _turbulence(case: JournalCase) -> Violation | None:
     ratio = case.bearing.radius / (case.model.clearance or math.inf)
     return _reynolds(case, ratio, TAYLOR * math.sqrt(ratio), "laminar below 41.1 sqrt(R/c) =")
 
 
-def _inertia(case: Case) -> Finding | None:
+@RULES.rule(
+    "film",
+    "the inertia of a film, which the film laws neglect, is not small: rho omega c^2/mu is",
+    "raise the viscosity, or lower the speed or the clearance",
+)
+def _inertia(case: JournalCase) -> Violation | None:
     return _reynolds(case, 1.0, INERTIA, "small below")
 
 
-def _reynolds(case: Case, scale: float, limit: float, words: str) -> Finding | None:
+def _reynolds(case: JournalCase, scale: float, limit: float, words: str) -> Violation | None:
     """Compare rho omega c^2/mu times `scale` with a limit; omega is the journal's relative to the bearing."""
     model = case.model
     if not model.has_film or not model.clearance:
@@ -181,40 +197,46 @@ def _reynolds(case: Case, scale: float, limit: float, words: str) -> Finding | N
     )
     value = rho * float(turning[worst]) * model.clearance**2 / float(case.law.viscosity) * scale
     text = f"{words} {limit:.3g}, with a density of {rho:.0f} kg/m3{origin}"
-    return Finding(value, float(case.run.time[worst]), text) if value > limit else None
+    return Violation(value, float(case.run.time[worst]), text) if value > limit else None
 
 
-def _rate(case: Case, link: str) -> Any:
+def _rate(case: JournalCase, link: str) -> Any:
     return case.run[f"{link}.omega"] if link != "world" else np.zeros(len(case.run.time))
 
 
-def _film_end(case: Case) -> Finding | None:
+@RULES.rule(
+    "film",
+    "a finite film exceeds its map and is evaluated at the map's end: eccentricity ratio",
+    "lower mixed.film_limit to the end of the map",
+)
+def _film_end(case: JournalCase) -> Violation | None:
     if not (case.model.has_film and case.model.can_touch and case.model.mixed):
         return None
     ratio, held = case.run[f"{case.joint.name}.eccentricity_ratio"], case.model.mixed.film_limit
     worst = int(np.argmax(ratio))
     reached = min(float(ratio[worst]), held)
     limit = f"its map ends at {case.film_end:.4g}"
-    return Finding(reached, float(case.run.time[worst]), limit) if reached > case.film_end else None
+    return Violation(reached, float(case.run.time[worst]), limit) if reached > case.film_end else None
 
 
-def _content(case: Case) -> Finding | None:
-    """Find a film whose content a map takes from a steady whirl."""
-    if not case.model.has_film or not case.model.feed or case.model.cavitation != "mass-conserving":
+@RULES.rule(
+    "contact",
+    "a contact law is used at a restitution outside its validity",
+    "choose a law for this coefficient, such as flores",
+)
+def _restitution(case: JournalCase) -> Violation | None:
+    contact = case.model.contact
+    if contact is None or contact.restitution is None or not case.model.can_touch:
         return None
-    if case.model.has_history:
-        return None
-    ratio = case.run[f"{case.joint.name}.eccentricity_ratio"]
-    faded = CENTRE**2 / (ratio[-1] ** 2 + CENTRE**2)
-    limit = "its map is quasi-static"
-    if faded > FADED:
-        limit += (
-            f"; {faded:.0%} of its cavity counts as full at the last ratio, {ratio[-1]:.2g}: whirl can begin too late"
-        )
-    return Finding(float(np.max(ratio)), None, limit)
+    return _beyond_own(contact.law, CONTACTS[contact.law].valid, "e", contact.restitution)
 
 
-def _half_width(case: Case) -> Finding | None:
+@RULES.rule(
+    "contact",
+    "a contact is too wide for Hertz's law: its half-width over the journal's radius is",
+    "choose a law for cylinders that conform, such as johnson",
+)
+def _half_width(case: JournalCase) -> Violation | None:
     contact = case.model.contact
     if contact is None or contact.stiffness is not None or CONTACTS[contact.law].conformal:
         return None
@@ -222,19 +244,24 @@ def _half_width(case: Case) -> Finding | None:
     if hardest is None:
         return None
     value = hardest[0] / (case.bearing.radius - (case.model.clearance or 0.0))
-    return Finding(value, hardest[2], f"small below {HALF_WIDTH}") if value > HALF_WIDTH else None
+    return Violation(value, hardest[2], f"small below {HALF_WIDTH}") if value > HALF_WIDTH else None
 
 
-def _yield(case: Case) -> Finding | None:
+@RULES.rule(
+    "contact",
+    "a contact yields: its largest pressure over the yield strength is",
+    "the model is elastic: lower the impact speed, or use a harder material or a longer bearing",
+)
+def _yield(case: JournalCase) -> Violation | None:
     contact = case.model.contact
     if contact is None or contact.yield_strength is None or (hardest := _hardest(case, contact)) is None:
         return None
     value = hardest[1] / contact.yield_strength
     limit = f"elastic below {YIELD}; the pressure is {hardest[1]:.3g} Pa"
-    return Finding(value, hardest[2], limit) if value > YIELD else None
+    return Violation(value, hardest[2], limit) if value > YIELD else None
 
 
-def _hardest(case: Case, contact: ContactTable) -> tuple[float, float, float] | None:
+def _hardest(case: JournalCase, contact: ContactTable) -> tuple[float, float, float] | None:
     """Compute half-width [m], pressure [Pa] and start [s] of the hardest contact (Hertzian line contact).
 
     a^2 = 4 F R/(pi E' L) and p = 2 F/(pi a L), 1/R = 1/R_j - 1/R_b: Johnson, Contact Mechanics, 1985, eq. (4.43).
@@ -250,71 +277,13 @@ def _hardest(case: Case, contact: ContactTable) -> tuple[float, float, float] | 
     return half, 2.0 * line / (math.pi * half), impact.start
 
 
-def _depth(touch: Touch) -> Finding | None:
+@DEPTH_RULES.rule(
+    "contact",
+    "a contact is too soft, the penetration is deep: penetration over the size of a body",
+    "raise contact.stiffness, or use a stiffer material; or lower the impact speed or the load",
+)
+def _depth(touch: Touch) -> Violation | None:
     depth = np.max([touch.run[f"{label}.penetration"] for label in touch.contacts], axis=0)
     deepest = int(np.argmax(depth))
     value, limit = float(depth[deepest]) / touch.size, f"small below {touch.most} of {touch.of}"
-    return Finding(value, float(touch.run.time[deepest]), limit) if value > touch.most else None
-
-
-RULES = (
-    Rule(
-        "film",
-        "the film content of a mass-conserving film has no history: its cavities can be emptier or fuller than "
-        "real ones; largest eccentricity ratio:",
-        "the map holds for motions that are slow compared with the filling time (linkages bearing); a table "
-        "joints.NAME.history gives the film a history (compiled engine)",
-        _content,
-    ),
-    Rule(
-        "film",
-        "a film law is used at an L/D outside its validity",
-        'film = "finite" is valid for any L/D',
-        _slenderness,
-    ),
-    Rule(
-        "film",
-        "the flow in a film is not laminar, its Reynolds number rho omega R c/mu is too large",
-        "real forces and friction are larger: raise the viscosity, or lower the speed or the clearance",
-        _turbulence,
-    ),
-    Rule(
-        "film",
-        "the inertia of a film, which the film laws neglect, is not small: rho omega c^2/mu is",
-        "raise the viscosity, or lower the speed or the clearance",
-        _inertia,
-    ),
-    Rule(
-        "film",
-        "a finite film exceeds its map and is evaluated at the map's end: eccentricity ratio",
-        "lower mixed.film_limit to the end of the map",
-        _film_end,
-    ),
-    Rule(
-        "contact",
-        "a contact law is used at a restitution outside its validity",
-        "choose a law for this coefficient, such as flores",
-        _restitution,
-    ),
-    Rule(
-        "contact",
-        "a contact is too wide for Hertz's law: its half-width over the journal's radius is",
-        "choose a law for cylinders that conform, such as johnson",
-        _half_width,
-    ),
-    Rule(
-        "contact",
-        "a contact yields: its largest pressure over the yield strength is",
-        "the model is elastic: lower the impact speed, or use a harder material or a longer bearing",
-        _yield,
-    ),
-)
-
-DEPTH_RULES = (
-    Rule(
-        "contact",
-        "a contact is too soft, the penetration is deep: penetration over the size of a body",
-        "raise contact.stiffness, or use a stiffer material; or lower the impact speed or the load",
-        _depth,
-    ),
-)
+    return Violation(value, float(touch.run.time[deepest]), limit) if value > touch.most else None

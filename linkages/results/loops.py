@@ -13,18 +13,10 @@ from linkages.system.tree import Tree
 
 
 class Loops(NamedTuple):
-    """Loops that a trajectory must keep closed.
+    """Loops that a trajectory must keep closed."""
 
-    Attributes
-    ----------
-    tree : Tree
-        Tree with the trajectory's coordinates, columns ``q.COORDINATE``.
-    rows : array of records
-        Closure rows: `Tree.loop_rows` for a run, `Tree.closure_rows` if all joints are ideal.
-    """
-
-    tree: Tree
-    rows: Records
+    tree: Tree  # tree with the trajectory's coordinates, columns ``q.COORDINATE``
+    rows: Records  # closure rows: `Tree.loop_rows` for a run, `Tree.closure_rows` if all joints are ideal
 
     def errors(self, columns: Columns) -> Array:
         """Compute the largest loop error (nt,) at each sample [m, rad]."""

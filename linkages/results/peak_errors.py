@@ -12,18 +12,20 @@ both are wrong. Therefore other maxima of the same column are compared as well.
 |                            | while they are apart. If this exceeds `FELT` of the peak there is no error: the peak  |
 |                            | is a lower bound, since a larger one may follow in an equally accurate run            |
 | everywhere                 | at least `RESOLVED` times the largest peak of its quantity, and the rounding of the   |
-|                            | column (`linkages.results.noise`)                                                     |
+|                            | column (`noise`)                                                                      |
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from linkages.arrays import Array
+from linkages.outputs.registry import unit
 from linkages.results.extremes import Bracket, refine, vertex
 from linkages.results.trajectory import Trajectory
+from linkages.system import System
 
 #: Safety factor on changes, because the tighter run has errors too.
 SAFETY = 1.5
@@ -37,6 +39,8 @@ _HIGH = 0.5  # smallest height of such a maximum over the highest
 _SHIFTED = 0.25  # shift of a maximum over the shortest step around it beyond which it is compared at shifted times
 _REACH = 4.0  # farthest maximum of the run from the three samples of the tighter run, over their duration
 _COMPARED = 500  # number of times at which diverged runs are compared
+#: Rounding of an output over its natural magnitude: some thousand units in the last place.
+ROUNDING = 1e-12
 
 
 def errors(
@@ -58,7 +62,7 @@ def errors(
     parted : (float, float) or None
         Times of divergence and of convergence [s]; see `linkages.results.divergence.apart`.
     noise : dict
-        Rounding of each column (`linkages.results.noise`).
+        Rounding of each column (`linkages.results.peak_errors`).
 
     Returns
     -------
@@ -178,3 +182,29 @@ def _differences(run: Trajectory, tighter: Trajectory, parted: tuple[float, floa
     exact = run.evaluate(tighter.time[steps])
     names = exact.keys() & tighter.columns.keys()
     return {name: float(np.abs(exact[name] - tighter[name][steps]).max()) for name in names}
+
+
+def noise(system: System, names: Iterable[str]) -> dict[str, float]:
+    """Estimate the rounding of outputs, in their units.
+
+    The natural magnitude of an output follows from its unit and from the length, mass, rate and weight of the linkage:
+    length x rate^2 for an acceleration; mass x length x rate^2, or the weight, for a force. It is zero for outputs with
+    another unit.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> from linkages.results.peak_errors import noise
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
+    >>> noise(system, ["slider7.vx"])["slider7.vx"] < 1e-11  # m/s
+    True
+    """
+    length, rate = system.tree.extent, system.motion_rate
+    acceleration = length * rate**2 + float(np.linalg.norm(system.gravity))
+    force = sum(link.mass for link in system.mechanism.links) * acceleration
+    scales = {
+        "1": 1.0, "m": length, "rad": 1.0, "m/s": length * rate, "rad/s": rate,
+        "m/s2": acceleration, "rad/s2": acceleration / length,
+        "N": force, "N m": force * length, "J": force * length, "W": force * length * rate,
+    }  # fmt: skip
+    return {name: ROUNDING * scales.get(unit(system, name), 0.0) for name in names}

@@ -14,29 +14,29 @@ _Number = Finite | None  # null if meaningless
 _Status = Annotated[str, Field(pattern=f"^({'|'.join(status.value for status in Status)})$")]
 
 
-class _Part(Table):
+class _Entry(Table):
     """An object of the file; additional keys are ignored."""
 
     model_config = ConfigDict(extra="ignore")
 
 
-class _Extremes(_Part):
+class _Extremes(_Entry):
     min: _Number
     max: _Number
     peak: _Number
     time: _Number = None
 
 
-class _Peak(_Part):
+class _Peak(_Entry):
     peak: _Number
     time: _Number = None
 
 
-class _Ratio(_Part):
+class _Ratio(_Entry):
     peak: Finite
 
 
-class _Heat(_Part):
+class _Heat(_Entry):
     temperature: Finite
     viscosity: Finite
     power: Finite
@@ -45,7 +45,7 @@ class _Heat(_Part):
     by_conduction: Finite
 
 
-class _Joint(_Part):
+class _JointNumbers(_Entry):
     model: str
     force: _Peak
     eccentricity_ratio: _Ratio | None = None
@@ -64,13 +64,13 @@ class _Joint(_Part):
         return self
 
 
-class _Drive(_Part):
+class _Drive(_Entry):
     torque: _Peak
     unit: str
     work: _Number
 
 
-class _Load(_Part):
+class _Load(_Entry):
     force: _Peak | None = None
     torque: _Peak | None = None
     work: _Number
@@ -80,15 +80,15 @@ class _Placed(_Peak):
     place: _Number
 
 
-class _Link(_Part):
+class _Link(_Entry):
     deflection: _Placed
     bending: _Peak
     stress: _Placed
 
 
-class _Numbers(_Part):
+class _Numbers(_Entry):
     outputs: dict[str, _Extremes]
-    joints: dict[str, _Joint]
+    joints: dict[str, _JointNumbers]
     drives: dict[str, _Drive]
     loads: dict[str, _Load] = Field({})
     links: dict[str, _Link] = Field({})
@@ -119,12 +119,12 @@ class _Window(_Numbers):
         return self
 
 
-class _Cut(_Part):
+class _Cut(_Entry):
     play: list[str]
     ideal: list[str]
 
 
-class _Mechanism(_Part):
+class _Mechanism(_Entry):
     name: str
     mobility: int
     driven: list[str]
@@ -134,7 +134,7 @@ class _Mechanism(_Part):
     loop_error: Finite
 
 
-class _Motion(_Part):
+class _Motion(_Entry):
     kind: str | None
     why: str
     period: _Number
@@ -142,7 +142,7 @@ class _Motion(_Part):
     since: _Number
 
 
-class _Warning(_Part):
+class _Warning(_Entry):
     kind: str
     time: _Number
     what: str
@@ -153,7 +153,7 @@ class _Ran(Experiment):
     file: str
 
 
-class _Provenance(_Part):
+class _Provenance(_Entry):
     versions: dict[str, str | None]
     experiment: _Ran
     sources: dict[str, str]
@@ -195,7 +195,7 @@ class Summary(_Numbers):
         return self
 
 
-class _WornJoint(_Part):
+class _WornJoint(_Entry):
     volume: Finite
     depth: Finite
     play: Finite
@@ -204,14 +204,14 @@ class _WornJoint(_Part):
     load_distance: Finite
 
 
-class _WearBlock(_Part):
+class _WearBlock(_Entry):
     cycles: int = Field(ge=0)
     error: _Number
     peaks: dict[str, Finite]
     joints: dict[str, _WornJoint]
 
 
-class Wear(_Part):
+class WearContent(_Entry):
     """The schema of ``wear.json``."""
 
     cycles: int = Field(ge=0)

@@ -31,53 +31,28 @@ _ALONE = 1e-2  # ratio of singular values of the second-order conditions above w
 DEAD_POINT, CHANGE_POINT, ONE_BRANCH = "dead point", "change point", "one branch"
 
 
-class Passage(NamedTuple):
-    """A singular position on the motion, or the closest position to one.
+class SingularPosition(NamedTuple):
+    """A singular position on the motion, or the closest position to one."""
 
-    Attributes
-    ----------
-    time : float
-        Time of the position [s].
-    quality : float
-        Conditioning: smallest over largest singular value of the closure's Jacobian; zero if singular.
-    joints : tuple of str
-        Coordinates of the tree that drives and loops leave free there.
-    kind : str
-        `DEAD_POINT`, `CHANGE_POINT` or `ONE_BRANCH`.
-    """
-
-    time: float
-    quality: float
-    joints: tuple[str, ...]
-    kind: str
+    time: float  # time of the position [s]
+    quality: float  # conditioning: smallest over largest singular value of the closure's Jacobian; zero if singular
+    joints: tuple[str, ...]  # coordinates of the tree that drives and loops leave free there
+    kind: str  # `DEAD_POINT`, `CHANGE_POINT` or `ONE_BRANCH`
 
 
-def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
-    """Find the singular positions within `NEAR` of a motion, between its samples too.
+def singular_positions(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[SingularPosition]:
+    """Find the singular positions within `NEAR` of a motion, between its samples too, in the order of time.
 
     A position is singular if the closure rows, in the coordinates without prescribed motion, lose rank: the linkage can
-    then move with fixed drives, or reactions exist without a load.
-
-    Parameters
-    ----------
-    tree : Tree
-        Tree of the moving system.
-    arrays : Arrays
-        `System.arrays`, or `System.ideal_arrays` for the motion with ideal joints.
-    motion : Trajectory
-        Motion with columns ``q.COORDINATE``.
-
-    Returns
-    -------
-    list of Passage
-        Positions in the order of time.
+    then move with fixed drives, or reactions exist without a load. The arrays are `System.arrays`, or
+    `System.ideal_arrays` for the motion with ideal joints.
     """
     if not arrays.rank or len(motion.time) < 2:
         return []
     q = partial(interpolated, motion.time, np.stack([motion[f"q.{name}"] for name in tree.coordinates], axis=1))
     times = motion.time[:: 1 + len(motion.time) // _MOST]
     quality = _qualities(arrays, q(times))
-    found: list[Passage] = []
+    found: list[SingularPosition] = []
     for k in _candidates(quality):
         low, high = times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)]
         for _ in range(_ZOOMS):
@@ -88,7 +63,7 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
         if ratios[best] < NEAR and (not found or between[best] > found[-1].time):
             there = q(between[best : best + 1])[0]
             time, kind = float(between[best]), _kind(arrays, q, there, motion.time, between[best])
-            found.append(Passage(time, float(ratios[best]), _loose(tree, arrays, there), kind))
+            found.append(SingularPosition(time, float(ratios[best]), _loose(tree, arrays, there), kind))
     return found
 
 

@@ -23,6 +23,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from linkages.arguments import validated
 from linkages.arrays import Array
 from linkages.errors import Status
 from linkages.results.akima import interpolated
-from linkages.results.configuration import configuration
+from linkages.results.divergence import configuration
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
@@ -80,6 +81,11 @@ class Motion:
     end: float = 0.0
 
     @property
+    def content(self) -> dict[str, Any]:
+        """Return the entry ``motion`` of ``summary.json``."""
+        return {key: getattr(self, key) for key in ("kind", "why", "period", "periods", "since")}
+
+    @property
     def cycle(self) -> tuple[float, float] | None:
         """Return the last period of a periodic motion [s]; None for other motions."""
         if self.period is None or not self.periods:
@@ -121,13 +127,7 @@ def common_period(system: System) -> float | None:
 def drive_period(system: System, name: str, end: float) -> float | None:
     """Find the period of a prescribed drive [s]; None if it does not repeat, or does not move.
 
-    Parameters
-    ----------
-    system : System
-    name : str
-        The driven joint.
-    end : float
-        End of the examined motion of a table, a formula or a prismatic joint [s].
+    The motion of a table, a formula or a prismatic joint is examined up to `end` [s].
     """
     drive = system.experiment.drives[name]
     if drive.varies or system.mechanism.joint[name].type != "revolute":
@@ -143,12 +143,7 @@ def _history(system: System, name: str, times: Array) -> Array:
 def repeats(history: Callable[[Array], Array], end: float) -> float | None:
     """Find the period of a motion [s], at most half of its duration; None if it does not repeat.
 
-    Parameters
-    ----------
-    history : callable
-        Function that gives coordinate, rate and acceleration (nt, 3) at times (nt,) [s].
-    end : float
-        End of the motion, which starts at 0 [s].
+    `history` gives coordinate, rate and acceleration (nt, 3) at times (nt,), from 0 to `end` [s].
 
     Examples
     --------
@@ -215,23 +210,10 @@ def motion_of(system: System, run: Trajectory) -> Motion:
 
 
 def classify(states: Array, scale: str = "") -> tuple[str, int, int | None, str]:
-    """Classify a series of states (nt, m), ordered backwards from the end, with `_PHASES` per period.
+    """Classify a series of dimensionless states (nt, m), ordered backwards from the end, with `_PHASES` per period.
 
-    Parameters
-    ----------
-    states : (nt, m) array
-        Dimensionless states.
-    scale : str
-        Unit of the states, for `why`.
-
-    Returns
-    -------
-    kind : str
-    periods : int
-        Period of the motion in drive periods; 0 if it is not periodic.
-    reached : int or None
-        First line of the periodic motion.
-    why : str
+    Returns the kind, the period in drive periods (0 if not periodic), the first line of the periodic motion, and the
+    reason, in which `scale` is the unit of the states.
     """
     last = len(states) - 1
     if not states.shape[1]:  # the drives determine the motion

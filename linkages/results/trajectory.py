@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _AT_ONCE = 10_000  # most times of one evaluation
 
 #: Function called with the simulated time [s] at intervals.
-Listener = Callable[[float], None]
+TimeReport = Callable[[float], None]
 
 
 @dataclass(frozen=True, repr=False)
@@ -122,13 +122,7 @@ class Trajectory(Brief):
         return replace(self, time=time, columns=columns, sensitivity=rates)
 
     def save(self, path: str | Path) -> None:
-        """Write to an ``.npz`` file without pickle, atomically.
-
-        Raises
-        ------
-        RunError
-            If the file cannot be written.
-        """
+        """Write to an ``.npz`` file without pickle, atomically; RunError if the file cannot be written."""
         header = json.dumps({"status": self.status.value, "provenance": self.provenance, "units": self.units})
         with whole(Path(path)) as partial, open(partial, "wb") as file:
             np.savez_compressed(file, header=np.array(header), **self.columns)  # type: ignore[arg-type]  # no column is named allow_pickle
@@ -232,15 +226,10 @@ def sample(
     provenance: dict[str, Any],
     loops: Loops | None = None,
 ) -> Trajectory:
-    """Make a trajectory by evaluating a run at its steps.
+    """Make a trajectory by evaluating a run at its steps; RunError if nothing remains.
 
     The trajectory ends before the first non-finite number and before the first open loop; its status is then NOT_FINITE
     or LOOP_OPEN. The largest loop error is added to the provenance.
-
-    Raises
-    ------
-    RunError
-        If nothing remains.
     """
     columns = _in_parts(evaluate, steps)
     finite = np.ones(len(steps), dtype=bool)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from linkages.errors import Status
+from linkages.results.assessment import Assessment
+from linkages.results.film_heat import heat_warnings
+from linkages.results.impacts import Impact
+from linkages.results.joint_validity import outside
 from linkages.results.peak_errors import largest_of_quantities, quantity
-from linkages.results.singular import CHANGE_POINT, DEAD_POINT, ONE_BRANCH, Passage
+from linkages.results.singular import CHANGE_POINT, DEAD_POINT, ONE_BRANCH, SingularPosition
+from linkages.results.soundness import BOUNDED, Soundness
 from linkages.results.trajectory import Trajectory
+from linkages.results.validity import warning
 from linkages.system import System
 from linkages.system.assembly import locking_gears
 from linkages.system.rigid_segments import system_of
@@ -17,14 +23,6 @@ ROUGH = 0.1  # error over a peak that gives a warning
 _NOTHING = 1e-6  # relative to the largest peak of its kind: a smaller peak is rounding, and its change is meaningless
 _NAMED = 4  # most peaks, joints or times in a sentence
 
-_POSITIONS = frozenset({"x", "y", "angle", "eccentricity_ratio"})
-_VELOCITIES = frozenset({"vx", "vy", "omega", "rate"})
-#: Outputs that stay bounded at a singular position, by its kind, the worst first.
-_BOUNDED = {
-    DEAD_POINT: _POSITIONS,
-    CHANGE_POINT: _POSITIONS | _VELOCITIES,
-    ONE_BRANCH: _POSITIONS | _VELOCITIES | {"ax", "ay", "alpha"},
-}
 _CONTINUATION = {
     DEAD_POINT: "no other branch starts there, but the drives cannot continue: velocities, accelerations, forces and "
     "torques are unbounded",
@@ -35,19 +33,40 @@ _CONTINUATION = {
 }
 
 
-def warning(kind: str, time: float | None, what: str, remedy: str) -> dict[str, Any]:
-    """Make an entry of ``warnings`` in ``summary.json``; docs/outputs.md explains the kinds."""
-    return {"kind": kind, "time": time, "what": what, "remedy": remedy}
+def warnings(
+    assessment: Assessment, peaks: Mapping[str, float | None], error: Mapping[str, float | None]
+) -> list[dict[str, Any]]:
+    """List the warnings of an assessment with these peaks and errors, both by the peaks' keys."""
+    system, run, tighter = assessment.system, assessment.run, assessment.tighter
+    sound, ideal = assessment.sound, assessment.ideal_sound
+    estimated = tighter is not None and tighter.status is Status.OK
+    unknown = [key for key in error if estimated and error[key] is None and peaks[key] is not None]
+    return [
+        *_singular(sound.singular, ideal.singular),
+        *_undetermined(sound.indeterminate, ideal.indeterminate),
+        *rough(tighter, peaks, error, assessment.noise),
+        *_chaotic(assessment.apart, unknown),
+        *outside(system, run, assessment.contacts),
+        *_unstretched(system, run),
+        *_geared(system),
+        *heat_warnings(assessment.heat),
+    ]
 
 
-def singular(run: Sequence[Passage], ideal: Sequence[Passage]) -> list[dict[str, Any]]:
+def warnings_of_run(system: System, sound: Soundness, contacts: Sequence[Impact]) -> list[dict[str, Any]]:
+    """List the warnings of one run: singular positions, indeterminate forces, laws outside their validity."""
+    own = (*_singular(sound.singular, ()), *_undetermined(sound.indeterminate, ()))
+    return [*own, *outside(system, sound.motion, contacts)]
+
+
+def _singular(run: Sequence[SingularPosition], ideal: Sequence[SingularPosition]) -> list[dict[str, Any]]:
     """Warn of singular positions on or near a run and its ideal motion, in one entry."""
     found = run or ideal
     if not found:
         return []
     which = "the run" if not ideal else "the run, like the ideal linkage," if run else "the ideal linkage"
-    worst = min(found, key=lambda passage: ([*_BOUNDED].index(passage.kind), passage.quality))
-    times = _listed([f"{passage.time:.6g} s" for passage in found])
+    worst = min(found, key=lambda position: ([*BOUNDED].index(position.kind), position.quality))
+    times = _listed([f"{position.time:.6g} s" for position in found])
     what = (
         f"{which} passes or nears singular positions at {times}: there {_listed(worst.joints)} can move although the "
         f"drives do not (ratio of singular values down to {worst.quality:.1g}); {_CONTINUATION[worst.kind]}"
@@ -58,7 +77,7 @@ def singular(run: Sequence[Passage], ideal: Sequence[Passage]) -> list[dict[str,
     return [warning("singular", found[0].time, what, remedy)]
 
 
-def undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, Any]]:
+def _undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, Any]]:
     """Warn of columns that are statically indeterminate in a run, or in the linkage with ideal joints."""
     found = [column for column in run or ideal if column.rpartition(".")[2] in ("force", "torque")]
     if not found:
@@ -98,7 +117,7 @@ def rough(
     return [warning("rough", None, f"the estimated errors are {names}", remedy)]
 
 
-def chaotic(apart: tuple[float, float] | None, unknown: Sequence[str]) -> list[dict[str, Any]]:
+def _chaotic(apart: tuple[float, float] | None, unknown: Sequence[str]) -> list[dict[str, Any]]:
     """Warn of peaks without error estimate because a run and its repetition diverge."""
     if apart is None or not unknown:
         return []
@@ -111,7 +130,7 @@ def chaotic(apart: tuple[float, float] | None, unknown: Sequence[str]) -> list[d
     return [warning("rough", apart[0], what, remedy)]
 
 
-def geared(system: System) -> list[dict[str, Any]]:
+def _geared(system: System) -> list[dict[str, Any]]:
     """Warn of gears that lock each other, and of joints of geared wheels: gears omit the tooth forces on the pins."""
     gears = system.experiment.gears
     joints = dict.fromkeys(name for gear in gears.values() for name in gear.joints)
@@ -132,7 +151,7 @@ def geared(system: System) -> list[dict[str, Any]]:
     return [*found, warning("gear", None, what, remedy)]
 
 
-def unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
+def _unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
     """Warn of links whose axial deformation rigid segments omit without the setting axial = 0."""
     names = [name for name in system.experiment.flexible if system.experiment.links[name].axial != 0]
     if not names or system_of(system, run.columns) is system:
@@ -149,25 +168,6 @@ def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | Non
         if error is not None and peak is not None and peak > _NOTHING * largest[quantity(key)]:
             found.append((key, error / peak))
     return sorted(found, key=lambda item: -item[1])
-
-
-def meaningless(
-    names: Iterable[str], passages: Sequence[Passage], undetermined: Sequence[str], drives: Collection[str]
-) -> frozenset[str]:
-    """Select the columns of outputs, forces and torques with meaningless peaks.
-
-    They are unbounded at these singular positions, or statically indeterminate. The torques of the drives are bounded
-    where one branch passes, as they move the linkage along it.
-    """
-    kinds = {passage.kind for passage in passages}
-    bounded = frozenset.intersection(*map(frozenset, (_BOUNDED[kind] for kind in kinds))) if kinds else frozenset()
-    along = {f"{name}.{what}" for name in drives if kinds == {ONE_BRANCH} for what in ("torque", "power")}
-    unbounded = {
-        name
-        for name in names
-        if kinds and not name.startswith("q.") and name.rpartition(".")[2] not in bounded and name not in along
-    }
-    return frozenset(unbounded.union(undetermined))
 
 
 def _listed(words: Sequence[str]) -> str:

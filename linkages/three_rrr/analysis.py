@@ -9,10 +9,10 @@ import numpy as np
 
 from linkages.arguments import Count, validated
 from linkages.arrays import Array
-from linkages.three_rrr.branch import Branch, follow, start_assembly
+from linkages.three_rrr.branch import AssemblyBranch, follow, start_assembly
 from linkages.three_rrr.direct import Assemblies, assemblies
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.kinematics import Motion, loop_errors
+from linkages.three_rrr.kinematics import RobotMotion, loop_errors
 from linkages.three_rrr.modes import DENSE, frequencies, modes, tracked_modes
 from linkages.three_rrr.response import Response, quasi_static_response
 from linkages.three_rrr.robot import Robot, changed
@@ -45,8 +45,8 @@ class RobotResults:
     robot: Robot
     model: FiniteElementModel
     assemblies: Assemblies
-    branch: Branch
-    motion: Motion
+    branch: AssemblyBranch
+    motion: RobotMotion
     loop_error: float
     frequencies: Array
     tracked: Array

@@ -14,7 +14,7 @@ from linkages.arrays import Array
 from linkages.errors import InputError, RunError, Status
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.geometry import Geometry
-from linkages.three_rrr.kinematics import CrankMotion, Motion, arms, determinants, motion, newton, radius, turned
+from linkages.three_rrr.kinematics import CrankMotion, RobotMotion, arms, determinants, motion, newton, radius, turned
 
 Metric = Literal["path", "rotation", "pivots"]
 
@@ -41,31 +41,21 @@ _REMEDY = {
 
 @dataclass(frozen=True)
 class Singularity:
-    """A singular pose that a branch passes (type 1) or ends at (type 2, a fold).
+    """A singular pose that a branch passes (type 1) or ends at (type 2, a fold)."""
 
-    Attributes
-    ----------
-    type : int
-        1: A, B and C of a leg align, the crank is at a limit; 2: the drives no longer hold the platform.
-    leg : int
-        1, 2 or 3; 0 for type 2.
-    time : float
-        [s].
-    """
-
-    type: int
-    leg: int
-    time: float
+    type: int  # 1: A, B and C of a leg align, the crank is at a limit; 2: the drives no longer hold the platform
+    leg: int  # 1, 2 or 3; 0 for type 2
+    time: float  # [s]
 
 
 @dataclass(frozen=True)
-class Branch:
+class AssemblyBranch:
     """An assembly followed over time.
 
     Attributes
     ----------
     cranks : callable
-        Motion of the cranks.
+        RobotMotion of the cranks.
     times, x : (n,), (n, 3) arrays
         Continuation points: time [s] and platform position.
     status : Status
@@ -85,11 +75,11 @@ class Branch:
         """Crank angles (n, 3) at some times (n,) [rad]."""
         return self.cranks(times)[0]
 
-    def state(self, times: Array, x: Array) -> Motion:
+    def state(self, times: Array, x: Array) -> RobotMotion:
         """Rigid motion at some times (n,) with the closed poses x (n, 3)."""
         return motion(self.geometry, times, *self.cranks(times), x)
 
-    def trimmed(self) -> Branch:
+    def trimmed(self) -> AssemblyBranch:
         """Return the branch without its last part before a fold.
 
         There |det Jx| falls below 0.25 (dimensionless), or half its first value: velocities, loads and
@@ -103,7 +93,7 @@ class Branch:
         return replace(self, times=self.times[:keep], x=self.x[:keep])
 
     @validated
-    def motion(self, times: Vector) -> Motion:
+    def motion(self, times: Vector) -> RobotMotion:
         """Rigid motion at any times within the branch.
 
         Raises
@@ -129,7 +119,7 @@ class Branch:
 
 
 @validated
-def follow(geometry: Geometry, cranks: CrankMotion, x0: Vector, duration: float) -> Branch:
+def follow(geometry: Geometry, cranks: CrankMotion, x0: Vector, duration: float) -> AssemblyBranch:
     """Follow the assembly x0 (3,) for a time [s], by a second-order predictor and Newton's method.
 
     A step counts only if the cranks turn and the corrector moves the prediction little and det Jx keeps its sign, so
@@ -157,7 +147,7 @@ def follow(geometry: Geometry, cranks: CrankMotion, x0: Vector, duration: float)
             "argument", "cranks", f"returned {len(motions)} arrays; it must return angles, rates and accelerations"
         )
     _, rates, _ = (shaped(one, (_SAMPLES, 3), "cranks", "angles, rates or accelerations") for one in motions)
-    branch = Branch(geometry, cranks, np.zeros(1), x0[None], Status.OK, ())
+    branch = AssemblyBranch(geometry, cranks, np.zeros(1), x0[None], Status.OK, ())
     state, _, first = _at(branch, 0.0, branch.x)
     fastest = np.max(np.abs(rates))
     longest = min(_TURN / max(float(fastest), 1e-12), duration)
@@ -188,10 +178,7 @@ def follow(geometry: Geometry, cranks: CrankMotion, x0: Vector, duration: float)
 def start_assembly(geometry: Geometry, phi0: Array, theta: float | None = None) -> Array:
     """Choose the assembly (3,) at t = 0 whose platform angle is nearest to theta [rad]; else the first.
 
-    Raises
-    ------
-    BranchError
-        If there is no assembly, or the nearest is more than 30 degrees away.
+    BranchError if there is no assembly, or the nearest is more than 30 degrees away.
     """
     found = assemblies(geometry, phi0)
     if len(found) == 0:
@@ -207,7 +194,7 @@ def start_assembly(geometry: Geometry, phi0: Array, theta: float | None = None) 
     return found.x[np.argmin(gap)]
 
 
-def travel(branch: Branch, metric: Metric, points: int = 2001) -> float:
+def travel(branch: AssemblyBranch, metric: Metric, points: int = 2001) -> float:
     """Length of a branch's motion.
 
     ``path``: path of the platform's centre [m]; ``rotation``: integral of |theta_dot| [rad]; ``pivots``:
@@ -226,13 +213,10 @@ def travel(branch: Branch, metric: Metric, points: int = 2001) -> float:
     return float(trapezoid(speed, times))
 
 
-def shortest(geometry: Geometry, cranks: CrankMotion, duration: float, metric: Metric) -> Branch:
+def shortest(geometry: Geometry, cranks: CrankMotion, duration: float, metric: Metric) -> AssemblyBranch:
     """Follow every assembly at t = 0 and return the one of least travel that lasts for the whole duration.
 
-    Raises
-    ------
-    BranchError
-        If there is none.
+    BranchError if there is none.
     """
     phi0 = cranks(np.zeros(1))[0][0]
     start_assembly(geometry, phi0)  # refuses where there is none
@@ -244,7 +228,7 @@ def shortest(geometry: Geometry, cranks: CrankMotion, duration: float, metric: M
     return min(whole, key=lambda branch: travel(branch, metric))
 
 
-def _at(branch: Branch, time: float, guess: Array) -> tuple[Motion, float, float]:
+def _at(branch: AssemblyBranch, time: float, guess: Array) -> tuple[RobotMotion, float, float]:
     """Motion at one time, with zero rates at a singular pose; its loop error [m] and dimensionless det Jx."""
     times = np.array([time])
     phi = branch.phi(times)
@@ -252,13 +236,13 @@ def _at(branch: Branch, time: float, guess: Array) -> tuple[Motion, float, float
     fold, _ = determinants(branch.geometry, phi, x)
     if abs(fold[0]) < 1e-14:
         none = np.zeros((1, 3))
-        state = Motion(times, phi, none, none, x, none, none, none, none, none)
+        state = RobotMotion(times, phi, none, none, x, none, none, none, none, none)
     else:
         state = branch.state(times, x)
     return state, float(error[0]), float(fold[0])
 
 
-def _type_one(branch: Branch) -> list[Singularity]:
+def _type_one(branch: AssemblyBranch) -> list[Singularity]:
     """Locate the times at which a leg aligns between continuation points."""
     times, x = branch.times, branch.x
 

@@ -35,24 +35,13 @@ _FLAT = 1e-5  # conditioning of the linear equations below which P is sought alo
 
 @dataclass(frozen=True)
 class Assemblies:
-    """All assemblies at one set of crank angles.
+    """All assemblies at one set of crank angles."""
 
-    Attributes
-    ----------
-    x : (n, 3) array
-        Platform positions (theta, x, y) with theta in (-pi, pi], by falling theta [rad, m].
-    error : float
-        Largest loop error [m].
-    roots : int
-        Number of distinct real roots of F, counted exactly (Sturm, in rational arithmetic).
-    certified : bool
-        Whether the exact count equals the number of distinct theta found. False only within round-off of a
-        fold, or where two assemblies share theta.
-    """
-
-    x: Array
-    error: float
-    roots: int
+    x: Array  # (n, 3) platform positions (theta, x, y) with theta in (-pi, pi], by falling theta [rad, m]
+    error: float  # largest loop error [m]
+    roots: int  # number of distinct real roots of F, counted exactly (Sturm, in rational arithmetic)
+    # whether the exact count equals the number of distinct theta found. False only within round-off of a
+    # fold, or where two assemblies share theta
     certified: bool
 
     def __len__(self) -> int:

@@ -25,7 +25,7 @@ from linkages.flexible.beam import Beam, chain_dofs
 from linkages.flexible.rotation import BEAM, TRIANGLE, functions, rotated
 from linkages.flexible.triangle import Triangle
 from linkages.three_rrr.geometry import LEGS
-from linkages.three_rrr.kinematics import Motion, arms, legwise, motion, turned, unit
+from linkages.three_rrr.kinematics import RobotMotion, arms, legwise, motion, turned, unit
 from linkages.three_rrr.robot import KINDS, Kind, Robot
 
 Index = NDArray[np.int64]
@@ -35,34 +35,17 @@ _PLATFORM = 6  # place of theta among the seven angles (phi_1, psi_1, phi_2, psi
 
 @dataclass(frozen=True)
 class LinkElements:
-    """The equal beam elements of one link.
+    """The equal beam elements of one link."""
 
-    Attributes
-    ----------
-    name : str
-        ``crank1`` and so on.
-    angle : int
-        Which of the seven angles is the link's.
-    beam : Beam
-        One element.
-    dofs : (n, 6) array
-        Places of each element's displacements among all of the robot's; -1 where the base holds them.
-    """
-
-    name: str
-    angle: int
-    beam: Beam
-    dofs: Index
+    name: str  # ``crank1`` and so on
+    angle: int  # which of the seven angles is the link's
+    beam: Beam  # one element
+    dofs: Index  # (n, 6) places of each element's displacements among all of the robot's; -1 where the base holds them
 
     def gather(self, full: Array, rotation: Array) -> Array:
-        """Displacements (N, n, 6) of each element in its own axes.
+        """Displacements (N, n, 6) of each element in its own axes, from the robot's (N, full) in plane axes.
 
-        Parameters
-        ----------
-        full : (N, full) array
-            Displacements of the whole robot, or their derivatives, in plane axes.
-        rotation : (N, 6, 6) array
-            From plane to element axes, see `linkages.flexible.rotation.rotations`.
+        The rotations (N, 6, 6) are from plane to element axes, see `linkages.flexible.rotation.rotations`.
         """
         return np.einsum("nij,nej->nei", rotation, np.where(self.dofs < 0, 0.0, full[:, self.dofs]))
 
@@ -139,7 +122,7 @@ class FiniteElementModel:
             k_table[0, diagonal[self.roots]] += self.robot.drives.servo_stiffness
         return row, column, k_table, m_table
 
-    def full_matrices(self, state: Motion) -> tuple[Array, Array]:
+    def full_matrices(self, state: RobotMotion) -> tuple[Array, Array]:
         """Stiffness and mass (N, full, full) with free roots and the platform's corners independent."""
         row, column, k_table, m_table = self._pattern
         table = functions(state.angles)
@@ -147,7 +130,7 @@ class FiniteElementModel:
         k[:, row, column], m[:, row, column] = table @ k_table, table @ m_table
         return k, m
 
-    def matrices(self, state: Motion) -> tuple[Array, Array]:
+    def matrices(self, state: RobotMotion) -> tuple[Array, Array]:
         """Stiffness and mass (N, size, size), dense."""
         k, m = self.full_matrices(state)
         if self.rigid:
@@ -157,7 +140,7 @@ class FiniteElementModel:
         grid = np.ix_(np.arange(len(state)), self.kept, self.kept)
         return k[grid], m[grid]
 
-    def sparse_matrices(self, state: Motion) -> Iterator[tuple[sparse.csc_matrix, sparse.csc_matrix]]:
+    def sparse_matrices(self, state: RobotMotion) -> Iterator[tuple[sparse.csc_matrix, sparse.csc_matrix]]:
         """Stiffness and mass of each pose as sparse matrices, one pose at a time."""
         row, column, k_table, m_table = self._pattern
         for n in range(len(state)):
@@ -169,7 +152,7 @@ class FiniteElementModel:
             )
             yield (g.T @ k @ g).tocsc(), (g.T @ m @ g).tocsc()
 
-    def reduction(self, state: Motion) -> Array:
+    def reduction(self, state: RobotMotion) -> Array:
         """Matrices (N, full, size) that give all displacements from the unknowns."""
         g = np.zeros((len(state), self.full, self.size))
         g[:, self.kept, np.arange(len(self.kept))] = 1.0
@@ -179,21 +162,21 @@ class FiniteElementModel:
             g[:, self.c, [-2, -1]] = 1.0
         return g
 
-    def platform_arms(self, state: Motion) -> Array:
+    def platform_arms(self, state: RobotMotion) -> Array:
         """Vectors (N, 3, 2) from the platform's centre to its pivots [m]."""
         r = arms(self.geometry, state.x[:, 0])
         return r - r.mean(axis=1, keepdims=True)
 
-    def rigid_velocity(self, state: Motion) -> Array:
+    def rigid_velocity(self, state: RobotMotion) -> Array:
         """Velocities (N, full) of all nodes in the rigid motion."""
         return self._field(state, legwise(state.dphi, state.dpsi), np.zeros((len(state), 6)))
 
-    def rigid_acceleration(self, state: Motion) -> Array:
+    def rigid_acceleration(self, state: RobotMotion) -> Array:
         """Accelerations (N, full) of all nodes in the rigid motion."""
         squares = legwise(state.dphi, state.dpsi) ** 2
         return self._field(state, legwise(state.ddphi, state.ddpsi), squares)
 
-    def _field(self, state: Motion, rates: Array, squares: Array) -> Array:
+    def _field(self, state: RobotMotion, rates: Array, squares: Array) -> Array:
         """Velocities or accelerations of nodes, from the links' angular ones and squared speeds (N, 6)."""
         field, end = np.zeros((len(state), self.full)), np.zeros((len(state), 2))
         along = np.arange(1, self.count + 1)[:, None] / self.count
@@ -207,13 +190,13 @@ class FiniteElementModel:
             field[:, link.dofs[:, 5]] = rate
         return field
 
-    def rigid_modes(self, state: Motion) -> Array:
+    def rigid_modes(self, state: RobotMotion) -> Array:
         """Nodal velocities (N, full, 3) for a unit speed of each crank: the rigid velocity space."""
         g, still = self.geometry, np.zeros_like(state.phi)
         motions = [motion(g, state.time, state.phi, still + speed, still, state.x) for speed in np.eye(3)]
         return np.stack([self.rigid_velocity(one) for one in motions], axis=-1)
 
-    def full_load(self, state: Motion) -> Array:
+    def full_load(self, state: RobotMotion) -> Array:
         """Inertia load -M a of the rigid motion and the platform's load, on all displacements (N, full).
 
         The rigid acceleration is linear along each rod and over the platform, which the shape functions
@@ -237,14 +220,14 @@ class FiniteElementModel:
         place = corners.mean(axis=0) if point is None else np.array(point)
         return np.linalg.solve(np.vstack([np.ones(3), corners.T]), np.append(1.0, place))[:, None]
 
-    def load(self, state: Motion) -> Array:
+    def load(self, state: RobotMotion) -> Array:
         """Load on the unknowns (N, size)."""
         load = self.full_load(state)
         if not self.rigid:
             return load[:, self.kept]
         return np.einsum("nfs,nf->ns", self.reduction(state), load)
 
-    def expand(self, state: Motion, unknowns: Array) -> Array:
+    def expand(self, state: RobotMotion, unknowns: Array) -> Array:
         """All displacements (N, full) from the unknowns (N, size)."""
         if not self.rigid:
             result = np.zeros((len(unknowns), self.full))
@@ -252,13 +235,13 @@ class FiniteElementModel:
             return result
         return np.einsum("nfs,ns->nf", self.reduction(state), unknowns)
 
-    def platform_displacement(self, state: Motion, unknowns: Array) -> Array:
+    def platform_displacement(self, state: RobotMotion, unknowns: Array) -> Array:
         """Elastic displacement (N, 3) of the platform: x, y of its centre [m], mean rotation [rad]."""
         corners = self.expand(state, unknowns)[:, self.c.ravel()].reshape(-1, 3, 2)
         r = self.platform_arms(state)
         angle = np.sum(turned(r) * corners, axis=(1, 2)) / np.sum(r**2, axis=(1, 2))
         return np.column_stack([corners.mean(axis=1), angle])
 
-    def drive_torques(self, state: Motion) -> Array:
+    def drive_torques(self, state: RobotMotion) -> Array:
         """Torques (N, 3) of the drives in the rigid motion [N m], by virtual power of the loads."""
         return -np.einsum("nfr,nf->nr", self.rigid_modes(state), self.full_load(state))

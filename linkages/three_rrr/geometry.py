@@ -17,22 +17,12 @@ _SMALLEST = 1e-9  # lengths below this fraction of the base count as zero
 
 @dataclass(frozen=True)
 class Geometry:
-    """Lengths of the robot; any two triangles, any three legs.
+    """Lengths of the robot; any two triangles, any three legs."""
 
-    Attributes
-    ----------
-    base : (3, 2) array
-        Pivots A_r in plane axes [m].
-    platform : (3, 2) array
-        Pivots C_r in platform axes [m].
-    crank, coupler : (3,) arrays
-        Lengths A_r B_r and B_r C_r [m].
-    """
-
-    base: Array
-    platform: Array
-    crank: Array
-    coupler: Array
+    base: Array  # (3, 2) pivots A_r in plane axes [m]
+    platform: Array  # (3, 2) pivots C_r in platform axes [m]
+    crank: Array  # (3,) lengths A_r B_r [m]
+    coupler: Array  # (3,) lengths B_r C_r [m]
 
     def __post_init__(self) -> None:
         for name, shape in {"base": (3, 2), "platform": (3, 2), "crank": (3,), "coupler": (3,)}.items():
@@ -62,22 +52,10 @@ class Geometry:
         return signed_area(self.platform)
 
 
-def symmetric(a: float, b: float, l1: float, l2: float) -> Geometry:
-    """Build the paper's robot: equilateral triangles of sides a, b [m] centred on the origins, equal legs.
-
-    A_1 A_2 and C_1 C_2 are parallel to x (x'); both triangles are counter-clockwise.
-    """
-    corners = np.array([[-0.5, -0.5 / np.sqrt(3.0)], [0.5, -0.5 / np.sqrt(3.0)], [0.0, 1.0 / np.sqrt(3.0)]])
-    return Geometry(a * corners, b * corners, np.full(3, l1), np.full(3, l2))
-
-
 def from_mechanism(mechanism: Mechanism) -> Geometry:
     """Read the dimensions off a mechanism with the joints A1..A3, B1..B3, C1..C3 and the link ``platform``.
 
-    Raises
-    ------
-    InputError
-        If a joint is missing or joins other links, or a length is zero.
+    InputError if a joint is missing or joins other links, or a length is zero.
     """
     source = mechanism.source
     ends = {"A": ("world", "crank{}"), "B": ("crank{}", "coupler{}"), "C": ("coupler{}", "platform")}

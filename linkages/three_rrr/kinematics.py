@@ -22,7 +22,7 @@ CrankMotion = Callable[[Any], tuple[Array, Array, Array]]
 
 
 @dataclass(frozen=True)
-class Motion:
+class RobotMotion:
     """Rigid motion at N poses.
 
     Attributes
@@ -55,9 +55,9 @@ class Motion:
         """Angles (N, 7) of the bodies: phi_1, psi_1, phi_2, psi_2, phi_3, psi_3, theta [rad]."""
         return np.concatenate([legwise(self.phi, self.psi), self.x[:, :1]], axis=1)
 
-    def part(self, index: slice | NDArray[np.int64]) -> Motion:
+    def part(self, index: slice | NDArray[np.int64]) -> RobotMotion:
         """Return the motion at some of its poses."""
-        return Motion(**{name: getattr(self, name)[index] for name in self.__dataclass_fields__})
+        return RobotMotion(**{name: getattr(self, name)[index] for name in self.__dataclass_fields__})
 
 
 def legwise(crank: Array, coupler: Array) -> Array:
@@ -147,7 +147,7 @@ def solve_rows(matrix: Array, rhs: Array) -> Array:
     return np.einsum("nij,nj->ni", minors, rhs) / det[:, None]
 
 
-def motion(geometry: Geometry, time: Array, phi: Array, dphi: Array, ddphi: Array, x: Array) -> Motion:
+def motion(geometry: Geometry, time: Array, phi: Array, dphi: Array, ddphi: Array, x: Array) -> RobotMotion:
     """Complete motion for closed poses x (N, 3) and given drives (N, 3).
 
     Accelerations follow from d . (Cddot - Bddot) = -|Cdot - Bdot|^2 / l2 for each leg.
@@ -170,16 +170,13 @@ def motion(geometry: Geometry, time: Array, phi: Array, dphi: Array, ddphi: Arra
     ddx = np.asarray(np.linalg.solve(jx, (jq * ddphi - bias)[..., None])[..., 0], float)
     dpsi = np.sum(turned(f) * speed, axis=-1) / geometry.coupler
     ddpsi = np.sum(turned(f) * (relative(ddx, ddphi) + centripetal), axis=-1) / geometry.coupler
-    return Motion(time, phi, dphi, ddphi, x, dx, ddx, psi, dpsi, ddpsi)
+    return RobotMotion(time, phi, dphi, ddphi, x, dx, ddx, psi, dpsi, ddpsi)
 
 
 def inverse(geometry: Geometry, x: Array, elbow: Array) -> Array:
     """Crank angles (N, 3) for platform positions (N, 3); NaN where a leg cannot reach.
 
-    Parameters
-    ----------
-    elbow : (3,) array of +1 or -1
-        Side of the elbow: +1 if B_r lies counter-clockwise of the line A_r C_r.
+    The elbows (3,) are +1 if B_r lies counter-clockwise of the line A_r C_r, else -1.
     """
     reach = x[:, None, 1:] + arms(geometry, x[:, 0]) - geometry.base
     distance = np.linalg.norm(reach, axis=-1)

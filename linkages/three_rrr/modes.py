@@ -8,22 +8,22 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.flexible.modes import ModesAt, dense_modes, sparse_modes, track
-from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.kinematics import RobotMotion
 
 DENSE = 80  # up to this many unknowns the dense, batched solver is the faster one (benchmarks/flexible.py)
 _BATCH = 64  # poses solved together by the dense solver
 
 
-def frequencies(model: FiniteElementModel, state: Motion, count: int | None = None) -> Array:
+def frequencies(model: FiniteElementModel, state: RobotMotion, count: int | None = None) -> Array:
     """Natural frequencies (N, count) at each pose, rising [Hz]; all of them without a count."""
     return modes(model, state, count, vectors=False)[0]
 
 
 def modes(
     model: FiniteElementModel,
-    state: Motion,
+    state: RobotMotion,
     count: int | None = None,
     progress: Callable[[float], None] | None = None,
     vectors: bool = True,
@@ -48,27 +48,16 @@ def modes(
 
 
 def tracked_modes(
-    model: FiniteElementModel, branch: Branch, state: Motion, values: Array, shapes: Array, count: int
+    model: FiniteElementModel, branch: AssemblyBranch, state: RobotMotion, values: Array, shapes: Array, count: int
 ) -> tuple[Array, Array, Array]:
-    """Follow modes from pose to pose, see `linkages.flexible.modes.track`.
+    """Follow the lowest modes from pose to pose, see `linkages.flexible.modes.track`.
 
-    Parameters
-    ----------
-    branch : Branch
-        Supplies the poses in between.
-    values, shapes : (N, n), (N, size, n) arrays
-        Rising frequencies and their shapes at the poses of `state`; n should exceed `count` by a few, for modes that
-        cross.
-    count : int
-        Number of modes to follow from the first pose.
-
-    Returns
-    -------
-    (N, count), (N, size, count), (N - 1, count) arrays
-        Frequencies [Hz] and shapes of each mode, and the least MAC within each step.
+    From rising frequencies (N, n) and shapes (N, size, n) at the poses of a state, with n a few more than `count` for
+    modes that cross; the branch supplies poses in between. Returns frequencies (N, count) [Hz], shapes (N, size,
+    count), and the least MAC within each step (N - 1, count).
     """
 
-    def at(one: Motion, values: Array, shapes: Array) -> ModesAt:
+    def at(one: RobotMotion, values: Array, shapes: Array) -> ModesAt:
         return ModesAt(float(one.time[0]), values, shapes, model.matrices(one)[1][0])
 
     def between(time: float) -> ModesAt:

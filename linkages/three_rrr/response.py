@@ -12,43 +12,30 @@ from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.flexible import response as flexible
 from linkages.flexible.modes import continued, dense_modes
-from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.kinematics import RobotMotion
 from linkages.three_rrr.modes import DENSE
 from linkages.three_rrr.velocity_terms import velocity_terms
 
-Start = Literal["rest", "quasi-static"]
+ResponseStart = Literal["rest", "quasi-static"]
 
 
 @dataclass(frozen=True)
 class Response:
-    """Elastic displacements over the rigid motion.
+    """Elastic displacements over the rigid motion."""
 
-    Attributes
-    ----------
-    motion : Motion
-        The rigid motion at N times.
-    u, v, a : (N, size) arrays
-        Unknowns of the model, their rates and accelerations [m, rad].
-    platform : (N, 3) array
-        Elastic displacement of the platform: x, y [m], rotation [rad].
-    """
-
-    motion: Motion
-    u: Array
-    v: Array
-    a: Array
-    platform: Array
+    motion: RobotMotion  # the rigid motion at N times
+    u: Array  # (N, size) unknowns of the model [m, rad]
+    v: Array  # (N, size) their rates
+    a: Array  # (N, size) their accelerations
+    platform: Array  # (N, 3) elastic displacement of the platform: x, y [m], rotation [rad]
 
 
-def quasi_static(model: FiniteElementModel, state: Motion) -> Array:
+def quasi_static(model: FiniteElementModel, state: RobotMotion) -> Array:
     """Displacements (N, size) under the loads of the rigid motion, without vibration.
 
-    Raises
-    ------
-    InputError
-        If the crank roots are free: nothing holds the mechanism.
+    InputError if the crank roots are free: nothing holds the mechanism.
     """
     _require_held(model)
     load = model.load(state)
@@ -62,14 +49,14 @@ def quasi_static(model: FiniteElementModel, state: Motion) -> Array:
     return result
 
 
-def quasi_static_response(model: FiniteElementModel, state: Motion) -> Response:
+def quasi_static_response(model: FiniteElementModel, state: RobotMotion) -> Response:
     """Quasi-static displacements as a response, without elastic rates."""
     u = quasi_static(model, state)
     none = np.zeros_like(u)
     return Response(state, u, none, none, model.platform_displacement(state, u))
 
 
-def recursion(model: FiniteElementModel, branch: Branch, times: Array, printed: bool = False) -> Response:
+def recursion(model: FiniteElementModel, branch: AssemblyBranch, times: Array, printed: bool = False) -> Response:
     """Response from rest by the paper's recursion, eq. (13): matrices and loads constant over a step, each mode exact.
 
     With free roots nothing but inertia holds the mechanism: three modes are rigid, and it falls behind its
@@ -108,9 +95,9 @@ def recursion(model: FiniteElementModel, branch: Branch, times: Array, printed: 
 
 def generalised_alpha(
     model: FiniteElementModel,
-    branch: Branch,
+    branch: AssemblyBranch,
     times: Array,
-    start: Start = "rest",
+    start: ResponseStart = "rest",
     radius: float = 0.9,
     velocity_dependent: bool = False,
 ) -> Response:
@@ -121,9 +108,9 @@ def generalised_alpha(
 
 def march(
     model: FiniteElementModel,
-    branch: Branch,
+    branch: AssemblyBranch,
     times: Array,
-    start: Start = "rest",
+    start: ResponseStart = "rest",
     radius: float = 0.9,
     velocity_dependent: bool = False,
 ) -> Iterator[Response]:
@@ -172,20 +159,13 @@ def march(
         yield Response(state, u, v, a, model.platform_displacement(state, u))
 
 
-def _start(model: FiniteElementModel, branch: Branch, start: Start) -> tuple[Array, Array]:
+def _start(model: FiniteElementModel, branch: AssemblyBranch, start: ResponseStart) -> tuple[Array, Array]:
     """Displacements and rates (size,) at t = 0."""
     if start == "rest":
         return np.zeros(model.size), np.zeros(model.size)
     step = 1e-3 * float(branch.times[1])
     u = quasi_static(model, branch.motion(step * np.arange(3.0)))
     return u[0], (-1.5 * u[0] + 2.0 * u[1] - 0.5 * u[2]) / step
-
-
-def energy(model: FiniteElementModel, response: Response) -> Array:
-    """Elastic plus kinetic energy (N,) of the elastic motion [J]."""
-    k, m = model.matrices(response.motion)
-    strain = np.einsum("ni,nij,nj->n", response.u, k, response.u)
-    return 0.5 * (strain + np.einsum("ni,nij,nj->n", response.v, m, response.v))
 
 
 def _require_held(model: FiniteElementModel) -> None:

@@ -11,7 +11,7 @@ from linkages.arguments import Vector, validated
 from linkages.arrays import Array
 from linkages.flexible.modes import eigenvalues
 from linkages.flexible.response import quasi_static as solve
-from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.modes import frequencies
 from linkages.three_rrr.response import generalised_alpha, quasi_static
@@ -31,8 +31,6 @@ class SpeedSweep:
         Those run: none beyond the first resonance.
     static, dynamic : (n,) arrays
         Largest displacement of the platform's centre [m], quasi-static and with vibration.
-    static_turn, dynamic_turn : (n,) arrays
-        Largest elastic rotation of the platform [rad].
     resonance : int or None
         Index of the first resonance among `factors`.
     """
@@ -40,8 +38,6 @@ class SpeedSweep:
     factors: Array
     static: Array
     dynamic: Array
-    static_turn: Array
-    dynamic_turn: Array
     resonance: int | None
 
     @property
@@ -50,7 +46,7 @@ class SpeedSweep:
         return self.dynamic / self.static
 
 
-def faster(branch: Branch, factor: float) -> Branch:
+def faster(branch: AssemblyBranch, factor: float) -> AssemblyBranch:
     """Return the same path passed `factor` times as fast."""
     passed = tuple(replace(s, time=s.time / factor) for s in branch.singularities)
 
@@ -64,7 +60,7 @@ def faster(branch: Branch, factor: float) -> Branch:
 @validated
 def speed_sweep(
     robot: Robot,
-    branch: Branch,
+    branch: AssemblyBranch,
     factors: Vector,
     damping_ratio: float = 0.01,
     steps_per_period: float = 40.0,
@@ -91,8 +87,8 @@ def speed_sweep(
         times = np.linspace(0.0, quick.times[-1], max(steps, 200) + 1)
         result = generalised_alpha(model, quick, times, start="quasi-static", radius=0.8)
         still = model.platform_displacement(result.motion, quasi_static(model, result.motion))
-        rows.append([*_peaks(still), *_peaks(result.platform)])
-        static, static_turn, dynamic, dynamic_turn = np.array(rows).T
+        rows.append([_peak(still), _peak(result.platform)])
+        static, dynamic = np.array(rows).T
         r = dynamic / static
         inner = range(1, len(r) - 1)
         peak = next((i for i in inner if r[i] >= RESONANCE and r[i - 1] <= r[i] > r[i + 1]), None)
@@ -100,21 +96,18 @@ def speed_sweep(
             progress(1.0 if peak is not None else (index + 1) / len(factors))
         if peak is not None:
             break
-    return SpeedSweep(np.array(factors[: len(rows)]), static, dynamic, static_turn, dynamic_turn, peak)
+    return SpeedSweep(np.array(factors[: len(rows)]), static, dynamic, peak)
 
 
-def _peaks(platform: Array) -> tuple[float, float]:
-    return float(np.max(np.hypot(platform[:, 0], platform[:, 1]))), float(np.max(np.abs(platform[:, 2])))
+def _peak(platform: Array) -> float:
+    return float(np.max(np.hypot(platform[:, 0], platform[:, 1])))
 
 
-def velocity_effect(robot: Robot, branch: Branch, factors: Array, poses: int = 24) -> tuple[Array, Array]:
-    """How much the velocity-dependent terms matter at each speed factor.
+def velocity_effect(robot: Robot, branch: AssemblyBranch, factors: Array, poses: int = 24) -> tuple[Array, Array]:
+    """Measure how much the velocity-dependent terms matter at each speed factor.
 
-    Returns
-    -------
-    (n,), (n,) arrays
-        Largest relative change, over poses along the motion, of the first natural frequency of the gyroscopic
-        system and of the quasi-static displacements.
+    Returns the largest relative changes (n,), over poses along the motion, of the first natural frequency of the
+    gyroscopic system and of the quasi-static displacements.
     """
     model = FiniteElementModel(robot)
     state = branch.motion(np.linspace(0.0, branch.times[-1], poses))

@@ -16,24 +16,14 @@ from linkages.three_rrr.robot import KINDS
 
 @dataclass(frozen=True)
 class LinkStress:
-    """Internal forces and stress along one link.
-
-    Attributes
-    ----------
-    s : (P,) array
-        Distance from the link's first pivot [m].
-    force, moment : (N, P) arrays
-        Axial force, positive in tension [N]; bending moment E I v'' [N m].
-    axial, bending : (N, P) arrays
-        Axial stress; bending stress at the side of +v, positive in tension [Pa].
-    """
+    """Internal forces and stress along one link."""
 
     name: str
-    s: Array
-    force: Array
-    moment: Array
-    axial: Array
-    bending: Array
+    s: Array  # (P,) distance from the link's first pivot [m]
+    force: Array  # (N, P) axial force, positive in tension [N]
+    moment: Array  # (N, P) bending moment E I v'' [N m]
+    axial: Array  # (N, P) axial stress, positive in tension [Pa]
+    bending: Array  # (N, P) bending stress at the side of +v, positive in tension [Pa]
 
     @property
     def largest(self) -> Array:
@@ -88,10 +78,7 @@ def link_stress(model: FiniteElementModel, response: Response, points: int = 17)
 def platform_stress(model: FiniteElementModel, response: Response) -> PlatformStress:
     """Stress in the platform, eq. (14) with the shear modulus E/(2 (1 + nu)), which is misprinted there.
 
-    Raises
-    ------
-    InputError
-        If the platform is rigid.
+    InputError if the platform is rigid.
     """
     if model.rigid:
         raise InputError(model.robot.source, "model.platform", 'is "rigid" and has no stress; use "triangle"')

@@ -12,17 +12,16 @@ import numpy as np
 from linkages.arrays import Array
 from linkages.flexible.rotation import rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.kinematics import Motion, legwise, turned
+from linkages.three_rrr.kinematics import RobotMotion, legwise, turned
 
 
-def velocity_terms(model: FiniteElementModel, state: Motion, tension_from: Array | None = None) -> tuple[Array, Array]:
+def velocity_terms(
+    model: FiniteElementModel, state: RobotMotion, tension_from: Array | None = None
+) -> tuple[Array, Array]:
     """Matrices G and K_c + K_g (N, size, size) of the unknowns.
 
-    Parameters
-    ----------
-    tension_from : (N, size) array, optional
-        Displacements whose axial forces give K_g, usually the quasi-static ones; without them K_g is left
-        out.
+    K_g follows from the axial forces of displacements (N, size), usually the quasi-static ones; without them it is left
+    out.
     """
     count = len(state)
     gyro, stiff = np.zeros((2, count, model.full, model.full))
@@ -47,7 +46,7 @@ def velocity_terms(model: FiniteElementModel, state: Motion, tension_from: Array
     return _reduced(model, state, gyro, stiff)
 
 
-def _reduced(model: FiniteElementModel, state: Motion, gyro: Array, stiff: Array) -> tuple[Array, Array]:
+def _reduced(model: FiniteElementModel, state: RobotMotion, gyro: Array, stiff: Array) -> tuple[Array, Array]:
     """Assemble the matrices of the unknowns; the arms of a rigid platform rotate with it and add terms."""
     if not model.rigid:
         grid = np.ix_(np.arange(len(state)), model.kept, model.kept)

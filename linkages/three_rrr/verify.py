@@ -21,7 +21,7 @@ from linkages.model.mechanism import load_mechanism
 from linkages.system.spanning import spanning_tree
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import LEGS, drawn_angles
-from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.kinematics import RobotMotion
 from linkages.three_rrr.robot import Robot, changed
 
 _V = JacobianWrtVariable.kV
@@ -36,35 +36,19 @@ _ZERO_MODES = 3
 
 @dataclass(frozen=True)
 class Verification:
-    """Largest differences between this package and Drake over some poses.
+    """Largest differences between this package and Drake over some poses."""
 
-    Attributes
-    ----------
-    zero_modes : int
-        Zero modes of the model with free roots; three are right. The worst count over the poses.
-    zero_eigenvalue : float
-        Largest |x' K x| of the rigid velocity space over the largest eigenvalue of K (scaled displacements).
-    principal_angle : float
-        Largest angle between the zero modes and Drake's rigid velocities [rad].
-    mass_error : float
-        Largest relative difference of the projected mass matrices.
-    position, velocity, acceleration, torque : float
-        Largest differences: platform and couplers [rad, m and their rates], drive torques [N m].
-    poses : int
-        Number of poses compared.
-    failed : tuple of str
-        Quantities above their limits: one line each, with value and limit; empty if the comparison passes.
-    """
-
-    zero_modes: int
+    zero_modes: int  # zero modes of the model with free roots; three are right. The worst count over the poses
+    # largest |x' K x| of the rigid velocity space over the largest eigenvalue of K (scaled displacements)
     zero_eigenvalue: float
-    principal_angle: float
-    mass_error: float
-    position: float
+    principal_angle: float  # largest angle between the zero modes and Drake's rigid velocities [rad]
+    mass_error: float  # largest relative difference of the projected mass matrices
+    position: float  # largest difference, platform and couplers [rad, m]
     velocity: float
     acceleration: float
-    torque: float
-    poses: int
+    torque: float  # of the drives [N m]
+    poses: int  # number of poses compared
+    # quantities above their limits: one line each, with value and limit; empty if the comparison passes
     failed: tuple[str, ...]
 
 
@@ -134,10 +118,7 @@ class RigidPlant:
     def solve(self, phi: Array, dphi: Array, ddphi: Array, guess: dict[str, float]) -> tuple[Array, Array]:
         """Close the loops; sets the context, returns generalised velocities and accelerations (7,) each.
 
-        Parameters
-        ----------
-        guess : dict
-            Angle of each coupler and the platform from which Newton's method starts [rad].
+        Newton's method starts from a guessed angle of each coupler and the platform [rad].
         """
         q = np.zeros(self.plant.num_positions())
         q[self.driven] = phi - self.drawn
@@ -190,7 +171,7 @@ class RigidPlant:
         return result
 
 
-def verify(robot: Robot, state: Motion) -> Verification:
+def verify(robot: Robot, state: RobotMotion) -> Verification:
     """Compare with Drake at the given poses; the model is the robot's with free roots."""
     free = changed(robot, drives={"roots": "free"}, model={"platform": "triangle", "beam": "euler-bernoulli"})
     model = FiniteElementModel(free)
@@ -225,7 +206,7 @@ def _failures(count: int, worst: dict[str, float], scales: dict[str, float]) -> 
     return (*lines, *(f"{name} is {worst[name]:.3g}; it must be at most {limits[name]:.3g}" for name in above))
 
 
-def _kinematics(plant: RigidPlant, state: Motion, n: int, v: Array, a: Array) -> dict[str, float]:
+def _kinematics(plant: RigidPlant, state: RobotMotion, n: int, v: Array, a: Array) -> dict[str, float]:
     """Largest differences of position, velocity and acceleration at one pose."""
     links, origin = [*(f"coupler{leg}" for leg in LEGS), "platform"], np.zeros(3)
     jacobians = [plant.jacobian(link, origin) for link in links]
@@ -241,7 +222,7 @@ def _kinematics(plant: RigidPlant, state: Motion, n: int, v: Array, a: Array) ->
     }
 
 
-def _modal(plant: RigidPlant, model: FiniteElementModel, state: Motion) -> tuple[int, dict[str, float]]:
+def _modal(plant: RigidPlant, model: FiniteElementModel, state: RobotMotion) -> tuple[int, dict[str, float]]:
     """Count the zero modes; stiffness of the rigid space, principal angle and mass error at one pose.
 
     Displacements are scaled by the square roots of the stiffness diagonal, so that lengths and angles

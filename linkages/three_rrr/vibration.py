@@ -9,10 +9,10 @@ import numpy as np
 
 from linkages.arguments import validated
 from linkages.arrays import Array
-from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.modes import frequencies
-from linkages.three_rrr.response import Response, Start, march
+from linkages.three_rrr.response import Response, ResponseStart, march
 from linkages.three_rrr.stress import link_stress, platform_stress
 
 SPANS = 720
@@ -51,8 +51,8 @@ class Vibration:
 @validated
 def vibrate(
     model: FiniteElementModel,
-    branch: Branch,
-    start: Start = "rest",
+    branch: AssemblyBranch,
+    start: ResponseStart = "rest",
     radius: float = 1.0,
     steps_per_period: float = 40.0,
     progress: Callable[[float], None] | None = None,

@@ -5,7 +5,7 @@ import pytest
 from machines import bar, joint, model, solid
 from scipy.integrate import simpson
 
-from linkages import AssemblyError, InputError, ideal, load, study, summarize
+from linkages import AssemblyError, InputError, assess, ideal, load, summarize
 
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-10\n"
 
@@ -82,7 +82,7 @@ def test_two_countershafts_share_a_load_that_only_their_sum_determines(engine, s
         text += f"[gears.g{i}{j}]\njoints = ['S{i}', 'S{j}']\nratio = {speeds[j] / speeds[i]}\n"
     torque = 10.0 * np.array(inertias) @ speeds**2 - 2.0 * speeds[4]
     first = (10.0 * np.array(inertias[1:]) @ speeds[1:] ** 2 - 2.0 * speeds[4]) / speeds[1]
-    summary = summarize(study(system_of(model("twin", "".join(shafts)), text), engine))
+    summary = summarize(assess(system_of(model("twin", "".join(shafts)), text), engine))
     shared = {"g12", "g13", "g24", "g34"}
     for numbers in (summary, summary["ideal"]):
         assert numbers["drives"]["S0"]["torque"]["peak"] == pytest.approx(torque, rel=1e-9)
@@ -152,13 +152,13 @@ def test_a_warning_says_that_pins_are_without_the_force_of_teeth(system_of):
     sdf = model("pair", wheel("one", 0.2, 0) + wheel("two", 0.05, 0.3) + joint("A", "world", "one")
                 + joint("B", "world", "two"))  # fmt: skip
     text = "duration = 0.1\n[drives.A]\ntorque = 0.6\n"
-    summary = summarize(study(system_of(sdf, text + gear("AB", -2.0)), "compiled"))
+    summary = summarize(assess(system_of(sdf, text + gear("AB", -2.0)), "compiled"))
     assert summary["loads"]["mesh"]["torque"]["peak"] > 0.01
     assert summary["joints"]["A"]["force"]["peak"] == summary["joints"]["B"]["force"]["peak"] == 0.0
     (warning,) = summary["warnings"]
     assert warning["kind"] == "gear"
     assert warning["what"].startswith("the forces in A, B exclude the tooth or belt forces of mesh")
-    assert summarize(study(system_of(sdf, text + "[drives.B]\ntorque = 0.0\n"), "compiled"))["warnings"] == []
+    assert summarize(assess(system_of(sdf, text + "[drives.B]\ntorque = 0.0\n"), "compiled"))["warnings"] == []
 
 
 CONTRADICTION = "".join(
@@ -180,14 +180,14 @@ def test_gears_that_contradict_each_other_are_named(system_of, drive):
         with pytest.raises(InputError, match="gears: g1, g2 and g3: contradict each other"):
             _ = system.assembly
         return
-    first, _ = summarize(study(system, "compiled"))["warnings"]
+    first, _ = summarize(assess(system, "compiled"))["warnings"]
     assert first["kind"] == "gear"
     assert first["what"] == "the gears g1, g2, g3 contradict each other, or the loops: A, B, C cannot move"
 
 
 def test_redundant_gears_that_agree_contradict_nothing(system_of):
     text = f"duration = 0.1\n[drives.A]\nspeed = 6.0\n{CONTRADICTION.replace('-3.0', '-4.0')}"
-    summary = summarize(study(system_of(four_wheels(), text), "compiled"))
+    summary = summarize(assess(system_of(four_wheels(), text), "compiled"))
     assert not any("contradict" in warning["what"] for warning in summary["warnings"])
     assert summary["loads"]["g4"]["torque"]["peak"] == pytest.approx(0.0, abs=1e-9)
 

@@ -6,7 +6,7 @@ from engines import slow_on_drake
 from machines import bar, four_bar, joint, model, solid
 from scipy.integrate import simpson
 
-from linkages import ideal, study, summarize
+from linkages import assess, ideal, summarize
 from linkages.report.terminal import format_summary
 
 #: A block of 2 kg on a slide along x, drawn at the origin.
@@ -226,7 +226,7 @@ stiffness = 50.0
 free_length = 0.2
 """
     # work is integrated over the run's steps: 1.5e-4 off at the default accuracy, with 23 steps, 8e-6 at 1e-8
-    summary = summarize(study(system_of(BLOCK, toml, {"solver.accuracy": 1e-8}), engine))
+    summary = summarize(assess(system_of(BLOCK, toml, {"solver.accuracy": 1e-8}), engine))
     assert summary["loads"]["P"]["force"]["peak"] == 3.0
     assert summary["loads"]["P"]["work"] == 0.0
     spring = summary["loads"]["S"]

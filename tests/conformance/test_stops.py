@@ -7,7 +7,7 @@ from machines import bar, joint, model, solid
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from linkages import InputError, impacts, load, study, summarize
+from linkages import InputError, assess, impacts, load, summarize
 
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\nmax_step = 1e-3\n"
 
@@ -222,7 +222,7 @@ line = "wall"
 @slow_on_drake
 def test_the_summary_shows_stops_and_contacts(engine, system_of):
     text = "duration = 0.15\n[drives.slide0]\nforce = 0.0\nspeed = 0.5\n" + stop("end", "slide0", "upper", 0.05, HERTZ)
-    found = study(system_of(block("1 0 0"), text + EXACT), engine)
+    found = assess(system_of(block("1 0 0"), text + EXACT), engine)
     depth = (5 * 2.0 * 0.5**2 / (4 * 2e5)) ** 0.4
     entry = summarize(found)["loads"]["end"]
     assert entry["force"]["peak"] == pytest.approx(2e5 * depth**1.5, rel=1e-6)

@@ -10,12 +10,11 @@ from machines import BEARING, bar, joint, model
 from reference_machines import parallelogram_sdf
 from shipped import shipped
 
-from linkages import Status, ideal, simulate, study, summarize
+from linkages import Status, assess, ideal, simulate, summarize
 from linkages.cli.main import main
 from linkages.report.terminal import format_summary
-from linkages.results.noise import noise
-from linkages.results.peak_errors import SAFETY
-from linkages.results.singular import CHANGE_POINT, NEAR, passages
+from linkages.results.peak_errors import SAFETY, noise
+from linkages.results.singular import CHANGE_POINT, NEAR, singular_positions
 from linkages.results.warnings import rough
 
 #: Drawn at 1 rad and driven at 6 rad/s: flat at pi and 2 pi.
@@ -31,7 +30,7 @@ FLAT = (np.array([1.0, 2.0]) * np.pi - 1.0) / 6.0
 
 @slow_on_drake
 def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, system_of):
-    summary = summarize(study(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), engine, error_estimate=False))
+    summary = summarize(assess(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), engine, error_estimate=False))
     (warning,) = summary["warnings"]
     assert warning["kind"] == "singular"
     assert warning["time"] == pytest.approx(FLAT[0], abs=1e-4)
@@ -75,7 +74,7 @@ speed = 6.0
 def test_three_cranks_on_one_rod_have_one_branch_and_a_finite_torque(engine, system_of):
     """The third crank leaves the rod no antiparallel motion; the torque follows from the weights' power."""
     system = system_of(three_cranks_sdf(), CRANKS)
-    found = study(system, engine, error_estimate=False)
+    found = assess(system, engine, error_estimate=False)
     summary = summarize(found)
     singular, indeterminate = summary["warnings"]
     assert (singular["kind"], indeterminate["kind"]) == ("singular", "indeterminate")
@@ -93,12 +92,14 @@ def test_three_cranks_on_one_rod_have_one_branch_and_a_finite_torque(engine, sys
 def test_a_doubled_rod_leaves_both_branches(system_of):
     """It is redundant everywhere, and does not forbid the antiparallel motion."""
     system = system_of(three_cranks_sdf(doubled=True), CRANKS)
-    assert {passage.kind for passage in passages(system.tree, system.ideal_arrays, ideal(system))} == {CHANGE_POINT}
+    assert {position.kind for position in singular_positions(system.tree, system.ideal_arrays, ideal(system))} == {
+        CHANGE_POINT
+    }
 
 
 def test_peaks_without_a_bound_are_not_looked_for(system_of):
     """Evaluation of a run close to a singular position is slow."""
-    found = study(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), "compiled", error_estimate=False)
+    found = assess(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), "compiled", error_estimate=False)
     asked = {}
     for which in ("run", "ideal"):
         motion, asked[which] = getattr(found, which), []
@@ -122,7 +123,7 @@ def test_report_and_figures_of_a_run_through_change_points(experiment_file, tmp_
 
 
 def test_a_motion_that_stays_away_from_its_change_points_has_all_numbers(engine, system_of):
-    summary = summarize(study(system_of(parallelogram_sdf(), DRIVEN.format(0.9 * FLAT[0])), engine))
+    summary = summarize(assess(system_of(parallelogram_sdf(), DRIVEN.format(0.9 * FLAT[0])), engine))
     assert summary["warnings"] == []
     assert all(joint["force"]["peak"] > 0.0 for joint in summary["joints"].values())
     assert None not in summary["error"].values()
@@ -136,7 +137,7 @@ def test_passages_are_found_between_samples(system_of, offset):
     every = 20  # 0.4 rad
     coarse = replace(motion, columns={k: x[int(offset * every) :: every] for k, x in motion.columns.items()})
     coarse = replace(coarse, time=coarse.columns["time"])
-    found = passages(system.tree, system.ideal_arrays, coarse)
+    found = singular_positions(system.tree, system.ideal_arrays, coarse)
     assert [passage.time for passage in found] == pytest.approx(FLAT, abs=2e-3)
     assert all(passage.quality < NEAR for passage in found)
 
@@ -178,7 +179,7 @@ speed = 0.5
 def test_forces_that_redundant_loops_leave_open_are_no_numbers(engine, system_of):
     """What passes between three cranks moves nothing; the force that a hanging bar gets is known all the same."""
     cranks = {"G0", "G1", "G2", "P0", "P1", "P2"}
-    summary = summarize(study(system_of(press_sdf(), PRESS), engine))
+    summary = summarize(assess(system_of(press_sdf(), PRESS), engine))
     for numbers in (summary, summary["ideal"]):
         assert {name for name, joint in numbers["joints"].items() if joint["force"]["peak"] is None} == cranks
         assert numbers["joints"]["hook"]["force"]["peak"] > 0.0
@@ -193,7 +194,7 @@ def test_forces_that_redundant_loops_leave_open_are_no_numbers(engine, system_of
 
 def test_play_in_a_redundant_link_makes_the_forces_determinate(system_of):
     film = '[joints.P1]\nmodel = "lubricated"\nclearance = 1e-4\nviscosity = 0.1\n'
-    summary = summarize(study(system_of(press_sdf(), PRESS + film), "compiled", error_estimate=False))
+    summary = summarize(assess(system_of(press_sdf(), PRESS + film), "compiled", error_estimate=False))
     assert all(joint["force"]["peak"] > 0.0 for joint in summary["joints"].values())
     assert summary["ideal"]["joints"]["P1"]["force"]["peak"] is None
     (warning,) = [entry for entry in summary["warnings"] if entry["kind"] == "indeterminate"]
@@ -205,11 +206,11 @@ def test_play_in_a_redundant_link_makes_the_forces_determinate(system_of):
 )
 def test_the_shipped_machines_pass_no_singular_position(name):
     system = shipped(name)
-    assert passages(system.tree, system.ideal_arrays, ideal(system)) == []
+    assert singular_positions(system.tree, system.ideal_arrays, ideal(system)) == []
 
 
 def test_peaks_that_another_tolerance_changes_by_more_than_a_tenth_are_rough():
-    found = study(shipped("seven_bar", duration=0.05, **FINITE), "compiled")
+    found = assess(shipped("seven_bar", duration=0.05, **FINITE), "compiled")
     assert summarize(found)["warnings"] == []
     columns = found.tighter.columns | {"A.force": 1.2 * found.tighter["A.force"]}
     summary = summarize(replace(found, tighter=replace(found.tighter, columns=columns, evaluate=None)))
@@ -236,7 +237,7 @@ def test_the_noise_of_a_zero_is_not_rough():
 
 
 def test_errors_that_could_not_be_estimated_are_null_and_said(tmp_path, capsys, monkeypatch):
-    from linkages.engines import study as runs
+    from linkages.engines import assessment as runs
 
     original = runs.simulate
 

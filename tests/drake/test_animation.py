@@ -11,7 +11,7 @@ from flexible_machines import bent_machine
 from machines import PLANES, bar, four_bar, joint, model, solid, written
 from shipped import shipped
 
-from linkages import AssemblyError, IdealMotion, Status, Trajectory, load, study
+from linkages import AssemblyError, IdealMotion, Status, Trajectory, assess, load
 from linkages.engines.drake.visuals import visuals
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import guide_frames
@@ -19,8 +19,8 @@ from linkages.plots.animation.journal_view import journal_frames
 from linkages.plots.animation.magnified import strongest
 from linkages.plots.animation.recording import frames, write_animation
 from linkages.plots.animation.surroundings import Surroundings
-from linkages.plots.guides import guides_figure
 from linkages.plots.histories import forces_figure
+from linkages.plots.journals import guides_figure
 from linkages.plots.style import engineering
 from linkages.system.rigid_segments import segmented
 
@@ -37,7 +37,7 @@ contact = {law = "lankarani-nikravesh", restitution = 0.9, youngs_modulus = 2e11
 @pytest.fixture(scope="module")
 def dry(tmp_path_factory):
     path = written(tmp_path_factory.mktemp("animation"), four_bar(), DRY)
-    return study(load(path), "drake", error_estimate=False)
+    return assess(load(path), "drake", error_estimate=False)
 
 
 AFTER = """
@@ -46,7 +46,7 @@ from pathlib import Path
 from linkages.plots.animation.recording import write_animation
 gc.disable()
 system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.02})
-write_animation(linkages.study(system, "compiled", error_estimate=False), Path(sys.argv[1]))
+write_animation(linkages.assess(system, "compiled", error_estimate=False), Path(sys.argv[1]))
 collecting = threading.Thread(target=gc.collect)
 collecting.start()
 collecting.join()
@@ -142,7 +142,7 @@ def turning_slot(folder):
 
 def test_a_block_reaches_the_rim_of_its_figure_where_a_corner_touches():
     """The rim is where middle and lift add up to the clearance, as in the definition of a corner's eccentricity ratio."""
-    found = study(shipped("slider_crank_guide", duration=2e-3), "compiled", error_estimate=False)
+    found = assess(shipped("slider_crank_guide", duration=2e-3), "compiled", error_estimate=False)
     whole, ends = guides_figure(found).axes
     lift, middle = np.array(whole.lines[0].get_data())
     ratio = np.max([np.abs(found.run[f"guide.corner{k}.eccentricity_ratio"]) for k in (1, 2, 3, 4)], axis=0)
@@ -166,7 +166,7 @@ def test_below_each_force_stands_its_difference_from_the_ideal_one(dry):
 @pytest.mark.slow
 @pytest.mark.parametrize("machine", [sliding_block, turning_slot])
 def test_a_block_in_its_slot_is_drawn_where_its_corners_are(machine, tmp_path):
-    found = study(machine(tmp_path), "drake", error_estimate=False)
+    found = assess(machine(tmp_path), "drake", error_estimate=False)
     times = np.linspace(0.0, found.run.time[-1], 61)
     shown, moments = guide_frames(found, "guide", times), strongest(found.run, "guide", times)
     for k, (x, y) in enumerate([(1, 1), (-1, 1), (-1, -1), (1, -1)]):
@@ -228,7 +228,7 @@ class Scene:
 @pytest.mark.parametrize("plane", PLANES)
 def test_paths_lie_where_points_went_and_the_ground_below_its_joints(system_of, plane):
     text = 'duration = 0.5\noutputs = ["coupler.x", "coupler.omega"]\n[drives.O]\nspeed = 15.0\n'
-    found = study(system_of(four_bar(plane=plane), text), "compiled", error_estimate=False)
+    found = assess(system_of(four_bar(plane=plane), text), "compiled", error_estimate=False)
     scene = Scene()
     Surroundings(found, scene).draw()
     basis, size = found.system.mechanism.basis, found.system.tree.extent
@@ -259,7 +259,7 @@ def test_a_link_without_visuals_is_drawn_between_its_joints(mechanism_of, plane)
 
 def test_links_that_bend_are_drawn_bent_so_that_it_is_seen(tmp_path):
     """Hinges are turned by the factor times what their beam's sections are, drives are where they are, loops closed."""
-    found = study(bent_machine(tmp_path, "slider_crank"), "compiled", error_estimate=False)
+    found = assess(bent_machine(tmp_path, "slider_crank"), "compiled", error_estimate=False)
     shown = segmented(found.system)
     times, drawn, factor = frames(found, None, shown)
     assert factor == 10.0  # 1.5 mm of 450 mm

@@ -22,7 +22,7 @@ from linkages.laws.film.surface.equilibrium import coefficients, equilibrium, st
 from linkages.laws.film.surface.surface_film import Pressures, solve_film
 from linkages.laws.film.surface.surface_mesh import surface_mesh
 from linkages.laws.journal import clearance_force, end_flow
-from linkages.results.joint_validity import RULES, outside
+from linkages.results.joint_validity import film_content, outside
 
 SLENDERNESS, CELLS, NODES = 4.0 / 3.0, (48, 4), (13, 24, 16)
 GROOVE = Groove(0.0, math.radians(20.0), 0.8)
@@ -255,7 +255,7 @@ def test_the_warning_states_the_error_near_the_centre(last, said):
     model = SimpleNamespace(has_film=True, feed=(GROOVE,), cavitation="mass-conserving", has_history=False)
     run = {"A.eccentricity_ratio": np.array([0.0, 0.7, last])}
     case = SimpleNamespace(joint=SimpleNamespace(name="A"), model=model, run=run)
-    finding = RULES[0].find(case)
+    finding = film_content(case)
     assert finding.value == 0.7
     assert said in finding.limit
     assert ("counts as full" in finding.limit) == bool(said)

@@ -91,7 +91,7 @@ def test_the_numbers_of_the_page_are_those_of_simulate(page, tmp_path):
     page.wait(lambda: page.state.startswith("written"))
     system = linkages.load(tmp_path / "thin.toml")
     assert (system.value(CLEARANCE), system.value("joints.B.viscosity")) == (2e-4, 0.2)
-    summary = linkages.summarize(linkages.study(system, "compiled", error_estimate=False))
+    summary = linkages.summarize(linkages.assess(system, "compiled", error_estimate=False))
     shown, table = summary["windows"]["steady"], page.table()
     for name, entry in shown["outputs"].items():
         assert float(table[name][2]) == float(f"{entry['peak']:.5g}")

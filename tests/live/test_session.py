@@ -43,7 +43,7 @@ def settled(of, values):
 
 def steady_numbers(path):
     """Peaks of the last period of a file's motion, as `linkages simulate` reports them."""
-    summary = linkages.summarize(linkages.study(linkages.load(path), "compiled", error_estimate=False))
+    summary = linkages.summarize(linkages.assess(linkages.load(path), "compiled", error_estimate=False))
     shown = summary["windows"][summary["report"]] if summary["report"] != "whole" else summary
     peaks = {name: entry["peak"] for name, entry in shown["outputs"].items()}
     peaks |= {f"{name}.force": entry["force"]["peak"] for name, entry in shown["joints"].items()}

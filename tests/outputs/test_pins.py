@@ -36,7 +36,7 @@ def test_a_joint_with_play_is_where_its_journal_is(system_of):
     assert np.ptp(run["B.ex"]) > 1e-5
     assert run["B.x"] == pytest.approx(run["rod_tip.x"] + run["B.ex"], abs=1e-12)
     assert run["B.x"] == pytest.approx(run["slider.x"], abs=1e-12)
-    assert set(linkages.summarize(linkages.study(system, "compiled", error_estimate=False))["outputs"]) == {
+    assert set(linkages.summarize(linkages.assess(system, "compiled", error_estimate=False))["outputs"]) == {
         "B.x",
         "B.vy",
     }

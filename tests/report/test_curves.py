@@ -5,7 +5,7 @@ import pytest
 
 from linkages.plots.curves import drawn_errors, resolved, seen
 from linkages.report import load_results
-from linkages.report.page_curves import curves_of
+from linkages.report.page import curves_of
 from linkages.results.trajectory import load_trajectory
 
 

@@ -17,10 +17,10 @@ import pytest
 from engines import slow_on_drake
 from flexible_machines import bent_machine
 
-from linkages import InputError, study, summarize
+from linkages import InputError, assess, summarize
 from linkages.cli.main import main
 from linkages.model.experiment import load_experiment
-from linkages.plots.links import links_figure
+from linkages.plots.histories import links_figure
 from linkages.report import load_results
 from linkages.report.page import render
 from linkages.report.words import answer, change, commands, experiment_file, question
@@ -307,7 +307,7 @@ def test_the_answer_compares_peaks_and_speaks_of_ideal_joints_only_where_there_i
 
 def test_links_that_bend_have_numbers_a_table_and_a_figure(tmp_path):
     """Largest deflection and stress of the columns, with time and place; the figure's marks are there too."""
-    found = study(bent_machine(tmp_path, "slider_crank"), "compiled", error_estimate=False)
+    found = assess(bent_machine(tmp_path, "slider_crank"), "compiled", error_estimate=False)
     link, run = summarize(found)["links"]["rod"], found.run
     for column, entry in {"rod.deflection": "deflection", "rod.bending": "bending", "rod.stress": "stress"}.items():
         assert link[entry]["peak"] == pytest.approx(np.abs(run[column]).max(), rel=1e-3)

@@ -39,7 +39,7 @@ return {{outside, labels: labels.length,
 @pytest.mark.parametrize("name", ["seven_bar", "slider_crank_guide"])
 def test_an_animation_fits_its_window_at_all_times(name, tmp_path):
     system = linkages.load(linkages.find_file(f"{name}.toml"))
-    write_animation(linkages.study(system, "compiled", error_estimate=False), tmp_path / "animation.html")
+    write_animation(linkages.assess(system, "compiled", error_estimate=False), tmp_path / "animation.html")
     for size in SIZES:
         seen = open_page(tmp_path / "animation.html", tmp_path, _LABELS, size).seen
         assert seen["labels"] > 3

@@ -5,8 +5,8 @@ import pytest
 
 from linkages.files.shipped import data_folder
 from linkages.three_rrr.analysis import RobotResults, analyse
-from linkages.three_rrr.branch import Branch, follow, start_assembly
-from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.branch import AssemblyBranch, follow, start_assembly
+from linkages.three_rrr.kinematics import RobotMotion
 from linkages.three_rrr.robot import Robot, load_robot
 
 
@@ -16,13 +16,13 @@ def robot() -> Robot:
 
 
 @pytest.fixture(scope="session")
-def branch(robot: Robot) -> Branch:
+def branch(robot: Robot) -> AssemblyBranch:
     start = start_assembly(robot.geometry, robot.phi0, np.deg2rad(98.05))
     return follow(robot.geometry, robot.cranks, start, robot.duration)
 
 
 @pytest.fixture(scope="session")
-def poses(branch: Branch, robot: Robot) -> Motion:
+def poses(branch: AssemblyBranch, robot: Robot) -> RobotMotion:
     return branch.motion(np.linspace(0.0, robot.duration, 13))
 
 

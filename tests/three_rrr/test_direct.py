@@ -8,8 +8,18 @@ import pytest
 from linkages.errors import InputError, Status
 from linkages.three_rrr.branch import BranchError, start_assembly
 from linkages.three_rrr.direct import assemblies, count, count_roots, polynomial
-from linkages.three_rrr.geometry import Geometry, symmetric
+from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import unit
+
+
+def symmetric(a, b, l1, l2):
+    """Build the paper's robot: equilateral triangles of sides a, b [m] centred on the origins, equal legs.
+
+    A_1 A_2 and C_1 C_2 are parallel to x (x'); both triangles are counter-clockwise.
+    """
+    corners = np.array([[-0.5, -0.5 / np.sqrt(3.0)], [0.5, -0.5 / np.sqrt(3.0)], [0.0, 1.0 / np.sqrt(3.0)]])
+    return Geometry(a * corners, b * corners, np.full(3, l1), np.full(3, l2))
+
 
 PAPER = symmetric(0.6, 0.36, 0.112, 0.422)
 

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from linkages.plots.three_rrr import figures
-from linkages.plots.three_rrr.animation import animation_data, write_animation
-from linkages.plots.three_rrr.robot_lines import rest_lines, shape_lines
+from linkages.plots.three_rrr.robot_lines import animation_data, displaced_lines, shape_lines, write_animation
 from linkages.three_rrr.analysis import RobotResults
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.kinematics import determinants
@@ -39,7 +38,7 @@ def test_map_agrees_with_single_solutions(robot: Robot) -> None:
 def test_deformed_lines_meet_at_the_pivots(results: RobotResults) -> None:
     """Neighbouring rods and the platform share their pivots, deformed or not, and the base is fixed."""
     for lines in (
-        rest_lines(results.model, results.motion, 100),
+        displaced_lines(results.model, results.motion.part(slice(100, 101))),
         shape_lines(results.model, results.motion, 100, results.shapes[100, :, 3]),
     ):
         named = {name: line for line, name in lines}
@@ -85,7 +84,7 @@ def test_animation_needs_no_network(results: RobotResults, tmp_path: Path) -> No
 
 def test_the_library_loads_without_drake_and_matplotlib() -> None:
     code = (
-        "import sys, linkages.plots.three_rrr.animation, linkages.three_rrr.speed, linkages.three_rrr.maps;"
+        "import sys, linkages.plots.three_rrr.robot_lines, linkages.three_rrr.speed, linkages.three_rrr.maps;"
         "sys.exit(any(name in sys.modules for name in ('pydrake', 'matplotlib')))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -9,17 +9,17 @@ import pytest
 
 from linkages.flexible.modes import dense_modes, mac
 from linkages.flexible.rotation import rotations
-from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import Geometry
-from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.kinematics import RobotMotion
 from linkages.three_rrr.modes import frequencies, modes, tracked_modes
 from linkages.three_rrr.robot import Robot, changed, load_robot, make_robot
 from linkages.three_rrr.speed import faster
 from linkages.three_rrr.velocity_terms import velocity_terms
 
 
-def papers_matrices(robot: Robot, state: Motion) -> tuple[np.ndarray, np.ndarray]:
+def papers_matrices(robot: Robot, state: RobotMotion) -> tuple[np.ndarray, np.ndarray]:
     """Add up the 24 x 24 matrices at the first pose with the index maps of section 2.3 (the text's numbers).
 
     Crank: element displacements (w_1, u_2, v_2, w_2) -> u_1..u_4. Coupler: (u_1, v_1, w_1, u_2, v_2, w_2) ->
@@ -47,7 +47,7 @@ def papers_matrices(robot: Robot, state: Motion) -> tuple[np.ndarray, np.ndarray
     return result[0], result[1]
 
 
-def test_the_papers_24_numbers(robot: Robot, poses: Motion) -> None:
+def test_the_papers_24_numbers(robot: Robot, poses: RobotMotion) -> None:
     free = changed(robot, drives={"roots": "free"})
     model = FiniteElementModel(free)
     assert (model.full, model.size) == (24, 24)
@@ -57,21 +57,21 @@ def test_the_papers_24_numbers(robot: Robot, poses: Motion) -> None:
     np.testing.assert_allclose(m[0], want_m, rtol=1e-12, atol=1e-12 * np.max(want_m))
 
 
-def test_first_locked_frequency(robot: Robot, poses: Motion) -> None:
+def test_first_locked_frequency(robot: Robot, poses: RobotMotion) -> None:
     """Steel, one element per link, t = 0, branch at +98.05 deg: 133.56 Hz by two independent computations."""
     model = FiniteElementModel(robot)
     assert model.size == 21
     assert frequencies(model, poses)[0, 0] == pytest.approx(133.56, abs=0.005)
 
 
-def test_frequency_scales_with_the_material(robot: Robot, poses: Motion) -> None:
+def test_frequency_scales_with_the_material(robot: Robot, poses: RobotMotion) -> None:
     soft = changed(robot, material={"youngs_modulus": 0.5 * 2.06e11, "density": 2 * 7850.0})
     np.testing.assert_allclose(
         frequencies(FiniteElementModel(soft), poses), 0.5 * frequencies(FiniteElementModel(robot), poses), rtol=1e-9
     )
 
 
-def test_frequencies_do_not_depend_on_the_axes(robot: Robot, poses: Motion) -> None:
+def test_frequencies_do_not_depend_on_the_axes(robot: Robot, poses: RobotMotion) -> None:
     g, turn = robot.geometry, 0.7
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     other = make_robot(robot.model_dump(), robot.source, Geometry(g.base @ rotation.T, g.platform, g.crank, g.coupler))
@@ -84,7 +84,7 @@ def test_frequencies_do_not_depend_on_the_axes(robot: Robot, poses: Motion) -> N
 
 @pytest.mark.parametrize("platform", ["triangle", "rigid"])
 @pytest.mark.parametrize("roots", ["locked", "servo", "free"])
-def test_sparse_and_dense_matrices_agree(robot: Robot, poses: Motion, roots: str, platform: str) -> None:
+def test_sparse_and_dense_matrices_agree(robot: Robot, poses: RobotMotion, roots: str, platform: str) -> None:
     options = {"roots": roots, "servo_stiffness": 1e5}
     model = FiniteElementModel(changed(robot, drives=options, model={"elements": 3, "platform": platform}))
     k, m = model.matrices(poses)
@@ -93,7 +93,7 @@ def test_sparse_and_dense_matrices_agree(robot: Robot, poses: Motion, roots: str
         np.testing.assert_allclose(sm.toarray(), m[n], atol=1e-15)
 
 
-def test_sparse_and_dense_solvers_agree(robot: Robot, poses: Motion) -> None:
+def test_sparse_and_dense_solvers_agree(robot: Robot, poses: RobotMotion) -> None:
     model = FiniteElementModel(changed(robot, model={"elements": 8}))
     some = poses.part(slice(0, 3))
     found, shapes = modes(model, some, 10)
@@ -103,7 +103,7 @@ def test_sparse_and_dense_solvers_agree(robot: Robot, poses: Motion) -> None:
     np.testing.assert_allclose(np.swapaxes(shapes, 1, 2) @ m @ shapes, np.tile(np.eye(10), (3, 1, 1)), atol=1e-9)
 
 
-def test_servo_lies_between_free_and_locked(robot: Robot, poses: Motion) -> None:
+def test_servo_lies_between_free_and_locked(robot: Robot, poses: RobotMotion) -> None:
     def first(roots: str, stiffness: float = 1.0) -> np.ndarray:
         return frequencies(
             FiniteElementModel(changed(robot, drives={"roots": roots, "servo_stiffness": stiffness})), poses
@@ -120,7 +120,7 @@ def test_servo_lies_between_free_and_locked(robot: Robot, poses: Motion) -> None
     assert np.all(between[:, :21] <= locked + 1e-6)
 
 
-def test_rigid_platform_is_the_limit_of_a_stiff_triangle(robot: Robot, poses: Motion) -> None:
+def test_rigid_platform_is_the_limit_of_a_stiff_triangle(robot: Robot, poses: RobotMotion) -> None:
     model = FiniteElementModel(robot)
     model.triangle = replace(model.triangle, youngs_modulus=1e4 * 2.06e11)
     rigid = FiniteElementModel(changed(robot, model={"platform": "rigid"}))
@@ -128,7 +128,7 @@ def test_rigid_platform_is_the_limit_of_a_stiff_triangle(robot: Robot, poses: Mo
     np.testing.assert_allclose(frequencies(rigid, poses)[:, :6], frequencies(model, poses)[:, :6], rtol=1e-4)
 
 
-def test_refinement_lowers_frequencies_to_a_limit(robot: Robot, poses: Motion) -> None:
+def test_refinement_lowers_frequencies_to_a_limit(robot: Robot, poses: RobotMotion) -> None:
     start = poses.part(slice(0, 1))
     found = [frequencies(FiniteElementModel(changed(robot, model={"elements": n})), start, 6)[0] for n in (2, 4, 8, 16)]
     steps = -np.diff(found, axis=0)
@@ -137,7 +137,7 @@ def test_refinement_lowers_frequencies_to_a_limit(robot: Robot, poses: Motion) -
     assert np.all((order > 2.0) & (order < 4.1))
 
 
-def test_joint_masses_add_their_kinetic_energy(robot: Robot, poses: Motion) -> None:
+def test_joint_masses_add_their_kinetic_energy(robot: Robot, poses: RobotMotion) -> None:
     heavy, light = (FiniteElementModel(changed(robot, joint_masses={"B": 0.3, "C": 0.5})), FiniteElementModel(robot))
     v = light.rigid_velocity(poses)
     extra = [(heavy, 1.0), (light, -1.0)]
@@ -147,7 +147,7 @@ def test_joint_masses_add_their_kinetic_energy(robot: Robot, poses: Motion) -> N
 
 
 @pytest.mark.parametrize("count", [1, 3])
-def test_inertia_load_is_the_integral_over_the_bodies(robot: Robot, poses: Motion, count: int) -> None:
+def test_inertia_load_is_the_integral_over_the_bodies(robot: Robot, poses: RobotMotion, count: int) -> None:
     """Gauss quadrature of -rho a N with each material point's acceleration from rigid-body kinematics."""
     model = FiniteElementModel(changed(robot, drives={"roots": "free"}, model={"elements": count}))
     load = np.zeros((len(poses), model.full))
@@ -182,7 +182,7 @@ def test_inertia_load_is_the_integral_over_the_bodies(robot: Robot, poses: Motio
     np.testing.assert_allclose(model.full_load(poses), load, atol=1e-13 * np.max(np.abs(load)) + 1e-15)
 
 
-def test_platform_load_has_its_resultant(robot: Robot, poses: Motion) -> None:
+def test_platform_load_has_its_resultant(robot: Robot, poses: RobotMotion) -> None:
     pushed = FiniteElementModel(changed(robot, load={"force": [3.0, -2.0], "moment": 0.7}))
     extra = (pushed.full_load(poses) - FiniteElementModel(robot).full_load(poses))[:, pushed.c.ravel()].reshape(
         -1, 3, 2
@@ -194,7 +194,7 @@ def test_platform_load_has_its_resultant(robot: Robot, poses: Motion) -> None:
 
 
 @pytest.mark.parametrize("platform", ["triangle", "rigid"])
-def test_velocity_terms_are_the_derivatives_of_the_field(robot: Robot, branch: Branch, platform: str) -> None:
+def test_velocity_terms_are_the_derivatives_of_the_field(robot: Robot, branch: AssemblyBranch, platform: str) -> None:
     """M U'' + G U' + K_c U is the virtual work of the displacement field's second time derivative."""
     fast = faster(branch, 50.0)
     model = FiniteElementModel(changed(robot, model={"elements": 2, "platform": platform}))
@@ -208,7 +208,7 @@ def test_velocity_terms_are_the_derivatives_of_the_field(robot: Robot, branch: B
         now = u + (time - t0) * v + 0.5 * (time - t0) ** 2 * a
         return shapes(state) @ now
 
-    def shapes(state: Motion) -> np.ndarray:
+    def shapes(state: RobotMotion) -> np.ndarray:
         g = model.reduction(state)[0]
         rows = []
         for link in model.links:
@@ -242,7 +242,7 @@ def test_velocity_terms_are_the_derivatives_of_the_field(robot: Robot, branch: B
     np.testing.assert_allclose(ours, work, atol=2e-6 * np.max(np.abs(work)))
 
 
-def test_modes_are_followed_by_mac(robot: Robot, branch: Branch) -> None:
+def test_modes_are_followed_by_mac(robot: Robot, branch: AssemblyBranch) -> None:
     model = FiniteElementModel(robot)
     ends = []
     for count in (181, 721):  # modes that veer are followed alike on coarse and fine poses
@@ -260,7 +260,7 @@ def test_modes_are_followed_by_mac(robot: Robot, branch: Branch) -> None:
     np.testing.assert_allclose(mac(shapes[0], shapes[0], m[0]), np.eye(model.size), atol=1e-12)
 
 
-def test_aluminium_is_a_second_experiment(robot: Robot, poses: Motion) -> None:
+def test_aluminium_is_a_second_experiment(robot: Robot, poses: RobotMotion) -> None:
     light = load_robot(robot.source.with_name("three_rrr_aluminium.toml"))
     a, s = light.material, robot.material
     ratio = np.sqrt(a.youngs_modulus / a.density * s.density / s.youngs_modulus)

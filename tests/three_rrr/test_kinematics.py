@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from linkages.errors import Status
-from linkages.three_rrr.branch import Branch, BranchError, follow, shortest, travel
+from linkages.three_rrr.branch import AssemblyBranch, BranchError, follow, shortest, travel
 from linkages.three_rrr.direct import assemblies, count
-from linkages.three_rrr.kinematics import Motion, determinants, inverse, jacobians, loop_errors, pivots, unit
+from linkages.three_rrr.kinematics import RobotMotion, determinants, inverse, jacobians, loop_errors, pivots, unit
 from linkages.three_rrr.robot import Robot, changed
 
 
-def test_loops_are_closed_over_the_revolution(robot: Robot, branch: Branch) -> None:
+def test_loops_are_closed_over_the_revolution(robot: Robot, branch: AssemblyBranch) -> None:
     state = branch.motion(np.linspace(0.0, robot.duration, 720))
     assert branch.status is Status.OK
     assert np.max(np.abs(loop_errors(robot.geometry, state.phi, state.x))) <= 1e-12
 
 
-def test_velocities_and_accelerations_are_derivatives(branch: Branch) -> None:
+def test_velocities_and_accelerations_are_derivatives(branch: AssemblyBranch) -> None:
     times = np.linspace(0.5, 11.5, 40)
     h = 2e-3
     weights = {-3: -1 / 60, -2: 3 / 20, -1: -3 / 4, 1: 3 / 4, 2: -3 / 20, 3: 1 / 60}  # sixth order
@@ -55,7 +55,7 @@ def test_drives_may_accelerate(robot: Robot) -> None:
     assert np.ptp(branch.motion(times).x[:, 1]) > 0.01
 
 
-def test_any_function_of_time_drives_the_cranks(robot: Robot, branch: Branch) -> None:
+def test_any_function_of_time_drives_the_cranks(robot: Robot, branch: AssemblyBranch) -> None:
     """The shipped motion, passed back and forth: x(t) of the constant speeds at the same crank angles."""
     speeds = np.array(robot.drives.phidot)
 
@@ -68,7 +68,7 @@ def test_any_function_of_time_drives_the_cranks(robot: Robot, branch: Branch) ->
     np.testing.assert_allclose(swing.motion(times).x, branch.motion(np.sin(times) ** 2).x, atol=1e-12)
 
 
-def test_rows_agree_with_the_leg_jacobians_of_the_paper(robot: Robot, branch: Branch) -> None:
+def test_rows_agree_with_the_leg_jacobians_of_the_paper(robot: Robot, branch: AssemblyBranch) -> None:
     """Eq. (3)-(4): the first row of each inverted leg Jacobian, away from its singular alignments."""
     state = branch.motion(np.linspace(0.0, robot.duration, 50))
     g = robot.geometry
@@ -88,7 +88,7 @@ def test_rows_agree_with_the_leg_jacobians_of_the_paper(robot: Robot, branch: Br
     assert compared > 15
 
 
-def test_leg_jacobians_are_singular_where_the_rows_are_not(robot: Robot, branch: Branch) -> None:
+def test_leg_jacobians_are_singular_where_the_rows_are_not(robot: Robot, branch: AssemblyBranch) -> None:
     aligned = [s for s in branch.singularities if s.type == 1]
     assert len(aligned) == 7
     for event in aligned:
@@ -102,7 +102,7 @@ def test_leg_jacobians_are_singular_where_the_rows_are_not(robot: Robot, branch:
         assert np.all(np.isfinite(state.ddx))
 
 
-def test_inverse_kinematics_returns_the_drives(robot: Robot, poses: Motion) -> None:
+def test_inverse_kinematics_returns_the_drives(robot: Robot, poses: RobotMotion) -> None:
     g = robot.geometry
     b, c = pivots(g, poses.phi, poses.x)
     reach, rod = c - g.base, b - g.base
@@ -154,7 +154,7 @@ def test_branch_ends_at_a_fold_where_the_number_of_assemblies_falls(robot: Robot
         assert caught.value.status is Status.SINGULAR
 
 
-def test_a_branch_has_motion_between_its_ends_only(robot: Robot, branch: Branch) -> None:
+def test_a_branch_has_motion_between_its_ends_only(robot: Robot, branch: AssemblyBranch) -> None:
     end = branch.times[-1]
     ends = branch.motion(np.array([0.0, end]))
     np.testing.assert_allclose(ends.x, branch.x[[0, -1]], rtol=0.0, atol=1e-12)

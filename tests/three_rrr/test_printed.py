@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from replication import robot_printed as printed
 
-from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.kinematics import Motion, determinants, motion, pivots
+from linkages.three_rrr.kinematics import RobotMotion, determinants, motion, pivots
 from linkages.three_rrr.response import Response, quasi_static_response
 from linkages.three_rrr.robot import Robot, changed
 from linkages.three_rrr.stress import link_stress, platform_stress
 
 
 @pytest.fixture(scope="module")
-def pushed(robot: Robot, branch: Branch) -> Motion:
+def pushed(robot: Robot, branch: AssemblyBranch) -> RobotMotion:
     """Poses away from the alignments of eq. (3), with drives that accelerate."""
     state = branch.motion(np.linspace(0.0, robot.duration, 60))
     state = state.part(
@@ -26,7 +26,7 @@ def pushed(robot: Robot, branch: Branch) -> Motion:
     return motion(robot.geometry, state.time, state.phi, 3.0 * state.dphi, rates, state.x)
 
 
-def test_the_lines_of_the_position_equation_hold_for_j_2_only(robot: Robot, poses: Motion) -> None:
+def test_the_lines_of_the_position_equation_hold_for_j_2_only(robot: Robot, poses: RobotMotion) -> None:
     """Equations for the origin A_1 and (x, y) = C_1; for j = 3 in axes turned by 60 degrees."""
     g = robot.geometry
     base, platform, l1 = (
@@ -47,7 +47,7 @@ def test_the_lines_of_the_position_equation_hold_for_j_2_only(robot: Robot, pose
     assert np.median(third) > 0.01
 
 
-def test_second_order_influence_gives_the_accelerations(robot: Robot, pushed: Motion) -> None:
+def test_second_order_influence_gives_the_accelerations(robot: Robot, pushed: RobotMotion) -> None:
     """Eq. (6) with the first row of G on both sides, and eq. (5) for the joints."""
     np.testing.assert_allclose(printed.accelerations(robot.geometry, pushed), pushed.ddx, rtol=1e-9, atol=1e-9)
     first, second = printed.leg_influence(robot.geometry, pushed)
@@ -59,7 +59,7 @@ def test_second_order_influence_gives_the_accelerations(robot: Robot, pushed: Mo
     np.testing.assert_allclose(joints, want, rtol=1e-9, atol=1e-9)
 
 
-def test_the_printed_load_of_the_platform_has_no_resultant(robot: Robot, pushed: Motion) -> None:
+def test_the_printed_load_of_the_platform_has_no_resultant(robot: Robot, pushed: RobotMotion) -> None:
     """Newton: the inertia forces of a body add up to -m a; as printed, without translation, to nothing."""
     free = changed(robot, drives={"roots": "free"})
     model = FiniteElementModel(free)
@@ -73,7 +73,7 @@ def test_the_printed_load_of_the_platform_has_no_resultant(robot: Robot, pushed:
     np.testing.assert_allclose(theirs, 0.0, atol=1e-9)
 
 
-def test_the_printed_load_of_the_rods_has_the_other_sign(robot: Robot, pushed: Motion) -> None:
+def test_the_printed_load_of_the_rods_has_the_other_sign(robot: Robot, pushed: RobotMotion) -> None:
     """d'Alembert: rods alone need torques that accelerate them; as printed they would pull their drives along."""
     bare = FiniteElementModel(changed(robot, drives={"roots": "free"}, sections={"platform_thickness": 1e-12}))
     np.testing.assert_allclose(printed.load(bare, pushed), -bare.full_load(pushed), atol=1e-9)
@@ -87,7 +87,7 @@ def test_the_printed_load_of_the_rods_has_the_other_sign(robot: Robot, pushed: M
         phi = pushed.phi + step * pushed.dphi + 0.5 * step**2 * pushed.ddphi
         psi = pushed.psi + step * pushed.dpsi + 0.5 * step**2 * pushed.ddpsi
         rates = {name: getattr(pushed, name) + step * getattr(pushed, "d" + name) for name in ("dphi", "dx", "dpsi")}
-        late = Motion(
+        late = RobotMotion(
             pushed.time, phi, rates["dphi"], pushed.ddphi, x, rates["dx"], pushed.ddx, psi, rates["dpsi"], pushed.ddpsi
         )
         v = bare.rigid_velocity(late)
@@ -97,7 +97,7 @@ def test_the_printed_load_of_the_rods_has_the_other_sign(robot: Robot, pushed: M
     np.testing.assert_allclose(power, (moved[1] - moved[0]) / (2 * h), rtol=1e-5, atol=1e-6 * np.max(np.abs(power)))
 
 
-def test_the_printed_work_lacks_the_moment(robot: Robot, poses: Motion) -> None:
+def test_the_printed_work_lacks_the_moment(robot: Robot, poses: RobotMotion) -> None:
     """The power of M in the platform's rotation is M dtheta/dt; as printed it is nothing."""
     loads = {"still": {}, "turned": {"moment": 5.0}}
     models = {
@@ -110,7 +110,7 @@ def test_the_printed_work_lacks_the_moment(robot: Robot, poses: Motion) -> None:
     np.testing.assert_allclose(theirs, 0.0, atol=1e-12)
 
 
-def test_stress_of_prescribed_loads_does_not_depend_on_the_modulus(robot: Robot, poses: Motion) -> None:
+def test_stress_of_prescribed_loads_does_not_depend_on_the_modulus(robot: Robot, poses: RobotMotion) -> None:
     """The robot is statically determinate: half the modulus, the same stress. The printed axial one is a strain."""
     found = []
     for e in (2.06e11, 1.03e11):
@@ -126,7 +126,7 @@ def test_stress_of_prescribed_loads_does_not_depend_on_the_modulus(robot: Robot,
     np.testing.assert_allclose(2.06e11 * axial, ends, rtol=0.02, atol=0.02 * np.max(ends))
 
 
-def test_a_pinned_coupler_is_bent_most_between_its_ends(robot: Robot, poses: Motion) -> None:
+def test_a_pinned_coupler_is_bent_most_between_its_ends(robot: Robot, poses: RobotMotion) -> None:
     """Section 3.3 looks at the ends, where a pinned rod has no bending moment."""
     model = FiniteElementModel(robot)
     response = quasi_static_response(model, poses)
@@ -137,7 +137,7 @@ def test_a_pinned_coupler_is_bent_most_between_its_ends(robot: Robot, poses: Mot
     assert np.max(np.abs(coupler.bending)) > np.max(np.abs(coupler.axial))
 
 
-def test_the_printed_shear_modulus_is_not_isotropic(robot: Robot, poses: Motion) -> None:
+def test_the_printed_shear_modulus_is_not_isotropic(robot: Robot, poses: RobotMotion) -> None:
     """Pure shear, seen in axes turned by 45 degrees, is the same state: the same principal stresses."""
     model, one = FiniteElementModel(robot), poses.part(slice(0, 1))
     r = model.platform_arms(one)[0]

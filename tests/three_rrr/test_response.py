@@ -10,16 +10,23 @@ import pytest
 from linkages.errors import InputError
 from linkages.flexible.modes import dense_modes
 from linkages.flexible.response import BATCH
-from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.response import energy, generalised_alpha, quasi_static, quasi_static_response, recursion
+from linkages.three_rrr.response import generalised_alpha, quasi_static, quasi_static_response, recursion
 from linkages.three_rrr.robot import Robot, changed
 from linkages.three_rrr.speed import faster, speed_sweep, velocity_effect
 from linkages.three_rrr.stress import link_stress, platform_stress
 from linkages.three_rrr.vibration import vibrate
 
 
-def still(branch: Branch) -> Branch:
+def energy(model, response):
+    """Elastic plus kinetic energy (N,) of the elastic motion [J]."""
+    k, m = model.matrices(response.motion)
+    strain = np.einsum("ni,nij,nj->n", response.u, k, response.u)
+    return 0.5 * (strain + np.einsum("ni,nij,nj->n", response.v, m, response.v))
+
+
+def still(branch: AssemblyBranch) -> AssemblyBranch:
     """Return the branch's start, with the drives at rest."""
     phi0, _, _ = branch.cranks(np.zeros(1))
 
@@ -32,7 +39,7 @@ def still(branch: Branch) -> Branch:
 
 
 @pytest.mark.parametrize("scheme", [recursion, generalised_alpha])
-def test_energy_is_conserved_without_damping(robot: Robot, branch: Branch, scheme) -> None:
+def test_energy_is_conserved_without_damping(robot: Robot, branch: AssemblyBranch, scheme) -> None:
     """Drives at rest, the platform pushed at t = 0: the energy is the work of the constant push."""
     model = FiniteElementModel(changed(robot, load={"force": [100.0, -50.0], "moment": 5.0}))
     options = {"radius": 1.0} if scheme is generalised_alpha else {}
@@ -44,7 +51,7 @@ def test_energy_is_conserved_without_damping(robot: Robot, branch: Branch, schem
 
 
 @pytest.mark.slow
-def test_rayleigh_damping_has_its_decay(robot: Robot, branch: Branch) -> None:
+def test_rayleigh_damping_has_its_decay(robot: Robot, branch: AssemblyBranch) -> None:
     """Free decay about the static solution: the first mode's amplitude falls as exp(-zeta p t)."""
     alpha, beta = 3.0, 2e-5
     pushed = changed(robot, load={"force": [100.0, 0.0]}, damping={"mass": alpha, "stiffness": beta})
@@ -65,7 +72,7 @@ def test_rayleigh_damping_has_its_decay(robot: Robot, branch: Branch) -> None:
 
 
 @pytest.mark.slow
-def test_recursion_and_generalised_alpha_agree_on_the_moving_robot(robot: Robot, branch: Branch) -> None:
+def test_recursion_and_generalised_alpha_agree_on_the_moving_robot(robot: Robot, branch: AssemblyBranch) -> None:
     """Both tend to one solution: the recursion at first order, as it holds matrices over a step."""
     quick = faster(branch, 20.0)
     model = FiniteElementModel(robot)
@@ -84,7 +91,7 @@ def test_recursion_and_generalised_alpha_agree_on_the_moving_robot(robot: Robot,
     assert np.all(second[:-1] / second[1:] > 2.5)  # the start shakes modes of many kHz, not yet resolved
 
 
-def test_the_printed_recursion_is_that_of_one_basis_to_first_order(robot: Robot, branch: Branch) -> None:
+def test_the_printed_recursion_is_that_of_one_basis_to_first_order(robot: Robot, branch: AssemblyBranch) -> None:
     """Eq. (13) returns with the next step's modes; order and signs, in which solvers are free, must not matter."""
     model = FiniteElementModel(robot)
     apart = []
@@ -97,7 +104,7 @@ def test_the_printed_recursion_is_that_of_one_basis_to_first_order(robot: Robot,
     assert apart[1] < 0.5 * apart[0]
 
 
-def test_the_printed_recursion_needs_no_order_nor_signs(robot: Robot, branch: Branch, monkeypatch) -> None:
+def test_the_printed_recursion_needs_no_order_nor_signs(robot: Robot, branch: AssemblyBranch, monkeypatch) -> None:
     model, times = FiniteElementModel(robot), np.linspace(0.0, 0.1, 201)
     expected = recursion(model, branch, times, printed=True)
     draw = np.random.default_rng(2)
@@ -115,7 +122,9 @@ def test_the_printed_recursion_needs_no_order_nor_signs(robot: Robot, branch: Br
 
 
 @pytest.mark.parametrize("printed", [False, True, None], ids=["one basis", "printed", "generalised-alpha"])
-def test_a_robot_that_nothing_drives_moves_as_its_rigid_masses_say(robot: Robot, branch: Branch, printed) -> None:
+def test_a_robot_that_nothing_drives_moves_as_its_rigid_masses_say(
+    robot: Robot, branch: AssemblyBranch, printed
+) -> None:
     """Free roots, pushed from rest: the part of the elastic motion in the rigid modes is a free fall, f t^2/2."""
     loose = changed(robot, drives={"roots": "free"}, load={"force": [30.0, -20.0], "at": [0.1, 0.05], "moment": 2.0})
     model, times = FiniteElementModel(loose), np.linspace(0.0, 0.05, 401)
@@ -130,7 +139,9 @@ def test_a_robot_that_nothing_drives_moves_as_its_rigid_masses_say(robot: Robot,
     np.testing.assert_allclose(moved, want, atol=1e-7 * np.max(np.abs(want)))
 
 
-def test_the_printed_recursion_needs_no_basis_of_the_rigid_motion(robot: Robot, branch: Branch, monkeypatch) -> None:
+def test_the_printed_recursion_needs_no_basis_of_the_rigid_motion(
+    robot: Robot, branch: AssemblyBranch, monkeypatch
+) -> None:
     """The three zero modes have only a common space: the solver may return any basis."""
     model, times = FiniteElementModel(changed(robot, drives={"roots": "free"})), np.linspace(0.0, 0.1, 201)
     expected = recursion(model, branch, times, printed=True)
@@ -147,7 +158,7 @@ def test_the_printed_recursion_needs_no_basis_of_the_rigid_motion(robot: Robot, 
     np.testing.assert_allclose(found.u, expected.u, rtol=0, atol=1e-7 * np.abs(expected.u).max())
 
 
-def test_vibration_over_the_motion_is_that_of_all_its_steps(robot: Robot, branch: Branch) -> None:
+def test_vibration_over_the_motion_is_that_of_all_its_steps(robot: Robot, branch: AssemblyBranch) -> None:
     """Extremes in spans, part by part, against the whole response at once."""
     short = replace(branch, times=branch.times[:9], x=branch.x[:9])
     model = FiniteElementModel(robot)
@@ -168,7 +179,7 @@ def test_vibration_over_the_motion_is_that_of_all_its_steps(robot: Robot, branch
     assert found.largest == pytest.approx({link.name: link.largest.max() for link in links}, rel=1e-9)
 
 
-def test_a_force_acts_where_it_is_said_to(robot: Robot, branch: Branch) -> None:
+def test_a_force_acts_where_it_is_said_to(robot: Robot, branch: AssemblyBranch) -> None:
     """A force at a point of a rigid platform acts like one at the centre with the moment r x F; at a pivot on it alone."""
     state, force, at = branch.motion(np.array([0.0, 3.0])), np.array([3.0, -2.0]), np.array([0.07, -0.02])
     for n in range(2):
@@ -189,7 +200,7 @@ def test_a_force_acts_where_it_is_said_to(robot: Robot, branch: Branch) -> None:
     np.testing.assert_allclose(gain, np.broadcast_to([[0.0, 0.0], force, [0.0, 0.0]], gain.shape), atol=1e-12)
 
 
-def test_start_on_the_quasi_static_solution_hardly_vibrates(robot: Robot, branch: Branch) -> None:
+def test_start_on_the_quasi_static_solution_hardly_vibrates(robot: Robot, branch: AssemblyBranch) -> None:
     model = FiniteElementModel(robot)
     times = np.linspace(0.0, 0.3, 1201)
     smooth = generalised_alpha(model, branch, times, start="quasi-static")
@@ -200,14 +211,14 @@ def test_start_on_the_quasi_static_solution_hardly_vibrates(robot: Robot, branch
     assert np.all(np.max(np.abs(rest - static.platform), axis=0) > 20.0 * shake)
 
 
-def test_servo_roots_turn_by_torque_over_stiffness(robot: Robot, branch: Branch) -> None:
+def test_servo_roots_turn_by_torque_over_stiffness(robot: Robot, branch: AssemblyBranch) -> None:
     model = FiniteElementModel(changed(robot, drives={"roots": "servo", "servo_stiffness": 2e4}))
     state = branch.motion(np.linspace(0.0, robot.duration, 30))
     turn = model.expand(state, quasi_static(model, state))[:, model.roots]
     np.testing.assert_allclose(turn, -model.drive_torques(state) / 2e4, rtol=1e-9, atol=1e-15)
 
 
-def test_free_roots_have_no_response(robot: Robot, branch: Branch) -> None:
+def test_free_roots_have_no_response(robot: Robot, branch: AssemblyBranch) -> None:
     model = FiniteElementModel(changed(robot, drives={"roots": "free"}))
     with pytest.raises(InputError, match="nothing holds the mechanism"):
         quasi_static(model, branch.motion(np.zeros(1)))
@@ -215,7 +226,7 @@ def test_free_roots_have_no_response(robot: Robot, branch: Branch) -> None:
 
 @pytest.mark.parametrize("beam", ["euler-bernoulli", "timoshenko"])
 @pytest.mark.parametrize("count", [1, 4])
-def test_crank_root_moment_is_the_drive_torque(robot: Robot, branch: Branch, count: int, beam: str) -> None:
+def test_crank_root_moment_is_the_drive_torque(robot: Robot, branch: AssemblyBranch, count: int, beam: str) -> None:
     """Torque from virtual power of rigid bodies (checked against Drake); moment from elastic statics."""
     model = FiniteElementModel(changed(robot, model={"elements": count, "beam": beam}))
     state = branch.motion(np.linspace(0.0, robot.duration, 40))
@@ -228,7 +239,7 @@ def test_crank_root_moment_is_the_drive_torque(robot: Robot, branch: Branch, cou
             np.testing.assert_allclose(hinged, 0.0, atol=1e-10)
 
 
-def test_coupler_moment_has_the_closed_form_of_a_pinned_beam(robot: Robot, branch: Branch) -> None:
+def test_coupler_moment_has_the_closed_form_of_a_pinned_beam(robot: Robot, branch: AssemblyBranch) -> None:
     """Load q_0 + (q_1 - q_0) x/L across: M = -q_0 x (L - x)/2 - (q_1 - q_0) x (L^2 - x^2)/(6 L)."""
     model = FiniteElementModel(robot)
     state = branch.motion(np.linspace(0.0, robot.duration, 40))
@@ -249,7 +260,7 @@ def test_coupler_moment_has_the_closed_form_of_a_pinned_beam(robot: Robot, branc
 
 @pytest.mark.parametrize("beam", ["euler-bernoulli", "timoshenko"])
 @pytest.mark.parametrize("count", [1, 3])
-def test_hinges_carry_no_moment_in_vibration(robot: Robot, branch: Branch, count: int, beam: str) -> None:
+def test_hinges_carry_no_moment_in_vibration(robot: Robot, branch: AssemblyBranch, count: int, beam: str) -> None:
     """Started from rest, whatever the elements: where a rod is hinged its bending stress is nothing."""
     model = FiniteElementModel(changed(robot, model={"elements": count, "beam": beam}))
     shaken = link_stress(model, recursion(model, branch, np.linspace(0.0, 0.02, 101)))
@@ -258,7 +269,7 @@ def test_hinges_carry_no_moment_in_vibration(robot: Robot, branch: Branch, count
             np.testing.assert_allclose(rod.bending[:, ends], 0.0, atol=1e-8 * np.max(np.abs(rod.bending)))
 
 
-def test_stress_does_not_depend_on_the_elements(robot: Robot, branch: Branch) -> None:
+def test_stress_does_not_depend_on_the_elements(robot: Robot, branch: AssemblyBranch) -> None:
     state = branch.motion(np.linspace(0.0, robot.duration, 40))
     peaks = []
     for count in (1, 5):
@@ -268,7 +279,7 @@ def test_stress_does_not_depend_on_the_elements(robot: Robot, branch: Branch) ->
     np.testing.assert_allclose(*peaks, rtol=1e-9)
 
 
-def test_platform_stress_balances_its_pivots(robot: Robot, branch: Branch) -> None:
+def test_platform_stress_balances_its_pivots(robot: Robot, branch: AssemblyBranch) -> None:
     """Mean stress of a body is the moment of its forces r_i F_j, less the inertia's, over its volume."""
     model = FiniteElementModel(robot)
     response = quasi_static_response(model, branch.motion(np.linspace(0.0, robot.duration, 25)))
@@ -297,14 +308,14 @@ def test_platform_stress_balances_its_pivots(robot: Robot, branch: Branch) -> No
         assert found.largest_shear[n] == pytest.approx(0.5 * (found.first[n] - found.second[n]))
 
 
-def test_rigid_platform_has_no_stress(robot: Robot, branch: Branch) -> None:
+def test_rigid_platform_has_no_stress(robot: Robot, branch: AssemblyBranch) -> None:
     model = FiniteElementModel(changed(robot, model={"platform": "rigid"}))
     with pytest.raises(InputError, match="has no stress"):
         platform_stress(model, quasi_static_response(model, branch.motion(np.zeros(1))))
 
 
 @pytest.mark.slow
-def test_speed_sweep_scales_and_finds_a_resonance(robot: Robot, branch: Branch) -> None:
+def test_speed_sweep_scales_and_finds_a_resonance(robot: Robot, branch: AssemblyBranch) -> None:
     low = speed_sweep(robot, branch, np.array([20.0, 40.0]), steps_per_period=8.0)
     assert low.static[1] / low.static[0] == pytest.approx(4.0, rel=1e-3)  # inertia loads grow with the square
     np.testing.assert_allclose(low.amplification, 1.0, atol=0.03)
@@ -315,7 +326,7 @@ def test_speed_sweep_scales_and_finds_a_resonance(robot: Robot, branch: Branch) 
     assert high.amplification[high.resonance] > 1.5
 
 
-def test_velocity_dependent_terms_grow_with_the_square_of_the_speed(robot: Robot, branch: Branch) -> None:
+def test_velocity_dependent_terms_grow_with_the_square_of_the_speed(robot: Robot, branch: AssemblyBranch) -> None:
     frequency, displacement = velocity_effect(robot, branch, np.array([10.0, 20.0]), poses=6)
     np.testing.assert_allclose([frequency[1] / frequency[0], displacement[1] / displacement[0]], 4.0, rtol=0.02)
     assert displacement[0] < 1e-3

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from linkages.three_rrr.branch import Branch, follow
+from linkages.three_rrr.branch import AssemblyBranch, follow
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.kinematics import Motion, motion
+from linkages.three_rrr.kinematics import RobotMotion, motion
 from linkages.three_rrr.robot import Robot, changed
 from linkages.three_rrr.verify import RigidPlant, verify
 
@@ -35,7 +35,7 @@ def test_everything_agrees_with_drake(robot: Robot, options: dict) -> None:
             assert getattr(found, name) <= 1e-9
 
 
-def test_drives_with_acceleration_agree_with_drake(robot: Robot, branch: Branch) -> None:
+def test_drives_with_acceleration_agree_with_drake(robot: Robot, branch: AssemblyBranch) -> None:
     """Accelerating drives, which no experiment has, exercise every term of the accelerations."""
     state = branch.motion(np.linspace(0.0, robot.duration, 9))
     pushed = np.random.default_rng(2).normal(size=state.phi.shape) * 5.0
@@ -54,7 +54,7 @@ def test_the_sdf_file_has_the_masses_of_the_robot_file(robot: Robot) -> None:
             assert mechanism.link[link].com_local["xyz".index(quantity[-1])] == pytest.approx(value, abs=1e-15)
 
 
-def test_a_wrong_mass_or_motion_is_noticed(robot: Robot, poses: Motion) -> None:
+def test_a_wrong_mass_or_motion_is_noticed(robot: Robot, poses: RobotMotion) -> None:
     one = poses.part(slice(2, 3))
     plant = RigidPlant(robot)
     plant.solve(one.phi[0], one.dphi[0], one.ddphi[0], {"coupler1": 0.0, "platform": 1.5} | _couplers(one))
@@ -66,5 +66,5 @@ def test_a_wrong_mass_or_motion_is_noticed(robot: Robot, poses: Motion) -> None:
     assert error == pytest.approx(1.0 / 7850.0, rel=1e-6)
 
 
-def _couplers(state: Motion) -> dict[str, float]:
+def _couplers(state: RobotMotion) -> dict[str, float]:
     return {f"coupler{leg}": float(state.psi[0, leg - 1]) for leg in (1, 2, 3)}

@@ -11,7 +11,7 @@ from linkages.engines.budget import Budget
 from linkages.engines.drake.drives import Drives
 from linkages.engines.drake.steps import Steps, is_collapse
 from linkages.errors import Status
-from linkages.results.trajectory import Listener
+from linkages.results.trajectory import TimeReport
 from linkages.system import System
 
 _FIRST = 1e-3  # first step over the largest step
@@ -22,7 +22,7 @@ def advance(
     drives: Drives,
     simulator: Simulator,
     until: float,
-    progress: Listener | None = None,
+    progress: TimeReport | None = None,
     limit: int | None = None,
 ) -> Status:
     """Advance a simulator to a time; `linkages.engines.drake.Linkage.advance` documents the arguments."""

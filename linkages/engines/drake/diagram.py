@@ -17,7 +17,7 @@ from linkages.engines.drake.clearance import BristledJoints, ClearanceJoints
 from linkages.engines.drake.drives import Drives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
 from linkages.errors import InputError, Status
-from linkages.results.trajectory import Listener
+from linkages.results.trajectory import TimeReport
 from linkages.system import System
 from linkages.system.rigid_segments import segmented
 
@@ -63,7 +63,7 @@ class Linkage:
             self.clearance.begin(self.clearance.GetMyMutableContextFromRoot(root))
 
     def advance(
-        self, simulator: Simulator, until: float, progress: Listener | None = None, limit: int | None = None
+        self, simulator: Simulator, until: float, progress: TimeReport | None = None, limit: int | None = None
     ) -> Status:
         """Advance a simulator of a diagram with this linkage, where `Simulator.AdvanceTo` may stall.
 

@@ -20,7 +20,7 @@ from linkages.errors import Status
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import WIDTH
 from linkages.results.loops import Loops
-from linkages.results.trajectory import Listener, Trajectory, sample
+from linkages.results.trajectory import TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
 
@@ -29,7 +29,7 @@ _FIRST = 0.1  # its longest first step at this accuracy, over the run's step: a 
 _FINEST = 1e-10  # accuracy beyond which rounding keeps Drake's implicit schemes from converging
 
 
-def simulate(system: System, progress: Listener | None = None) -> Trajectory:
+def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     """Simulate a system with Drake.
 
     Parameters
@@ -85,7 +85,7 @@ def simulate(system: System, progress: Listener | None = None) -> Trajectory:
 class _Watch:
     """Stores the state of every accepted step, and checks it: journals inside bearings, loops closed."""
 
-    def __init__(self, linkage: Linkage, steps: Steps, progress: Listener | None) -> None:
+    def __init__(self, linkage: Linkage, steps: Steps, progress: TimeReport | None) -> None:
         self.linkage, self.steps, self.progress = linkage, steps, progress
         system = linkage.system
         self.status = Status.OK

@@ -3,8 +3,7 @@
 | module       | responsibility                                                                  |
 |--------------|---------------------------------------------------------------------------------|
 | multipliers  | Floquet multipliers: stability, kinds of bifurcations                           |
-| continuation | Newton's method and pseudo-arclength continuation of any equations              |
-| shooting     | periodic motions with a known period as equations                               |
+| continuation | Newton's method and pseudo-arclength continuation of any equations, as shooting |
 | tracing      | a branch with its bifurcations; the start of a doubled branch                   |
 | return_map   | the return map of a linkage, with exact derivatives                             |
 | motion       | a periodic motion of a linkage                                                  |

@@ -10,13 +10,12 @@ import numpy as np
 from linkages.arguments import Names, validated
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, Status
-from linkages.explore.periodic.continuation import Point, Settings, rescaled, solve
+from linkages.explore.periodic.continuation import Settings, Solution, forced, rescaled, solve
 from linkages.explore.periodic.motion import PeriodicMotion, made, monodromy
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
 from linkages.explore.periodic.return_map import ReturnMap, least_clearance
 from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE, check_settings
-from linkages.explore.periodic.shooting import forced
-from linkages.explore.periodic.tracing import INTERRUPTED, Bifurcation, Seen, Trace, doubled, trace, turned
+from linkages.explore.periodic.tracing import INTERRUPTED, Bifurcation, PointFacts, Trace, doubled, trace, turned
 from linkages.model.experiment import ARGUMENT
 from linkages.outputs.registry import pack
 from linkages.system import System
@@ -29,21 +28,11 @@ _SAME = 1e-4  # distance of two bifurcations over the range, below which they ar
 
 @dataclass(frozen=True, eq=False)
 class Event:
-    """A bifurcation of a branch.
+    """A bifurcation of a branch."""
 
-    Attributes
-    ----------
-    kind : str
-        See `linkages.explore.periodic.multipliers`.
-    motion : PeriodicMotion
-        The motion there.
-    multiplier : complex
-        The Floquet multiplier on the unit circle; NaN for grazing.
-    """
-
-    kind: str
-    motion: PeriodicMotion
-    multiplier: complex
+    kind: str  # see `linkages.explore.periodic.multipliers`
+    motion: PeriodicMotion  # the motion there
+    multiplier: complex  # the Floquet multiplier on the unit circle; NaN for grazing
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +160,7 @@ def branches(
         system.replaced({path: value}, origin)
     outputs = tuple(outputs)
     pack(system, outputs)
-    search = _Search(system, path, low, high, step, accuracy, tolerance, outputs, progress or (lambda done: None))
+    search = _BranchSearch(system, path, low, high, step, accuracy, tolerance, outputs, progress or (lambda done: None))
     found = tuple(search.all(first, periods, transient, doublings))
     return Branches(path, low, high, outputs, found, Status.INTERRUPTED if search.interrupted else Status.OK)
 
@@ -181,7 +170,7 @@ _Level = tuple[ReturnMap, list[Trace], tuple[int, int] | None]
 
 
 @dataclass
-class _Search:
+class _BranchSearch:
     """The branches of one call of `branches`."""
 
     system: System
@@ -194,7 +183,7 @@ class _Search:
     outputs: tuple[str, ...]
     progress: Callable[[float], None]  # called with the finished part of all branches up to the last doubling
     interrupted: bool = False  # nothing is then traced any more
-    known: dict[int, tuple[Point, PeriodicMotion]] = field(default_factory=dict)  # by the identity of the point
+    known: dict[int, tuple[Solution, PeriodicMotion]] = field(default_factory=dict)  # by the identity of the point
 
     def all(self, first: float, periods: int, transient: int, doublings: int) -> list[Branch]:
         """Trace the branch of the first motion, and the branches from period doublings."""
@@ -243,11 +232,11 @@ class _Search:
         steps = {"first": _FIRST * self.step, "least": _LEAST * self.step, "most": self.step}
         return Settings(sizes, self._range, np.minimum(given.error, sizes), self.tolerance, **steps)
 
-    def _trace(self, given: ReturnMap, point: Point, settings: Settings, done: float, share: float) -> Trace:
+    def _trace(self, given: ReturnMap, point: Solution, settings: Settings, done: float, share: float) -> Trace:
         """Trace a branch from a point in the direction of its tangent: its share of the work comes after `done`."""
         start = point.p
 
-        def report(point: Point) -> None:
+        def report(point: Solution) -> None:
             self._motion(given, point)  # not at the end, which an interruption should reach soon
             self.progress(_SHOWN * (done + share * abs(point.p - start) / self._range))
 
@@ -266,7 +255,7 @@ class _Search:
             self.interrupted, first = True, None
         return None if first is None else (given, self._trace(given, first, settings, done, share))
 
-    def _map(self, point: Point, periods: int) -> ReturnMap:
+    def _map(self, point: Solution, periods: int) -> ReturnMap:
         """Make a return map that starts at a motion of a branch."""
         passage = point.detail.detail
         return ReturnMap(passage.system, self.path, periods, 0, self.accuracy, (passage.y, passage.memory))
@@ -278,7 +267,7 @@ class _Search:
         events = tuple(Event(b.kind, self._motion(given, b.point), b.multiplier) for b in found)
         return Branch(given.periods, source, motions, events, tuple(trace.end for trace in traces))
 
-    def _motion(self, given: ReturnMap, point: Point) -> PeriodicMotion:
+    def _motion(self, given: ReturnMap, point: Solution) -> PeriodicMotion:
         """Return the motion of a point with its outputs, computed once."""
         if id(point) not in self.known:
             motion = made(given, point, point.p)
@@ -287,12 +276,12 @@ class _Search:
         return self.known[id(point)][1]
 
 
-def _seen(point: Point) -> Seen:
+def _seen(point: Solution) -> PointFacts:
     passage = point.detail.detail
-    return Seen(passage.multipliers, passage.contacts)
+    return PointFacts(passage.multipliers, passage.contacts)
 
 
-def _in_order(traces: list[Trace]) -> tuple[list[Point], list[Bifurcation]]:
+def _in_order(traces: list[Trace]) -> tuple[list[Solution], list[Bifurcation]]:
     """Join one trace, or the traces in both directions from the same point, the backward one first."""
     first, *rest = traces
     if not rest:

@@ -37,7 +37,26 @@ class Residual(NamedTuple):
 
 
 #: g(u, p); it raises `RunError` where it does not exist.
-Curve = Callable[[Array, float], Residual]
+ResidualFunction = Callable[[Array, float], Residual]
+
+
+class Return(NamedTuple):
+    """State after a period (n,), less whole turns; its derivatives with respect to the state before and to p."""
+
+    end: Array
+    monodromy: Array
+    by_p: Array
+    detail: Any = None
+
+
+def forced(return_map: Callable[[Array, float], Return]) -> ResidualFunction:
+    """Return the equations of a motion with a given period, a fixed point u (n,) of the return map."""
+
+    def equations(u: Array, p: float) -> Residual:
+        found = return_map(u, p)
+        return Residual(found.end - u, found.monodromy - np.eye(len(u)), found.by_p, found)
+
+    return equations
 
 
 class Settings(NamedTuple):
@@ -53,7 +72,7 @@ class Settings(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class Solution:
     """A solution: u (n,), p, unit tangent (n + 1,) of scaled unknowns, `Residual.detail`, largest residual."""
 
     u: Array
@@ -63,16 +82,13 @@ class Point:
     residual: float
 
 
-def solve(problem: Curve, u: Array, p: float, settings: Settings) -> Point:
+def solve(equations: ResidualFunction, u: Array, p: float, settings: Settings) -> Solution:
     """Solve g(u, p) = 0 at a fixed p by Newton's method; the tangent points to larger p.
 
-    Raises
-    ------
-    RunError
-        If the method does not converge.
+    RunError if the method does not converge.
     """
     up = np.append(np.zeros(len(u)), 1.0)
-    found = _newton(problem, np.append(u / settings.scale, p / settings.scale_p), up, settings)
+    found = _newton(equations, np.append(u / settings.scale, p / settings.scale_p), up, settings)
     if found is None:
         raise RunError(
             "Newton's method finds no periodic motion from this start; start closer to one (a longer transient)"
@@ -80,7 +96,7 @@ def solve(problem: Curve, u: Array, p: float, settings: Settings) -> Point:
     return _point(*found[:2], up, settings)
 
 
-def rescaled(point: Point, settings: Settings) -> tuple[Point, Settings]:
+def rescaled(point: Solution, settings: Settings) -> tuple[Solution, Settings]:
     """Return a point and the settings with larger scales of unknowns that change by more than theirs over a unit of p.
 
     Otherwise an unknown that changes much along the whole branch, as a speed with that of the drive, would determine
@@ -92,31 +108,22 @@ def rescaled(point: Point, settings: Settings) -> tuple[Point, Settings]:
     return replace(point, tangent=tangent / np.linalg.norm(tangent)), settings._replace(scale=scale)
 
 
-def follow(problem: Curve, start: Point, low: float, high: float, settings: Settings) -> Iterator[Point]:
+def follow(
+    equations: ResidualFunction, start: Solution, low: float, high: float, settings: Settings
+) -> Iterator[Solution]:
     """Follow a branch from a point along its tangent, up to a limit of p or where the step gets too small.
 
-    Parameters
-    ----------
-    problem : callable
-    start : Point
-        Not yielded.
-    low, high : float
-        Limits of p; a point exactly there ends the branch.
-    settings : Settings
-
-    Yields
-    ------
-    Point
+    The start is not yielded; a point exactly at a limit ends the branch.
     """
     point, size = start, settings.first
     while size >= settings.least:
-        found = step(problem, point, size, settings)
+        found = step(equations, point, size, settings)
         if found is None or found[0].tangent @ point.tangent < _BENT:
             size *= _SHRINK
             continue
         ahead, rounds = found
         if not low <= ahead.p <= high:
-            if low <= point.p <= high and (end := _end(problem, point, ahead, low, high, settings)) is not None:
+            if low <= point.p <= high and (end := _end(equations, point, ahead, low, high, settings)) is not None:
                 yield end
             return
         yield ahead
@@ -124,18 +131,23 @@ def follow(problem: Curve, start: Point, low: float, high: float, settings: Sett
         size = min(settings.most, size * (_GROWTH if rounds < _GOOD else 1.0 if rounds == _GOOD else _SHRINK))
 
 
-def step(problem: Curve, point: Point, size: float, settings: Settings) -> tuple[Point, int] | None:
+def step(equations: ResidualFunction, point: Solution, size: float, settings: Settings) -> tuple[Solution, int] | None:
     """Take a step of a size along the branch; return the point and the number of iterations, or None."""
     guess = _packed(point, settings) + size * point.tangent
-    found = _newton(problem, guess, point.tangent, settings)
+    found = _newton(equations, guess, point.tangent, settings)
     if found is None or np.linalg.norm(found[0] - guess) > _FAR * size:
         return None
     return _point(found[0], found[1], point.tangent, settings), found[2]
 
 
 def locate(
-    problem: Curve, point: Point, ahead: Point, test: Callable[[Point], float], settings: Settings, tolerance: float
-) -> Point:
+    equations: ResidualFunction,
+    point: Solution,
+    ahead: Solution,
+    test: Callable[[Solution], float],
+    settings: Settings,
+    tolerance: float,
+) -> Solution:
     """Find the point between two neighbours where a test function vanishes, which has opposite signs at them.
 
     Regula falsi (Illinois) on the step from the first point; it ends when the bracket is smaller than the tolerance in
@@ -150,7 +162,7 @@ def locate(
         size = (low * f_high - high * f_low) / (f_high - f_low) if k % 4 != 3 else 0.5 * (low + high)
         if not low < size < high:
             size = 0.5 * (low + high)
-        found = step(problem, point, size, settings)
+        found = step(equations, point, size, settings)
         if found is None:
             return best
         value = test(found[0])
@@ -169,13 +181,15 @@ def locate(
     return best
 
 
-def _packed(point: Point, settings: Settings) -> Array:
+def _packed(point: Solution, settings: Settings) -> Array:
     return np.append(point.u / settings.scale, point.p / settings.scale_p)
 
 
-def _newton(problem: Curve, w: Array, normal: Array, settings: Settings) -> tuple[Array, Residual, int] | None:
+def _newton(
+    equations: ResidualFunction, w: Array, normal: Array, settings: Settings
+) -> tuple[Array, Residual, int] | None:
     """Solve for scaled unknowns w (n + 1,) on the hyperplane through the first guess; None if it does not converge."""
-    residual = _evaluate(problem, w, settings)
+    residual = _evaluate(equations, w, settings)
     for rounds in range(_ROUNDS):
         if residual is None:
             return None
@@ -187,7 +201,7 @@ def _newton(problem: Curve, w: Array, normal: Array, settings: Settings) -> tupl
         if not np.isfinite(change).all():
             return None
         for _ in range(_HALVINGS):
-            ahead = _evaluate(problem, w + change, settings)
+            ahead = _evaluate(equations, w + change, settings)
             if ahead is not None and size_of(ahead, settings) < size_of(residual, settings):
                 break
             change *= 0.5
@@ -197,9 +211,9 @@ def _newton(problem: Curve, w: Array, normal: Array, settings: Settings) -> tupl
     return None
 
 
-def _evaluate(problem: Curve, w: Array, settings: Settings) -> Residual | None:
+def _evaluate(equations: ResidualFunction, w: Array, settings: Settings) -> Residual | None:
     try:
-        found = problem(w[:-1] * settings.scale, float(w[-1]) * settings.scale_p)
+        found = equations(w[:-1] * settings.scale, float(w[-1]) * settings.scale_p)
     except RunError:
         return None
     return found if np.isfinite(found.value).all() and np.isfinite(found.by_u).all() else None
@@ -217,22 +231,24 @@ def _bordered(residual: Residual, normal: Array, settings: Settings) -> Array:
     return np.vstack([np.column_stack([by_u, by_p]), normal])
 
 
-def _point(w: Array, residual: Residual, ahead: Array, settings: Settings) -> Point:
+def _point(w: Array, residual: Residual, ahead: Array, settings: Settings) -> Solution:
     """Make the point of a solution, with the tangent along a direction."""
     tangent = np.linalg.svd(_bordered(residual, ahead, settings)[:-1])[2][-1]
     tangent = tangent * (1.0 if tangent @ ahead >= 0.0 else -1.0)
     u, p = w[:-1] * settings.scale, float(w[-1]) * settings.scale_p
-    return Point(u, p, tangent, residual.detail, size_of(residual, settings))
+    return Solution(u, p, tangent, residual.detail, size_of(residual, settings))
 
 
-def _end(problem: Curve, point: Point, ahead: Point, low: float, high: float, settings: Settings) -> Point | None:
+def _end(
+    equations: ResidualFunction, point: Solution, ahead: Solution, low: float, high: float, settings: Settings
+) -> Solution | None:
     """Find the point at the limit of p between a point and the next one, which is beyond."""
     limit = low if ahead.p < low else high
     share = (limit - point.p) / (ahead.p - point.p)
     guess = (1.0 - share) * _packed(point, settings) + share * _packed(ahead, settings)
     guess[-1] = limit / settings.scale_p
-    found = _newton(problem, guess, np.append(np.zeros(len(point.u)), 1.0), settings)
+    found = _newton(equations, guess, np.append(np.zeros(len(point.u)), 1.0), settings)
     if found is None:
         return None
     end = _point(found[0], found[1], point.tangent, settings)
-    return Point(end.u, limit, end.tangent, end.detail, end.residual)
+    return Solution(end.u, limit, end.tangent, end.detail, end.residual)

@@ -11,11 +11,10 @@ import numpy as np
 from linkages.arguments import validated
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
-from linkages.explore.periodic.continuation import Point, Settings, solve
+from linkages.explore.periodic.continuation import Return, Settings, Solution, forced, solve
 from linkages.explore.periodic.multipliers import Multipliers
 from linkages.explore.periodic.return_map import Passage, ReturnMap, least_clearance
 from linkages.explore.periodic.settings import ACCURACY, TOLERANCE, check_settings
-from linkages.explore.periodic.shooting import Return, forced
 from linkages.explore.sections import Section
 from linkages.system import System
 
@@ -124,13 +123,13 @@ def periodic_motion(
     return made(found, point, None)
 
 
-def made(found: ReturnMap, point: Point, value: float | None) -> PeriodicMotion:
+def made(found: ReturnMap, point: Solution, value: float | None) -> PeriodicMotion:
     """Make the periodic motion of a point."""
     passage = cast(Return, point.detail).detail
     state = dict(zip(found.names, map(float, point.u), strict=True))
     return PeriodicMotion(found.periods, value, state, point.residual, passage)
 
 
-def monodromy(point: Point) -> Array:
+def monodromy(point: Solution) -> Array:
     """Return the monodromy matrix of a point."""
     return cast(Return, point.detail).monodromy

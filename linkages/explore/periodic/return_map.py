@@ -22,8 +22,8 @@ from linkages.errors import InputError
 from linkages.explore.differences import extrapolated
 from linkages.explore.flow import Flow
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
+from linkages.explore.periodic.continuation import Return
 from linkages.explore.periodic.multipliers import Multipliers, multipliers
-from linkages.explore.periodic.shooting import Return
 from linkages.explore.sections import Section, recorded
 from linkages.outputs.registry import pack
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
@@ -42,30 +42,15 @@ _BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """One passage of the return map.
-
-    Attributes
-    ----------
-    system : System
-    period : float
-        Time of the passage [s].
-    start : float
-        Time of its start [s].
-    y, memory : (ny,), (nc, 2) arrays
-        State at the start and what contacts remember; see `linkages.explore.flow.Flow`.
-    multipliers : (n,) array of complex
-        Floquet multipliers; NaN if an impact grazes.
-    contacts : tuple of int
-        For each contact that can touch, how often it begins; -1 if it stays closed.
-    """
+    """One passage of the return map."""
 
     system: System
-    period: float
-    start: float
-    y: Array
-    memory: Array
-    multipliers: Multipliers
-    contacts: tuple[int, ...]
+    period: float  # time of the passage [s]
+    start: float  # time of its start [s]
+    y: Array  # (ny,) state at the start, see `linkages.explore.flow.Flow`
+    memory: Array  # (nc, 2) what contacts remember
+    multipliers: Multipliers  # (n,) Floquet multipliers; NaN if an impact grazes
+    contacts: tuple[int, ...]  # for each contact that can touch, how often it begins; -1 if it stays closed
 
     def section(self, names: Sequence[str], revolutions: int) -> Section:
         """Run once more, and compute outputs at the end of each of the revolutions and their extremes within."""
@@ -87,19 +72,14 @@ class ReturnMap:
     period : float
         Common period of the drives at the first value [s].
     names : tuple of str
-        Its names; ``approach.CONTACT`` are approach speeds.
+        Names of the state; ``approach.CONTACT`` are approach speeds.
 
     Parameters
     ----------
-    system : System
     path : str, optional
         Dotted path of the value.
-    periods : int
-        Number of common periods of the drives in a passage.
-    transient : int
-        Common periods before the section, from the start of the experiment.
-    accuracy : float
-        Accuracy of the runs.
+    periods, transient : int
+        Common periods of the drives in a passage, and before the section, from the start of the experiment.
     given : pair of arrays, optional
         State at the section and what contacts remember there, instead of a transient.
 
@@ -187,13 +167,7 @@ class ReturnMap:
         return period
 
     def __call__(self, x: Array, value: float) -> Return:
-        """Map the state x at the section to the state after the passage, with derivatives.
-
-        Raises
-        ------
-        RunError
-            If the run fails.
-        """
+        """Map the state x at the section to the state after the passage, with derivatives. RunError if it fails."""
         begin = self._first
         if value not in self._flows:
             self._flows = {value: self._flow(value, begin + self.periods)}

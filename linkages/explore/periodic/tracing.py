@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.arrays import Array
-from linkages.explore.periodic.continuation import Curve, Point, Settings, follow, locate, step
+from linkages.explore.periodic.continuation import ResidualFunction, Settings, Solution, follow, locate, step
 from linkages.explore.periodic.multipliers import FOLD, GRAZING, Multipliers, crossing, kind
 
 LIMIT, CLOSED, MOST, LOST, INTERRUPTED = "limit", "closed", "most", "lost", "interrupted"
@@ -28,7 +28,7 @@ _SMOOTH = 1e-3  # distance of a located multiplier from the circle above which i
 _STARTS = (1.0, 0.5, 0.25, 0.1, 0.04)  # sizes of the first step on a doubled branch, over the first step of a branch
 
 
-class Seen(NamedTuple):
+class PointFacts(NamedTuple):
     """Facts of a point that bifurcations change: Floquet multipliers, and how often each contact begins."""
 
     multipliers: Multipliers
@@ -40,7 +40,7 @@ class Bifurcation:
     """A bifurcation: its kind (see `multipliers`), its point, and the multiplier on the unit circle (NaN: none)."""
 
     kind: str
-    point: Point
+    point: Solution
     multiplier: complex
 
 
@@ -48,43 +48,30 @@ class Bifurcation:
 class Trace:
     """A branch in one direction: its points with the first one, its bifurcations in order, and why it ends (`ENDS`)."""
 
-    points: list[Point]
+    points: list[Solution]
     bifurcations: list[Bifurcation]
     end: str
 
 
 def trace(
-    problem: Curve,
-    start: Point,
+    equations: ResidualFunction,
+    start: Solution,
     limits: tuple[float, float],
     settings: Settings,
-    look: Callable[[Point], Seen],
+    look: Callable[[Solution], PointFacts],
     most: int,
-    report: Callable[[Point], None] = lambda point: None,
+    report: Callable[[Solution], None] = lambda point: None,
 ) -> Trace:
     """Follow a branch from a point along its tangent, and locate the bifurcations between its points.
 
-    At `KeyboardInterrupt` the branch ends with the last point.
-
-    Parameters
-    ----------
-    problem : callable
-    start : Point
-    limits : (float, float)
-        Lowest and highest p.
-    settings : Settings
-    look : callable
-        Returns multipliers and contacts of a point.
-    most : int
-        Largest number of points.
-    report : callable
-        Called with each point.
+    It ends at the lowest or highest p of `limits`, after `most` points, or with the last point at `KeyboardInterrupt`.
+    `look` returns multipliers and contacts of a point; `report` is called with each point.
     """
     points, found, end = [start], list[Bifurcation](), LOST
     try:
-        for point in follow(problem, start, *limits, settings):
+        for point in follow(equations, start, *limits, settings):
             before = points[-1]
-            found += _between(problem, before, point, settings, look)
+            found += _between(equations, before, point, settings, look)
             points.append(point)
             report(point)
             end = _ending(start, before, point, limits, settings, len(points) > most)
@@ -96,7 +83,7 @@ def trace(
 
 
 def _ending(
-    start: Point, before: Point, point: Point, limits: tuple[float, float], settings: Settings, many: bool
+    start: Solution, before: Solution, point: Solution, limits: tuple[float, float], settings: Settings, many: bool
 ) -> str:
     """Return why a branch ends at a point, or would if no further one were found."""
     if _passed(start, before, point, settings):
@@ -106,36 +93,35 @@ def _ending(
     return MOST if many else LOST
 
 
-def turned(point: Point) -> Point:
+def turned(point: Solution) -> Solution:
     """Return the point with the opposite direction of its branch."""
     return replace(point, tangent=-point.tangent)
 
 
-def doubled(problem: Curve, bifurcation: Bifurcation, monodromy: Array, settings: Settings) -> Point | None:
+def doubled(
+    equations: ResidualFunction, bifurcation: Bifurcation, monodromy: Array, settings: Settings
+) -> Solution | None:
     """Return the first point of the doubled branch beyond a period doubling; None if no correction converges.
 
-    Parameters
-    ----------
-    problem : callable
-        Of motions with twice the period.
-    bifurcation : Bifurcation
-    monodromy : (n, n) array
-        Of the bifurcation's point.
-    settings : Settings
+    The equations have motions with twice the period; the monodromy matrix (n, n) belongs to the bifurcation's point.
     """
     point = bifurcation.point
     values, vectors = np.linalg.eig(monodromy)
     away = vectors[:, np.argmin(np.abs(values + 1.0))].real / settings.scale
     ahead = replace(point, tangent=np.append(away / np.linalg.norm(away), 0.0))
     for size in _STARTS:
-        found = step(problem, ahead, size * settings.first, settings)
+        found = step(equations, ahead, size * settings.first, settings)
         if found is not None and found[0].p != point.p:
             return found[0]
     return None
 
 
 def _between(
-    problem: Curve, point: Point, ahead: Point, settings: Settings, look: Callable[[Point], Seen]
+    equations: ResidualFunction,
+    point: Solution,
+    ahead: Solution,
+    settings: Settings,
+    look: Callable[[Solution], PointFacts],
 ) -> Iterator[Bifurcation]:
     """Locate the bifurcations between two neighbours."""
     before, after = look(point), look(ahead)
@@ -143,38 +129,38 @@ def _between(
     grazes = before.contacts != after.contacts
     if grazes:
         changed = _sign(lambda p: look(p).contacts == after.contacts)
-        at = locate(problem, point, ahead, changed, settings, _GRAZED)
+        at = locate(equations, point, ahead, changed, settings, _GRAZED)
         yield Bifurcation(GRAZING, at, complex("nan"))
     if turns_back:
-        at = locate(problem, point, ahead, lambda p: float(p.tangent[-1]), settings, _LOCATED)
+        at = locate(equations, point, ahead, lambda p: float(p.tangent[-1]), settings, _LOCATED)
         nearest = look(at).multipliers
         yield Bifurcation(FOLD, at, complex(nearest[np.argmin(np.abs(nearest - 1.0))]))
     k = crossing(before.multipliers, after.multipliers)
     if k is None:
         return
 
-    def outside(p: Point) -> float:
+    def outside(p: Solution) -> float:
         return float(np.abs(look(p).multipliers[k])) - 1.0
 
-    at = locate(problem, point, ahead, outside, settings, _LOCATED)
+    at = locate(equations, point, ahead, outside, settings, _LOCATED)
     multiplier = complex(look(at).multipliers[k])
     what = kind(multiplier, turns_back)
     if what != FOLD and not (grazes and abs(abs(multiplier) - 1.0) > _SMOOTH):
         yield Bifurcation(what, at, multiplier)
 
 
-def _sign(holds: Callable[[Point], bool]) -> Callable[[Point], float]:
+def _sign(holds: Callable[[Solution], bool]) -> Callable[[Solution], float]:
     """Turn a condition into a test function: 1 where it holds, else -1."""
     return lambda point: 1.0 if holds(point) else -1.0
 
 
-def _passed(start: Point, before: Point, point: Point, settings: Settings) -> bool:
+def _passed(start: Solution, before: Solution, point: Solution, settings: Settings) -> bool:
     """Check whether a branch returned to its start between two points: in the same direction, and near it."""
     behind, ahead = (_apart(each, start, settings) for each in (before, point))
     passes = behind @ start.tangent < 0.0 <= ahead @ start.tangent and point.tangent @ start.tangent > 0.0
     return bool(passes and np.linalg.norm(ahead) <= np.linalg.norm(ahead - behind))
 
 
-def _apart(point: Point, other: Point, settings: Settings) -> Array:
+def _apart(point: Solution, other: Solution, settings: Settings) -> Array:
     """Return the way from another point to a point, in scaled unknowns."""
     return np.append((point.u - other.u) / settings.scale, (point.p - other.p) / settings.scale_p)

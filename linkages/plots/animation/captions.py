@@ -8,57 +8,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from importlib.resources import files
 from typing import Any
 
-from linkages.plots.curves import embedded, script
+from markupsafe import Markup
+
+from linkages.plots.curves import script
+from linkages.plots.pages import embedded, filled, own_text
 
 
 @dataclass(frozen=True)
 class Label:
-    """A text at a point of the scene.
+    """A text at a point of the scene."""
 
-    Attributes
-    ----------
-    anchor : str
-        Meshcat path of the point.
-    title : str
-    lines : list of str
-        Lines below the title, one for each frame; empty: title only.
-    """
-
-    anchor: str
+    anchor: str  # Meshcat path of the point
     title: str
-    lines: list[str]
+    lines: list[str]  # lines below the title, one for each frame; empty: title only
 
 
 def add_captions(page: str, labels: list[Label], shown: Mapping[str, Any]) -> str:
     """Add labels, texts below the scene, and a bar to play, stop and seek, to a recording's page.
 
-    Parameters
-    ----------
-    page : str
-        The page as HTML.
-    labels : list of Label
-    shown : mapping
-        ``view`` and ``aspect``: width and height [m] of the visible scene, and the window's ratio of both for which
-        the camera was set; ``clock``: a text for each frame; ``legend``: a text; ``curves``: from
-        `linkages.plots.curves.curves`; ``end``: time of the mechanism at the last frame [s].
-
-    Returns
-    -------
-    str
-        The page with captions as HTML.
-
-    Raises
-    ------
-    ValueError
-        If the page has no body.
+    `shown` has ``view`` and ``aspect``: width and height [m] of the visible scene, and the window's ratio of both for
+    which the camera was set; ``clock``: a text for each frame; ``legend``: a text; ``curves``: from
+    `linkages.plots.curves.curves`; ``end``: time of the mechanism at the last frame [s].
     """
     entries = [asdict(label) | {"path": label.anchor.strip("/").split("/")} for label in labels]
     head, found, tail = page.rpartition("</body>")
     if not found:
         raise ValueError("the recording has no body to write captions into")
-    text = (files("linkages.plots.animation") / "overlay.html").read_text(encoding="utf-8")
-    text = text.replace("@CURVES@", script()).replace("@DATA@", embedded({"labels": entries, **shown}))
+    data = embedded({"labels": entries, **shown})
+    text = filled(own_text("linkages.plots.animation", "overlay.html"), curves=Markup(script()), data=data)
     return f"{head}{text}{found}{tail}"

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array
 from linkages.files.magnitudes import rounded
-from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
-from linkages.results.summary import Study
+from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, MagnifiedView, closed, strongest
+from linkages.results.assessment import Assessment
 from linkages.system.tree import CORNERS
 
 _LENGTH, _HEIGHT = 0.8, 0.3  # half the drawn block's sides over the view's radius
@@ -24,30 +24,20 @@ _SLOT = 1.25  # half the drawn slot's length
 
 @dataclass(frozen=True)
 class GuideFrames:
-    """The motion of a block in its slot, frame by frame.
+    """The motion of a block in its slot, frame by frame."""
 
-    Attributes
-    ----------
-    offset, tilt : (n,) arrays
-        Offset of the block's middle, and additional offset of its end, over the clearance [1].
-    force : (n, 2) array
-        Force on the block, along and across the slot [N].
-    touching : (n, 4) array of bool
-        Whether each corner touches within the frame.
-    """
-
-    offset: Array
-    tilt: Array
-    force: Array
-    touching: NDArray[np.bool_]
+    offset: Array  # (n,) offset of the block's middle, over the clearance [1]
+    tilt: Array  # (n,) additional offset of its end, over the clearance [1]
+    force: Array  # (n, 2) force on the block, along and across the slot [N]
+    touching: NDArray[np.bool_]  # (n, 4) whether each corner touches within the frame
 
 
-def guide_frames(study: Study, name: str, times: Array) -> GuideFrames:
+def guide_frames(assessment: Assessment, name: str, times: Array) -> GuideFrames:
     """Compute the block's motion at the instant of the largest force in each frame."""
-    run, mechanism = study.run, study.system.mechanism
+    run, mechanism = assessment.run, assessment.system.mechanism
     joint = mechanism.joint[name]
     moments = strongest(run, name, times)
-    clearance = study.system.experiment.joints[name].clearance or 0.0
+    clearance = assessment.system.experiment.joints[name].clearance or 0.0
     half = 0.5 * joint.slot.length if joint.slot is not None else 0.0
 
     def at(column: str) -> Array:
@@ -65,8 +55,8 @@ def guide_frames(study: Study, name: str, times: Array) -> GuideFrames:
     )
 
 
-class GuideView(View):
-    """A prismatic joint with clearance: a block in its slot, drawn magnified; parameters as `View`."""
+class GuideView(MagnifiedView):
+    """A prismatic joint with clearance: a block in its slot, drawn magnified; parameters as `MagnifiedView`."""
 
     def caption(self, frame: int) -> str:
         """Return the numbers of a frame."""
@@ -84,9 +74,9 @@ class GuideView(View):
         for k in range(len(CORNERS)):
             self.show_spot(f"corner{k + 1}", now.touching[frame, k], time)
 
-    def draw(self, study: Study, times: Array) -> None:
+    def draw(self, assessment: Assessment, times: Array) -> None:
         """Draw all parts at the origin of the view, and compute the content of each frame."""
-        self.frames = guide_frames(study, self.name, times)
+        self.frames = guide_frames(assessment, self.name, times)
         wall, thick = _HEIGHT + GAP, 0.14
         self.box("floor", (2.0 * _SLOT, 2.0 * wall, 0.01), FLOOR, [0.0, 0.0, -0.02])
         for name, side in (("upper", 1.0), ("lower", -1.0)):

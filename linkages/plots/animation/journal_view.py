@@ -16,8 +16,8 @@ from pydrake.geometry import Cylinder, Rgba
 
 from linkages.arrays import Array
 from linkages.files.magnitudes import rounded
-from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
-from linkages.results.summary import Study
+from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, MagnifiedView, closed, strongest
+from linkages.results.assessment import Assessment
 
 _RING = 0.16  # drawn thickness of the bearing over the view's radius
 _ORBIT_POINTS = 3000
@@ -26,32 +26,20 @@ _ORBIT = Rgba(0.0, 0.35, 0.65, 1.0)
 
 @dataclass(frozen=True)
 class JournalFrames:
-    """The motion of a journal, frame by frame.
+    """The motion of a journal, frame by frame."""
 
-    Attributes
-    ----------
-    e : (n, 2) array
-        Eccentricity over clearance, plane axes [1].
-    force : (n, 2) array
-        Force on the journal [N].
-    touching : (n,) array of bool
-        Whether journal and bearing touch within the frame.
-    journal, bearing : (n,) arrays
-        Angles of the bodies with journal and bearing [rad].
-    """
-
-    e: Array
-    force: Array
-    touching: NDArray[np.bool_]
-    journal: Array
-    bearing: Array
+    e: Array  # (n, 2) eccentricity over clearance, plane axes [1]
+    force: Array  # (n, 2) force on the journal [N]
+    touching: NDArray[np.bool_]  # (n,) whether journal and bearing touch within the frame
+    journal: Array  # (n,) angle of the body with the journal [rad]
+    bearing: Array  # (n,) angle of the body with the bearing [rad]
 
 
-def journal_frames(study: Study, name: str, times: Array) -> JournalFrames:
+def journal_frames(assessment: Assessment, name: str, times: Array) -> JournalFrames:
     """Compute the journal's motion at the instant of the largest force in each frame."""
-    run, joint = study.run, study.system.mechanism.joint[name]
+    run, joint = assessment.run, assessment.system.mechanism.joint[name]
     moments = strongest(run, name, times)
-    clearance = study.system.experiment.joints[name].clearance or 0.0
+    clearance = assessment.system.experiment.joints[name].clearance or 0.0
 
     def at(column: str, when: Array) -> Array:
         return np.interp(when, run.time, run[column])
@@ -68,8 +56,8 @@ def journal_frames(study: Study, name: str, times: Array) -> JournalFrames:
     )
 
 
-class JournalView(View):
-    """A revolute joint with clearance: a journal in its bearing, drawn magnified; parameters as `View`."""
+class JournalView(MagnifiedView):
+    """A revolute joint with clearance: a journal in its bearing, drawn magnified; parameters as `MagnifiedView`."""
 
     def caption(self, frame: int) -> str:
         """Return the numbers of a frame."""
@@ -86,10 +74,10 @@ class JournalView(View):
         self.place("touch", np.zeros(2), float(np.arctan2(e[1], e[0])), time)
         self.show_spot("touch", now.touching[frame], time)
 
-    def draw(self, study: Study, times: Array) -> None:
+    def draw(self, assessment: Assessment, times: Array) -> None:
         """Draw all parts at different heights above the plane, and compute the content of each frame."""
-        self.frames = journal_frames(study, self.name, times)
-        orbit = np.stack([study.run[f"{self.name}.{part}"] for part in ("ex", "ey")]) / self.clearance
+        self.frames = journal_frames(assessment, self.name, times)
+        orbit = np.stack([assessment.run[f"{self.name}.{part}"] for part in ("ex", "ey")]) / self.clearance
         inner = 1.0 - GAP
         angle = np.linspace(0.0, 2.0 * np.pi, 121)
         circle = np.stack([np.cos(angle), np.sin(angle)])

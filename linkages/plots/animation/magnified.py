@@ -17,7 +17,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from linkages.arrays import Array
 from linkages.files.magnitudes import rounded
 from linkages.model.mechanism import Joint, Mechanism
-from linkages.results.summary import Study
+from linkages.results.assessment import Assessment
 from linkages.results.trajectory import Trajectory
 
 GAP = 0.4  # drawn clearance over the view's radius
@@ -64,35 +64,23 @@ def joint_axes(mechanism: Mechanism, joint: Joint) -> Array:
     return np.column_stack([along, np.cross(basis[:, 2], along), basis[:, 2]])
 
 
-class View(ABC):
-    """A magnified view of a joint, at a separate place in the plane.
+class MagnifiedView(ABC):
+    """A magnified view of a joint around a centre (2,) in the plane [m], half its size the radius [m]."""
 
-    Parameters
-    ----------
-    meshcat : Meshcat
-    study : Study
-    name : str
-        Name of the joint.
-    centre : (2,) array
-        Centre of the view, plane axes [m].
-    radius : float
-        Half the size of the view [m].
-    times : (n,) array
-        Times of the frames [s].
-    """
-
-    def __init__(self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, times: Array) -> None:
+    def __init__(
+        self, meshcat: Meshcat, assessment: Assessment, name: str, centre: Array, radius: float, times: Array
+    ) -> None:
         self.meshcat, self.name, self.path = meshcat, name, f"/joints/{name}"
         self.centre, self.radius = centre, radius
-        self.clearance = study.system.experiment.joints[name].clearance or 0.0
-        self.largest = float(study.run[f"{name}.force"].max())
-        mechanism = study.system.mechanism
+        self.clearance = assessment.system.experiment.joints[name].clearance or 0.0
+        self.largest = float(assessment.run[f"{name}.force"].max())
+        mechanism = assessment.system.mechanism
         axes = joint_axes(mechanism, mechanism.joint[name])
         meshcat.SetTransform(self.path, RigidTransform(RotationMatrix(axes), mechanism.basis[:, :2] @ centre))
-        self.draw(study, times)
+        self.draw(assessment, times)
 
     @abstractmethod
-    def draw(self, study: Study, times: Array) -> None:
+    def draw(self, assessment: Assessment, times: Array) -> None:
         """Draw all parts at the origin of the view, and compute the content of each frame."""
 
     @abstractmethod

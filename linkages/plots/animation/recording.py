@@ -21,11 +21,11 @@ from linkages.model.mechanism import Joint, Mechanism
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import GuideView
 from linkages.plots.animation.journal_view import JournalView
-from linkages.plots.animation.magnified import View
+from linkages.plots.animation.magnified import MagnifiedView
 from linkages.plots.animation.surroundings import Surroundings
 from linkages.plots.curves import columns, curves
 from linkages.plots.style import round_length
-from linkages.results.summary import Study
+from linkages.results.assessment import Assessment
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.rigid_segments import Segmented, segmented, system_of
@@ -37,12 +37,12 @@ _DEFLECTION = 0.05  # largest drawn deflection over the linkage's size
 _LENGTH = 8.0  # duration of every animation [s]
 
 
-def write_animation(study: Study, path: Path, exaggerate: float | None = None) -> None:
+def write_animation(assessment: Assessment, path: Path, exaggerate: float | None = None) -> None:
     """Write the run as an animation.
 
     Parameters
     ----------
-    study : Study
+    assessment : Assessment
     path : Path
         The HTML file to write.
     exaggerate : float, optional
@@ -55,13 +55,13 @@ def write_animation(study: Study, path: Path, exaggerate: float | None = None) -
     ValueError
         If the linkage cannot be assembled with the magnified offsets, or its drives do not determine its motion.
     """
-    page = _page(study, exaggerate)
+    page = _page(assessment, exaggerate)
     gc.collect()  # only the collector frees a diagram, and a Meshcat must end in the thread that created it
     path.write_text(page, encoding="utf-8")
 
 
-def _page(study: Study, exaggerate: float | None) -> str:
-    shown = segmented(study.system) if study.system.tree.flexible else study.system
+def _page(assessment: Assessment, exaggerate: float | None) -> str:
+    shown = segmented(assessment.system) if assessment.system.tree.flexible else assessment.system
     tree = shown.tree
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
@@ -74,12 +74,12 @@ def _page(study: Study, exaggerate: float | None) -> str:
         builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=1.0 / _FRAMES_PER_SECOND)
     )
     diagram = builder.Build()
-    times, q, magnified = frames(study, exaggerate, shown)
+    times, q, magnified = frames(assessment, exaggerate, shown)
     slow = max(1.0, _LENGTH / times[-1])
-    surroundings = Surroundings(study, meshcat)
+    surroundings = Surroundings(assessment, meshcat)
     span = surroundings.span()
-    views = _joint_views(study, meshcat, times, *span)
-    seen = _look_at(study, meshcat, views, *span)
+    views = _joint_views(assessment, meshcat, times, *span)
+    seen = _look_at(assessment, meshcat, views, *span)
     scale = surroundings.draw()
     root = diagram.CreateDefaultContext()
     context = plant.GetMyMutableContextFromRoot(root)
@@ -95,8 +95,8 @@ def _page(study: Study, exaggerate: float | None) -> str:
     visualizer.StopRecording()
     visualizer.PublishRecording()
     places: dict[tuple[float, ...], list[Joint]] = {}
-    for joint in study.system.mechanism.joints:  # joints at one place get a common label
-        places.setdefault(tuple((joint.position / study.system.tree.extent).round(6) + 0.0), []).append(joint)
+    for joint in assessment.system.mechanism.joints:  # joints at one place get a common label
+        places.setdefault(tuple((joint.position / assessment.system.tree.extent).round(6) + 0.0), []).append(joint)
     names = [
         Label(
             _anchor(shown.mechanism, meshcat, shown.mechanism.joint[group[0].name]),
@@ -106,7 +106,7 @@ def _page(study: Study, exaggerate: float | None) -> str:
         for group in places.values()
     ]
     shown_at = {"view": seen.tolist(), "aspect": _ASPECT}
-    return _captioned(meshcat.StaticHtml(), study, views, [*names, scale], times, slow, magnified, shown_at)
+    return _captioned(meshcat.StaticHtml(), assessment, views, [*names, scale], times, slow, magnified, shown_at)
 
 
 def _anchor(mechanism: Mechanism, meshcat: Meshcat, joint: Joint) -> str:
@@ -118,16 +118,18 @@ def _anchor(mechanism: Mechanism, meshcat: Meshcat, joint: Joint) -> str:
     return path
 
 
-def frames(study: Study, exaggerate: float | None = None, shown: System | None = None) -> tuple[Array, Array, float]:
+def frames(
+    assessment: Assessment, exaggerate: float | None = None, shown: System | None = None
+) -> tuple[Array, Array, float]:
     """Compute times (n,) [s], tree coordinates (n, nq) of the frames, and the factor on deflections.
 
     Parameters as `write_animation`; `shown` is the system of the coordinates, with rigid segments if flexible.
     """
-    shown, run, clearances = shown or study.system, study.run, 1.0 if exaggerate is None else exaggerate
+    shown, run, clearances = shown or assessment.system, assessment.run, 1.0 if exaggerate is None else exaggerate
     count = int(np.ceil(max(_LENGTH, run.time[-1]) * _FRAMES_PER_SECOND / 2)) + 1
     times = np.linspace(0.0, run.time[-1], count)
-    recorded = _recorded(study, shown, times)
-    if not study.system.determinate:
+    recorded = _recorded(assessment, shown, times)
+    if not assessment.system.determinate:
         if clearances != 1.0:
             raise ValueError("the drives do not determine the motion: its clearance cannot be exaggerated")
         return times, recorded, 1.0
@@ -136,7 +138,7 @@ def frames(study: Study, exaggerate: float | None = None, shown: System | None =
         factor = exaggerate if exaggerate is not None else _seen(shown.largest_deflection(recorded), shown.tree.extent)
     offset = np.zeros((len(times), len(shown.tree.closure_rows)))
     for k, name in enumerate(shown.tree.play):
-        parts = ("ex", "ey") if study.system.mechanism.joint[name].bearing is not None else ("offset", "tilt")
+        parts = ("ex", "ey") if assessment.system.mechanism.joint[name].bearing is not None else ("offset", "tilt")
         for axis, part in enumerate(parts):
             offset[:, 2 * k + axis] = clearances * np.interp(times, run.time, run[f"{name}.{part}"])
     try:
@@ -153,38 +155,40 @@ def _seen(largest: float, size: float) -> float:
     return round_length(max(_DEFLECTION * size / largest, 1.0))[0] if largest > 0.0 else 1.0
 
 
-def _recorded(study: Study, shown: System, times: Array) -> Array:
+def _recorded(assessment: Assessment, shown: System, times: Array) -> Array:
     """Interpolate tree coordinates between the run's steps."""
-    run, source = study.run, system_of(study.system, study.run.columns)
+    run, source = assessment.run, system_of(assessment.system, assessment.run.columns)
     columns = [run[f"q.{name}"] for name in source.tree.coordinates]
     q = np.stack([np.interp(times, run.time, column) for column in columns], axis=1)
     return shown.coordinates(q) if isinstance(shown, Segmented) and not isinstance(source, Segmented) else q
 
 
-def _joint_views(study: Study, meshcat: Meshcat, times: Array, low: Array, high: Array) -> list[View]:
+def _joint_views(
+    assessment: Assessment, meshcat: Meshcat, times: Array, low: Array, high: Array
+) -> list[MagnifiedView]:
     """Draw the clearance joints right of the linkage, in two rows."""
-    names = study.system.tree.play
-    height = max(high[1] - low[1], 0.75 * (high[0] - low[0]), 0.3 * study.system.tree.extent)
+    names = assessment.system.tree.play
+    height = max(high[1] - low[1], 0.75 * (high[0] - low[0]), 0.3 * assessment.system.tree.extent)
     rows = min(len(names), 2)
     radius = height / (3.0 * max(rows, 1.5))
-    views: list[View] = []
+    views: list[MagnifiedView] = []
     for k, name in enumerate(names):
         column, row = divmod(k, 2)
         right = high[0] + radius * (2.0 + 3.0 * column)
         up = 0.5 * (low[1] + high[1]) + 3.2 * radius * (0.5 * (rows - 1) - row)
-        kind = JournalView if study.system.mechanism.joint[name].type == "revolute" else GuideView
-        views.append(kind(meshcat, study, name, np.array([right, up]), radius, times))
+        kind = JournalView if assessment.system.mechanism.joint[name].type == "revolute" else GuideView
+        views.append(kind(meshcat, assessment, name, np.array([right, up]), radius, times))
     return views
 
 
-def _look_at(study: Study, meshcat: Meshcat, views: list[View], low: Array, high: Array) -> Array:
+def _look_at(assessment: Assessment, meshcat: Meshcat, views: list[MagnifiedView], low: Array, high: Array) -> Array:
     """Aim the camera along the plane's normal at all moving parts; return their width and height [m]."""
-    low = low - [0.0, 0.18 * max(*(high - low), study.system.tree.extent)]  # space for the scale
+    low = low - [0.0, 0.18 * max(*(high - low), assessment.system.tree.extent)]  # space for the scale
     for view in views:
         low = np.minimum(low, view.centre - 1.3 * view.radius)
         high = np.maximum(high, view.centre + 1.5 * view.radius)
-    size = np.maximum(high - low, 0.3 * study.system.tree.extent)
-    basis = study.system.mechanism.basis
+    size = np.maximum(high - low, 0.3 * assessment.system.tree.extent)
+    basis = assessment.system.mechanism.basis
     middle = basis[:, :2] @ (0.5 * (low + high))
     shown = 1.25 * max(size[1], size[0] / _ASPECT)
     distance = 0.5 * shown / np.tan(0.5 * np.radians(_FIELD_OF_VIEW))
@@ -205,8 +209,8 @@ def _look_at(study: Study, meshcat: Meshcat, views: list[View], low: Array, high
 
 def _captioned(
     page: str,
-    study: Study,
-    views: list[View],
+    assessment: Assessment,
+    views: list[MagnifiedView],
     names: list[Label],
     times: Array,
     slow: float,
@@ -224,12 +228,12 @@ def _captioned(
         "Magnified views: the largest force on journal or block within each frame (arrow; its length is proportional to"
         f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
-    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if study.system.tree.flexible else ""
+    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if assessment.system.tree.flexible else ""
     drawn = curves(
-        columns(study.system.experiment.outputs, study.system.tree.play, study.system.experiment.drives),
-        study.run,
-        study.ideal,
-        study.noise,
+        columns(assessment.system.experiment.outputs, assessment.system.tree.play, assessment.system.experiment.drives),
+        assessment.run,
+        assessment.ideal,
+        assessment.noise,
     )
     shown = shown_at | {
         "clock": clock,

@@ -17,7 +17,7 @@ from linkages.plots.animation.captions import Label
 from linkages.plots.animation.magnified import GROUND, joint_axes
 from linkages.plots.drawing.shapes import MARK
 from linkages.plots.style import asked_points, round_length
-from linkages.results.summary import Study
+from linkages.results.assessment import Assessment
 
 # lengths over the linkage's size
 _LINE = 0.004  # width of a line
@@ -32,9 +32,9 @@ _PATH_POINTS = 1000
 class Surroundings:
     """Draws the surroundings of the moving parts."""
 
-    def __init__(self, study: Study, meshcat: Meshcat) -> None:
-        self.study, self.meshcat = study, meshcat
-        self.mechanism, self.size = study.system.mechanism, study.system.tree.extent
+    def __init__(self, assessment: Assessment, meshcat: Meshcat) -> None:
+        self.assessment, self.meshcat = assessment, meshcat
+        self.mechanism, self.size = assessment.system.mechanism, assessment.system.tree.extent
         self.basis = self.mechanism.basis
         depths = [float(self.basis[:, 2] @ link.translation) for link in self.mechanism.links]
         self.depth = min(depths) - _BENEATH * self.size
@@ -50,7 +50,7 @@ class Surroundings:
             if "world" in (joint.parent, joint.child):
                 self._ground(joint)
         paths = []
-        for name in asked_points(self.study.system.experiment.outputs):
+        for name in asked_points(self.assessment.system.experiment.outputs):
             path = self._path(name)
             paths.append(path[:: 1 + len(path) // _PATH_POINTS])
         mark = [int(MARK[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
@@ -110,7 +110,7 @@ class Surroundings:
 
     def _path(self, name: str) -> Array:
         """Return the positions (n, 2) of a link or frame over the run, plane axes [m]."""
-        return np.column_stack([self.study.run[f"{name}.x"], self.study.run[f"{name}.y"]])
+        return np.column_stack([self.assessment.run[f"{name}.x"], self.assessment.run[f"{name}.y"]])
 
     def _rails(self) -> dict[str, Array]:
         """Find the ends (2, 2) of each rail on the ground [m]: the stroke of a prismatic joint, extended."""

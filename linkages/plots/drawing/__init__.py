@@ -5,17 +5,14 @@
 | shapes      | `Shape`: points fixed to bodies; the table of styles                                  |
 | room        | free space for names                                                                  |
 | parts       | shapes of links, joints, ground, points                                               |
-| directions  | senses of drives, directions of loads                                                 |
-| actions     | shapes of an experiment's elements: drives, loads, gears, stops                       |
+| actions     | shapes and directions of drives, loads, gears, stops                                  |
 | drawing     | `Drawing`: all shapes of a mechanism, and its poses over each drive's range of motion |
 | facts       | properties of the mechanism in sentences and tables                                   |
-| svg         | a drawing -> SVG                                                                      |
-| raster      | a drawing -> a matplotlib figure: PNG, moving GIF                                     |
-| slider_page | a drawing -> an HTML page with a slider for each drive                                |
+| svg         | a drawing -> SVG, HTML page with a slider for each drive                              |
+| raster      | a drawing -> a matplotlib figure                                                      |
 """
 
 from linkages.plots.drawing.drawing import Drawing, draw
-from linkages.plots.drawing.slider_page import page
-from linkages.plots.drawing.svg import svg
+from linkages.plots.drawing.svg import page, svg
 
 __all__ = ["Drawing", "draw", "page", "svg"]

@@ -7,12 +7,17 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 
 from linkages.arrays import Array
+from linkages.errors import AssemblyError
 from linkages.model.experiment import Experiment
 from linkages.model.load_tables import ForceTable, Gear, LineContact, Spring, Stop, TorsionSpring
 from linkages.model.mechanism import Joint
 from linkages.model.skeleton import skeleton
+from linkages.planar.kinematics import state_tables
+from linkages.planar.loads import LOAD_OUTPUTS, load_outputs
 from linkages.plots.drawing.parts import BLOCK, Parts
-from linkages.plots.drawing.shapes import Point, Shape, shape
+from linkages.plots.drawing.shapes import DrawnPoint, Shape, shape
+from linkages.system import System
+from linkages.system.ideal_motion import IdealMotion
 
 # lengths in units of the drawing
 _ARROW = 9.0
@@ -22,24 +27,15 @@ _ZIGZAG = np.arange(-4.0, 5.0), 1.2 * np.array([0, 0, 1, -1, 1, -1, 1, 0, 0])  #
 _NAME = 3.6  # distance of a load's name from its joint
 _STOP = 2.6, 7.0  # distances from the joint of the ends of an angular stop
 _PULLEYS = 0.3, 6.0  # the larger pulley of a belt: radius over the distance of the axes, or in units if they coincide
+_TIMES = 501  # number of sampled times of drives and loads
 
 
 class Done:
-    """Makes the shapes of an experiment's elements.
+    """Makes the shapes of an experiment's elements; idle drives point along their coordinates."""
 
-    Parameters
-    ----------
-    parts : Parts
-        Shapes of the mechanism's parts.
-    senses : mapping of str to float
-        Senses of drives (`linkages.plots.drawing.directions.senses`); default: positive coordinate.
-    strongest : mapping of str to array
-        Forces and torques (`linkages.plots.drawing.directions.strongest`); default: zero.
-    """
-
-    def __init__(self, parts: Parts, senses: Mapping[str, float], strongest: Mapping[str, Array]) -> None:
+    def __init__(self, parts: Parts, asked: System) -> None:
         self.parts, self.mechanism, self.unit = parts, parts.mechanism, parts.unit
-        self.senses, self.strongest = senses, strongest
+        self.senses, self.strongest = senses(asked), strongest(asked)
 
     def all(self, experiment: Experiment) -> Iterator[Shape]:
         """Draw all loads, gears, stops and lines."""
@@ -93,7 +89,7 @@ class Done:
         force = self.strongest.get(name, np.array([0.0, -1.0]))
         way = force / np.linalg.norm(force)
         at = parts.on(point.link, point.origin)
-        beside: Callable[..., Point] = parts.off
+        beside: Callable[..., DrawnPoint] = parts.off
         if load.axes == "body":  # rotates with the link
             angle = parts.poses[0, int(at[0]), 2]
             c, s = np.cos(angle), np.sin(angle)
@@ -230,3 +226,53 @@ class Done:
         yield shape("rail", [self.parts.on(link, at, s * along) for s in (-_REACH, _REACH)])
         yield from self.parts.hatching(link, at, np.outer([-_REACH, _REACH], along), into)
         yield shape("load name", [self.parts.off(link, at, 2.2 * into)], text=name)
+
+
+def senses(system: System) -> dict[str, float]:
+    """Find the sense of each drive's first motion or torque: 1 along its coordinate, or -1; idle drives omitted."""
+    times = np.linspace(0.0, system.experiment.duration, _TIMES)
+    moved = system.motions(times)[0]
+    found = dict(zip(system.tree.driven, (moved - moved[:1]).T, strict=True))
+    found |= dict(zip(system.tree.powered, system.torques(times)[0].T, strict=True))
+    return {name: _first(values) for name, values in found.items() if np.any(values)}
+
+
+def _first(values: Array) -> float:
+    """Return the sign of the first value that is not a rounding error of the others."""
+    return float(np.sign(values[np.abs(values) > 1e-9 * np.abs(values).max()][0]))
+
+
+def strongest(system: System) -> Mapping[str, Array]:
+    """Find the largest forces (2,) [N], plane axes, and torques (1,) [N m] in the ideal linkage's motion.
+
+    If the drives do not determine the motion, the values at the start are used; zero loads are omitted.
+    """
+    ideal = system.ideal()
+    if not (ideal.experiment.forces or ideal.experiment.torques):
+        return {}
+    try:
+        times, q, v = _states(ideal)
+    except AssemblyError:  # drawn in the file's pose, with gaps in red
+        return {}
+    pose, vel = state_tables(ideal.tree.bodies, q, v)
+    values = np.empty((len(q), len(ideal.experiment.loads), len(LOAD_OUTPUTS)))
+    for k, time in enumerate(times):
+        load_outputs(ideal.loads, time, pose[k], vel[k], values[k])
+    found = {}
+    for k, (table, name) in enumerate(ideal.experiment.loads):
+        parts = values[:, k, : {"forces": 2, "torques": 1}.get(table, 0)]
+        largest = parts[np.linalg.norm(parts, axis=1).argmax()]
+        if np.any(largest):
+            found[name] = largest
+    return found
+
+
+def _states(ideal: System) -> tuple[Array, Array, Array]:
+    """Return times (nt,), coordinates and rates (nt, n) of a linkage with ideal joints."""
+    if not ideal.determinate:
+        start = ideal.assembly
+        return np.zeros(1), start.q[None], start.v[None]
+    motion = IdealMotion(ideal)
+    times = np.linspace(0.0, motion.times[-1], _TIMES)
+    q, v, _ = motion.states(times)
+    return times, q, v

@@ -14,7 +14,6 @@ from linkages.model.experiment import Experiment
 from linkages.model.plausibility import doubts
 from linkages.planar.kinematics import poses_at
 from linkages.plots.drawing.actions import Done
-from linkages.plots.drawing.directions import senses, strongest
 from linkages.plots.drawing.facts import facts, joint_table, link_table
 from linkages.plots.drawing.parts import Parts
 from linkages.plots.drawing.shapes import Shape, placed, shape
@@ -31,68 +30,33 @@ _SHOWN = 181  # number of poses of a slider
 
 @dataclass(frozen=True)
 class Slider:
-    """The range of motion of a drive, as a slider.
+    """The range of motion of a drive, as a slider."""
 
-    Attributes
-    ----------
-    name, unit : str
-        Name of the joint, and unit of `values`: deg or mm.
-    values : (n,) array
-    poses : (n, nb, 3) array
-        Position [m] and angle [rad] of each body.
-    first : int
-        Index of the start.
-    sense : float
-        Initial sense of the playback: 1 or -1.
-    """
-
-    name: str
-    unit: str
-    values: Array
-    poses: Array
-    first: int
-    sense: float
+    name: str  # joint
+    unit: str  # of `values`: deg or mm
+    values: Array  # (n,)
+    poses: Array  # (n, nb, 3) position [m] and angle [rad] of each body
+    first: int  # index of the start
+    sense: float  # initial sense of the playback: 1 or -1
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A mechanism as a movable picture.
-
-    Attributes
-    ----------
-    title : str
-    shapes : tuple of Shape
-        Shapes from bottom to top.
-    pose : (nb, 3) array
-        Pose at the start.
-    reference : (nb, 3) array
-        Pose in the reference configuration.
-    links_of : dict of int to str
-        A link on each body, by the body's index.
-    sliders : tuple of Slider
-    low, high : (2,) arrays
-        Corners of the picture, plane axes [m].
-    facts, doubts : tuple of str
-        Properties of the mechanism; questions about implausible values.
-    joints, links : tuple of tuples of str
-        Tables with headings in the first row.
-    problem : str
-        Reason why it cannot be moved; empty if it can.
-    """
+    """A mechanism as a movable picture."""
 
     title: str
-    shapes: tuple[Shape, ...]
-    pose: Array
-    reference: Array
-    links_of: dict[int, str]
+    shapes: tuple[Shape, ...]  # from bottom to top
+    pose: Array  # (nb, 3) pose at the start
+    reference: Array  # (nb, 3) pose in the reference configuration
+    links_of: dict[int, str]  # a link on each body, by the body's index
     sliders: tuple[Slider, ...]
-    low: Array
-    high: Array
-    facts: tuple[str, ...]
-    doubts: tuple[str, ...]
-    joints: tuple[tuple[str, ...], ...]
+    low: Array  # (2,) lower left corner of the picture, plane axes [m]
+    high: Array  # (2,) upper right corner
+    facts: tuple[str, ...]  # properties of the mechanism
+    doubts: tuple[str, ...]  # questions about implausible values
+    joints: tuple[tuple[str, ...], ...]  # tables with headings in the first row
     links: tuple[tuple[str, ...], ...]
-    problem: str = ""
+    problem: str = ""  # reason why it cannot be moved; empty if it can
 
     @property
     def unit(self) -> float:
@@ -103,15 +67,8 @@ class Drawing:
 def draw(asked: System) -> Drawing:
     """Draw a mechanism with ideal joints, movable by its drives or by suitable ones.
 
-    Parameters
-    ----------
-    asked : System
-        System with drives, start positions, loads, clearance joints and outputs, which are drawn too.
-
-    Returns
-    -------
-    Drawing
-        The drawing; in the file's pose if the loops do not close (`Drawing.problem` has the reason).
+    Drives, loads, clearance joints and outputs are drawn too. If the loops do not close, it is drawn in the file's pose
+    (`Drawing.problem` has the reason).
 
     Examples
     --------
@@ -136,10 +93,11 @@ def draw(asked: System) -> Drawing:
     given += [touch.anchor for touch in experiment.contacts.values()]
     anchors = [np.array(anchor) for anchor in given if anchor is not None]
     low, high = _box(tree, poses, anchors)
-    parts, way_of = Parts(tree, low, high, poses), senses(asked)
-    shapes = tuple(_shapes(parts, Done(parts, way_of, strongest(asked)), experiment, ways, low, high))
+    parts = Parts(tree, low, high, poses)
+    done = Done(parts, asked)
+    shapes = tuple(_shapes(parts, done, experiment, ways, low, high))
     title = experiment.title or mechanism.name
-    sliders = tuple(_slider(system, way, way_of.get(way.drive, 1.0)) for way in ways if system)
+    sliders = tuple(_slider(system, way, done.senses.get(way.drive, 1.0)) for way in ways if system)
     return Drawing(
         title, shapes, pose, _pose(tree, np.zeros(tree.size)), {body: link for link, body in tree.index.items()},
         sliders, low, high,

@@ -23,19 +23,9 @@ Rows = tuple[tuple[str, ...], ...]
 def facts(
     mechanism: Mechanism, system: System | None, ways: Sequence[Travel], starts: Mapping[str, float], size: float
 ) -> Iterator[str]:
-    """Describe the parts, the mobility and the mass of a mechanism in sentences.
+    """Describe parts, mobility and mass of a mechanism of a size [m] in sentences.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    system : System or None
-        From `linkages.explore.range_of_motion.movable`; None if the loops do not close.
-    ways : sequence of Travel
-        Ranges of motion of the drives.
-    starts : mapping of str to float
-        Start positions of the experiment's drives.
-    size : float
-        Extent of the linkage [m].
+    The system is None if the loops do not close; `starts` are the start positions of the experiment's drives.
     """
     kinds = Counter(joint.type for joint in mechanism.joints)
     joints = listed(counted(count, f"{kind} joint") for kind, count in kinds.items())

@@ -10,7 +10,7 @@ from linkages.arrays import Array
 from linkages.model.mechanism import Joint, Link
 from linkages.model.skeleton import skeleton
 from linkages.plots.drawing.room import Room
-from linkages.plots.drawing.shapes import Point, Shape, placed, shape
+from linkages.plots.drawing.shapes import DrawnPoint, Shape, placed, shape
 from linkages.system.tree import Tree
 
 # lengths in units of the drawing
@@ -26,15 +26,9 @@ _AWAY, BLOCK, _BEYOND = 2.9, 4.2, 5.0  # distance of a name from a pin, from a b
 
 
 class Parts:
-    """Makes the shapes of a mechanism's parts.
+    """Makes the shapes of a mechanism's parts in a picture with these corners (2,) [m].
 
-    Parameters
-    ----------
-    tree : Tree
-    low, high : (2,) arrays
-        Corners of the picture, plane axes [m].
-    poses : (n, nb, 3) array
-        All shown poses; the first one is the start.
+    All shown poses (n, nb, 3) count; the first one is the start.
     """
 
     def __init__(self, tree: Tree, low: Array, high: Array, poses: Array) -> None:
@@ -45,17 +39,17 @@ class Parts:
 
     # -- places ------------------------------------------------------------------------------------
 
-    def on(self, link: str, drawn: Array, along: Array | tuple[float, float] = (0.0, 0.0)) -> Point:
+    def on(self, link: str, drawn: Array, along: Array | tuple[float, float] = (0.0, 0.0)) -> DrawnPoint:
         """Return a point of a link from its reference position, moved by `along` (units, link axes)."""
         body, x, y = self.tree.marker(link, drawn)
         return body, x + self.unit * along[0], y + self.unit * along[1], 0.0, 0.0
 
-    def off(self, link: str, drawn: Array, away: Array | tuple[float, float]) -> Point:
+    def off(self, link: str, drawn: Array, away: Array | tuple[float, float]) -> DrawnPoint:
         """Return a point offset from a link's point by `away` (units, plane axes)."""
         body, x, y, _, _ = self.on(link, drawn)
         return body, x, y, self.unit * away[0], self.unit * away[1]
 
-    def at(self, point: Point) -> Array:
+    def at(self, point: DrawnPoint) -> Array:
         """Return the position of a point at the start (2,) [m]."""
         return placed(np.array([point]), self.poses[0])[0]
 
@@ -64,19 +58,7 @@ class Parts:
         self._taken.append((here, way / np.linalg.norm(way)))
 
     def name_beside(self, role: str, link: str, drawn: Array, away: float, text: str, links: Iterable[str]) -> Shape:
-        """Draw the name of a point in a free direction, away from bars, ground and other names.
-
-        Parameters
-        ----------
-        role : str
-            Role of the name.
-        link : str
-        drawn : (2,) array
-        away : float
-            Distance of the name from the point, in units.
-        text : str
-        links : iterable of str
-        """
+        """Draw the name of a point at a distance [units] in a free direction, away from bars, ground and names."""
         here = self.at(self.on(link, drawn))
         taken = [way for place, way in self._taken if self._same(place, here)]
         for name in links:
@@ -212,7 +194,7 @@ class Parts:
             return "#DDDDDD"
         return skeleton(self.mechanism, self.mechanism.link[link], self.tree.extent).color
 
-    def _rectangle(self, link: str, drawn: Array, along: Array) -> list[Point]:
+    def _rectangle(self, link: str, drawn: Array, along: Array) -> list[DrawnPoint]:
         across = np.array([-along[1], along[0]])
         corners = ((1, 1), (-1, 1), (-1, -1), (1, -1))
         return [self.on(link, drawn, 0.5 * (x * _SIDE[0] * along + y * _SIDE[1] * across)) for x, y in corners]
@@ -251,7 +233,7 @@ class Parts:
             slant = foot + 0.8 * (normal - 0.8 * along)
             yield shape("hatch", [self.on(link, drawn, end) for end in (foot, slant)])
 
-    def arrow(self, role: str, ends: list[Point]) -> Iterator[Shape]:
+    def arrow(self, role: str, ends: list[DrawnPoint]) -> Iterator[Shape]:
         """Draw a straight arrow from one point to another."""
         tail, tip = (np.array(end) for end in ends)
         self.room.take_line([self.at(ends[0]), self.at(ends[1])])

@@ -1,12 +1,9 @@
-"""A drawing as a matplotlib figure: PNG, and a moving GIF."""
+"""A drawing as a matplotlib figure."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
@@ -36,49 +33,18 @@ def pose(system: System) -> Figure:
     return picture(draw(system), said=False)
 
 
-def picture(drawing: Drawing, said: bool = True) -> Figure:
-    """Draw the mechanism at its start, with `said` also its properties below."""
+def picture(drawing: Drawing, said: bool = True, pose: Array | None = None) -> Figure:
+    """Draw the mechanism in a pose (default: its start), with `said` also its properties below."""
     lines = notes(drawing) if said else []
     below = _LINE * (len(lines) + 0.7) if lines else 0.0
     figure, axis = _paper(drawing, below)
     for one in drawing.shapes:
-        _put(axis, drawing, one, drawing.pose)
+        _put(axis, drawing, one, drawing.pose if pose is None else pose)
     whole = float(figure.get_size_inches()[1])
     for k, (text, color) in enumerate(lines):
         weight = "bold" if k == 0 else "normal"
         figure.text(0.015, (below - _LINE * (k + 0.9)) / whole, text, color=color, fontsize=8.2, weight=weight)
     return figure
-
-
-def write_moving(drawing: Drawing, path: Path, frames: int = 60, dpi: float = 90.0) -> None:
-    """Write a GIF of the mechanism, moved by its first drive.
-
-    Parameters
-    ----------
-    drawing : Drawing
-        Drawing of a movable mechanism.
-    path : Path
-    frames : int
-        Number of frames of one revolution, or of one stroke forth and back.
-    dpi : float
-        Pixels per inch; the picture is 8 inches wide.
-    """
-    way = drawing.sliders[0]
-    count = len(way.poses)
-    full = np.allclose(way.poses[0, :, :2], way.poses[-1, :, :2], atol=1e-6 * 100.0 * drawing.unit)
-    turn = np.linspace(0.0, 1.0, frames, endpoint=False)
-    part = turn if full else 0.5 - 0.5 * np.cos(2.0 * np.pi * turn)
-    poses = way.poses[(part * (count - 1)).round().astype(int)]
-    figure, axis = _paper(drawing, 0.0)
-
-    def show(pose: Array) -> list[Any]:
-        axis.clear()
-        _clean(axis, drawing)
-        for one in drawing.shapes:
-            _put(axis, drawing, one, pose)
-        return []
-
-    FuncAnimation(figure, show, poses, blit=False).save(path, PillowWriter(fps=20), dpi=dpi)
 
 
 def _paper(drawing: Drawing, below: float) -> tuple[Figure, Axes]:
@@ -87,13 +53,9 @@ def _paper(drawing: Drawing, below: float) -> tuple[Figure, Axes]:
     height = _WIDTH * high / wide
     figure = ShownFigure(figsize=(_WIDTH, height + below), dpi=150)
     axis = figure.add_axes((0.0, below / (height + below), 1.0, height / (height + below)))
-    _clean(axis, drawing)
-    return figure, axis
-
-
-def _clean(axis: Axes, drawing: Drawing) -> None:
     axis.set(xlim=(drawing.low[0], drawing.high[0]), ylim=(drawing.low[1], drawing.high[1]))
     axis.set_axis_off()
+    return figure, axis
 
 
 def _put(axis: Axes, drawing: Drawing, one: Shape, pose: Array) -> None:

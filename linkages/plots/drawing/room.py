@@ -20,13 +20,7 @@ _BEYOND, _ON_TEXT, _ON_LINE, _MOST = 4.0, 3.0, 0.1, 12  # per point of a line; m
 
 
 class Room:
-    """Occupied lines and boxes of a drawing at its start, which names must avoid.
-
-    Parameters
-    ----------
-    low, high : (2,) arrays
-        Corners of the picture, plane axes [m].
-    """
+    """Occupied lines and boxes at the start of a drawing with corners (2,) [m], which names must avoid."""
 
     def __init__(self, low: Array, high: Array) -> None:
         self.low, self.high, self.unit = low, high, float(high[0] - low[0]) / 100.0

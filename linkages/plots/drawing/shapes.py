@@ -14,7 +14,7 @@ import numpy as np
 
 from linkages.arrays import Array
 
-Point = tuple[float, float, float, float, float]
+DrawnPoint = tuple[float, float, float, float, float]
 
 INK, PLAY, LOAD, MARK = "#1A1A1A", "#D55E00", "#B22222", "#7A3E9D"
 
@@ -70,26 +70,15 @@ STYLES = {
 
 @dataclass(frozen=True)
 class Shape:
-    """A line, an area, a circle or a text.
+    """A line, an area, a circle or a text."""
 
-    Attributes
-    ----------
-    role : str
-        Key of `STYLES`.
-    at : (n, 5) array
-        Points of the shape; a circle or text has one.
-    color : str
-        Colour for styles without a colour.
-    text : str
-    """
-
-    role: str
-    at: Array
-    color: str = INK
+    role: str  # key of `STYLES`
+    at: Array  # (n, 5) points of the shape; a circle or text has one
+    color: str = INK  # colour for styles without a colour
     text: str = ""
 
 
-def shape(role: str, points: Iterable[Point], color: str = INK, text: str = "") -> Shape:
+def shape(role: str, points: Iterable[DrawnPoint], color: str = INK, text: str = "") -> Shape:
     """Make a shape from points."""
     return Shape(role, np.array(list(points), dtype=np.float64), color, text)
 

@@ -1,4 +1,4 @@
-"""A drawing as SVG: one element per shape, with its body-fixed points for the script that moves it."""
+"""A drawing as SVG, and as an HTML page with a slider for each drive, whose script moves the body-fixed points."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from markupsafe import Markup, escape
 from linkages.arrays import Array
 from linkages.plots.drawing.drawing import Drawing
 from linkages.plots.drawing.shapes import STYLES, Shape, placed
+from linkages.plots.pages import embedded, filled, own_text
 
 WIDTH = 960.0  # width of the picture [px]
 _HALO = 0.35  # width of the halo around words, in units
@@ -17,6 +18,7 @@ _LINE = 17.0  # line height of text [px]
 _WORDS = 128  # most characters of a line
 
 _FONT = "font-family='system-ui, sans-serif'"
+_DIGITS = 6
 
 
 def scale(drawing: Drawing) -> float:
@@ -25,14 +27,7 @@ def scale(drawing: Drawing) -> float:
 
 
 def svg(drawing: Drawing, said: bool = True) -> Markup:
-    """Write a drawing as an ``<svg>`` element.
-
-    Parameters
-    ----------
-    drawing : Drawing
-    said : bool
-        Whether to add title, properties and questions below.
-    """
+    """Write a drawing as an ``<svg>`` element; with `said` also title, properties and questions below."""
     height = scale(drawing) * float(drawing.high[1] - drawing.low[1])
     lines = notes(drawing) if said else []
     total = height + (_LINE * (len(lines) + 1) if lines else 0.0)
@@ -98,3 +93,26 @@ def notes(drawing: Drawing) -> list[tuple[str, str]]:
     said = [(drawing.title, "#1A1A1A"), *((fact, "#1A1A1A") for fact in drawing.facts)]
     said += [(doubt, "#B22222") for doubt in (drawing.problem, *drawing.doubts) if doubt]
     return [(line, color) for text, color in said for line in wrap(text, _WORDS, subsequent_indent="\u2003")]
+
+
+def page(drawing: Drawing) -> str:
+    """Write the page."""
+    sliders = [
+        {
+            "values": slider.values.round(2).tolist(),
+            "unit": slider.unit,
+            "first": slider.first,
+            "poses": [[[float(f"{v:.{_DIGITS}g}") for v in row] for row in pose] for pose in slider.poses],
+            "sense": slider.sense,
+            "full": bool(np.ptp(slider.values) > 359.9 and slider.unit == "deg"),
+        }
+        for slider in drawing.sliders
+    ]
+    data = {"low": drawing.low[0], "high": drawing.high[1], "scale": scale(drawing), "sliders": sliders}
+    return filled(
+        own_text("linkages.plots.drawing", "page.html"),
+        drawing=drawing,
+        asked=[text for text in (drawing.problem, *drawing.doubts) if text],
+        picture=svg(drawing, said=False),
+        data=embedded(data),
+    )

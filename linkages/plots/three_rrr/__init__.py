@@ -4,8 +4,7 @@
 |----------------|--------------------------------------------------------------------------------|
 | figures        | the paper's figures 5 to 12; `write_figures` writes all figures                |
 | parameter_maps | maps over the drive angles; convergence with the elements; the effect of speed |
-| robot_lines    | the robot as lines, at rest and deformed                                       |
-| animation      | a mode over the moving pose, as one HTML file                                  |
+| robot_lines    | the robot as lines; a mode over the moving pose, as one HTML file              |
 """
 
 from linkages.plots.three_rrr.robot_lines import draw_pose, shape_lines

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.arguments import Names, validated
+from linkages.arrays import Array
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
 from linkages.engines.heat import settle
@@ -17,15 +17,13 @@ from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.link_tables import MOST_SEGMENTS
 from linkages.outputs.columns import columns
 from linkages.outputs.registry import unit
+from linkages.results.assessment import Assessment
 from linkages.results.derivatives import Wrt
 from linkages.results.loops import Loops
-from linkages.results.summary import Study
-from linkages.results.trajectory import Listener, Trajectory, sample
+from linkages.results.trajectory import TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion, check_duration
 from linkages.system.rigid_segments import system_of
-
-Array = NDArray[np.float64]
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
 _SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, which no comparison shows
@@ -34,11 +32,15 @@ _FEWEST = 50  # steps of the repetition: two runs of few steps omit the same vib
 
 @validated
 def simulate(
-    system: System, engine: str = DEFAULT, progress: Listener | None = None, outputs: Names | None = None, wrt: Wrt = ()
+    system: System,
+    engine: str = DEFAULT,
+    progress: TimeReport | None = None,
+    outputs: Names | None = None,
+    wrt: Wrt = (),
 ) -> Trajectory:
     """Run a system.
 
-    Use `study` to also get the ideal linkage and errors of peaks, `simulate_batch` for many runs with different values.
+    Use `assess` to also get the ideal linkage and errors of peaks, `simulate_batch` for many runs with other values.
 
     Parameters
     ----------
@@ -97,16 +99,16 @@ def _with_units(system: System, run: Trajectory) -> Trajectory:
 
 
 @validated
-def study(
+def assess(
     system: System,
     engine: str = DEFAULT,
     error_estimate: bool = True,
-    progress: Callable[[str], Listener] | None = None,
-) -> Study:
+    progress: Callable[[str], TimeReport] | None = None,
+) -> Assessment:
     """Run a system, its ideal counterpart and optionally the run at a tighter tolerance.
 
     Use `simulate` if the run alone is needed. With a heat balance (``joints.NAME.heat``) the run is repeated until the
-    temperature of the oil settles, see `linkages.engines.heat`; `Study.system` has this temperature.
+    temperature of the oil settles, see `linkages.engines.heat`; `Assessment.system` has this temperature.
 
     Parameters
     ----------
@@ -120,7 +122,7 @@ def study(
 
     Returns
     -------
-    Study
+    Assessment
         For `linkages.summarize` and the figures.
 
     Raises
@@ -132,8 +134,8 @@ def study(
     --------
     >>> import linkages
     >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
-    >>> study = linkages.study(system, "compiled", error_estimate=False)
-    >>> study.ideal.status.value
+    >>> assessment = linkages.assess(system, "compiled", error_estimate=False)
+    >>> assessment.ideal.status.value
     'ok'
     """
     stage = progress or (lambda name: lambda time: None)
@@ -141,17 +143,17 @@ def study(
     if (exact := _with_exact_motion(system)) is not None:
         check_duration(exact)
     run = simulate(system, engine, stage("run"))
-    found = Study(system, engine, run, ideal(system, engine), None)
+    found = Assessment(system, engine, run, ideal(system, engine), None)
     found = settle(found, lambda warmer, name: simulate(warmer, engine, stage(name)))
     return estimate_error(found, stage) if error_estimate else found
 
 
-def estimate_error(study: Study, stage: Callable[[str], Listener]) -> Study:
-    """Add the run at a ten times tighter tolerance to a study whose run reached its end."""
-    if study.run.status is not Status.OK:
-        return study
-    finer = tightened(study.system, study.run, _TIGHTER)
-    return replace(study, tighter=simulate(finer, study.engine, stage("error estimate")))
+def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -> Assessment:
+    """Add the run at a ten times tighter tolerance to an assessment whose run reached its end."""
+    if assessment.run.status is not Status.OK:
+        return assessment
+    finer = tightened(assessment.system, assessment.run, _TIGHTER)
+    return replace(assessment, tighter=simulate(finer, assessment.engine, stage("error estimate")))
 
 
 def tightened(system: System, run: Trajectory, ratio: float) -> System:

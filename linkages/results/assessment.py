@@ -1,0 +1,190 @@
+"""An assessment: a run with its ideal linkage and its error estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from linkages.brief import Brief
+from linkages.planar.record_types import STOP
+from linkages.results.characteristics import peak_columns
+from linkages.results.divergence import apart
+from linkages.results.film_heat import JointHeat
+from linkages.results.impacts import Impact, impacts
+from linkages.results.peak_errors import noise
+from linkages.results.soundness import Soundness
+from linkages.results.steady_state import Motion, motion_of
+from linkages.results.trajectory import Trajectory
+from linkages.system import System
+
+_COMPARED = 500  # number of times at which the run and the tighter one are compared
+# difference of a film's force from the force of the ideal joint, in parts of the latter
+_CARRIED = 0.1  # within it the film carries the load
+_OVERSHOOT = 0.25  # a larger excess before makes a start-up
+
+
+@dataclass(frozen=True, repr=False)
+class Assessment(Brief):
+    """A run with its ideal linkage and a run at a tighter tolerance; made by `linkages.assess`.
+
+    Attributes
+    ----------
+    system : System
+    engine : str
+        Engine of the run.
+    run : Trajectory
+    ideal : Trajectory
+        Motion of the linkage with every joint ideal and every link rigid; see `linkages.ideal`.
+    tighter : Trajectory or None
+        The run repeated at a ten times tighter tolerance.
+    heat : dict of str to JointHeat
+        Heat balances of the joints that have one, by name.
+    """
+
+    system: System
+    engine: str
+    run: Trajectory
+    ideal: Trajectory
+    tighter: Trajectory | None
+    heat: dict[str, JointHeat] = field(default_factory=dict)
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        title = self.system.experiment.title or self.system.experiment.source.stem
+        parts = {"run": self.run, "ideal": self.ideal, "tighter": self.tighter}
+        rows = {name: part._facts()[0] if part is not None else "not computed" for name, part in parts.items()}
+        return f"{title}; {self.engine} engine, {self.run.status.value}", rows
+
+    @cached_property
+    def contacts(self) -> list[Impact]:
+        """Return all contacts of the run."""
+        return impacts(self.run, touching(self.system))
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Classify the motion at the end of the run."""
+        return motion_of(self.system, self.run)
+
+    @cached_property
+    def start_up(self) -> float | None:
+        """Return the end of the start-up of clearance joints [s]; None if no journal starts with free flight."""
+        return startup_end(self.system, self.contacts, self.run, self.ideal)
+
+    @cached_property
+    def windows(self) -> dict[str, tuple[float, float]]:
+        """Return the time ranges with separate results, by name [s]; docs/outputs.md lists them."""
+        experiment, end = self.system.experiment, float(self.run.time[-1])
+        asked = {name: (window.start, window.end) for name, window in experiment.windows.items()}
+        if experiment.report_from is not None:
+            asked["report"] = experiment.report_from, experiment.duration
+        if self.motion.cycle is not None:
+            asked["steady"] = self.motion.cycle
+        elif self.start_up is not None:
+            asked["later"] = self.start_up, end
+        return {name: (start, min(stop, end)) for name, (start, stop) in asked.items() if start < end}
+
+    @property
+    def reported(self) -> str:
+        """Return the name of the window that tables show first, or "whole"."""
+        experiment = self.system.experiment
+        if experiment.report == "whole" and experiment.report_from is None:
+            return "whole"
+        wanted = ("report",) if experiment.report_from is not None else ("steady", "later")
+        return next((name for name in wanted if name in self.windows), "whole")
+
+    @cached_property
+    def sound(self) -> Soundness:
+        """Return where numbers of the run have no meaning."""
+        return Soundness.of_run(self.system, self.run)
+
+    @cached_property
+    def ideal_sound(self) -> Soundness:
+        """Return where numbers of the ideal motion have no meaning."""
+        return Soundness.of_ideal(self.system, self.ideal)
+
+    @cached_property
+    def meaningless(self) -> frozenset[str]:
+        """Return the columns of the run with meaningless peaks."""
+        return self.sound.meaningless(_judged(self.system))
+
+    @cached_property
+    def ideal_meaningless(self) -> frozenset[str]:
+        """Return the columns of the ideal motion with meaningless peaks."""
+        return self.ideal_sound.meaningless(_judged(self.system))
+
+    @cached_property
+    def noise(self) -> dict[str, float]:
+        """Return the rounding level of the run's columns."""
+        return noise(self.system, [name for name in self.run.columns if name != "time"])
+
+    @cached_property
+    def apart(self) -> tuple[float, float] | None:
+        """Return the times of divergence and final convergence of the run and the tighter one [s], or None."""
+        run, tighter = self.run, self.tighter
+        if tighter is None or run.evaluate is None:
+            return None
+        return apart(run, tighter, self.system, 1 + len(tighter.time) // _COMPARED)
+
+
+def touching(system: System) -> list[str]:
+    """Return the contacts that can touch: joints, corners of guides, prismatic stops, points at lines."""
+    turning = system.ends["kind"] == STOP  # revolute stops give a torque
+    able = system.touching & ~turning
+    return [label for (_, label), one in zip(system.contacts, able, strict=True) if one]
+
+
+def _judged(system: System) -> list[str]:
+    """Return the columns that a singular position can make meaningless: outputs, and peaks except of loads."""
+    experiment = system.experiment
+    bounded = {name for table, name in experiment.named if table != "gears"}
+    peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]
+    return [*experiment.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
+
+
+def startup_end(system: System, contacts: Sequence[Impact], run: Trajectory, ideal: Trajectory) -> float | None:
+    """Find the time at which the start-up of a run ends [s]; None if no journal starts with free flight.
+
+    The start-up of a joint that touches ends with the first contact that is longer than the initial flight. A film
+    without contacts ends the flight when its force first comes within a tenth of the load, the force of the ideal
+    joint. If it then exceeds the load by more than a quarter, the start-up ends where it stays within a tenth of the
+    load for longer than the flight. The start-up of the run ends when all these joints have started up and every drive
+    has reached its speed; it may last longer than the run.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> from linkages.results.assessment import startup_end
+    >>> system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
+    >>> run, ideal = linkages.simulate(system, "compiled"), linkages.ideal(system)
+    >>> contacts = linkages.impacts(run, ["B"])
+    >>> contacts[0].start < 0.05 * startup_end(system, contacts, run, ideal)
+    True
+    """
+    end, times = float(run.time[-1]), []
+    for joint in system.experiment.play:
+        rows = [row for row in contacts if row.joint.partition(".")[0] == joint]
+        flight = min((row.start for row in rows), default=0.0)
+        if flight > 0.0:
+            times.append(min((row.start for row in rows if row.duration > flight), default=end))
+        elif not rows and (carried := _carried(run, ideal, f"{joint}.force")) is not None:
+            times.append(carried)
+    if not times:
+        return None
+    ramps = [drive.ramp for drive in system.experiment.drives.values()]
+    return min(max([*times, *ramps]), end)
+
+
+def _carried(run: Trajectory, ideal: Trajectory, force: str) -> float | None:
+    """Find the time from which a film carries its load [s]; None if its force never overshoots before."""
+    times = run.time[run.time <= ideal.time[-1]]
+    load = np.interp(times, ideal.time, ideal[force])
+    excess = (run[force][: len(times)] - load) / np.maximum(load, np.finfo(float).tiny)
+    flight = float(times[np.argmax(excess >= -_CARRIED)])
+    edges = np.flatnonzero(np.diff(np.abs(excess) <= _CARRIED, prepend=False, append=False))
+    begins, ends = edges[::2], edges[1::2] - 1
+    long = begins[times[ends] - times[begins] > flight]
+    if flight == 0.0 or not len(long) or excess[: long[0]].max() <= _OVERSHOOT:
+        return None
+    return float(times[long[0]])
