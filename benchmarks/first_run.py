@@ -1,7 +1,8 @@
 """Times of the first runs after an installation: ``python benchmarks/first_run.py [--repeat N]``.
 
-The press by two commands with an empty cache of compiled code, the next run, and two that fill a cache at once; a
-script with a user-defined law after this law was edited. Wall time and time of all processors, medians.
+The press by two commands with an empty cache of compiled code, also in a single process, the next run, and two that
+fill a cache at once; a script with a user-defined law after this law was edited. Wall time and time of all processors,
+medians.
 """
 
 from __future__ import annotations
@@ -36,14 +37,15 @@ linkages.simulate(linkages.load(linkages.find_file("slider_crank_dry.toml"), cha
 """
 
 
-def run(command: list[str], cache: Path, together: int = 1) -> tuple[float, float]:
-    """Run a command, so many times at once: wall time, and processors' time of one [s]."""
+def run(command: list[str], cache: Path, together: int = 1, alone: bool = False) -> tuple[float, float]:
+    """Run a command, so many times at once: wall time, and processors' time of one [s]; alone: on one processor."""
+    on = (lambda: os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})) if alone else None
     environment = os.environ | {"NUMBA_CACHE_DIR": str(cache)}
     before, started = os.times(), time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment, "cwd": ROOT}
         outs = [["--out", str(Path(folder) / str(k))] if command in COMMANDS.values() else [] for k in range(together)]
-        processes = [subprocess.Popen(command + out, **quiet) for out in outs]
+        processes = [subprocess.Popen(command + out, preexec_fn=on, **quiet) for out in outs]
         if sum(process.wait() for process in processes):
             raise SystemExit(f"failed: {' '.join(command)}")
     after = os.times()
@@ -65,6 +67,9 @@ def main() -> None:
     for what, command in COMMANDS.items():
         with tempfile.TemporaryDirectory() as folder:
             show(f"{what}: first ever", [run(command, Path(folder) / str(k)) for k in repeat])
+            show(
+                f"{what}: first ever, one process", [run(command, Path(folder) / f"one{k}", alone=True) for k in repeat]
+            )
             show(f"{what}: the next", [run(command, Path(folder) / "0") for _ in repeat])
             show(f"{what}: two at once", [run(command, Path(folder) / f"two{k}", 2) for k in repeat])
     with tempfile.TemporaryDirectory() as folder:

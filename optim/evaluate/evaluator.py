@@ -122,13 +122,6 @@ class Evaluator:
         windows = np.vstack([point.windows[name] for name in self._used])
         return Request(point, values, limits, self.outputs, windows, self.threads, self.progress)
 
-    def _rows(self, term: Term, point: OperatingPoint) -> slice:
-        """Windows of a term in a request."""
-        counts = [len(point.windows[name]) for name in self._used]
-        k = self._used.index(term.window)
-        start = sum(counts[:k])
-        return slice(start, start + counts[k])
-
     def _quantity(self, name: str, quantity: StudyQuantity, designs: Array, points: Sequence[Statistics]) -> Array:
         """Weighted terms, summed or the extreme one, or a formula, (m,)."""
         if quantity.terms is None:
@@ -138,11 +131,11 @@ class Evaluator:
         return np.array([_aggregate(quantity.over_terms, row) for row in zip(*columns, strict=True)])
 
     def _term(self, term: Term, points: Sequence[Statistics]) -> list[float]:
-        k = self.outputs.index(term.output)
-        by_point = []
+        k, w, by_point = self.outputs.index(term.output), self._used.index(term.window), []
         for point, found in zip(self.study.points, points, strict=True):
-            rows = self._rows(term, point)
-            statistics = dict(zip(STATISTICS, found.values[:, :, rows, k], strict=True))
+            ends = np.cumsum([len(point.windows[name]) for name in self._used])
+            values = np.split(found.values[..., k], ends[:-1], axis=2)[w]
+            statistics = dict(zip(STATISTICS, values, strict=True))
             spans = np.ptp(point.windows[term.window], axis=1)
             with np.errstate(invalid="ignore"):  # runs that failed
                 values = _FUNCTIONALS[term.functional](statistics, spans)
