@@ -21,6 +21,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -55,13 +56,19 @@ class Answers:
 
     def answer(self, kind: str, request: Any, outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
         """Answer a request from outside: everything in it is checked. `outdated` tells whether a newer one waits."""
-        known = {"start": self._start, "run": self._run, "picture": self._picture}
-        known |= {"numbers": self._numbers, "warnings": self._warnings}
-        known |= {"save": self._save, "export": self._export}
+        known: dict[str, Callable[[Session, dict[str, Any]], dict[str, Any]]] = {
+            "start": self._start,
+            "run": partial(self._run, outdated),
+            "picture": lambda session, request: session.picture(self._values(request)),
+            "numbers": lambda session, _: session.numbers(),
+            "warnings": lambda session, _: {"warnings": session.warnings()},
+            "save": self._save,
+            "export": self._export,
+        }
         try:
             if kind not in known or not isinstance(request, dict):
                 raise InputError("page", str(kind)[:40], f"is no request; one of {', '.join(known)}")
-            return known[kind](self._session_of(request), request, outdated)
+            return known[kind](self._session_of(request), request)
         except OutdatedError:
             return {"outdated": True}
         except TimeLimitError:
@@ -80,7 +87,7 @@ class Answers:
             self._pages.pop(next(iter(self._pages)))
         return session
 
-    def _start(self, session: Session, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
+    def _start(self, session: Session, _: dict[str, Any]) -> dict[str, Any]:
         experiment = session.system.experiment
         return {
             "title": experiment.title or experiment.source.stem,
@@ -91,30 +98,26 @@ class Answers:
             "controls": [control.as_json() for control in self.controls.values()],
         }
 
-    def _run(self, session: Session, request: dict[str, Any], outdated: Callable[[], bool]) -> dict[str, Any]:
+    def _run(self, outdated: Callable[[], bool], session: Session, request: dict[str, Any]) -> dict[str, Any]:
         values = self._values(request)
         if request.get("restart") is True:
             session.restart()
         return session.compute(values, outdated)
 
-    def _picture(self, session: Session, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
-        return session.picture(self._values(request))
+    def _save(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        """Save a file with the values of the run that the page shows: it gives the same numbers."""
+        name = request.get("name")
+        if not isinstance(name, str) or not _NAME.fullmatch(name.removesuffix(".toml")):
+            problem = "is no name of a file here; use letters, digits, '_', '-' and '.', without a folder"
+            raise InputError("page", repr(name)[:60], problem)
+        target = self.folder / f"{name.removesuffix('.toml')}.toml"
+        values = {**self.given, **session.values_shown(self._values(request))}
+        save(session.system.experiment, values, target, request.get("replace") is True)
+        return {"written": str(target), "command": f"linkages simulate {target}"}
 
-    def _numbers(self, session: Session, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
-        return session.numbers()
-
-    def _warnings(self, session: Session, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
-        return {"warnings": session.warnings()}
-
-    def _save(self, session: Session, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
-        target = self._target(request, ".toml")
-        written = save(session.system.experiment, self._ran(session, request), target, request.get("replace") is True)
-        return {"written": str(written), "command": f"linkages simulate {written}"}
-
-    def _export(self, session: Session, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
+    def _export(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
         """Save the file, and let ``linkages simulate`` write its folder: the files are the same by construction."""
-        target = self._target(request, ".toml")
-        save(session.system.experiment, self._ran(session, request), target, request.get("replace") is True)
+        target = Path(self._save(session, request)["written"])
         out = target.with_suffix("")
         command = [sys.executable, "-m", "linkages.cli.main", "simulate", str(target), "--out", str(out), "--quiet"]
         try:
@@ -129,17 +132,6 @@ class Answers:
 
     def _values(self, request: dict[str, Any]) -> dict[str, float | str]:
         return checked(request.get("values", {}), self.controls)
-
-    def _ran(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
-        """Values of the run that the page shows: a file with them gives the same numbers."""
-        return {**self.given, **session.values_shown(self._values(request))}
-
-    def _target(self, request: dict[str, Any], suffix: str) -> Path:
-        name = request.get("name")
-        if not isinstance(name, str) or not _NAME.fullmatch(name.removesuffix(suffix)):
-            problem = "is no name of a file here; use letters, digits, '_', '-' and '.', without a folder"
-            raise InputError("page", repr(name)[:60], problem)
-        return self.folder / f"{name.removesuffix(suffix)}{suffix}"
 
 
 def page_of(request: Any) -> str:
@@ -171,7 +163,7 @@ def edited(experiment: Experiment, values: Mapping[str, Any], target: Path) -> s
     return tomlkit.dumps(document)
 
 
-def save(experiment: Experiment, values: Mapping[str, Any], target: Path, replace: bool = False) -> Path:
+def save(experiment: Experiment, values: Mapping[str, Any], target: Path, replace: bool = False) -> None:
     """Write an experiment's file with other values, whole or not at all; see `edited`.
 
     InputError if the file exists and is not to be replaced, or cannot be written.
@@ -181,9 +173,8 @@ def save(experiment: Experiment, values: Mapping[str, Any], target: Path, replac
     text = edited(experiment, values, target)
     with errors_of_writing(target.parent):
         target.parent.mkdir(parents=True, exist_ok=True)
-    with whole(target) as partial:
-        partial.write_text(text, encoding="utf-8")
-    return target
+    with whole(target) as file:
+        file.write_text(text, encoding="utf-8")
 
 
 def _replace(document: tomlkit.TOMLDocument, path: str, value: Any) -> None:

@@ -19,7 +19,6 @@ from linkages.arrays import Array
 from linkages.engines.assessment import simulate
 from linkages.errors import InputError, Status
 from linkages.live.view import (
-    IdealPart,
     columns_of,
     drawing_of,
     frames_of,
@@ -68,18 +67,13 @@ class Session:
         self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values of the last request, values of that run
         self._result: _Result | None = None  # of that run
         self._drawings: dict[str, tuple[Drawing, dict[str, Any]]] = {}
-        self._ideals: dict[tuple[Any, ...], IdealPart | None] = {}
+        self._ideals: dict[tuple[Any, ...], Trajectory | None] = {}
 
     def for_page(self) -> Session:
         """Return a session of the same machine for another page; both share drawings and ideal motions."""
         other = copy(self)
         other._ratios, other._shown, other._result = {}, ({}, {}), None
         return other
-
-    def values_to_run(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the values of a run: the requested ones, the duration, the journals' start."""
-        system = self.system.replaced(values)
-        return dict(values) | self._added(values, system, _period(system))
 
     def _added(self, values: Mapping[str, Any], system: System, period: float | None) -> dict[str, Any]:
         """Return the values of a run that are not requested."""
@@ -134,7 +128,7 @@ class Session:
         part = shown_part(assessment, period)
         exact = self._ideal(values, system, part[1] - part[0])
         if exact is not None:
-            assessment = Assessment(system, "compiled", run, exact.motion, None)
+            assessment = Assessment(system, "compiled", run, exact, None)
         result = _Result(assessment, exact, frames_of(run, part), repr(_key(values, _OF_JOINTS + _OF_MASSES)))
         self._result = result
         texts = [path for path, value in values.items() if isinstance(value, str)]
@@ -154,7 +148,10 @@ class Session:
     def values_shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values of the run that was shown for these values; a new run's, if others were shown since."""
         asked, ran = self._shown
-        return dict(ran) if asked == dict(values) else self.values_to_run(values)
+        if asked == dict(values):
+            return dict(ran)
+        system = self.system.replaced(values)
+        return dict(values) | self._added(values, system, _period(system))
 
     def numbers(self) -> dict[str, Any]:
         """Return the numbers of the run that was shown last, see `linkages.live.view.numbers_for`."""
@@ -186,7 +183,7 @@ class Session:
             return {}
         return {"poses": poses_of(self._drawings[result.picture][0], result.assessment.system, result.frames)}
 
-    def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> IdealPart | None:
+    def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> Trajectory | None:
         key = (*_key(values, _OF_JOINTS), duration)
         if key not in self._ideals:
             _keep_few(self._ideals)
@@ -198,7 +195,7 @@ class _Result(NamedTuple):
     """The run that was shown last."""
 
     assessment: Assessment
-    exact: IdealPart | None
+    exact: Trajectory | None
     frames: Mapping[str, Array]  # of the moving picture
     picture: str  # key of its drawing
 

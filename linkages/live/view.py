@@ -7,8 +7,6 @@ lie on each other at the same phase of its drives.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -36,19 +34,6 @@ _ORBIT = 600  # points of an orbit
 _INTERVALS = 160  # parts of the time of a curve, see `linkages.plots.curves.seen`
 
 
-@dataclass(frozen=True)
-class IdealPart:
-    """The motion with ideal joints in the shown part of the run."""
-
-    system: System
-    motion: Trajectory
-
-    @cached_property
-    def numbers(self) -> dict[str, Any]:
-        """Return its numbers, which only the table needs."""
-        return numbers(self.system, self.motion, ())
-
-
 def columns_of(system: System) -> list[str]:
     """Name the columns of a run that a view needs: all but the motions of frames that nobody has asked for."""
     shown = {f"{link.name}.{key}" for link in system.mechanism.links for key in ("x", "y", "angle", "omega")}
@@ -56,13 +41,12 @@ def columns_of(system: System) -> list[str]:
     return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
 
 
-def ideal_of(system: System, duration: float) -> IdealPart | None:
+def ideal_of(system: System, duration: float) -> Trajectory | None:
     """Move the linkage with ideal joints for a time [s]; None where it cannot move."""
     try:
-        motion = ideal(system.replaced({"duration": duration}))
+        return ideal(system.replaced({"duration": duration}))
     except (AssemblyError, RunError):
         return None
-    return IdealPart(system, motion)
 
 
 def shown_part(assessment: Assessment, period: float | None) -> tuple[float, float]:
@@ -74,7 +58,7 @@ def shown_part(assessment: Assessment, period: float | None) -> tuple[float, flo
 
 
 def view(
-    assessment: Assessment, exact: IdealPart | None, part: tuple[float, float], frames: Mapping[str, Array]
+    assessment: Assessment, exact: Trajectory | None, part: tuple[float, float], frames: Mapping[str, Array]
 ) -> dict[str, Any]:
     """Return the pictures of the page for a part of a run [s], ready for JSON.
 
@@ -92,7 +76,7 @@ def view(
         "from": part[0],
         "to": part[1],
         "time": short(np.linspace(0.0, part[1] - part[0], _FRAMES)),
-        "curves": curves(drawn, moved, exact.motion if exact else None, assessment.noise, _INTERVALS),
+        "curves": curves(drawn, moved, exact, assessment.noise, _INTERVALS),
         "orbits": [_orbit(system, name, shown, frames) for name in system.tree.play if f"{name}.ex" in run.columns],
     }
 
@@ -102,10 +86,15 @@ def frames_of(run: Trajectory, part: tuple[float, float]) -> Mapping[str, Array]
     return run.evaluate(np.linspace(*part, _FRAMES)) if run.evaluate is not None else {}
 
 
-def numbers_for(assessment: Assessment, exact: IdealPart | None) -> dict[str, Any]:
+def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, Any]:
     """Return the numbers of the page for a run, which can take longer than the run: `motion` (lines) and `table`."""
-    peaks = _numbers(assessment)
-    return {"motion": motion_lines(_said(assessment, peaks)), "table": _table(assessment, peaks, exact)}
+    run, span, report = assessment.run, assessment.windows.get(assessment.reported), assessment.reported
+    part = run if span is None else run.within(*span)
+    peaks = numbers(assessment.system, part, assessment.meaningless, assessment.contacts)
+    windows = {} if span is None else {report: {"from": span[0], "to": span[1], **peaks}}
+    told = {"motion": assessment.motion.content, "start_up": assessment.start_up, "duration": float(run.time[-1])}
+    lines = motion_lines(peaks | told | {"report": report, "windows": windows})
+    return {"motion": lines, "table": _table(assessment, peaks, exact)}
 
 
 def warnings_for(assessment: Assessment) -> list[str]:
@@ -121,28 +110,10 @@ def drawing_of(system: System) -> tuple[Drawing, dict[str, Any]]:
     return drawing, {"svg": str(svg(drawing, said=False)), **place}
 
 
-def _numbers(assessment: Assessment) -> dict[str, Any]:
-    """Numbers of the part of a run that tables report."""
-    span = assessment.windows.get(assessment.reported)
-    run = assessment.run if span is None else assessment.run.within(*span)
-    return numbers(assessment.system, run, assessment.meaningless, assessment.contacts)
-
-
-def _said(assessment: Assessment, peaks: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parts of a summary that `motion_lines` reads."""
-    motion = assessment.motion.content
-    span = assessment.windows.get(assessment.reported)
-    window = {} if span is None else {assessment.reported: {"from": span[0], "to": span[1], **peaks}}
-    return {**peaks, "duration": float(assessment.run.time[-1]), "motion": motion, "start_up": assessment.start_up} | {
-        "report": assessment.reported,
-        "windows": window,
-    }
-
-
-def _table(assessment: Assessment, peaks: dict[str, Any], exact: IdealPart | None) -> list[dict[str, Any]]:
+def _table(assessment: Assessment, peaks: dict[str, Any], exact: Trajectory | None) -> list[dict[str, Any]]:
     """Rows of the table: name, unit, peak, the ideal linkage's peak, and the spread of the peaks of single periods."""
     rows = []
-    perfect = exact.numbers if exact else None
+    perfect = numbers(assessment.system, exact, ()) if exact is not None else None
 
     def row(name: str, unit: str, value: float | None, *where: str) -> None:
         other: Any = perfect if where else None

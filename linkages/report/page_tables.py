@@ -12,9 +12,8 @@ from linkages.files.table_keys import bracketed
 from linkages.files.toml import leaves
 from linkages.model.experiment import keys, value_unit
 from linkages.plots.style import typeset
+from linkages.report import words
 from linkages.report.result_folder import Results
-from linkages.report.words import NONE, beyond, change, exceeded, meeting, reported, toml_value, unit
-from linkages.results.characteristics import link_columns
 from linkages.results.impacts import Impact
 
 _SHOWN = 40  # most contacts in the table
@@ -43,12 +42,12 @@ class PageTable:
 
 def outputs(results: Results) -> PageTable:
     """Tabulate the real and ideal outputs, with the error of the peak."""
-    rows, shown = [], reported(results.summary)
+    rows, shown = [], words.reported(results.summary)
     for name, value in shown["outputs"].items():
         exact = shown["ideal"]["outputs"][name]
         extremes = (exact["min"], exact["max"], value["min"], value["max"])
-        judged = (change(value["peak"], exact["peak"]), error(results, f"{name}.peak"))
-        rows.append((f"{name} [{unit(name)}]", *map(number, extremes), *judged, *_whole(results, f"{name}.peak")))
+        judged = (words.change(value["peak"], exact["peak"]), error(results, f"{name}.peak"))
+        rows.append((f"{name} [{words.unit(name)}]", *map(number, extremes), *judged, *_whole(results, f"{name}.peak")))
     head = (
         "output", "ideal min", "ideal max", "with clearance min", "with clearance max", "change of peak",
         "error of peak", *_whole(results),
@@ -58,16 +57,16 @@ def outputs(results: Results) -> PageTable:
 
 def joints(results: Results) -> PageTable:
     """Tabulate the real and ideal joint forces."""
-    rows, shown = [], reported(results.summary)
+    rows, shown = [], words.reported(results.summary)
     for name, value in shown["joints"].items():
         exact, force = shown["ideal"]["joints"][name]["force"]["peak"], value["force"]
         ratio, inside = value.get("eccentricity_ratio"), value.get("contact_fraction")
         model = results.play.get(name, {}).get("model", "ideal")
         numbers = map(number, (exact, force["peak"], force["time"]))
-        judged = (change(force["peak"], exact), error(results, f"{name}.force.peak"))
-        most = number(ratio["peak"]) if ratio else NONE
-        share = f"{100.0 * inside:.3g}" if inside is not None else NONE
-        named = name, meeting(results.summary, name) or NONE, model
+        judged = (words.change(force["peak"], exact), error(results, f"{name}.force.peak"))
+        most = number(ratio["peak"]) if ratio else words.NONE
+        share = f"{100.0 * inside:.3g}" if inside is not None else words.NONE
+        named = name, words.meeting(results.summary, name) or words.NONE, model
         rows.append((*named, *numbers, *judged, most, share, *_whole(results, f"{name}.force.peak")))
     head = (
         "joint", "links", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
@@ -78,16 +77,11 @@ def joints(results: Results) -> PageTable:
 
 def drives(results: Results) -> PageTable:
     """Tabulate drive torques (forces) and work."""
-    rows, shown = [], reported(results.summary)
-    for name, value in shown["drives"].items():
-        ideal, peak = shown["ideal"]["drives"][name], value["torque"]["peak"]
-        exact = ideal["torque"]["peak"]
-        key = f"{name}.torque.peak"
-        judged = (change(peak, exact), error(results, key))
-        work = map(number, (ideal["work"], value["work"]))
-        kind = value.get("unit", "N m")
-        effort = "force" if kind == "N" else "torque"
-        rows.append((f"{name} {effort} [{kind}]", number(exact), number(peak), *judged, *work, *_whole(results, key)))
+    rows, shown = [], words.reported(results.summary)
+    for label, key, value, exact in words.effort_rows(shown, "drives"):
+        judged = (words.change(value["peak"], exact["peak"]), error(results, key))
+        peaks, work = (map(number, (exact[one], value[one])) for one in ("peak", "work"))
+        rows.append((label, *peaks, *judged, *work, *_whole(results, key)))
     head = ("drive", "ideal peak", "peak", "change of peak", "error of peak", "ideal work [J]", "work [J]")
     return PageTable("Drives", (*head, *_whole(results)), rows)
 
@@ -106,14 +100,10 @@ def heats(results: Results) -> PageTable | None:
 
 def links(results: Results) -> PageTable | None:
     """Tabulate deflections, bending moments and stresses of flexible links; None without any."""
-    rows, shown = [], reported(results.summary)
-    for name, entry in shown.get("links", {}).items():
-        rigid = shown["ideal"].get("links", {}).get(name, {})
-        for column in link_columns(name):
-            what, key = column.rpartition(".")[2], f"{column}.peak"
-            exact = None if what == "deflection" else rigid.get(what, {}).get("peak")
-            values = map(number, (exact, entry[what]["peak"], entry[what]["time"], entry[what].get("place")))
-            rows.append((f"{column} [{unit(column)}]", *values, error(results, key), *_whole(results, key)))
+    rows, shown = [], words.reported(results.summary)
+    for column, rigid, value in words.link_rows(shown):
+        key, values = f"{column}.peak", map(number, (rigid, value["peak"], value["time"], value.get("place")))
+        rows.append((f"{column} [{words.unit(column)}]", *values, error(results, key), *_whole(results, key)))
     head = ("link", "rigid links", "peak", "at [s]", "place along the beam [m]", "error of peak")
     return PageTable("Flexible links", (*head, *_whole(results)), rows) if rows else None
 
@@ -178,30 +168,30 @@ def files(results: Results) -> PageTable:
 
 def number(value: float | None) -> str:
     """Write a number with three significant digits; None gives a dash."""
-    return NONE if value is None else rounded(value).replace("-", "−")
+    return words.NONE if value is None else rounded(value).replace("-", "−")
 
 
 def error(results: Results, key: str) -> str:
     """Write the error of a peak, if an estimate exists."""
-    errors = reported(results.summary).get("error", {})
+    errors = words.reported(results.summary).get("error", {})
     if errors.get(key) is None:
-        return NONE if key in errors else "not estimated"
+        return words.NONE if key in errors else "not estimated"
     found = errors[key]
     return f"{found:.1e}".replace("-", "−") if found else "0"
 
 
 def _whole(results: Results, key: str = "") -> tuple[str, ...]:
     """Return the cell with a larger peak of the whole run, or its heading; empty if no peak is larger."""
-    if not exceeded(results.summary):
+    if not words.exceeded(results.summary):
         return ()
-    return (beyond(results.summary, key) or NONE if key else "whole run",)
+    return (words.beyond(results.summary, key) or words.NONE if key else "whole run",)
 
 
 def _impact(row: Impact) -> tuple[str, ...]:
     joint, *values = astuple(row)
     scales = (1.0, 1.0, 1.0, 1e3, 1.0, 1e6, 1.0, 1.0)
     scaled = (scale * value for scale, value in zip(scales, values, strict=True))
-    return (joint, *(NONE if math.isnan(value) else number(value) for value in scaled))
+    return (joint, *(words.NONE if math.isnan(value) else number(value) for value in scaled))
 
 
 def _plain(value: Any) -> str:
@@ -210,7 +200,7 @@ def _plain(value: Any) -> str:
         return f"[{', '.join(_plain(item) for item in value)}]"
     if isinstance(value, float):
         return f"{value:.6g}".replace("-", "−")
-    return value if isinstance(value, str) else toml_value(value)
+    return value if isinstance(value, str) else words.toml_value(value)
 
 
 def _si_unit(results: Results, path: str) -> str:
@@ -222,7 +212,7 @@ def _si_unit(results: Results, path: str) -> str:
 
 def _shown_unit(si: str) -> str:
     """Write the unit of a parameter; a number without one has "–"."""
-    return NONE if si in ("", "1") else typeset(si)
+    return words.NONE if si in ("", "1") else typeset(si)
 
 
 def _source(comment: str, si: str) -> str:

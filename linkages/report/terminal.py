@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from linkages.brief import cell
-from linkages.report.words import beyond, exceeded, meeting, motion_lines, output_unit, reported
-from linkages.results.characteristics import link_columns, peaks_by_key
+from linkages.report import words
+from linkages.results.characteristics import peaks_by_key
 from linkages.results.warnings import relative
 
 #: Columns of a heat balance, and their headings.
@@ -37,26 +37,26 @@ def format_summary(summary: dict[str, Any]) -> str:
 
 def format_table(summary: dict[str, Any]) -> str:
     """Format the numbers of a summary; with errors, if estimated; "-" is an undefined value."""
-    mechanism, experiment, shown = summary["mechanism"], summary["provenance"]["experiment"], reported(summary)
+    mechanism, experiment, shown = summary["mechanism"], summary["provenance"]["experiment"], words.reported(summary)
     ideal, errors = shown["ideal"], shown.get("error", {})
     play = any(joint["model"] != "ideal" for joint in summary["joints"].values())
-    run, more = "with clearance" if play else "integrated", exceeded(summary)
+    run, more = "with clearance" if play else "integrated", words.exceeded(summary)
 
     def row(label: str, values: tuple[Any, ...], key: str | None = None) -> tuple[str, str]:
         cells = "".join(cell(value, width) for value, width in zip(values, (12, 12, 14, 12), strict=True))
         error = errors.get(key) if key else "error"
-        before = f"  {beyond(summary, key) if key else 'whole run'}" if more else ""
+        before = f"  {words.beyond(summary, key) if key else 'whole run'}" if more else ""
         return label, cells + (cell(error, 11, ".1e") if errors else "") + before
 
     rows = [("", f"{'ideal joints':>24s}{run:>26s}"), row("output", ("min", "max", "min", "max"))]
     for name, value in shown["outputs"].items():
         exact = ideal["outputs"][name]
         extremes = exact["min"], exact["max"], value["min"], value["max"]
-        rows.append(row(f"{name} [{output_unit(name)}]", extremes, f"{name}.peak"))
+        rows.append(row(f"{name} [{words.output_unit(name)}]", extremes, f"{name}.peak"))
     rows += [("", ""), row("joint force [N]: links", ("ideal peak", "peak", "at [s]", "e/c peak"))]
     for name, value in shown["joints"].items():
         label = f"{name} ({value['model']})" if value["model"] != "ideal" else name
-        label += f": {links}" if (links := meeting(summary, name)) else ""
+        label += f": {links}" if (links := words.meeting(summary, name)) else ""
         exact, force, ratio = (ideal["joints"][name]["force"], value["force"], value.get("eccentricity_ratio", {}))
         peaks = exact["peak"], force["peak"], force["time"], ratio.get("peak")
         rows.append(row(label, peaks, f"{name}.force.peak"))
@@ -65,30 +65,21 @@ def format_table(summary: dict[str, Any]) -> str:
         rows += [("", ""), ("oil (lumped heat balance)", "".join(f"{name:>12s}" for name in _HEAT_HEAD))]
         rows += [(name, "".join(cell(heat[key], 12) for key in _HEAT)) for name, heat in heats.items()]
     for kind in ("drives", "loads"):
-        found = shown.get(kind, {})
-        if found:
+        if shown.get(kind):
             rows += [("", ""), row(kind.removesuffix("s"), ("ideal peak", "peak", "work [J]", ""))]
-        for name, value in found.items():
-            effort = "torque" if "torque" in value else "force"
-            values = ideal[kind][name][effort]["peak"], value[effort]["peak"], value["work"], ""
-            unit = value.get("unit", "N m" if effort == "torque" else "N")  # a force is in the torque column
-            label = f"{name} {'force' if unit == 'N' else 'torque'} [{unit}]"
-            rows.append(row(label, values, f"{name}.{effort}.peak"))
+        for label, key, value, exact in words.effort_rows(shown, kind):
+            rows.append(row(label, (exact["peak"], value["peak"], value["work"], ""), key))
     if "links" in shown:
         rows += [("", ""), row("flexible link", ("rigid peak", "peak", "at [s]", "place [m]"))]
-    for name, entry in shown.get("links", {}).items():
-        rigid = ideal.get("links", {}).get(name, {})
-        for column in link_columns(name):
-            what, found = column.rpartition(".")[2], entry[column.rpartition(".")[2]]
-            exact = None if what == "deflection" else rigid.get(what, {}).get("peak")
-            cells = exact, found["peak"], found["time"], found.get("place", "")
-            rows.append(row(f"{column} [{output_unit(column)}]", cells, f"{column}.peak"))
+    for column, rigid, value in words.link_rows(shown):
+        cells = rigid, value["peak"], value["time"], value.get("place", "")
+        rows.append(row(f"{column} [{words.output_unit(column)}]", cells, f"{column}.peak"))
     width = max(18, *(1 + len(label) for label, _ in rows))
     lines = [
         experiment.get("title") or Path(experiment["file"]).stem,
         f"{summary['engine']} engine, {summary['duration']:g} s, status {summary['status']};"
         f" mobility {mechanism['mobility']}, driven: {', '.join(mechanism['driven']) or 'none'}",
-        *motion_lines(summary),
+        *words.motion_lines(summary),
         "",
     ]
     return "\n".join(lines + [f"{label:{width}s}{cells}".rstrip() for label, cells in rows])

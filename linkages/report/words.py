@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections import defaultdict
+from collections.abc import Iterator
 from functools import reduce
 from operator import getitem
 from typing import Any
@@ -52,6 +53,25 @@ def beyond(summary: dict[str, Any], key: str, of: str = "") -> str:
 def meeting(summary: dict[str, Any], joint: str) -> str:
     """Name the links of a joint, the bearing's first; empty if the summary does not have them."""
     return ", ".join(summary.get("mechanism", {}).get("joints", {}).get(joint, ()))
+
+
+def link_rows(shown: dict[str, Any]) -> Iterator[tuple[str, float | None, dict[str, Any]]]:
+    """Yield column, peak with rigid links, and entry of each quantity of the flexible links."""
+    for name, entry in shown.get("links", {}).items():
+        rigid = shown["ideal"].get("links", {}).get(name, {})
+        for quantity, found in entry.items():
+            exact = None if quantity == "deflection" else rigid.get(quantity, {}).get("peak")
+            yield f"{name}.{quantity}", exact, found
+
+
+def effort_rows(shown: dict[str, Any], kind: str) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any]]]:
+    """Yield label, key of the peak, entry, and entry with ideal joints of the "drives" or "loads"."""
+    for name, entry in shown.get(kind, {}).items():
+        quantity = "torque" if "torque" in entry else "force"
+        unit = entry.get("unit", "N m" if quantity == "torque" else "N")  # the force of a drive is its torque's entry
+        label = f"{name} {'force' if unit == 'N' else 'torque'} [{unit}]"
+        value, exact = ({**one[quantity], "work": one["work"]} for one in (entry, shown["ideal"][kind][name]))
+        yield label, f"{name}.{quantity}.peak", value, exact
 
 
 def exceeded(summary: dict[str, Any]) -> bool:
