@@ -67,7 +67,9 @@ def commands(wanted: str = "") -> dict[str, Command]:
     """
     alone = wanted in _OWN
     names = (wanted,) if alone else _OWN
-    found: dict[str, object] = {name: importlib.import_module(f"{__name__}.{_module(name)}") for name in names}
+    found: dict[str, object] = {
+        name: importlib.import_module(f"{__name__}.{name}{'_' * keyword.iskeyword(name)}") for name in names
+    }
     for point in () if alone else entry_points(group="linkages.commands"):
         try:
             if point.name in found:
@@ -77,11 +79,6 @@ def commands(wanted: str = "") -> dict[str, Command]:
             reason = " ".join(f"{type(problem).__name__}: {problem}".split())
             print(f"warning: command {point.name} ({point.value}) is skipped: {reason}", file=sys.stderr)
     return cast(dict[str, Command], found)
-
-
-def _module(name: str) -> str:
-    """Return the module name of a command: ``import_`` for the keyword ``import``."""
-    return f"{name}_" if keyword.iskeyword(name) else name
 
 
 def _load(point: EntryPoint) -> object:

@@ -113,19 +113,7 @@ def be_quiet(options: argparse.Namespace) -> None:
 def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
     """Make the progress bar of a stage, shown on a terminal after a second; elsewhere lines at intervals.
 
-    Parameters
-    ----------
-    name : str
-        Label of the bar.
-    total : float
-        Total amount.
-    unit : str
-        Unit of `total`; without one the bar shows no numbers.
-
-    Returns
-    -------
-    callable
-        Function to call with the finished amount.
+    Without the unit of the total amount the bar shows no numbers. The result is called with the finished amount.
     """
     begin_stage(name)
     if not sys.stderr.isatty():

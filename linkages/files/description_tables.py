@@ -7,10 +7,9 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, Tag
 
 from linkages.files.beams import POISSON
-from linkages.files.toml import Table
+from linkages.files.toml import Table, TwoOf
 
 GROUND = "ground"
-_Two = Annotated[list[Any], Field(min_length=2, max_length=2)]
 
 
 class BeamTable(Table):
@@ -34,7 +33,7 @@ class LinkTable(Table):
     """A link with values that differ from the mechanism's defaults."""
 
     points: str = Field(description="points of the link, as in its short form")
-    section: _Two | None = Field(None, description="section of its bars, instead of the default [m]")
+    section: TwoOf[Any] | None = Field(None, description="section of its bars, instead of the default [m]")
     density: Any = Field(None, description="density instead of the default [kg/m3]")
     mass: Any = Field(None, description="mass instead of the bars', with the same distribution [kg]")
     inertia: Any = Field(None, description="moment of inertia about the mass centre, instead of the bars' [kg m2]")
@@ -62,9 +61,9 @@ class Description(Table):
         ' a slider: "A along LINK", or "A along LINK at ANGLE" from the link\'s first two points (x on the ground);'
         f' the link "{GROUND}" is fixed'
     )
-    section: _Two = Field(description="section of all bars: width in the plane, thickness normal to it [m]")
+    section: TwoOf[Any] = Field(description="section of all bars: width in the plane, thickness normal to it [m]")
     density: Any = Field(None, description="density of all bars; required for links without mass [kg/m3]")
-    bearing: _Two | None = Field(
+    bearing: TwoOf[Any] | None = Field(
         None, description="radius and length of all pins; default: a quarter of the width, and the thickness [m]"
     )
 

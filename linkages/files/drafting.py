@@ -21,15 +21,10 @@ class DraftError(Exception):
 
 
 class Numbers:
-    """Numbers of a description by name: parameters, and coordinates ``A.x``, ``A.y`` of points.
+    """Numbers of a description by name: parameters (texts are formulas), coordinates ``A.x``, ``A.y`` of points.
 
-    Parameters
-    ----------
-    parameters : mapping of str to number or str
-        A text is a formula.
-    points : mapping of str to list
-        ``[x, y]``; ``[point, distance, angle]``, where a point may stand for the direction; or ``[first, distance,
-        second, distance]``, to the left of the line from first to second. Numbers, formulas and names of points.
+    A point is ``[x, y]``; ``[point, distance, angle]``, where a point may stand for the direction; or ``[first,
+    distance, second, distance]``, to the left of the line from first to second.
     """
 
     def __init__(self, parameters: Mapping[str, Any], points: Mapping[str, Sequence[Any]]) -> None:
@@ -127,18 +122,8 @@ def body(points: Array, angle: float, section: tuple[float, float], density: flo
     """Compute mass, mass centre and inertia of a link made of straight bars of rectangular section.
 
     Bars join successive points, and the last to the first if three or more points are not on a line. A link with one
-    point is a block, twice as long as the section is wide.
-
-    Parameters
-    ----------
-    points : (n, 2) array
-        Positions of the points [m].
-    angle : float
-        Direction of a block's length [rad].
-    section : (float, float)
-        Width in the plane, thickness normal to it [m].
-    density : float
-        Density [kg/m3].
+    point is a block, twice as long as the section is wide, along the angle [rad]. Points (n, 2) [m]; width of the
+    section in the plane, thickness normal to it [m]; density [kg/m3].
     """
     width, thick = section
     if len(points) == 1:

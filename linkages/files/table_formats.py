@@ -20,13 +20,7 @@ _LONGEST = 63  # most characters of a name in MATLAB
 
 
 def needed(package: str, asked: str) -> Any:
-    """Import a package of the extra ``export``.
-
-    Raises
-    ------
-    InputError
-        If the package is not installed; the message has the command that installs it for the feature `asked`.
-    """
+    """Import a package of the extra ``export``; InputError with the command that installs it for a feature."""
     try:
         return importlib.import_module(package)
     except ImportError:

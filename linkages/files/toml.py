@@ -22,6 +22,9 @@ from linkages.files.table_keys import UnitError, in_si, inner_table, names_taken
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+T = TypeVar("T")
+#: A list of two values of a type: ``TwoOf[Finite]``.
+TwoOf = Annotated[list[T], Field(min_length=2, max_length=2)]
 
 _DEEPEST = 20  # most levels of nesting (reading recurses)
 _LONGEST = 80  # most characters of a wrong value in a message
@@ -46,13 +49,7 @@ AnyTable = TypeVar("AnyTable", bound=Table)
 
 
 def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """Read a file: its values, and the comment after each value by dotted path.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is not TOML.
-    """
+    """Read a file: its values, and the comment after each value by dotted path."""
     if path.suffix == ".sdf":
         raise InputError(path, "", "is a mechanism; give the experiment file (.toml) that names it")
     data = io.BytesIO(read_whole(path))
@@ -118,10 +115,7 @@ def validate(
 ) -> AnyTable:
     """Build a table from its values; `origins` has the origin of overrides by dotted path.
 
-    Raises
-    ------
-    InputError
-        For the first invalid value: file (or origin), dotted path, error and remedy.
+    InputError for the first invalid value: file (or origin), dotted path, error and remedy.
     """
     refuse_implausible(data, source, origins or {})
     try:

@@ -36,25 +36,11 @@ def is_quantity(text: str) -> bool:
 
 
 def si(text: str, unit: str = "") -> float:
-    """Read a number with its unit.
+    """Read a number with its unit, in `unit` (default: SI units of any dimension).
 
-    Parameters
-    ----------
-    text : str
-        Such as "0.1 mm", "1/2 mm", "300 r/min", "7850 kg/m3"; a division applies to the next number or unit alone.
-    unit : str
-        Unit in which the result is expressed, such as "rad/s"; default: SI units of any dimension. Angles are not
-        pure numbers here: "50 Hz" is not an angular velocity, "50 r/s" is one.
-
-    Returns
-    -------
-    float
-        The number in `unit`.
-
-    Raises
-    ------
-    ValueError
-        If the text is invalid: one sentence with the error and the remedy.
+    The text is such as "0.1 mm", "1/2 mm", "300 r/min", "7850 kg/m3"; a division applies to the next number or unit
+    alone. Angles are not pure numbers here: "50 Hz" is not an angular velocity, "50 r/s" is one. A ValueError has one
+    sentence with the error and the remedy.
 
     Examples
     --------
@@ -116,24 +102,11 @@ def read_either(value: Any, unit: str) -> Any:
 
 
 def without_units(formula: str, names: set[str], write: Callable[[str], str] | None = None, unit: str = "") -> str:
-    """Replace each ``5 mm`` in a formula by its number in SI units.
+    """Replace each ``5 mm`` in a formula with single units by its number in SI units, or by the text of `write`.
 
-    Parameters
-    ----------
-    formula : str
-        A formula with single units only, such as "2*a + 5 mm".
-    names : set of str
-        Names of the formula's values: "2 a" lacks a ``*`` if there is a value ``a``; it is not two years.
-    write : callable, optional
-        Function that writes the replacement of a quantity; default: its number in SI units.
-    unit : str
-        Unit in which a text that is one quantity must be measured, such as "m"; default: any.
-
-    Raises
-    ------
-    ValueError
-        If a unit is unknown or of another kind, a ``*`` is missing, or a quantity next to ``/`` or ``**`` can be read
-        in two ways.
+    With `names` of the formula's values "2 a" lacks a ``*`` if there is a value ``a``; it is not two years. A text that
+    is one quantity must be measured in `unit` (default: any). ValueError if a unit is unknown or of another kind, a
+    ``*`` is missing, or a quantity next to ``/`` or ``**`` can be read in two ways.
 
     Examples
     --------

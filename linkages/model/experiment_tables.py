@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from linkages.files.table_keys import OneOf
-from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
+from linkages.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.laws.film.surface.grooves import Groove, check_grooves
 from linkages.laws.film.surface.surface_film import NoLoadError
@@ -255,7 +255,7 @@ class WearTable(Table):
     coefficient: Positive = Field(description="k of dV = k N |v_t| dt [m2/N]; 1 mm3/(N m) is 1e-9 m2/N")
     side: Literal["bearing", "journal", "both"] = Field("bearing", description="body that wears")
     share: Fraction | None = Field(None, description="both: share of the bearing in the worn volume [1]")
-    hardness: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = Field(
+    hardness: TwoOf[Positive] | None = Field(
         None, description="both, instead of share: hardness of bearing and journal; the softer body wears more [Pa]"
     )
     nodes: Annotated[int, Field(ge=24, le=7200)] = Field(
@@ -320,7 +320,7 @@ class FilmHistory(Table):
     step: Positive | None = Field(
         None, description="film step; runs take steps of up to a quarter [s]; default: 1/200 turn of the fastest drive"
     )
-    cells: Annotated[list[int], Field(min_length=2, max_length=2)] = Field(
+    cells: TwoOf[int] = Field(
         [48, 4],
         description="cells around the film and along half its length, default 48 and 4; edges of grooves add some",
     )
@@ -347,7 +347,7 @@ class JointModel(LawTable):
     )
     groove: GrooveTable | None = Field(None, description="lubricated and mixed: feed groove of the finite film")
     grooves: dict[str, GrooveTable] = Field({}, description="further feed grooves or holes, by any names")
-    tilt: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
+    tilt: TwoOf[Finite] = Field(
         [0.0, 0.0],
         description="lubricated: slope of the journal's axis in the bearing's frame, displacement along x_P and y_P (of"
         " the reference pose) per length along the normal [1]",
@@ -365,7 +365,7 @@ class JointModel(LawTable):
     shear_film: Literal["full", "half"] = Field("full", description="extent of the sheared film")
     small_eccentricity: SmallEccentricity | None = Field(None, description="the paper's correction near the centre")
     wear: WearTable | None = Field(None, description="dry and mixed: wear of bearing and journal")
-    offset: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
+    offset: TwoOf[Finite] = Field(
         [0.0, 0.0],
         description="journal's centre from the bearing's at t = 0, plane axes [m]; guide: offset [m], tilt [rad]",
     )

@@ -23,13 +23,7 @@ OF_JOINTS = {"coordinate": "rad", "rate": "rad/s"}
 
 @lru_cache(maxsize=64)  # parsing a long formula takes a second
 def formula(text: str, of_state: bool = True) -> Formula:
-    """Read a formula of the time t and optionally of positions and speeds such as ``slider.x``.
-
-    Raises
-    ------
-    ValueError
-        If the formula is invalid: one sentence with the error and the remedy.
-    """
+    """Read a formula of the time t and optionally of positions and speeds such as ``slider.x``; errors as `parse`."""
     found = parse(text, (*OF_POINTS, *OF_JOINTS))
     for name in sorted(found.names):
         if name != TIME and not (of_state and "." in name):

@@ -7,11 +7,10 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from linkages.files.formula import Formula, parse
-from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
+from linkages.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
 from linkages.model.experiment_tables import ContactTable, FrictionTable
 from linkages.model.functions import TIME, check_table, formula
 
-PlaneVector = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 Times = Annotated[list[Finite] | None, Field(description="times of a table, increasing [s]")]
 Over = Annotated[
     str | None,
@@ -68,14 +67,14 @@ class ForceTable(LoadFunction):
     axes: Literal["plane", "body"] = Field(
         "plane", description="axes of the components: the plane's, or the point's, which turn with the link"
     )
-    force: PlaneVector | None = Field(None, description="constant force [N]")
+    force: TwoOf[Finite] | None = Field(None, description="constant force [N]")
     times: Times = None
     over: Over = None
     at: At = None
-    forces: list[PlaneVector] | None = Field(
+    forces: list[TwoOf[Finite]] | None = Field(
         None, description="forces at `times` or `at`, interpolated by monotone cubics [N]"
     )
-    formula: Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
+    formula: TwoOf[str] | None = Field(
         None, description="two components as formulas of t and of positions and speeds, [N] in SI units"
     )
 
@@ -117,7 +116,7 @@ class Spring(Table):
 
     point: str = Field(description="one end: origin of this link or frame")
     to: str | None = Field(None, description="other end: origin of this link or frame")
-    anchor: PlaneVector | None = Field(None, description="other end instead: a fixed point, plane axes [m]")
+    anchor: TwoOf[Finite] | None = Field(None, description="other end instead: a fixed point, plane axes [m]")
     stiffness: NonNegative = Field(description="stiffness [N/m]")
     free_length: NonNegative = Field(description="length without force [m]")
     damping: NonNegative = Field(0.0, description="damping along the line [N s/m]")
@@ -138,7 +137,7 @@ class TorsionSpring(Table):
     of_any_joint = True
 
     joint: str | None = Field(None, description="joint along whose coordinate it acts")
-    links: Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
+    links: TwoOf[str] | None = Field(
         None, description='or two links, "world" included; its angle is the angle of the second relative to the first'
     )
     stiffness: NonNegative = Field(description="stiffness [N m/rad]")
@@ -189,7 +188,7 @@ class Gear(Table):
     prismatic joint the gear is a rack or a screw: the ratio is in m/rad.
     """
 
-    joints: Annotated[list[str], Field(min_length=2, max_length=2)] = Field(
+    joints: TwoOf[str] = Field(
         description="two revolute or prismatic joints; their coordinates are zero in the reference configuration"
     )
     ratio: Finite = Field(description="coordinate of the second joint per coordinate of the first; not 0")
@@ -231,7 +230,7 @@ class LineContact(Table):
 
     point: str = Field(description="origin of this link or frame")
     line: str | None = Field(None, description="frame whose x axis is the line; its y axis points to the free side")
-    anchor: PlaneVector | None = Field(None, description="instead: a point of a fixed line, plane axes [m]")
+    anchor: TwoOf[Finite] | None = Field(None, description="instead: a point of a fixed line, plane axes [m]")
     angle: Finite = Field(0.0, description="direction of the fixed line, from x_P counter-clockwise [rad]")
     contact: ContactTable = Field(description="normal contact law, with stiffness [N/m^n]")
     friction: FrictionTable | None = Field(None, description="friction; default: none")

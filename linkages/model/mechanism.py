@@ -167,13 +167,7 @@ class Mechanism(Brief):
         return self.pin | self.point
 
     def value(self, path: str) -> float:
-        """Return the number at a dotted path.
-
-        Raises
-        ------
-        InputError
-            If no value has this path.
-        """
+        """Return the number at a dotted path; InputError if there is none."""
         if path in self.values:
             return self.values[path]
         kind, _, rest = path.partition(".")
@@ -184,13 +178,7 @@ class Mechanism(Brief):
         raise InputError(self.source, f"sdf.{path}", f"there is no such value; {near}")
 
     def replaced(self, overrides: Mapping[str, float], paths: Collection[str]) -> Mechanism:
-        """Return the mechanism of the same file with other overrides, which differ at some paths.
-
-        Raises
-        ------
-        InputError
-            See `load_mechanism`.
-        """
+        """Return the mechanism of the same file with other overrides, which differ at some paths."""
         if all(path in overrides and is_inertial(path) for path in paths):  # an empty table has no override
             return self.with_inertial({path: overrides[path] for path in paths})
         text = read_whole(self.source) if self.text is None else self.text
@@ -199,18 +187,9 @@ class Mechanism(Brief):
     def with_inertial(self, values: Mapping[str, float]) -> Mechanism:
         """Return the mechanism with other masses and moments of inertia, without reading its file again.
 
-        Faster than `load_mechanism` with overrides, for many variants of one mechanism.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-            Values by the paths ``links.NAME.mass`` [kg] and ``links.NAME.inertia`` (about the mass centre and the
-            plane's normal; the tensor in space is scaled) [kg m2].
-
-        Raises
-        ------
-        InputError
-            If the link does not exist, has a beam (which determines them), or a value is not positive.
+        The values have the paths ``links.NAME.mass`` [kg] and ``links.NAME.inertia`` (about the mass centre and the
+        plane's normal; the tensor in space is scaled) [kg m2]. InputError if the link does not exist, has a beam (which
+        determines them), or a value is not positive.
         """
         if not values:
             return self

@@ -21,19 +21,7 @@ _HEAVY = 100.0  # gravity [m/s2]
 
 
 def doubts(mechanism: Mechanism, size: float, experiment: Experiment) -> list[str]:
-    """List questions about values that are implausible in SI units.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    size : float
-        Extent of the linkage [m].
-    experiment : Experiment
-
-    Returns
-    -------
-    list of str
-        One question for each implausible value.
+    """List a question for each value that is implausible in SI units; `size` is the extent of the linkage [m].
 
     Examples
     --------

@@ -117,11 +117,14 @@ def segmented(mechanism: Mechanism, experiment: Experiment) -> tuple[Mechanism, 
     Frames, joints and loads keep their names; the name of a link becomes a frame on one of its segments.
     """
     cut = chains(mechanism, experiment)
-    links = [
-        part
-        for link in mechanism.links
-        for part in (_segments(cut[link.name], mechanism) if link.name in cut else [link])
-    ]
+    links: list[Link] = []
+    for link in mechanism.links:
+        if link.name in cut:
+            chain = cut[link.name]
+            segments = parts(mechanism, link, chain.segments, [0.0, *chain.hinges, chain.beam.length])
+            links += [replace(segment, beam=None) for segment in segments]
+        else:
+            links.append(link)
     hinges = [hinge for chain in cut.values() for hinge in _hinges(chain, mechanism)]
     frames = [*mechanism.frames, *(mechanism.point[name] for name in cut)]
     machine = replace(
@@ -131,11 +134,6 @@ def segmented(mechanism: Mechanism, experiment: Experiment) -> tuple[Mechanism, 
         frames=tuple(replace(f, link=cut[f.link].carrier(f.origin)) if f.link in cut else f for f in frames),
     )
     return machine, _experiment_of(machine, experiment, cut)
-
-
-def _segments(chain: SegmentChain, mechanism: Mechanism) -> Iterator[Link]:
-    for part in parts(mechanism, chain.link, chain.segments, [0.0, *chain.hinges, chain.beam.length]):
-        yield replace(part, beam=None)
 
 
 def _hinges(chain: SegmentChain, mechanism: Mechanism) -> Iterator[Joint]:

@@ -38,18 +38,9 @@ class Skeleton:
 
 
 def skeleton(mechanism: Mechanism, link: Link, size: float) -> Skeleton:
-    """Join all joints and frames of a link.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    link : Link
-    size : float
-        Extent of the linkage [m].
-    """
-    families = list(
-        dict.fromkeys(other.name.partition("/")[0] for other in mechanism.links)
-    )  # segments have their link's colour
+    """Join all joints and frames of a link; `size` is the extent of the linkage [m]."""
+    # segments have their link's colour
+    families = list(dict.fromkeys(other.name.partition("/")[0] for other in mechanism.links))
     color = link.color or COLORS[families.index(link.name.partition("/")[0]) % len(COLORS)]
     places = _places(mechanism, link, _SAME * size)
     if len(places) < 2:

@@ -88,13 +88,9 @@ def assemble(
     powered joints, so that they move only within clearances, the loops of ideal joints alone determine the speeds.
     Journals are displaced by `offsets`, two for each clearance joint (default: the experiment's offsets).
 
-    Raises
-    ------
-    AssemblyError
-        If the loops cannot be closed or the position is singular.
-    InputError
-        If a drive starts too far from the reference configuration, more joints are driven than the linkage has degrees
-        of freedom, or a spring has no direction at t = 0.
+    AssemblyError if the loops cannot be closed or the position is singular. InputError if a drive starts too far from
+    the reference configuration, more joints are driven than the linkage has degrees of freedom, or a spring has no
+    direction at t = 0.
     """
     moved = np.concatenate([tree.driven_dofs, tree.powered_dofs])
     value, rate = motions.start

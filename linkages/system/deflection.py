@@ -29,13 +29,7 @@ def deflected(system: Unassembled, assembly: Assembly, time: float = 0.0) -> Ass
     The steady loads are the inertia of the rigid motion, weight, applied loads and the reactions of joints whose
     journals keep their offsets. Modal accelerations are neglected; modal rates follow from the change of the shape with
     the motion. Links with `start` "undeformed" stay straight. Loads and prescribed motions are evaluated at `time` [s].
-
-    Raises
-    ------
-    InputError
-        If no stable shape exists: a load exceeds the buckling load of a link.
-    AssemblyError
-        If the loops do not close with deflected links.
+    InputError if no stable shape exists: a load exceeds the buckling load of a link.
     """
     finder = _Finder(system, assembly, time)
     if not len(finder.modes):

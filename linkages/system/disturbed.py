@@ -16,12 +16,7 @@ from linkages.system.system import System
 class Disturbed(System):
     """A system with changed inputs; made by `disturbed`.
 
-    Attributes
-    ----------
-    efforts : mapping
-        Added torque or force of each powered joint by its index [N m, N].
-    applied : mapping
-        Added values by the index of the loads' function [N, N m].
+    Added are efforts of powered joints by their index, and values by the index of the loads' function [N m, N].
     """
 
     efforts: Mapping[int, float] = field(kw_only=True)

@@ -93,7 +93,8 @@ class IdealMotion:
                 crept = self._creep(start, time)
                 if not crept or crept[-1].time < time:
                     between += crept
-                    self._end((crept or [start])[-1].quality)
+                    locked = (crept or [start])[-1].quality < _LOCKED
+                    self.status = Status.LOCKED if locked else Status.NO_ASSEMBLY
                     break
                 _, q[k], v[k], a[k], quality[k] = crept.pop()
                 between += [one for one in crept if one.quality > _BLURRED]
@@ -102,10 +103,6 @@ class IdealMotion:
         self.times, self.q, self.v, self.a, self.quality = (x[kept] for x in (self.times, q, v, a, quality))
         if between:
             self._insert(between)
-
-    def _end(self, quality: float) -> None:
-        """Record the end of the motion at a position with this conditioning."""
-        self.status = Status.LOCKED if quality < _LOCKED else Status.NO_ASSEMBLY
 
     def _insert(self, lines: list[_Line]) -> None:
         """Insert lines into the table in the order of time."""
@@ -219,13 +216,7 @@ class IdealMotion:
 
 
 def check_duration(system: System) -> None:
-    """Reject a motion with too many revolutions for the stored positions.
-
-    Raises
-    ------
-    InputError
-        If the fastest drive moves more than 20,000 rad or m; an oscillation counts as 2 pi rad.
-    """
+    """Reject a motion whose fastest drive moves more than 20,000 rad or m; an oscillation counts as 2 pi rad."""
     most = _MANY * _COARSEST
     if system.drive_travel > most:
         asked, followed = (way / (2.0 * np.pi) for way in (system.drive_travel, most))
@@ -241,22 +232,8 @@ def cause(status: Status, system: System, time: float) -> tuple[Status, float]:
     """Find the cause of a run's end, and the time up to which its numbers are valid.
 
     After a step collapse or an open loop the drives may have reached a dead point; a run without clearance joints and
-    flexible links is valid up to that point.
-
-    Parameters
-    ----------
-    status : Status
-        Status reported by the engine.
-    system : System
-    time : float
-        Time at which the run ended [s].
-
-    Returns
-    -------
-    status : Status
-        LOCKED at a dead point, else the given status.
-    end : float
-        End of the valid part [s].
+    flexible links is valid up to that point. The run ended at a time [s] with the engine's status; the result is LOCKED
+    at a dead point, else this status, and the end of the valid part [s].
     """
     if status not in (Status.STEP_SIZE_COLLAPSE, Status.LOOP_OPEN) or not system.determinate or not system.drive_rate:
         return status, time

@@ -27,12 +27,7 @@ _COINCIDENT = 1e-9  # relative to the linkage's size: closer points define no di
 def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | None = None) -> Loads:
     """Pack the loads for `linkages.planar.loads`: records, signals, and the functions of forces and torques.
 
-    Parameters
-    ----------
-    tree : Tree
-    experiment : Experiment
-    added : mapping, optional
-        Constants to add to functions, by the functions' index (`LOAD` has it as ``motion``).
+    `added` has constants to add to functions, by the functions' index (`LOAD` has it as ``motion``).
     """
     mechanism = tree.mechanism
     records: Records = np.zeros(len(experiment.loads), LOAD)

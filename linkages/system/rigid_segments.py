@@ -54,13 +54,7 @@ class Segmented(System):
 
     @cached_property
     def assembly(self) -> Assembly:
-        """Assemble at the start of the flexible linkage: hinges follow its sections, joints close the loops.
-
-        Raises
-        ------
-        AssemblyError
-            If it cannot be assembled.
-        """
+        """Assemble at the start of the flexible linkage: hinges follow its sections, joints close the loops."""
         start, tree, whole = self.whole.assembly, self.tree, self.whole.tree
         closure, offset = tree.closure_rows, whole.gaps(start.q)
         q, v = self.coordinates(start.q), self.coordinates(start.v)

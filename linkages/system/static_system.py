@@ -21,28 +21,14 @@ LEFT_OUT = ("frictions", "stops", "contacts")
 
 @dataclass(frozen=True, eq=False)
 class StaticSystem(System):
-    """A linkage held in a pose; made by `static_systems`.
-
-    Attributes
-    ----------
-    pose : Assembly
-        Pose with undeformed links.
-    time : float
-        Time at which the loads are evaluated [s].
-    """
+    """A linkage held in a pose of undeformed links, with its loads at a time [s]; made by `static_systems`."""
 
     pose: Assembly = field(kw_only=True)
     time: float = field(kw_only=True)
 
     @cached_property
     def assembly(self) -> Assembly:
-        """Assemble in the pose; links with a quasi-static start are deflected by the loads at zero velocity.
-
-        Raises
-        ------
-        InputError
-            If the loads exceed the buckling load of a link.
-        """
+        """Assemble in the pose; links with a quasi-static start are deflected by the loads at zero velocity."""
         return deflected(self, self.pose, self.time) if self.tree.flexible else self.pose
 
 
@@ -50,20 +36,8 @@ def static_systems(system: System, times: Sequence[float]) -> list[StaticSystem]
     """Hold a linkage in the poses of its drives at some times.
 
     Joints with clearance become ideal, flexible links stay flexible, and loads are evaluated at these times. Friction,
-    stops and unilateral contacts are omitted.
-
-    Parameters
-    ----------
-    system : System
-    times : sequence of float
-        Times [s]; only 0 if the prescribed drives do not determine the motion.
-
-    Raises
-    ------
-    InputError
-        If a time other than 0 is given and the drives do not determine the motion.
-    AssemblyError
-        If the linkage cannot be assembled in one of the poses.
+    stops and unilateral contacts are omitted. InputError if a time [s] other than 0 is given and the prescribed drives
+    do not determine the motion; AssemblyError if the linkage cannot be assembled in one of the poses.
     """
     experiment = system.experiment
     plain: dict[str, object] = {f"joints.{name}": {"model": "ideal"} for name in experiment.joints}

@@ -153,13 +153,7 @@ class System(Unassembled):
 
     @cached_property
     def assembly(self) -> Assembly:
-        """Assemble the ideal linkage at t = 0, with consistent velocities.
-
-        Raises
-        ------
-        AssemblyError
-            If the linkage cannot be assembled.
-        """
+        """Assemble the ideal linkage at t = 0, with consistent velocities; AssemblyError if this is impossible."""
         if self._twin is not None:
             return self._twin.assembly
         whole = partial(assemble, self.tree, self.experiment, self.motions, self.loads)

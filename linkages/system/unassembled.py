@@ -196,18 +196,7 @@ class Unassembled(Brief):
         return model.model_copy(update={"history": history})
 
     def without_history(self, what: str) -> None:
-        """Refuse films whose content is a state.
-
-        Parameters
-        ----------
-        what : str
-            The analysis that does not follow it, for the message.
-
-        Raises
-        ------
-        InputError
-            If there is such a film.
-        """
+        """Refuse films whose content is a state, for an analysis (`what` in the message) that does not follow it."""
         for name in self.film_steps:
             problem = f"{what} cannot follow the film content; remove the table, the film is then given by its map"
             raise InputError(self.experiment.source, f"joints.{name}.history", problem)
