@@ -19,13 +19,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
 
 from linkages.kernel import address, caller, kernel
-from linkages.laws.parameters import Parameter, named_record
+from linkages.laws.parameters import Parameter, named_record, set_parameters
 
 _F = types.float64
 _call = caller(_F)
@@ -151,6 +151,15 @@ class Friction(NamedTuple):
     def rate_address(self) -> int:
         """Address of the compiled rate of the bristles in this process; 0 without bristles."""
         return self._address(lugre_rate) if self.bristles else 0
+
+    def fill(self, record: Any, values: Mapping[str, Any]) -> None:
+        """Write the law into a record of `linkages.laws.PARAMETERS`, from the keys of the experiment's table."""
+        record["friction"], record["bristles"] = self.address, self.rate_address
+        record["mu_d"] = values.get("coefficient") or 0.0
+        record["mu_s"] = values.get("static") or record["mu_d"]
+        if self.bristles:
+            record["bristle_scale"] = 1.0 / values["bristle_stiffness"]
+        set_parameters(record, "friction", self.parameters, values)
 
     def _address(self, function: Callable[..., float]) -> int:
         return address(function, _F(_F, _F, named_record("friction", self.parameters, self.needs)))

@@ -6,14 +6,15 @@ To add a law: a line in `CONTACTS`, and for a new force a function in `linkages.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
 
 from linkages.kernel import address, caller, inlined_kernel, kernel
 from linkages.laws.contact.contact_forces import (
+    CLIP,
     GRAZING,
     dubowsky_freudenstein,
     esdu_78035,
@@ -21,7 +22,8 @@ from linkages.laws.contact.contact_forces import (
     kelvin_voigt,
     power_law,
 )
-from linkages.laws.parameters import Parameter, named_record
+from linkages.laws.contact.material import cylinder_stiffness, hertz_stiffness, line_shape, line_stiffness, modulus_of
+from linkages.laws.parameters import Parameter, named_record, set_parameters
 
 #: Smallest restitution that a law with 1/e uses.
 LEAST_RESTITUTION = 1e-3
@@ -50,6 +52,35 @@ class Contact(NamedTuple):
     def address(self) -> int:
         """Address of the compiled force in this process."""
         return address(self.force, _F(_F, _F, _F, named_record("contact", self.parameters, self.needs)))
+
+    def fill(self, record: Any, values: Mapping[str, Any]) -> None:
+        """Write the law into a record that holds the geometry of its contact.
+
+        Parameters
+        ----------
+        record : record of `linkages.laws.PARAMETERS`
+            Without a radius, of a corner at a wall.
+        values : mapping
+            Keys of the experiment's table: parameters, restitution, stiffness or material of both bodies, clip.
+        """
+        record["contact"], record["damping_limit"] = self.address, CLIP if values.get("clip", True) else np.inf
+        set_parameters(record, "contact", self.parameters, values)
+        if values.get("restitution") is not None:
+            record["restitution"], record["hysteresis"] = values["restitution"], self.factor(values["restitution"])
+        bearing, length = float(record["radius"]), float(record["length"])
+        if bearing > 0.0:
+            journal = bearing - float(record["clearance"])
+            record["shape_ratio"] = line_shape(bearing, journal, length)
+            if values.get("youngs_modulus") is not None:
+                record["stiffness"] = self._stiffness(bearing, journal, length, modulus_of(values))
+        if values.get("stiffness") is not None:
+            record["stiffness"] = values["stiffness"]
+
+    def _stiffness(self, bearing: float, journal: float, length: float, modulus: float) -> float:
+        """Compute the stiffness from the material; see `NEEDS`."""
+        if self.conformal:
+            return line_stiffness(length, modulus)
+        return cylinder_stiffness(length, modulus) if self.linear else hertz_stiffness(bearing, journal, modulus)
 
 
 #: Parameter of `power_law`.
