@@ -127,7 +127,7 @@ def lugre(v: float, bristle: float, joint: np.record) -> float:
     return joint.bristle_stiffness * bristle + fading * lugre_rate(v, bristle, joint)
 
 
-class Friction(NamedTuple):
+class FrictionLaw(NamedTuple):
     """A friction law: coefficient, formula, validity, source."""
 
     coefficient: Callable[..., float] | None  # none: frictionless
@@ -171,22 +171,22 @@ def _both(parameters: Mapping[str, float]) -> tuple[float, ...]:
 
 #: The friction laws an experiment can name.
 FRICTIONS = {
-    "none": Friction(None, "0", "frictionless contact", "-", needs=()),
-    "ambrosio": Friction(
+    "none": FrictionLaw(None, "0", "frictionless contact", "-", needs=()),
+    "ambrosio": FrictionLaw(
         ambrosio, "mu_d clip((abs(v) - v_0)/(v_1 - v_0), 0, 1) sign(v)",
         "sliding; no stiction", "Chen 2025 Table 4; Ambrosio 2003", parameters=AMBROSIO, kinks=_both,
     ),
-    "cubic": Friction(
+    "cubic": FrictionLaw(
         cubic, "cubic steps 0 -> mu_s at v_0 -> mu_d at v_1",
         "sliding with a static peak; creeps at rest", "Bai 2016 [0051]-[0055], formulas lost: our reading",
         parameters=CUBIC, kinks=_both,
     ),
-    "coulomb": Friction(
+    "coulomb": FrictionLaw(
         coulomb, "mu_d tanh(v/v_1)",
         "sliding; smooth for gradients", "Marques et al., Nonlinear Dyn. 86, 2016", parameters=COULOMB,
         speeds=lambda parameters: (parameters["v_1"],),
     ),
-    "lugre": Friction(
+    "lugre": FrictionLaw(
         lugre,
         "sigma_0 z + sigma_1/(1 + sigma_1 abs(v)/(4 mu_d)) dz/dt, dz/dt = v - sigma_0 abs(v) z/g(v), "
         "g = mu_d + (mu_s - mu_d) exp(-(v/v_1)^2)",

@@ -13,7 +13,7 @@ from linkages.laws.film.tilted_film import tilted_action, tilted_gap
 from linkages.laws.journal import end_flow
 from linkages.model.experiment_tables import JointModel
 from linkages.outputs.joints import of_joints
-from linkages.outputs.quantity import Owner, Place, Quantity, Snapshot, formula, quantities, quantity
+from linkages.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities, quantity
 from linkages.planar import contacts
 from linkages.planar.contacts import COUPLE, EX, EY, FX, FY, PENETRATION, contact_motion
 from linkages.planar.markers import turned
@@ -101,7 +101,7 @@ def _guide(output: np.record, seen: Snapshot) -> float:
     return (largest, power, offset, pose[output.other, 2] - pose[slot.body, 2])[output.column]
 
 
-def _entries(**columns: str) -> dict[str, Quantity]:
+def _entries(**columns: str) -> dict[str, Declaration]:
     """Make quantities that are entries of `linkages.planar.contacts.CLEARANCE_OUTPUTS` with their names."""
     return {name: quantity(text, _entry, getattr(contacts, name.upper())) for name, text in columns.items()}
 
@@ -158,7 +158,7 @@ _OF_WALL = {
 _OF_LINE = _entries(fx="force on the point along x_P [N]", fy="force on the point along y_P [N]") | _OF_WALL
 
 
-def _play(kinds: str, suits: Callable[[JointModel], bool], found: dict[str, Quantity]) -> Owner:
+def _play(kinds: str, suits: Callable[[JointModel], bool], found: dict[str, Declaration]) -> Owner:
     """Make the owner for the contacts of clearance joints with suitable models."""
 
     def labels(system: System) -> Iterable[str]:
@@ -168,20 +168,20 @@ def _play(kinds: str, suits: Callable[[JointModel], bool], found: dict[str, Quan
     return Owner(f"JOINT ({kinds})", labels, _at_contact, found, real=True)
 
 
-def _at_contact(system: System, name: str) -> Place:
+def _at_contact(system: System, name: str) -> Element:
     k = [label for _, label in system.contacts].index(name)
-    return Place(k, constant=float(system.laws["clearance"][k]))
+    return Element(k, constant=float(system.laws["clearance"][k]))
 
 
 def _guides(system: System) -> Iterable[str]:
     return [name for name in system.tree.play if system.mechanism.joint[name].slot is not None]
 
 
-def _at_guide(system: System, name: str) -> Place:
+def _at_guide(system: System, name: str) -> Element:
     tree, joint = system.tree, system.mechanism.joint[name]
     k = [owner for owner, _ in tree.contacts].index(name)
     across = (tree.marker(joint.parent, joint.on_parent)[0], float(-joint.direction[1]), float(joint.direction[0]))
-    return Place(k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k]))
+    return Element(k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k]))
 
 
 #: Clearance joints and guides.

@@ -10,7 +10,7 @@ import numpy as np
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Indices, Records, clear, kernel
 from linkages.kernel.by_reference import packed
-from linkages.outputs.quantity import Formula, Snapshot
+from linkages.outputs.quantity import OutputFormula, Snapshot
 from linkages.outputs.registry import FORMULAS
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import WIDTH
@@ -22,7 +22,7 @@ from linkages.planar.reactions import add_known_contacts, joint_forces, row_reac
 from linkages.planar.workspace import make_workspace
 
 
-def _chosen(formulas: Iterable[Formula]) -> Callable[[np.record, Snapshot], float]:
+def _chosen(formulas: Iterable[OutputFormula]) -> Callable[[np.record, Snapshot], float]:
     """Make the kernel ``(output, seen) -> value`` that calls the formula with the number in an output's record."""
     names: dict[str, Any] = {f"formula_{k}": formula.kernel for k, formula in enumerate(formulas)}
     lines = [f"    if output.formula == {k}: return {name}(output, seen)" for k, name in enumerate(names)]

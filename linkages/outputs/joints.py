@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from linkages.outputs.quantity import Owner, Place, Quantity, Snapshot, formula, quantities, quantity
+from linkages.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities, quantity
 from linkages.planar.closure_rows import term_rate
 from linkages.planar.loads import POWER, SECOND, VALUE
 from linkages.system import System
@@ -73,12 +73,12 @@ _TURN, _SHIFT = (
 )
 
 
-def _values(**texts: str) -> dict[str, Quantity]:
+def _values(**texts: str) -> dict[str, Declaration]:
     """Make the quantities of a load: its value, a second one if any, its power."""
     return quantities(_load, **texts) | _POWER
 
 
-def _passed(name: str, unit: str) -> dict[str, Quantity]:
+def _passed(name: str, unit: str) -> dict[str, Declaration]:
     """Make the quantities of a gear."""
     text = f"{name} on the second joint, along its coordinate [{unit}]"
     return quantities(_gear, **{name: text, "power": "power transmitted to the second joint [W]"})
@@ -96,26 +96,26 @@ def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
     return lambda system: [name for name in getattr(system.experiment, table) if turns(system, table, name) is turning]
 
 
-def _at_joint(system: System, name: str) -> Place:
-    return Place(list(system.mechanism.joint).index(name))
+def _at_joint(system: System, name: str) -> Element:
+    return Element(list(system.mechanism.joint).index(name))
 
 
 def _drives(system: System) -> tuple[str, ...]:
     return (*system.tree.driven, *system.tree.powered)
 
 
-def _at_drive(system: System, name: str) -> Place:
-    return Place(_drives(system).index(name), system.tree.coordinates.index(name))
+def _at_drive(system: System, name: str) -> Element:
+    return Element(_drives(system).index(name), system.tree.coordinates.index(name))
 
 
-def _at_load(system: System, name: str) -> Place:
-    return Place([load for _, load in system.experiment.loads].index(name))
+def _at_load(system: System, name: str) -> Element:
+    return Element([load for _, load in system.experiment.loads].index(name))
 
 
-def _at_gear(system: System, name: str) -> Place:
+def _at_gear(system: System, name: str) -> Element:
     gears = system.experiment.gears
     sign = system.tree.coordinate(gears[name].joints[1])[1]
-    return Place(list(gears).index(name) - len(gears), constant=sign)
+    return Element(list(gears).index(name) - len(gears), constant=sign)
 
 
 #: Joints, drives, applied loads, gears.

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from linkages.model.experiment import FRAME_BENDING, LINK_BENDING
-from linkages.outputs.quantity import Owner, Place, Snapshot, formula, quantities
+from linkages.outputs.quantity import Element, Owner, Snapshot, formula, quantities
 from linkages.planar.beam_deflection import deflection, largest_deflection
 from linkages.planar.flexible_dynamics import flexible_energy
 from linkages.planar.internal_forces import beam_state
@@ -63,20 +63,20 @@ def _frames(system: System) -> Iterable[str]:
     return [frame.name for frame in system.mechanism.frames if frame.link in system.tree.flexible]
 
 
-def _at_frame(system: System, name: str) -> Place:
+def _at_frame(system: System, name: str) -> Element:
     tree, point = system.tree, system.mechanism.point[name]
     beam = system.mechanism.link[point.link].beam
     if beam is None:
         raise AssertionError("a flexible link has a beam")
     first, last = tree.beam_ends(point.link)
     (dx, dy), (x, y) = (beam.end - beam.start) / beam.length, point.origin - beam.start
-    return Place(first, last, tree.named_marker(name), float(dx * y - dy * x))
+    return Element(first, last, tree.named_marker(name), float(dx * y - dy * x))
 
 
-def _at_link(system: System, name: str) -> Place:
+def _at_link(system: System, name: str) -> Element:
     link = system.tree.flexible[name]
     first = list(system.tree.substructures).index(link[0].name)
-    return Place(first, first + len(link))
+    return Element(first, first + len(link))
 
 
 _OF_LINK = {
@@ -95,5 +95,5 @@ _OF_LINKAGE = quantities(
 LINKS = (
     Owner("FRAME (flexible link)", _frames, _at_frame, quantities(_frame, **FRAME_BENDING)),
     Owner("LINK (flexible)", lambda system: system.tree.flexible, _at_link, _OF_LINK),
-    Owner("", lambda system: ("",), lambda system, name: Place(), _OF_LINKAGE),
+    Owner("", lambda system: ("",), lambda system, name: Element(), _OF_LINKAGE),
 )

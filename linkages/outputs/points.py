@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from linkages.model.experiment import PIN_QUANTITIES, QUANTITIES
-from linkages.outputs.quantity import Owner, Place, Quantity, Snapshot, formula, quantities
+from linkages.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities
 from linkages.planar.markers import arm, marker_acceleration, marker_velocity
 from linkages.system import System
 
@@ -41,7 +41,7 @@ def _coordinate(output: np.record, seen: Snapshot) -> float:
     return seen.state.q[output.at]
 
 
-def _motion(texts: dict[str, str]) -> dict[str, Quantity]:
+def _motion(texts: dict[str, str]) -> dict[str, Declaration]:
     """Make the quantities of a point from their texts."""
     return {
         **quantities(_position, **{name: texts[name] for name in ("x", "y", "angle")}),
@@ -50,8 +50,8 @@ def _motion(texts: dict[str, str]) -> dict[str, Quantity]:
     }
 
 
-def _point(system: System, name: str) -> Place:
-    return Place(marker=system.tree.named_marker(name), constant=system.mechanism.place[name].angle)
+def _point(system: System, name: str) -> Element:
+    return Element(marker=system.tree.named_marker(name), constant=system.mechanism.place[name].angle)
 
 
 def _joints_asked(system: System) -> Iterable[str]:
@@ -72,6 +72,6 @@ POINTS = (
 COORDINATES = Owner(
     "q",
     lambda system: system.tree.coordinates,
-    lambda system, name: Place(system.tree.coordinates.index(name)),
+    lambda system, name: Element(system.tree.coordinates.index(name)),
     quantities(_coordinate, COORDINATE=_COORDINATE),
 )

@@ -47,41 +47,41 @@ class Snapshot(NamedTuple):
     loads: Array  # `linkages.planar.loads.LOAD_OUTPUTS`, (nl, 4)
 
 
-class Formula(NamedTuple):
+class OutputFormula(NamedTuple):
     """A kernel ``(output, seen) -> value`` of an `OUTPUT` and a `Snapshot`, and its part of `READS`."""
 
     kernel: Callable[[np.record, Snapshot], float]
     reads: tuple[str, ...]
 
 
-def formula(*reads: str) -> Callable[[Callable[[np.record, Snapshot], float]], Formula]:
+def formula(*reads: str) -> Callable[[Callable[[np.record, Snapshot], float]], OutputFormula]:
     """Make a formula of a function; it is compiled at its first call."""
-    return lambda function: Formula(lazy_kernel(function), reads)
+    return lambda function: OutputFormula(lazy_kernel(function), reads)
 
 
-class Quantity(NamedTuple):
+class Declaration(NamedTuple):
     """Meaning of an output, its unit (and its unit at a prismatic joint), its formula, the column that this reads."""
 
     meaning: str
     unit: str
     prismatic: str
-    formula: Formula
+    formula: OutputFormula
     column: int
 
 
-def quantity(text: str, formula: Formula, column: int = 0) -> Quantity:
+def quantity(text: str, formula: OutputFormula, column: int = 0) -> Declaration:
     """Make a quantity from its meaning, which ends with the unit in brackets, and its formula."""
     meaning, _, unit = text.removesuffix("]").rpartition(" [")
     unit, _, prismatic = unit.partition(" or ")
-    return Quantity(meaning, unit, prismatic, formula, column)
+    return Declaration(meaning, unit, prismatic, formula, column)
 
 
-def quantities(formula: Formula, **texts: str) -> dict[str, Quantity]:
+def quantities(formula: OutputFormula, **texts: str) -> dict[str, Declaration]:
     """Make the quantities that are the columns of one formula, in this order."""
     return {name: quantity(text, formula, k) for k, (name, text) in enumerate(texts.items())}
 
 
-class Place(NamedTuple):
+class Element(NamedTuple):
     """Numbers of an element in the record of its output; see `OUTPUT`."""
 
     at: int = 0
@@ -96,7 +96,7 @@ class Owner:
 
     label: str  # the name before the dot, in the documentation
     names: Callable[[System], Iterable[str]]  # names of all elements of this kind
-    place: Callable[[System, str], Place]  # of an element by name
-    quantities: dict[str, Quantity]
+    element: Callable[[System, str], Element]  # of an element by name
+    quantities: dict[str, Declaration]
     real: bool = False  # whether only a linkage with clearances has it
     asked: Callable[[System], Iterable[str]] | None = None  # elements with columns in a run; default: all

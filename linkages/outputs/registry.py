@@ -29,7 +29,7 @@ from linkages.outputs.contacts import PLAY, WALLS
 from linkages.outputs.joints import FORCES
 from linkages.outputs.links import LINKS
 from linkages.outputs.points import COORDINATES, POINTS
-from linkages.outputs.quantity import OUTPUT, READS, Owner, Quantity
+from linkages.outputs.quantity import OUTPUT, READS, Declaration, Owner
 from linkages.system import System
 
 JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
@@ -77,7 +77,7 @@ def _find(system: System, name: str, ideal: bool) -> Callable[[System], tuple[An
     if jitter and not _determinate(system):
         raise _wrong(system, name, "the prescribed drives do not determine an ideal motion")
     first, last = (FORMULAS[quantity.formula], quantity.column), (jitter, *(part in reads for part in READS))
-    return lambda one: (*first, *owner.place(one, thing), *last)
+    return lambda one: (*first, *owner.element(one, thing), *last)
 
 
 def has_jitter(system: System, name: str) -> bool:
@@ -156,7 +156,7 @@ def packer(system: System, wanted: Iterable[str], ideal: bool = False) -> Callab
 
 def table() -> Iterator[tuple[str, str, str]]:
     """Yield name, meaning and unit of every output for the documentation; kinds of joints share rows."""
-    kinds: dict[tuple[str, str, Quantity], list[str]] = {}
+    kinds: dict[tuple[str, str, Declaration], list[str]] = {}
     for owner in (*OWNERS, COORDINATES):
         label, _, kind = owner.label.removesuffix(")").partition(" (")
         for name, quantity in owner.quantities.items():
@@ -181,7 +181,7 @@ def _asked(system: System, ideal: bool) -> Iterator[tuple[Owner, Iterable[str]]]
             yield owner, (owner.asked or owner.names)(system)
 
 
-def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Quantity, str]:
+def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Declaration, str]:
     if name.startswith("q.") and name.removeprefix("q.") in system.tree.coordinates:
         return COORDINATES, COORDINATES.quantities["COORDINATE"], name.removeprefix("q.")
     thing, dot, quantity = name.rpartition(".")

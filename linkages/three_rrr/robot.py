@@ -21,11 +21,11 @@ from linkages.three_rrr.kinematics import CrankMotion
 
 Kind = Literal["crank", "coupler"]
 KINDS: tuple[Kind, ...] = ("crank", "coupler")
-Two = Annotated[list[Finite], Field(min_length=2, max_length=2)]
+PlaneVector = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 Three = Annotated[list[Finite], Field(min_length=3, max_length=3)]
 
 
-class Drives(Table):
+class CrankDrives(Table):
     """Motion of the cranks, and how their roots are held against elastic rotation.
 
     Either constant speeds from start angles, reached from rest if there is a ramp, or a table of angles over time.
@@ -40,7 +40,7 @@ class Drives(Table):
     servo_stiffness: Positive | None = Field(None, description="of each drive, if roots are servo [N m/rad]")
 
     @model_validator(mode="after")
-    def _one_motion(self) -> Drives:
+    def _one_motion(self) -> CrankDrives:
         if self.angles is not None and (self.phi0 is not None or self.phidot is not None or self.ramp):
             raise ValueError("angles prescribe the whole motion; remove phi0, phidot and ramp")
         if self.angles is None and (self.phi0 is None or self.phidot is None):
@@ -102,8 +102,10 @@ class Damping(Table):
 class Load(Table):
     """Constant load on the platform, plane axes."""
 
-    force: Two = Field([0.0, 0.0], description="[N]")
-    at: Two | None = Field(None, description="where the force acts, in platform axes [m]; without, at the centre")
+    force: PlaneVector = Field([0.0, 0.0], description="[N]")
+    at: PlaneVector | None = Field(
+        None, description="where the force acts, in platform axes [m]; without, at the centre"
+    )
     moment: Finite = Field(0.0, description="[N m]")
 
 
@@ -114,7 +116,7 @@ class Robot(Table):
     title: str = Field("", description="one line for tables and figures")
     duration: Positive = Field(description="[s]")
     branch: Finite | None = Field(None, description="platform angle at t = 0 of the assembly to follow [deg]")
-    drives: Drives = Field(description="crank motion")
+    drives: CrankDrives = Field(description="crank motion")
     material: Material = Field(description="of rods and platform")
     sections: Sections = Field(description="rods and plate")
     joint_masses: Masses = Field(Masses.model_validate({}), description="point masses at the pivots")

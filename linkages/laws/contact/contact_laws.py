@@ -34,7 +34,7 @@ _F = types.float64
 _call = caller(_F)
 
 
-class Contact(NamedTuple):
+class ContactLaw(NamedTuple):
     """A contact law: force, formula, validity, source."""
 
     force: Callable[..., float]
@@ -89,27 +89,27 @@ EXPONENT = Parameter("exponent", "1", 1.5, "exponent n of power laws", ge=1.0, l
 DAMPING = Parameter("damping", "N s/m", 0.0, "damping D", ge=0.0, source="0: none")
 
 
-def _damped(chi: str, factor: Callable[[float], float], valid: str, source: str) -> Contact:
+def _damped(chi: str, factor: Callable[[float], float], valid: str, source: str) -> ContactLaw:
     formula = "K delta^n (1 + chi ddelta/ddelta0)"
-    return Contact(power_law, formula, valid, source, chi, factor, parameters=(EXPONENT,))
+    return ContactLaw(power_law, formula, valid, source, chi, factor, parameters=(EXPONENT,))
 
 
 def _lankarani_nikravesh(e: float) -> float:
     return 0.75 * (1.0 - e * e)
 
 
-def _conformal(force: Callable[..., float], formula: str, source: str) -> Contact:
+def _conformal(force: Callable[..., float], formula: str, source: str) -> ContactLaw:
     valid = "conformal cylinders, delta << DR"
-    return Contact(force, formula, valid, source, "3(1-e^2)/4", _lankarani_nikravesh, conformal=True)
+    return ContactLaw(force, formula, valid, source, "3(1-e^2)/4", _lankarani_nikravesh, conformal=True)
 
 
 #: The contact laws an experiment can name.
 CONTACTS = {
-    "hertz": Contact(
+    "hertz": ContactLaw(
         power_law, "K delta^n", "elastic, no loss", "Hertz 1882; Johnson, Contact Mechanics, 1985", "0",
         parameters=(EXPONENT,),
     ),
-    "kelvin-voigt": Contact(
+    "kelvin-voigt": ContactLaw(
         kelvin_voigt, "K delta + D ddelta",
         "one known impacting mass; jumps at first touch", "Goldsmith, Impact, 1960", linear=True,
         parameters=(DAMPING,),
