@@ -19,7 +19,7 @@ from linkages.laws.film.films import film_force
 from linkages.laws.film.map_table import mapped_film
 from linkages.laws.film.surface import Groove
 from linkages.laws.journal import clearance_force
-from linkages.laws.parameters import MODELS, set_parameters
+from linkages.laws.parameters import MODELS
 
 CALLS, ROUNDS = 100_000, 15
 #: By kind: the model of a joint that shows such laws, the laws, the one that a user's own is compared with.
@@ -35,17 +35,13 @@ RATIOS = {"lubricated": (0.0, 0.95), "dry": (1.0, 1.01), "mixed": (0.98, 1.0)}  
 
 def joint(model, film="long", contact="lankarani-nikravesh", friction="ambrosio"):
     """One record: Chen 2025, Tables 4 and 5, clearance 0.1 mm."""
-    record, law, rubbing = np.zeros(1, PARAMETERS), CONTACTS[contact], FRICTIONS[friction]
-    chosen = {"contact": law, "friction": rubbing, "film": FILMS[film]}
-    for kind, each in chosen.items():
-        set_parameters(record[0], kind, each.parameters, {p.name: OWN[p.name] for p in each.parameters})
+    record = np.zeros(1, PARAMETERS)
+    values = OWN | {"restitution": 0.9, "coefficient": 0.03, "static": 0.05, "stiffness": 1e10}
+    for each in (CONTACTS[contact], FRICTIONS[friction], FILMS[film]):
+        each.fill(record[0], values)
     for name, value in {
         "model": MODELS[model], "clearance": 1e-4, "radius": 0.015, "length": 0.04,
-        "film": FILMS[film].address, "viscosity": 0.4,
-        "contact": law.address, "stiffness": 1e10, "shape_ratio": 7.0,
-        "restitution": 0.9, "hysteresis": law.factor(0.9), "damping_limit": 1.0,
-        "friction": rubbing.address, "bristles": rubbing.rate_address,
-        "mu_s": 0.05, "mu_d": 0.03,
+        "film": FILMS[film].address, "viscosity": 0.4, "shape_ratio": 7.0,
         "roughness": 5e-7, "asperity_pressure": 1e8, "film_limit": 0.99,  # assumed
     }.items():  # fmt: skip
         record[name] = value

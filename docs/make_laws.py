@@ -13,10 +13,8 @@ import numpy as np
 from numba import njit
 
 from linkages.laws import CONTACTS, PARAMETERS
-from linkages.laws.contact.contact_forces import CLIP
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.contact.material import contact_modulus, hertz_stiffness, kelvin_voigt_damping
-from linkages.laws.parameters import set_parameters
 from linkages.laws.table import MOTIONS, RATIOS, bearing_ratio, markdown
 from linkages.plots.style import COLORS, LINES
 
@@ -50,18 +48,16 @@ def restitution_figure(path: Path) -> None:
     modulus = contact_modulus(200e9, 0.3, 200e9, 0.3)
     hertz = hertz_stiffness(RADIUS, RADIUS - CLEARANCE, modulus)
     joint = np.zeros((), PARAMETERS)
-    joint["damping_limit"] = CLIP
     nominal = np.linspace(0.02, 1.0, 50)
     figure, axes = plt.subplots(figsize=(7.0, 5.6))
     axes.plot([0, 1], [0, 1], color="0.6", lw=3.0, alpha=0.5, label="nominal")
     for i, (name, law) in enumerate((name, law) for name, law in CONTACTS.items() if not law.conformal):
         values, linear = [], name == "kelvin-voigt"
-        joint["contact"], joint["stiffness"] = law.address, LINEAR if linear else hertz
         reached = nominal[nominal >= math.exp(-2.0)] if linear else nominal
         for e in map(float, reached):
-            joint["hysteresis"] = law.factor(e)
-            values_of = {"exponent": 1.5, "damping": kelvin_voigt_damping(LINEAR, MASS, e) if linear else 0.0}
-            set_parameters(joint, "contact", law.parameters, values_of)
+            damping = kelvin_voigt_damping(LINEAR, MASS, e) if linear else 0.0
+            numbers = {"restitution": e, "stiffness": LINEAR if linear else hertz, "exponent": 1.5, "damping": damping}
+            law.fill(joint, numbers)
             values.append(measure(joint[()], 1e-7))
         label = f"{name} (and the cylinder laws)" if name == "lankarani-nikravesh" else name
         color, style = COLORS[i % len(COLORS)], LINES[i // len(COLORS)]

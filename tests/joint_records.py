@@ -6,10 +6,9 @@ import numpy as np
 from numba import config
 
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
-from linkages.laws.contact.contact_forces import CLIP
 from linkages.laws.declared import BUILT_IN_PARAMETERS
 from linkages.laws.film.map_table import mapped_film, mapped_flow
-from linkages.laws.parameters import SHEAR, set_parameters
+from linkages.laws.parameters import SHEAR
 
 
 def joint(film=None, contact=None, friction="none", shear="full", restitution=0.0, **numbers):
@@ -19,17 +18,13 @@ def joint(film=None, contact=None, friction="none", shear="full", restitution=0.
     laws = {"friction": FRICTIONS[friction]}
     if film is not None:
         laws["film"] = FILMS[film]
-        record["film_reads_record"] = bool(FILMS[film].parameters)
     if contact is not None:
-        law = laws["contact"] = CONTACTS[contact]
-        record["restitution"], record["hysteresis"] = restitution, law.factor(restitution)
-        record["damping_limit"] = CLIP
-    record["bristles"] = FRICTIONS[friction].rate_address
+        laws["contact"] = CONTACTS[contact]
     names = {}
     for kind, law in laws.items():
-        record[kind] = law.address
-        values = {p.name: numbers.get(p.name, p.default) for p in law.parameters}
-        set_parameters(record, kind, law.parameters, values)
+        law.fill(
+            record, {p.name: numbers.get(p.name, p.default) for p in law.parameters} | {"restitution": restitution}
+        )
         names |= {p.name: f"{kind}_{slot}" for slot, p in enumerate(law.parameters)}
     for name in numbers.keys() & set(PARAMETERS.names):
         record[name] = numbers[name]

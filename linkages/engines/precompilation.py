@@ -64,7 +64,7 @@ def drake() -> list[Callable[[], Any]]:
 
 
 def _outputs(system: System) -> None:
-    """Compile the output kernels with a run of zero duration."""
+    """Compile the formulas of outputs, which are compiled at their first call."""
     n, nc = system.tree.size, len(system.ends)
-    none = np.zeros((0, n))
-    columns(system, np.zeros(0), none, none, none, np.zeros((0, nc, WIDTH)))
+    zero = np.zeros((1, n))
+    columns(system, np.zeros(1), zero, zero, zero, np.zeros((1, nc, WIDTH)))

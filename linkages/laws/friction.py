@@ -19,13 +19,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
 
 from linkages.kernel import address, caller, kernel
-from linkages.laws.parameters import Parameter, named_record
+from linkages.laws.parameters import Parameter, named_record, set_parameters
 
 _F = types.float64
 _call = caller(_F)
@@ -127,7 +127,7 @@ def lugre(v: float, bristle: float, joint: np.record) -> float:
     return joint.bristle_stiffness * bristle + fading * lugre_rate(v, bristle, joint)
 
 
-class Friction(NamedTuple):
+class FrictionLaw(NamedTuple):
     """A friction law: coefficient, formula, validity, source."""
 
     coefficient: Callable[..., float] | None  # none: frictionless
@@ -152,6 +152,15 @@ class Friction(NamedTuple):
         """Address of the compiled rate of the bristles in this process; 0 without bristles."""
         return self._address(lugre_rate) if self.bristles else 0
 
+    def fill(self, record: Any, values: Mapping[str, Any]) -> None:
+        """Write the law into a record of `linkages.laws.PARAMETERS`, from the keys of the experiment's table."""
+        record["friction"], record["bristles"] = self.address, self.rate_address
+        record["mu_d"] = values.get("coefficient") or 0.0
+        record["mu_s"] = values.get("static") or record["mu_d"]
+        if self.bristles:
+            record["bristle_scale"] = 1.0 / values["bristle_stiffness"]
+        set_parameters(record, "friction", self.parameters, values)
+
     def _address(self, function: Callable[..., float]) -> int:
         return address(function, _F(_F, _F, named_record("friction", self.parameters, self.needs)))
 
@@ -162,22 +171,22 @@ def _both(parameters: Mapping[str, float]) -> tuple[float, ...]:
 
 #: The friction laws an experiment can name.
 FRICTIONS = {
-    "none": Friction(None, "0", "frictionless contact", "-", needs=()),
-    "ambrosio": Friction(
+    "none": FrictionLaw(None, "0", "frictionless contact", "-", needs=()),
+    "ambrosio": FrictionLaw(
         ambrosio, "mu_d clip((abs(v) - v_0)/(v_1 - v_0), 0, 1) sign(v)",
         "sliding; no stiction", "Chen 2025 Table 4; Ambrosio 2003", parameters=AMBROSIO, kinks=_both,
     ),
-    "cubic": Friction(
+    "cubic": FrictionLaw(
         cubic, "cubic steps 0 -> mu_s at v_0 -> mu_d at v_1",
         "sliding with a static peak; creeps at rest", "Bai 2016 [0051]-[0055], formulas lost: our reading",
         parameters=CUBIC, kinks=_both,
     ),
-    "coulomb": Friction(
+    "coulomb": FrictionLaw(
         coulomb, "mu_d tanh(v/v_1)",
         "sliding; smooth for gradients", "Marques et al., Nonlinear Dyn. 86, 2016", parameters=COULOMB,
         speeds=lambda parameters: (parameters["v_1"],),
     ),
-    "lugre": Friction(
+    "lugre": FrictionLaw(
         lugre,
         "sigma_0 z + sigma_1/(1 + sigma_1 abs(v)/(4 mu_d)) dz/dt, dz/dt = v - sigma_0 abs(v) z/g(v), "
         "g = mu_d + (mu_s - mu_d) exp(-(v/v_1)^2)",

@@ -19,10 +19,13 @@ Source: Greenwood and Tripp, Proc. IMechE 185, 1970.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from linkages.kernel import kernel
+from linkages.laws.contact.material import modulus_of
 
 _LOW, _HIGH = -6.0, 10.0  # range of the fit of ln F_5/2
 _PIECES, _DEGREE = 16, 10
@@ -44,6 +47,17 @@ def _fit() -> np.ndarray:
 
 _COEFFICIENTS = _fit()
 _X, _WEIGHT = np.polynomial.legendre.leggauss(32)
+
+
+def fill_mixed(record: Any, values: Mapping[str, Any], material: Mapping[str, Any]) -> None:
+    """Write blend or asperities into a record, from the keys of the experiment's tables for mixed and contact."""
+    record["film_limit"] = values["film_limit"]
+    if values["law"] == "blend":
+        record["transition"] = values["transition"]
+        return
+    sigma, density, radius = values["roughness"], values["density"], values["tip_radius"]
+    record["roughness"] = np.hypot(sigma, sigma)
+    record["asperity_pressure"] = asperity_pressure(sigma, sigma, density, radius, modulus_of(material))
 
 
 @kernel

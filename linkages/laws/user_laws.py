@@ -22,10 +22,10 @@ from typing import Any, NamedTuple
 from numba import NumbaError
 
 from linkages.laws.contact.contact_forces import power_law
-from linkages.laws.contact.contact_laws import Contact
+from linkages.laws.contact.contact_laws import ContactLaw
 from linkages.laws.declared import REGISTRIES, check_parameters, declared
 from linkages.laws.film.films import Film
-from linkages.laws.friction import LUGRE, Friction
+from linkages.laws.friction import LUGRE, FrictionLaw
 from linkages.laws.parameters import Parameter
 
 _BUILT_IN = {kind: frozenset(registry) for kind, registry in REGISTRIES.items()}
@@ -253,7 +253,7 @@ def _contact(
     source: str,
     parameters: Any = None,
     needs: Any = None,
-) -> Contact:
+) -> ContactLaw:
     if force is None and factor is None:
         raise ValueError("give a force, a factor, or both")
     if force is None and parameters is not None:
@@ -267,7 +267,9 @@ def _contact(
     own, needs = declared("contact", parameters, needs)
     if factor is not None:
         needs = tuple(dict.fromkeys(("restitution", *needs)))
-    return Contact(force or power_law, formula, valid, source, conformal=conformal, parameters=own, needs=needs, **chi)
+    return ContactLaw(
+        force or power_law, formula, valid, source, conformal=conformal, parameters=own, needs=needs, **chi
+    )
 
 
 def _film(force: Any, formula: str, valid: str, source: str, parameters: Any = ()) -> Film:
@@ -278,14 +280,14 @@ def _film(force: Any, formula: str, valid: str, source: str, parameters: Any = (
 
 def _friction(
     coefficient: Any, bristles: bool, formula: str, valid: str, source: str, parameters: Any = None, needs: Any = None
-) -> Friction:
+) -> FrictionLaw:
     _check(coefficient, "v", "bristle", "joint")
     own, needs = declared("friction", parameters, needs)
     if bristles:
         names = {parameter.name for parameter in own}
         own += tuple(p for p in LUGRE if p.name in ("v_1", "bristle_stiffness") and p.name not in names)
         needs = ("coefficient",)
-    return Friction(coefficient, formula, valid, source, bristles, parameters=own, needs=needs)
+    return FrictionLaw(coefficient, formula, valid, source, bristles, parameters=own, needs=needs)
 
 
 _MAKERS: dict[str, Callable[..., Any]] = {"contact": _contact, "film": _film, "friction": _friction}

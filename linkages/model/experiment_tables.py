@@ -27,8 +27,8 @@ _LOOKS = 2000  # number of times at which the rate of a formula is sampled
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # pitch has 2e8 Pa s
 FilmName = Annotated[str, OneOf(FILMS)]
-ContactLaw = Annotated[str, OneOf(CONTACTS)]
-FrictionLaw = Annotated[str, OneOf(FRICTIONS)]
+ContactName = Annotated[str, OneOf(CONTACTS)]
+FrictionName = Annotated[str, OneOf(FRICTIONS)]
 
 
 class Drive(Table):
@@ -130,7 +130,7 @@ class ContactTable(LawTable):
 
     law_kind = "contact"
 
-    law: ContactLaw = Field(description="normal contact law")
+    law: ContactName = Field(description="normal contact law")
     restitution: Annotated[float, Field(gt=0, le=1)] | None = Field(
         None, description="nominal coefficient of restitution; every built-in law needs it [1]"
     )
@@ -161,7 +161,7 @@ class FrictionTable(LawTable):
 
     law_kind = "friction"
 
-    law: FrictionLaw = Field(description="friction law")
+    law: FrictionName = Field(description="friction law")
     coefficient: NonNegative | None = Field(
         None, description="dynamic coefficient; every built-in law but none needs it; 0: no friction [1]"
     )

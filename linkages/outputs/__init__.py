@@ -2,8 +2,13 @@
 
 | module          | responsibility                                                 |
 |-----------------|----------------------------------------------------------------|
-| registry        | outputs of a system, their units, the record of each           |
-| formulas        | formulas of all outputs at a state, in compiled code           |
+| quantity        | an output: quantity, formula, record, snapshot                 |
+| points          | motion of points; coordinates                                  |
+| contacts        | clearance joints, guides, stops, points at lines               |
+| joints          | forces in joints, drives, loads, gears                         |
+| links           | flexible links; energies of the linkage                        |
+| registry        | outputs of a system by name, their units, the record of each   |
+| evaluation      | all outputs at states, in compiled code                        |
 | columns         | outputs over time, from the states of a run or an ideal motion |
 | segment_outputs | outputs of flexible links from a run with rigid segments       |
 """

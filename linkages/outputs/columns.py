@@ -8,16 +8,15 @@ from functools import lru_cache
 import numpy as np
 
 from linkages.kernel import Array, Records
-from linkages.outputs.formulas import OF_FORCES, View, make_view, tabulate
+from linkages.outputs.evaluation import make_snapshot, tabulate
+from linkages.outputs.quantity import Snapshot
 from linkages.outputs.registry import JITTER, pack
 from linkages.outputs.registry import names as all_names
-from linkages.outputs.segment_outputs import whole_columns
+from linkages.outputs.segment_outputs import Columns, whole_columns
 from linkages.planar.contacts import WIDTH
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.rigid_segments import Segmented
-
-Columns = dict[str, Array]
 
 
 def columns(
@@ -62,14 +61,14 @@ def columns(
     nt = len(times)
     if contacts is None:
         contacts = np.zeros((nt, 0, WIDTH))
-    out, idle = np.empty((len(wanted), nt)), _idle_views(system, ideal)
+    out, idle = np.empty((len(wanted), nt)), _idle_snapshots(system, ideal)
     try:
-        view = idle.pop()
+        seen = idle.pop()
     except IndexError:
-        view = make_view(system.ideal_arrays if ideal else system.arrays, q.shape[1])
+        seen = make_snapshot(system.ideal_arrays if ideal else system.arrays, q.shape[1])
     numbers = (np.ascontiguousarray(x, dtype=np.float64) for x in (times, q, v, a, contacts))
-    tabulate(outputs, with_forces, view, *numbers, out)  # type: ignore[call-arg]
-    idle.append(view)
+    tabulate(outputs, with_forces, seen, *numbers, out)  # type: ignore[call-arg]
+    idle.append(seen)
     jitter = [name for name, output in zip(wanted, outputs, strict=True) if output["jitter"]]
     if jitter:
         states = _ideal_motion(system).states(np.asarray(times, dtype=np.float64))
@@ -84,11 +83,11 @@ def _records(system: System, names: tuple[str, ...] | None, ideal: bool) -> tupl
     """Return the names of the requested outputs, their records, and whether they need forces in joints."""
     wanted = tuple(all_names(system, ideal)) if names is None else names
     outputs = pack(system, wanted, ideal)
-    return wanted, outputs, not set(OF_FORCES).isdisjoint(outputs["kind"].tolist())
+    return wanted, outputs, bool(outputs["forces"].any())
 
 
 @lru_cache(maxsize=8)
-def _idle_views(system: System, ideal: bool) -> list[View]:
+def _idle_snapshots(system: System, ideal: bool) -> list[Snapshot]:
     """Return the arrays of a system in which no thread computes outputs."""
     return []
 

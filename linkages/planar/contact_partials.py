@@ -12,7 +12,7 @@ from linkages.laws.contact.contact_laws import push
 from linkages.laws.film.films import MAPPED
 from linkages.laws.parameters import MODELS
 from linkages.planar import contacts
-from linkages.planar.contacts import BRISTLE, Motion, contact_action, remembered_action
+from linkages.planar.contacts import BRISTLE, ContactMotion, contact_action, remembered_action
 from linkages.planar.record_types import CORNER, HISTORY, JOURNAL, ORIENTED, STOP, WORN
 
 #: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles (2), bristle state.
@@ -27,8 +27,8 @@ _NEAR = 1e-3  # lower limit of the gap that scales a displacement, in parts of t
 _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of 1 m per second
 
 
-#: Changes of the inputs of a contact of `stencil_step`: the entries of `Motion`, the bristle state, and the approach
-#: speed.
+#: Changes of the inputs of a contact of `stencil_step`: the entries of `ContactMotion`, the bristle state, and the
+#: approach speed.
 APPROACHING = INPUTS
 CHANGES = INPUTS + 1
 #: Results of `contact_action`: the outputs, penetration, its rate, sliding speed, load.
@@ -77,7 +77,7 @@ _ROOM = 0.9  # part of the room that differences use: its bounds are extrapolate
 
 
 @kernel
-def input_scales(end: np.record, law: np.record, motion: Motion, near: float, out: Array) -> None:
+def input_scales(end: np.record, law: np.record, motion: ContactMotion, near: float, out: Array) -> None:
     """Fill ``out`` (INPUTS,) with the change of each input over which a contact's force changes.
 
     The gap counts as ``near`` times the clearance, at least.
@@ -101,7 +101,7 @@ def input_scales(end: np.record, law: np.record, motion: Motion, near: float, ou
 
 
 @inlined_kernel
-def _moved(motion: Motion, change: Array, h: float) -> Motion:
+def _moved(motion: ContactMotion, change: Array, h: float) -> ContactMotion:
     """Move the motion of a contact by h times a change."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     return (
@@ -121,7 +121,7 @@ def stencil_step(
     end: np.record,
     law: np.record,
     approach: float,
-    motion: Motion,
+    motion: ContactMotion,
     change: Array,
     value: float,
     gap: float,
@@ -149,7 +149,7 @@ def stencil_step(
 
 
 @kernel
-def gap_step(end: np.record, law: np.record, motion: Motion, change: Array, gap: float, room: Array) -> float:
+def gap_step(end: np.record, law: np.record, motion: ContactMotion, change: Array, gap: float, room: Array) -> float:
     """Choose the step of differences of penetration and speeds, which are smooth whether the bodies touch or not.
 
     Arguments as of `stencil_step`.
@@ -192,7 +192,7 @@ def _note_bounded(found: Any, law: np.record, approach: float, bounds: Array, ou
 
 @kernel
 def bounded_values(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, change: Array,
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, change: Array,
     s: float, bounds: Array, out: Array,
 ) -> None:  # fmt: skip
     """Fill ``out`` (BOUNDED,) with the quantities that the bounds limit, at s times a change."""
@@ -264,7 +264,7 @@ def place_stencil(h: float, bounds: Array, moving: Array, seen: Array) -> tuple[
 
 
 @kernel
-def deeper(end: np.record, motion: Motion, depth: float) -> Motion:
+def deeper(end: np.record, motion: ContactMotion, depth: float) -> ContactMotion:
     """Increase the penetration of a contact by a small depth, in the direction of its normal."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     if end.kind == STOP:
@@ -280,8 +280,8 @@ def deeper(end: np.record, motion: Motion, depth: float) -> Motion:
 
 @kernel
 def inside(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, bounds: Array
-) -> Motion:
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, bounds: Array
+) -> ContactMotion:
     """Reflect the penetration of a contact at zero if it is beyond its bounds: a step ends just beyond an event.
 
     It becomes at least `LEAST`: differences along the wall change the penetration by rounding, so that they would cross
@@ -299,7 +299,7 @@ def inside(
 
 @kernel
 def add_contact_change(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, change: Array,
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, change: Array,
     s: float, weight: float, out: Array,
 ) -> None:  # fmt: skip
     """Add the results of `contact_action` at s times a change, times a weight, to ``out`` (RESULTS,)."""
@@ -311,7 +311,7 @@ def add_contact_change(
 
 @kernel
 def _fill_differences(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, change: Array,
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, change: Array,
     h: float, kind: int, start: float, out: Array,
 ) -> None:  # fmt: skip
     """Fill ``out`` (RESULTS,) with differences of a kind along a change, from a place on."""
@@ -325,7 +325,7 @@ def _fill_differences(
 
 @kernel
 def exact_partials(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, bounds: Array,
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, bounds: Array,
     out: Array,
 ) -> None:  # fmt: skip
     """Fill ``out`` as `contact_partials`, by differences of the fourth order within bounds, at twice the cost."""
@@ -375,7 +375,7 @@ def _is_journal(end: np.record) -> bool:
 
 
 @inlined_kernel
-def _fill_own_turn(end: np.record, motion: Motion, out: Array) -> None:
+def _fill_own_turn(end: np.record, motion: ContactMotion, out: Array) -> None:
     """Fill the derivatives of a journal's results with respect to its own angular velocity from the others.
 
     The results are the same for observers who turn at different rates: dF/dw_j = e_y dF/dv_x - e_x dF/dv_y - dF/dw_b.
@@ -400,7 +400,7 @@ def _counts(end: np.record, law: np.record, i: int) -> bool:
 
 @kernel
 def contact_partials(
-    end: np.record, law: np.record, table: Array, memory: Array, motion: Motion, central: bool, contact: Array,
+    end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, central: bool, contact: Array,
     out: Array,
 ) -> None:  # fmt: skip
     """Fill ``out`` (RESULTS, INPUTS) with the partial derivatives of `remembered_action`.

@@ -22,7 +22,7 @@ WIDTH = len(CLEARANCE_OUTPUTS) + 2
 EX, EY, FX, FY, COUPLE, PENETRATION, CLOSING, SLIDING, LOAD, BRISTLE_RATE, CONTENT, FLOW = range(WIDTH)
 
 #: Motion of a contact, see `contact_motion`.
-Motion = tuple[float, float, float, float, float, float, float, float]
+ContactMotion = tuple[float, float, float, float, float, float, float, float]
 
 #: Memory of each contact: the speed at which it began [m/s], LuGre's bristle state [m]; from `OIL` on the memory of a
 #: film with history, see `linkages.laws.film.history_cells`.
@@ -107,7 +107,7 @@ def add_contact(
 
 
 @inlined_kernel
-def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arms]:
+def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[ContactMotion, Arms]:
     """Compute the motion of a contact's inner end relative to its outer end, and the arms of both.
 
     Returns
@@ -130,7 +130,7 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arm
 
 @kernel
 def contact_action(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion
 ) -> tuple[float, float, float, float, float, float, float, float]:
     """Compute the force (2) and couple on the inner body, and the state of the contact, from `contact_motion`.
 
@@ -144,7 +144,7 @@ def contact_action(
 
 @inlined_kernel
 def _action(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion
 ) -> tuple[float, float, float, float, float, float, float, float]:
     """Compute `contact_action` within its caller: the call costs a tenth of a run."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
@@ -165,7 +165,7 @@ def _action(
 
 @inlined_kernel
 def remembered_action(
-    end: np.record, law: np.record, table: Array, memory: Array, bristle: float, motion: Motion
+    end: np.record, law: np.record, table: Array, memory: Array, bristle: float, motion: ContactMotion
 ) -> tuple[float, float, float, float, float, float, float, float, float, float]:
     """Compute the results of `contact_action` with a contact's memory, then film content and flow."""
     if end.kind == HISTORY:

@@ -2,30 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from linkages.kernel import Array, Indices, Records, kernel
-from linkages.planar.bodies import Bodies, make_motion, make_pose
+from linkages.kernel import Indices, Records, kernel
 from linkages.planar.closure import close, consistent_rates
 from linkages.planar.kinematics import body_accelerations, body_states
-
-
-class Ideal(NamedTuple):
-    """Data of `ideal_state`: coordinates, rates, accelerations (n,), and the motion of the bodies."""
-
-    q: Array
-    v: Array
-    a: Array
-    pose: Array
-    vel: Array
-    acc: Array
-
-
-def make_ideal(bodies: Bodies, n: int) -> Ideal:
-    """Make the arrays for n coordinates."""
-    return Ideal(np.zeros(n), np.zeros(n), np.zeros(n), make_pose(bodies), make_motion(bodies), make_motion(bodies))
 
 
 @kernel
@@ -42,8 +25,8 @@ def ideal_state(model: Any, dynamics: Any, rows: Records, closing: Indices, idea
         Closure rows of all cut joints.
     closing : array of int
         Coordinates of joints that no drive prescribes.
-    ideal : Ideal
-        Filled.
+    ideal : Workspace
+        Its q, v, a, pose, vel and acc are filled.
 
     Returns
     -------

@@ -16,10 +16,6 @@ from linkages.planar.markers import offset, turned
 from linkages.planar.record_types import SECTION
 from linkages.planar.workspace import Workspace
 
-#: Quantities of `beam_state`: largest bending moment [N m], largest normal stress [Pa] and its place from the beam's
-#: first end [m], largest compressive force [N].
-BENDING, STRESS, PLACE, COMPRESSION = 2, 3, 4, 5
-
 
 @lazy_kernel
 def cut(
@@ -73,19 +69,24 @@ def cut(
 
 @lazy_kernel
 def beam_state(
-    what: int, beams: Records, bodies: Bodies, stations: Records, modes: Records, gravity: Array, work: Workspace
-) -> float:
-    """Find `BENDING`, `STRESS`, `PLACE` or `COMPRESSION` of a flexible link, from the records of its substructures.
+    beams: Records, bodies: Bodies, stations: Records, modes: Records, gravity: Array, work: Workspace
+) -> tuple[float, float, float, float]:
+    """Find the largest internal forces of a flexible link, from the records of its substructures.
 
     Parameters
     ----------
-    what : int
     beams : (n,) records of `linkages.planar.record_types.BEAM`
     stations : (ns,) records of `linkages.planar.record_types.STATION`
         Of all beams.
     modes : (ns, nm) records of `linkages.planar.record_types.STATION_MODE`
     gravity, work
         As for `cut`.
+
+    Returns
+    -------
+    tuple
+        Largest bending moment [N m], largest normal stress [Pa], its place from the beam's first end [m], largest
+        compressive force [N].
     """
     bending, stress, place, compression = 0.0, 0.0, 0.0, 0.0
     for j in range(len(beams)):
@@ -96,8 +97,4 @@ def beam_state(
             normal = abs(force) / beam.area + abs(moment) * beam.leverage
             if normal > stress:
                 stress, place = normal, beam.origin + stations[k].place
-    if what == BENDING:
-        return bending
-    if what == COMPRESSION:
-        return compression
-    return stress if what == STRESS else place
+    return bending, stress, place, compression

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from linkages.outputs.registry import turns, unit
+from linkages.outputs.joints import turns
+from linkages.outputs.registry import unit
 from linkages.results.extremes import extremes, integral, peaks
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory

@@ -16,7 +16,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import InputError
-from linkages.planar.contacts import Motion, contact_action, contact_motion
+from linkages.planar.contacts import ContactMotion, contact_action, contact_motion
 from linkages.planar.driven import constrained_dynamics
 from linkages.planar.kinematics import body_states
 from linkages.planar.loads import load_wrenches
@@ -106,7 +106,7 @@ class _LooseJoint:
         system, total = self.system, np.zeros(3)
         for k, arm, (place, rest) in zip(self.contacts, self.arms, self.motions, strict=True):
             e = place + self._shift(offset, arm)
-            motion = cast(Motion, (float(e[0]), float(e[1]), *(float(x) for x in rest)))
+            motion = cast(ContactMotion, (float(e[0]), float(e[1]), *(float(x) for x in rest)))
             found = contact_action(system.ends[k], system.laws[k], system.tables[k], np.inf, 0.0, motion)
             total += found[0], found[1], arm[0] * found[1] - arm[1] * found[0]
         return np.array([total[:2] @ self.across, total[2]]) if self.guide else total[:2]

@@ -14,7 +14,6 @@ from linkages.laws.contact import contact_laws
 from linkages.laws.contact.material import effective_restitution
 from linkages.laws.film.films import film_force
 from linkages.laws.friction import friction_coefficient
-from linkages.laws.parameters import set_parameters
 from linkages.laws.table import MOTIONS, bearing_ratio, markdown
 
 ROOT = Path(__file__).parents[2]
@@ -76,7 +75,6 @@ def test_adding_a_law_to_the_package_as_the_page_says(tmp_path):
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     law = module.CONTACTS["small-loss"]
-    record = joint(stiffness=1e10, damping_limit=1.0)
-    record["contact"], record["hysteresis"] = law.address, law.factor(0.8)
-    set_parameters(record, "contact", law.parameters, {"exponent": 1.5})
+    record = joint()
+    law.fill(record, {"exponent": 1.5, "restitution": 0.8, "stiffness": 1e10})
     assert module.contact_force(1e-6, 0.1, 0.1, record) == pytest.approx(10.0 * (1.0 + 1.5 * 0.36 / 1.512))

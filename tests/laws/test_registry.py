@@ -29,7 +29,7 @@ from linkages.laws import (
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.films import film_force
 from linkages.laws.friction import friction_coefficient
-from linkages.model.experiment_tables import ContactLaw
+from linkages.model.experiment_tables import ContactName
 
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -194,7 +194,7 @@ def test_a_factor_that_fails_is_refused():
 
 
 def test_an_experiment_can_name_a_law_registered_later():
-    name = TypeAdapter(ContactLaw)
+    name = TypeAdapter(ContactName)
     with pytest.raises(ValidationError, match='"later" is unknown'):
         name.validate_python("later")
     register_contact("later", spring(1.0))

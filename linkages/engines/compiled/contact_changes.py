@@ -44,7 +44,7 @@ from linkages.planar.contact_partials import (
     place_stencil,
     stencil_step,
 )
-from linkages.planar.contacts import APPROACH, BRISTLE, Motion, contact_action, contact_motion
+from linkages.planar.contacts import APPROACH, BRISTLE, ContactMotion, contact_action, contact_motion
 from linkages.planar.workspace import Workspace
 
 MILD = 1e-5  # step of central differences, in parts of a value's magnitude
@@ -173,7 +173,7 @@ def _move_bounds(variation: Variation, p: int, k: int, bounds: Array, out: Array
 @kernel
 def _add_pair(
     variation: Variation, p: int, k: int, end: np.record, law: np.record, table: Array, approach: float, bristle: float,
-    motion: Motion, h: float, s: ContactState,
+    motion: ContactMotion, h: float, s: ContactState,
 ) -> None:  # fmt: skip
     """Add differences of the second order to ``found``; the law is that of value p unless it is -1."""
     moved, weight = variation.equations.model, 0.5 / h
@@ -230,8 +230,8 @@ def gap_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
 
 @kernel
 def _add_differences(
-    equations: Equations, variation: Variation, p: int, k: int, motion: Motion, h: float, kind: int, start: float,
-    s: ContactState,
+    equations: Equations, variation: Variation, p: int, k: int, motion: ContactMotion, h: float, kind: int,
+    start: float, s: ContactState,
 ) -> None:  # fmt: skip
     """Add differences of the results of contact k to ``found``, with steps h along ``change``, and along value p."""
     moved, own = variation.equations.model, equations.work.memory[k]

@@ -232,7 +232,7 @@ def _inputs(model: Arrays, w: Workspace, s: Scratch, k: int, changes: Any) -> An
     _, _, arms, dex, dey, moved = changes
     dvx, dvy = gap_rate_tangent(w.vel, s.dvel, end.bearing, end.journal, arms, moved)
     turn = s.dpose[b, 0]
-    frame = turn, s.dpose[j, 0]  # change of the last two entries of `Motion`
+    frame = turn, s.dpose[j, 0]  # change of the last two entries of `ContactMotion`
     if end.kind == CORNER:
         nx, ny = turned(w.pose, b, end.nx, end.ny)
         frame = -turn * ny, turn * nx

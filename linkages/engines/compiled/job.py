@@ -13,10 +13,9 @@ from linkages.engines.methods import method
 from linkages.integrate.stepper import Stepper, make_stepper
 from linkages.kernel import Array, Indices, Records
 from linkages.model.experiment_tables import IMPLICIT
-from linkages.outputs.formulas import LINKAGE, LOAD, OF_FORCES
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import landing
-from linkages.planar.ideal import Ideal, make_ideal
+from linkages.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
 _TRAVEL = 0.1  # largest travel of the fastest drive in a step of a prescribed motion [rad or m]
@@ -43,7 +42,7 @@ class Given(NamedTuple):
     kinks: Array  # at which steps end, (nc, KINKS) or none; see `linkages.engines.compiled.kinks.kinks`
     limits: Array  # by the indices above, (5,)
     windows: Array  # times [s], (nw, 2)
-    outputs: Records  # of `linkages.outputs.formulas.OUTPUT`, (no,)
+    outputs: Records  # of `linkages.outputs.quantity.OUTPUT`, (no,)
     rows: Records  # closure rows of the linkage with every joint ideal
     closing: Indices  # coordinates of joints that no drive prescribes
     model: Arrays
@@ -70,7 +69,7 @@ class Job(NamedTuple):
     with_forces: bool
     with_loads: bool
     stepper: Stepper
-    ideal: Ideal
+    ideal: Workspace  # of the linkage with every joint ideal, of which q, v, a, pose, vel and acc count
     y: Array  # a state between steps, (ny,)
     row: Array  # its outputs, (no,)
 
@@ -78,8 +77,7 @@ class Job(NamedTuple):
 def make_given(system: System, outputs: Records, windows: Array, steps: int | None = None) -> Given:
     """Collect the numbers of a system, with the model of `model_of`; a run has at most `steps`, default `most`."""
     tree, solver, duration = system.tree, system.experiment.solver, system.experiment.duration
-    kinds = set(outputs["kind"].tolist())
-    model, with_forces = model_of(system, outputs), not kinds.isdisjoint(OF_FORCES)
+    model = model_of(system, outputs)
     longest = min([solver.max_step or _longest(system), *(_OF_FILM_STEP * step for step in system.film_steps.values())])
     return Given(
         start_state(system),
@@ -94,8 +92,8 @@ def make_given(system: System, outputs: Records, windows: Array, steps: int | No
         model,
         method(system, "compiled") in IMPLICIT,
         bool(outputs["jitter"].any()),
-        with_forces,
-        not kinds.isdisjoint((LOAD, LINKAGE)),
+        bool(outputs["forces"].any()),
+        bool(outputs["loads"].any()),
     )
 
 
@@ -104,7 +102,7 @@ def model_of(system: System, outputs: Records) -> Arrays:
     tree, model = system.tree, system.arrays
     if tree.acting < len(model.bodies.records):
         seen = [outputs["marker"]["body"], outputs["at"], outputs["other"]]
-        seen += [model.joints["child"]["body"]] if np.isin(outputs["kind"], OF_FORCES).any() else []
+        seen += [model.joints["child"]["body"]] if outputs["forces"].any() else []
         if max(int(part.max(initial=0)) for part in seen) < tree.acting:
             bodies, stiff = (tree.acting_bodies(each) for each in (model.bodies, model.stiff))
             return model._replace(bodies=bodies, stiff=stiff)
@@ -130,7 +128,7 @@ def make_job(given: Given) -> Job:
         given.with_forces,
         given.with_loads,
         make_stepper(ny, len(model.free)),
-        make_ideal(model.bodies, len(model.free) + len(model.driven)),
+        make_workspace(len(model.bodies.records), len(model.free) + len(model.driven), 0, model.bodies.shapes.shape[2]),
         np.zeros(ny),
         np.zeros(len(given.outputs)),
     )

@@ -55,7 +55,7 @@ class Work(NamedTuple):
     value: Array  # for prescribed motions and torques
     rate: Array
     second: Array
-    forces: Array  # result for joints, (nj, 3); see `linkages.outputs.formulas.View`
+    forces: Array  # result for joints, (nj, 3); see `linkages.outputs.quantity.Snapshot`
     efforts: Array  # for drives, (nd,)
     applied: Array  # for loads, (nl, 4)
     scratch: Scratch

@@ -12,7 +12,7 @@ from linkages.kernel import Array, kernel
 from linkages.kernel.block import Duplicate, contents
 from linkages.kernel.compile import bound
 from linkages.outputs.columns import Columns, columns
-from linkages.outputs.formulas import OF_FORCES, add_moved, bodies_needed, make_view
+from linkages.outputs.evaluation import add_moved, bodies_needed, make_snapshot
 from linkages.outputs.registry import JITTER, names, packer
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import EX, EY
@@ -42,9 +42,9 @@ class OutputTable:
         self._read = packer(system, self.names)
         self._numbers = Duplicate((system.arrays, self._read(system)))
         model, self._records = self._numbers.value
-        self._needed, self._view = bodies_needed(model, self._records), make_view(model, system.tree.size)
+        self._needed, self._seen = bodies_needed(model, self._records), make_snapshot(model, system.tree.size)
         self._first = len(self._numbers.initial) - len(contents((self._records,)).words)  # place of the records
-        self._with_forces = bool(np.isin(self._records["kind"], OF_FORCES).any())
+        self._with_forces = bool(self._records["forces"].any())
         self._add: Callable[..., None] | None = None
         self._jitter = [k for k, one in enumerate(self._records) if one["jitter"]]
 
@@ -71,7 +71,7 @@ class OutputTable:
             self._records,
             self._with_forces,
             self._needed,
-            self._view,
+            self._seen,
             np.asarray(times, np.float64),
             *state,
             *change,

@@ -14,7 +14,8 @@ from linkages.integrate.parabola import parabola_top
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.by_reference import reference
-from linkages.outputs.formulas import View, output_value, point_value
+from linkages.outputs.evaluation import output_value
+from linkages.outputs.quantity import Snapshot
 from linkages.planar.ideal import ideal_state
 from linkages.planar.loads import load_outputs
 from linkages.planar.newton_euler import inertial_forces
@@ -52,12 +53,13 @@ def look(job: Job, t: float, out: Array) -> bool:
     if job.with_forces:
         inertial_forces(model.bodies, w, model.gravity, w.bias, w.modal_bias)
         joint_forces(model, w, work.contacts, work.forces, work.efforts)
-    view = View(model, w, work.contacts, work.forces, work.efforts, work.applied)
-    seen, outputs = reference(view), job.outputs
+    snapshot = Snapshot(model, w, work.contacts, work.forces, work.efforts, work.applied)
+    seen, outputs = reference(snapshot), job.outputs
     for k in range(len(outputs)):
         out[k] = output_value(outputs[k], seen)
         if outputs[k].jitter:
-            out[k] -= point_value(outputs[k], ideal.pose, ideal.vel, ideal.acc)
+            exact = Snapshot(model, ideal, work.contacts, work.forces, work.efforts, work.applied)
+            out[k] -= output_value(outputs[k], reference(exact))
     return True
 
 

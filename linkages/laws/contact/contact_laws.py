@@ -6,14 +6,15 @@ To add a law: a line in `CONTACTS`, and for a new force a function in `linkages.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
 
 from linkages.kernel import address, caller, inlined_kernel, kernel
 from linkages.laws.contact.contact_forces import (
+    CLIP,
     GRAZING,
     dubowsky_freudenstein,
     esdu_78035,
@@ -21,7 +22,8 @@ from linkages.laws.contact.contact_forces import (
     kelvin_voigt,
     power_law,
 )
-from linkages.laws.parameters import Parameter, named_record
+from linkages.laws.contact.material import cylinder_stiffness, hertz_stiffness, line_shape, line_stiffness, modulus_of
+from linkages.laws.parameters import Parameter, named_record, set_parameters
 
 #: Smallest restitution that a law with 1/e uses.
 LEAST_RESTITUTION = 1e-3
@@ -32,7 +34,7 @@ _F = types.float64
 _call = caller(_F)
 
 
-class Contact(NamedTuple):
+class ContactLaw(NamedTuple):
     """A contact law: force, formula, validity, source."""
 
     force: Callable[..., float]
@@ -51,6 +53,35 @@ class Contact(NamedTuple):
         """Address of the compiled force in this process."""
         return address(self.force, _F(_F, _F, _F, named_record("contact", self.parameters, self.needs)))
 
+    def fill(self, record: Any, values: Mapping[str, Any]) -> None:
+        """Write the law into a record that holds the geometry of its contact.
+
+        Parameters
+        ----------
+        record : record of `linkages.laws.PARAMETERS`
+            Without a radius, of a corner at a wall.
+        values : mapping
+            Keys of the experiment's table: parameters, restitution, stiffness or material of both bodies, clip.
+        """
+        record["contact"], record["damping_limit"] = self.address, CLIP if values.get("clip", True) else np.inf
+        set_parameters(record, "contact", self.parameters, values)
+        if values.get("restitution") is not None:
+            record["restitution"], record["hysteresis"] = values["restitution"], self.factor(values["restitution"])
+        bearing, length = float(record["radius"]), float(record["length"])
+        if bearing > 0.0:
+            journal = bearing - float(record["clearance"])
+            record["shape_ratio"] = line_shape(bearing, journal, length)
+            if values.get("youngs_modulus") is not None:
+                record["stiffness"] = self._stiffness(bearing, journal, length, modulus_of(values))
+        if values.get("stiffness") is not None:
+            record["stiffness"] = values["stiffness"]
+
+    def _stiffness(self, bearing: float, journal: float, length: float, modulus: float) -> float:
+        """Compute the stiffness from the material; see `NEEDS`."""
+        if self.conformal:
+            return line_stiffness(length, modulus)
+        return cylinder_stiffness(length, modulus) if self.linear else hertz_stiffness(bearing, journal, modulus)
+
 
 #: Parameter of `power_law`.
 EXPONENT = Parameter("exponent", "1", 1.5, "exponent n of power laws", ge=1.0, le=3.0, source="1.5: Hertz's theory")
@@ -58,27 +89,27 @@ EXPONENT = Parameter("exponent", "1", 1.5, "exponent n of power laws", ge=1.0, l
 DAMPING = Parameter("damping", "N s/m", 0.0, "damping D", ge=0.0, source="0: none")
 
 
-def _damped(chi: str, factor: Callable[[float], float], valid: str, source: str) -> Contact:
+def _damped(chi: str, factor: Callable[[float], float], valid: str, source: str) -> ContactLaw:
     formula = "K delta^n (1 + chi ddelta/ddelta0)"
-    return Contact(power_law, formula, valid, source, chi, factor, parameters=(EXPONENT,))
+    return ContactLaw(power_law, formula, valid, source, chi, factor, parameters=(EXPONENT,))
 
 
 def _lankarani_nikravesh(e: float) -> float:
     return 0.75 * (1.0 - e * e)
 
 
-def _conformal(force: Callable[..., float], formula: str, source: str) -> Contact:
+def _conformal(force: Callable[..., float], formula: str, source: str) -> ContactLaw:
     valid = "conformal cylinders, delta << DR"
-    return Contact(force, formula, valid, source, "3(1-e^2)/4", _lankarani_nikravesh, conformal=True)
+    return ContactLaw(force, formula, valid, source, "3(1-e^2)/4", _lankarani_nikravesh, conformal=True)
 
 
 #: The contact laws an experiment can name.
 CONTACTS = {
-    "hertz": Contact(
+    "hertz": ContactLaw(
         power_law, "K delta^n", "elastic, no loss", "Hertz 1882; Johnson, Contact Mechanics, 1985", "0",
         parameters=(EXPONENT,),
     ),
-    "kelvin-voigt": Contact(
+    "kelvin-voigt": ContactLaw(
         kelvin_voigt, "K delta + D ddelta",
         "one known impacting mass; jumps at first touch", "Goldsmith, Impact, 1960", linear=True,
         parameters=(DAMPING,),

@@ -8,12 +8,18 @@ pi in the stiffness too: it cancels. The formula of Bai 2016, [0043]-[0046], is 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 
 def contact_modulus(young_b: float, poisson_b: float, young_j: float, poisson_j: float) -> float:
     """Contact modulus E' of bearing and journal [Pa]."""
     return 1.0 / ((1.0 - poisson_b**2) / young_b + (1.0 - poisson_j**2) / young_j)
+
+
+def modulus_of(values: Mapping[str, float]) -> float:
+    """Contact modulus E' of two bodies of one material, from the keys of an experiment's contact table [Pa]."""
+    young, poisson = values["youngs_modulus"], values["poissons_ratio"]
+    return contact_modulus(young, poisson, young, poisson)
 
 
 def hertz_stiffness(radius_b: float, radius_j: float, modulus: float) -> float:

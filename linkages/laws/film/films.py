@@ -5,8 +5,8 @@ To add one: its function in `linkages.laws.film.closed_form`, and a line in `FIL
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -20,7 +20,7 @@ from linkages.laws.film.closed_form import (
     short_bearing,
 )
 from linkages.laws.film.map_table import is_grooved, mapped_film
-from linkages.laws.parameters import SHEAR, Parameter, named_record
+from linkages.laws.parameters import SHEAR, Parameter, named_record, set_parameters
 
 #: Stands for the address of a film that is given by a map.
 MAPPED = 1
@@ -58,6 +58,12 @@ class Film(NamedTuple):
     def bare_address(self) -> int:
         """The same for joints that do not ask for the extent."""
         return self.address if self.bare is None else address(self.bare, _SIGNATURE)
+
+    def fill(self, record: Any, values: Mapping[str, Any]) -> None:
+        """Write the film into a record that holds its ``shear``, from the parameters' values by name."""
+        record["film"] = self.address if record["shear"] == _HALF_SHEAR else self.bare_address
+        record["film_reads_record"] = bool(self.parameters)
+        set_parameters(record, "film", self.parameters, values)
 
 
 #: The films an experiment can name.
