@@ -12,7 +12,7 @@ from linkages.engines.compiled.replay import Steps, record_memory, recorded
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.errors import InputError, RunError, Status, nearest
 from linkages.integrate.driver import DONE, PAUSED, Record
-from linkages.outputs.columns import Columns, columns
+from linkages.outputs.columns import Columns
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.steady_state import drive_period
 from linkages.system import System
@@ -136,8 +136,7 @@ class Flow:
 
     def columns(self, piece: Steps, times: Array, names: Sequence[str] | None = None) -> Columns:
         """Compute all or the named outputs (see `linkages.outputs.registry`) at times within `piece`."""
-        q, v, a, contacts = self.runner.evaluate(piece, times)
-        return columns(self.system, times, q, v, a, contacts, names)
+        return self.runner.outputs(piece, times, names)
 
 
 def expect_valid(status: Status, t: float) -> None:
