@@ -25,6 +25,7 @@ MOST, FEW = 12, 2
 _NEAR = 0.01  # largest deficit of these against the best sample, over the range of the values
 _ALIKE = 1e-4  # difference of promises over the range of the values up to which the first one is refined first
 _ROUNDS = 24  # of parabolas; smooth maxima take two or three, jumps all
+_TRIES = 3  # parabolas after which a maximum must be above its floor
 _INSIDE = 0.02  # of a bracket's half: a new sample keeps so far from the old ones
 _PART = 0.1  # of a parabola's promise: a sample that departs more from it is beside a jump or a kink
 _FLAT = 1e-10  # relative gain that a parabola promises, after one that kept its promise, at which a maximum is known
@@ -113,7 +114,7 @@ def next_time(search: Array, floor: float) -> float:
     if course[_KEPT] == _MISSED:
         course[_PROMISED] = math.nan
         return 0.5 * (b + c) if c - b > b - a else 0.5 * (a + b)
-    if course[_ROUND] >= _ROUNDS:
+    if course[_ROUND] >= _ROUNDS or (course[_ROUND] >= _TRIES and highest <= floor):
         return math.nan
     t, promised = parabola_top(a, b, c, values[0], highest, values[2])
     course[_PROMISED] = promised
