@@ -14,16 +14,16 @@ from linkages.signals import stopping
 
 _LOOK = 1.0  # interval between two calls of the observer [s]
 
-Result = TypeVar("Result")
+T = TypeVar("T")
 
 
 def in_threads(
-    work: Callable[[int], Result],
+    work: Callable[[int], T],
     count: int,
     threads: int | None = None,
     look: Callable[[], None] | None = None,
     stop: Callable[[], None] | None = None,
-) -> list[Result]:
+) -> list[T]:
     """Return work(0), ..., work(count - 1), computed in threads.
 
     The first error is raised at once; pending work is then dropped.
@@ -47,7 +47,7 @@ def in_threads(
     """
     if stop is None and (threads == 1 or count == 1):
         return [_looked_at(work(k), look) for k in range(count)]
-    waiting, results = deque(range(count)), cast(list[Result], [None] * count)
+    waiting, results = deque(range(count)), cast(list[T], [None] * count)
 
     def work_through() -> None:
         while (k := _next(waiting)) is not None:
@@ -83,7 +83,7 @@ def _next(waiting: deque[int]) -> int | None:
     return None
 
 
-def _looked_at(result: Result, look: Callable[[], None] | None) -> Result:
+def _looked_at(result: T, look: Callable[[], None] | None) -> T:
     if look is not None:
         look()
     return result

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from linkages.integrate.driver import DONE, PAUSED, Record
 from linkages.outputs.columns import Columns
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.steady_state import drive_period
+from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
 
 _MOST = 20_000  # steps of a part of a run
@@ -137,6 +139,10 @@ class Flow:
     def columns(self, piece: Steps, times: Array, names: Sequence[str] | None = None) -> Columns:
         """Compute all or the named outputs (see `linkages.outputs.registry`) at times within `piece`."""
         return self.runner.outputs(piece, times, names)
+
+    def sampled(self, piece: Steps, names: Sequence[str]) -> Trajectory:
+        """Return outputs over `piece` as a trajectory."""
+        return sample(np.unique(piece.times), partial(self.columns, piece, names=names), Status.OK, {})
 
 
 def expect_valid(status: Status, t: float) -> None:

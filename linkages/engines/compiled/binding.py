@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from linkages.engines.budget import WINDOW
 from linkages.engines.compiled.equations import derivatives, is_solved, outside, set_state, solve_state
 from linkages.engines.compiled.job import ACCURACY, END, LEAST, LONGEST, MOST, Job

@@ -13,18 +13,7 @@ from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.job import Job
 from linkages.engines.compiled.replay import Steps, recorded, remember
 from linkages.engines.compiled.sampling import Sampler, asked, knows_outputs, look, sample
-from linkages.integrate.peak_search import (
-    FEW,
-    MOST,
-    TIMES,
-    VALUES,
-    above,
-    average,
-    begin,
-    candidates,
-    next_time,
-    take,
-)
+from linkages.integrate.peak_search import FEW, MOST, TIMES, VALUES, above, average, begin, candidates, next_time, take
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, kernel
 from linkages.kernel.by_reference import reference
