@@ -24,9 +24,10 @@ from linkages import load_trajectory
 from linkages.cli.main import exit_status, main
 from linkages.engines.budget import WINDOW
 from linkages.engines.compiled import runner
+from linkages.engines.compiled.binding import integrate
 from linkages.engines.compiled.job import make_given, make_job
-from linkages.engines.compiled.rows import STOPPED, integrate
 from linkages.errors import InputError
+from linkages.integrate.driver import PAUSED
 from linkages.outputs.registry import pack
 from linkages.signals import deferred, interruptible
 
@@ -182,8 +183,8 @@ def test_a_row_of_a_batch_ends_after_the_present_step():
     given = make_given(
         system := linkages.load(linkages.find_file("slider_crank_dry.toml")), pack(system, ()), np.zeros((0, 2))
     )
-    *_, status, steps = integrate(make_job(given), np.ones(1, np.int64), np.zeros(1))
-    assert (status, steps) == (STOPPED, 0)
+    record = integrate(make_job(given), np.ones(1, np.int64), np.zeros(1))
+    assert (record.status, record.steps) == (PAUSED, 0)
 
 
 STRUCK = """

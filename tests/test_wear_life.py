@@ -17,7 +17,7 @@ from linkages.explore.wear.block_store import BlockStore
 from linkages.explore.wear.content import content
 from linkages.explore.wear.jump import worn
 from linkages.explore.wear.life import wear_life
-from linkages.explore.wear.measure import Block, Start, _settled, depths_of, wearing
+from linkages.explore.wear.measure import BlockStart, CycleBlock, _settled, depths_of, wearing
 from linkages.laws.wear.profile import node_depths
 from linkages.model.check import DEEPEST
 from linkages.report.page_tables import number
@@ -185,8 +185,8 @@ def even_life(press, monkeypatch):
         def measure(self, removed, start, scatter, single=False):
             load = 1.0 / (1.0 + (removed["B"][0, 0] / scale) ** power)
             loads = {"B": np.array([[0.0, 0.0, 0.0, -CLEARANCE, 0.0, -1.0, load]])}
-            nothing = Start(np.zeros(0), np.zeros(0), 0.0)
-            return Block(loads, {"B": np.array([load])}, {}, 1, nothing, linkages.Status.OK)
+            nothing = BlockStart(np.zeros(0), np.zeros(0), 0.0)
+            return CycleBlock(loads, {"B": np.array([load])}, {}, 1, nothing, linkages.Status.OK)
 
         def even(joints, removed, loads, cycles):
             return {"B": removed["B"] + cycles * RATE * loads["B"][:, -1].sum() * np.array([[1.0], [0.0]])}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -12,9 +13,10 @@ from linkages.engines.compiled.replay import Steps, record_memory, recorded
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.errors import InputError, RunError, Status, nearest
 from linkages.integrate.driver import DONE, PAUSED, Record
-from linkages.outputs.columns import Columns, columns
+from linkages.outputs.columns import Columns
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.steady_state import drive_period
+from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
 
 _MOST = 20_000  # steps of a part of a run
@@ -136,8 +138,11 @@ class Flow:
 
     def columns(self, piece: Steps, times: Array, names: Sequence[str] | None = None) -> Columns:
         """Compute all or the named outputs (see `linkages.outputs.registry`) at times within `piece`."""
-        q, v, a, contacts = self.runner.evaluate(piece, times)
-        return columns(self.system, times, q, v, a, contacts, names)
+        return self.runner.outputs(piece, times, names)
+
+    def sampled(self, piece: Steps, names: Sequence[str]) -> Trajectory:
+        """Return outputs over `piece` as a trajectory."""
+        return sample(np.unique(piece.times), partial(self.columns, piece, names=names), Status.OK, {})
 
 
 def expect_valid(status: Status, t: float) -> None:

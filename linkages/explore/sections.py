@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
 from linkages.results.divergence import PARTED, configuration, dense
 from linkages.results.extremes import extremes
-from linkages.results.trajectory import Trajectory, sample
+from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
 _HALVINGS = 60
@@ -167,8 +166,7 @@ def recorded(flow: Flow, start: float, period: float, names: Sequence[str], revo
         piece = flow.advance(start + (len(times) + 1) * period)
         if flow.status is not Status.OK:
             break
-        evaluate = partial(flow.columns, piece, names=names)
-        run = sample(np.unique(piece.times), evaluate, Status.OK, {})
+        run = flow.sampled(piece, names)
         times.append(flow.t)
         for name, extreme in extremes(run, names).items():
             found[name].append((float(run[name][-1]), extreme.min, extreme.max))

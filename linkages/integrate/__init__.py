@@ -17,4 +17,5 @@ A method is a tableau with a stage solver (`explicit` or `implicit`); both use t
 | shifted      | inverses of a real and a complex matrix together                                         |
 | factor       | linear algebra of small matrices                                                         |
 | parabola     | the maximum of a parabola, for searches of extremes                                      |
+| peak_search  | the highest value of a curve between its samples, integrals over them                    |
 """

@@ -75,6 +75,27 @@ def _doubled(old: Array) -> Array:
     return new
 
 
+@kernel
+def joined(before: Record, after: Record) -> Record:
+    """Join the records of two runs of which the second continues the first."""
+    n, m = len(before.times), len(before.times) + len(after.times) - 1
+    times, states = np.empty(m), np.empty((m, before.states.shape[1]))
+    observed = np.empty((m, before.observed.shape[1]))
+    times[:n], states[:n], observed[:n] = before.times, before.states, before.observed
+    times[n:], states[n:], observed[n:] = after.times[1:], after.states[1:], after.observed[1:]
+    steps, rejected = before.steps + after.steps, before.rejected + after.rejected
+    evaluations = before.evaluations + after.evaluations
+    return Record(times, states, observed, after.status, steps, rejected, evaluations, after.next_step)
+
+
+@kernel
+def without_last(record: Record) -> Record:
+    """Return a record without its last line."""
+    times, states, observed = record.times[:-1], record.states[:-1], record.observed[:-1]
+    numbers = record.status, record.steps, record.rejected, record.evaluations, record.next_step
+    return Record(times, states, observed, *numbers)
+
+
 @inlined_kernel
 def _fitted(h: float, t: float, options: Options) -> tuple[float, bool]:
     """Limit the size of the next step so that the last two steps are of similar size; whether it reaches the end."""

@@ -6,7 +6,7 @@ lie on each other at the same phase of its drives.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -25,6 +25,7 @@ from linkages.report.terminal import format_warnings
 from linkages.report.words import motion_lines, output_unit
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import link_columns, numbers
+from linkages.results.extremes import peaks
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import warnings_of_run
 from linkages.system import System
@@ -119,7 +120,7 @@ def _table(assessment: Assessment, peaks: dict[str, Any], exact: Trajectory | No
         other: Any = perfect if where else None
         for key in where:
             other = other and other[key]
-        rows.append({"name": name, "unit": unit, "value": value, "ideal": other, **_spread(assessment, name)})
+        rows.append({"name": name, "unit": unit, "value": value, "ideal": other})
 
     for name, entry in peaks["outputs"].items():
         row(name, output_unit(name), entry["peak"], "outputs", name, "peak")
@@ -132,24 +133,28 @@ def _table(assessment: Assessment, peaks: dict[str, Any], exact: Trajectory | No
     for name, entry in peaks.get("links", {}).items():
         for column in link_columns(name):
             row(column, output_unit(column), entry[column.rpartition(".")[2]]["peak"])
-    return rows
+    spreads = _spreads(assessment, [line["name"] for line in rows])
+    return [line | spreads[line["name"]] for line in rows]
 
 
-def _spread(assessment: Assessment, name: str) -> dict[str, float | None]:
+def _spreads(assessment: Assessment, names: Sequence[str]) -> dict[str, dict[str, float | None]]:
     """Smallest and largest peak of the single periods after the start-up, where the motion is not periodic."""
-    none: dict[str, float | None] = {"least": None, "most": None}
+    result: dict[str, dict[str, float | None]] = {name: {"least": None, "most": None} for name in names}
     period, run = assessment.motion.period, assessment.run
-    if assessment.motion.kind == "periodic" or period is None or name not in run.columns:
-        return none
+    there = [name for name in names if name in run.columns]
+    if assessment.motion.kind == "periodic" or period is None:
+        return result
     end = float(run.time[-1])
     first = assessment.start_up if assessment.start_up is not None and assessment.start_up < end - 2.0 * period else 0.0
     count = int((end - first) / period * (1.0 + 1e-9))
     if count < 2:
-        return none
-    edges = end - period * np.arange(count + 1)[::-1]
-    values, cuts = np.abs(run[name]), np.searchsorted(run.time, edges)
-    peaks = [float(values[a : max(b, a + 1)].max()) for a, b in pairwise(cuts)]
-    return {"least": min(peaks), "most": max(peaks)}
+        return result
+    edges = np.maximum(end - period * np.arange(count + 1)[::-1], 0.0)
+    found = [peaks(run.within(*span), there) for span in pairwise(edges.tolist())]
+    for name in there:
+        values = [one[name].value for one in found]
+        result[name] = {"least": min(values), "most": max(values)}
+    return result
 
 
 def _orbit(system: System, name: str, shown: Trajectory, frames: Mapping[str, Array]) -> dict[str, Any]:

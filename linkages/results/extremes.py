@@ -12,35 +12,37 @@ from linkages.arguments import Names, numbers, validated
 from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.integrate.parabola import parabola_top
+from linkages.integrate.peak_search import (
+    FEW,
+    MOST,
+    TIMES,
+    VALUES,
+    above,
+    average,
+    begin,
+    candidates,
+    integrate_samples,
+    next_time,
+    take,
+)
 from linkages.results.trajectory import Trajectory
 
-_CANDIDATES = 3  # number of the highest local maxima that are refined: by their samples, and by their parabolas
-_NEAR = 0.01  # largest deficit of a candidate against the best sample, over the column's range
-_ROUNDS = 8  # most rounds of refinement
-_KEPT = 1e-7  # tolerance of a maximum over the column's magnitude
-_NOISE = 2e-4  # error of a parabola over the column's magnitude that may be the run's error between steps
-_SHRUNK = 0.6  # error reduction per round: at a kink the error falls with the bracket, the run's error does not
-_STALE = 3  # rounds without a higher value after which the search ends
-_DOUBT = 10.0  # safety factor on the interpolation error of the last parabola
-_APART = 0.05  # relative distance from a bracket's samples at which a new sample tests its parabola
+_NEAR = 0.01  # deficit of the smaller of two extremes over their range from which on it is not refined for `peaks`
 
 
 class Bracket(NamedTuple):
-    """A maximum to refine: column, sign (-1 for a minimum), samples around it.
+    """A maximum to refine: column, sign (-1 for a minimum), at most 3 samples around it.
 
     Attributes
     ----------
     times, values : (n,) arrays
-        At most 3 samples, with values times the sign.
-    scale : float
-        Magnitude of the column, for relative errors.
+        Values are those of the column times the sign.
     """
 
     name: str
     sign: float
     times: Array
     values: Array
-    scale: float
 
 
 @dataclass(frozen=True)
@@ -131,119 +133,130 @@ def peaks(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Peak]:
     return result
 
 
+class _Maximum:
+    """The search for the maximum of sign times a column: time and value of the highest place that is known."""
+
+    def __init__(self, name: str, sign: float, times: Array, values: Array) -> None:
+        self.name, self.sign, self._times, self._values = name, sign, times, sign * values
+        self._places, self._tops = np.empty(MOST, np.int64), np.empty(MOST)
+        self._count = candidates(times, values, sign, self._places, self._tops)
+        best = int(np.argmax(self._values))
+        self.time, self.value = float(times[best]), float(self._values[best])
+        self.floor = -np.inf  # height below which local maxima do not count
+
+    def chosen(self, rivals: bool) -> list[int]:
+        """Choose the most promising local maximum, or the others that may be higher."""
+        return [k for k in range(self._count) if (k > 0) == rivals and self._counts(k)]
+
+    def _counts(self, k: int) -> bool:
+        return k < FEW or bool(self._tops[k] > self.value)
+
+    def bracket(self, k: int) -> Bracket:
+        """Return the samples around a local maximum."""
+        first = min(max(int(self._places[k]) - 1, 0), len(self._times) - 3)
+        window = slice(first, first + 3)
+        return Bracket(self.name, self.sign, self._times[window], self._values[window])
+
+    def take(self, k: int, time: float, value: float) -> None:
+        """Take a refined local maximum, unless an equal or higher one is known."""
+        if self._counts(k) and value > (above(self.value) if k else self.value):
+            self.time, self.value = time, value
+        if k == 0:
+            self.floor = above(self.value)
+
+
 def _maxima(
     trajectory: Trajectory, wanted: Sequence[tuple[str, float]]
 ) -> dict[tuple[str, float], tuple[float, float]]:
     """Find time and value of the maximum of sign times column, for each (column, sign)."""
-    brackets: list[Bracket] = []
-    for name, sign in wanted:
-        y = sign * trajectory[name]
-        scale = float(np.abs(y).max())
-        for i in _local_maxima(trajectory.time, y):
-            window = slice(max(i - 1, 0), i + 2)
-            brackets.append(Bracket(name, sign, trajectory.time[window], y[window], scale))
-    best: dict[tuple[str, float], tuple[float, float]] = {}
-    for bracket, (when, value) in zip(brackets, refine(trajectory, brackets, rivals=True), strict=True):
-        key = bracket.name, bracket.sign
-        if key not in best or value > best[key][1] + _KEPT * bracket.scale:  # the first of equal maxima
-            best[key] = when, value
-    return best
+    samples = _with_middles(trajectory, list(dict.fromkeys(name for name, _ in wanted)))
+    found = {(name, sign): _Maximum(name, sign, samples["time"], samples[name]) for name, sign in wanted}
+    for rivals in (False, True):
+        asked = [(one, k) for one in found.values() for k in one.chosen(rivals)]
+        tops = refine(trajectory, [one.bracket(k) for one, k in asked], [one.floor for one, _ in asked])
+        for (one, k), (time, value) in zip(asked, tops, strict=True):
+            one.take(k, time, value)
+    return {key: (one.time, one.value) for key, one in found.items()}
 
 
-def refine(trajectory: Trajectory, brackets: Sequence[Bracket], rivals: bool = False) -> list[tuple[float, float]]:
+def _with_middles(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Array]:
+    """Return columns with samples in the middle of the last and of the first interval, and the times.
+
+    Maxima within these intervals have samples on both sides then.
+    """
+    samples = {"time": trajectory.time} | {name: trajectory[name] for name in names}
+    if trajectory.evaluate is None or len(trajectory.time) < 2:
+        return samples
+    before, after = trajectory.time[[0, -2]], trajectory.time[[1, -1]]
+    last = 0.5 * (before[1] + after[1])
+    times = np.array([0.5 * (before[0] + min(after[0], last)), last])
+    middles, places = trajectory.evaluate(times), [1, len(trajectory.time) - 1]
+    return {name: np.insert(values, places, middles[name]) for name, values in samples.items()}
+
+
+def refine(
+    trajectory: Trajectory, brackets: Sequence[Bracket], floors: Sequence[float] | None = None
+) -> list[tuple[float, float]]:
     """Compute time and value of the maximum in each bracket, over continuous time.
 
-    The vertex of the parabola through a bracket's samples is evaluated repeatedly, until the prediction is confirmed.
-    If it is not (at a kink, or between coarse steps), the midpoints between the samples are evaluated as well, until
-    rounds give no higher value and the remaining error, as small as the errors of forces at a run's steps, no longer
-    shrinks. Without `Trajectory.evaluate` (a loaded trajectory) the parabola alone refines the samples.
+    See `linkages.integrate.peak_search`. Without `Trajectory.evaluate` (a loaded trajectory) the parabola alone refines
+    the samples.
 
     Parameters
     ----------
     trajectory : Trajectory
     brackets : sequence of Bracket
-    rivals : bool
-        Whether only the highest bracket of a column and sign is needed: the others are then refined only as long as
-        they can become the highest.
+    floors : sequence of float, optional
+        Heights of which it is enough to know that the maximum of a bracket is lower.
 
     Returns
     -------
     list of (float, float)
         Times [s] and values, with the brackets' signs.
     """
-    if trajectory.evaluate is None or len(trajectory.time) < 2:
-        return [vertex(bracket.times, bracket.values) for bracket in brackets]
-    searches = [_Search(bracket) for bracket in brackets]
-    for _ in range(_ROUNDS):
-        if rivals:
-            _drop_lower(searches)
-        asked = [(search, search.times()) for search in searches if not search.settled]
-        if not asked:
-            break
-        times = np.unique(np.concatenate([new for _, new in asked]))
-        columns = trajectory.evaluate(times)
-        for search, new in asked:
-            bracket = search.bracket
-            search.take(new, bracket.sign * columns[bracket.name][np.searchsorted(times, new)])
-    return [(search.top[0], search.best) for search in searches]
+    result = [vertex(bracket.times, bracket.values) for bracket in brackets]
+    if trajectory.evaluate is None:
+        return result
+    brackets, floors = _of_three(trajectory, brackets), floors or [-np.inf] * len(brackets)
+    searches = {k: np.empty((3, 3)) for k, bracket in enumerate(brackets) if len(bracket.times) == 3}
+    for k, search in searches.items():
+        begin(search, brackets[k].times, brackets[k].values, 1.0, 1)
+    active = list(searches)
+    while asked := [(k, t) for k in active if (t := next_time(searches[k], floors[k])) == t]:
+        active = [k for k, _ in asked]
+        values = _values(trajectory, [(brackets[k], t) for k, t in asked])
+        for (k, t), value in zip(asked, values, strict=True):
+            take(searches[k], t, value)
+    for k, search in searches.items():
+        result[k] = float(search[TIMES, 1]), float(search[VALUES, 1])
+    return result
 
 
-class _Search:
-    """The search for the maximum in a bracket."""
-
-    def __init__(self, bracket: Bracket) -> None:
-        self.bracket = bracket
-        self.settled = False
-        self.miss = np.inf  # error of the last parabola
-        self.stale = 0  # rounds without a higher value
-
-    @property
-    def best(self) -> float:
-        """Return the value of the highest sample."""
-        return float(self.bracket.values.max())
-
-    @property
-    def top(self) -> tuple[float, float]:
-        """Compute time and value of the vertex of the parabola through the samples."""
-        return vertex(self.bracket.times, self.bracket.values)
-
-    def times(self) -> Array:
-        """Return the next evaluation times: the parabola's vertex, later the midpoints too."""
-        t, y = self.bracket.times, self.bracket.values
-        middles = 0.5 * (t[1:] + t[:-1])
-        if _has_top(self.bracket):
-            return np.array([self.top[0], *(middles if np.isfinite(self.miss) else ())])
-        return middles[:1] if np.argmax(y) == 0 else middles[-1:]
-
-    def take(self, times: Array, values: Array) -> None:
-        """Add samples, test the parabola with them, narrow the bracket to the best sample and its neighbours."""
-        old = self.bracket
-        t, first = np.unique(np.concatenate([old.times, times]), return_index=True)
-        y = np.concatenate([old.values, values])[first]
-        best = int(np.argmax(y))
-        window = slice(max(best - 1, 0), best + 2)
-        self.bracket = old._replace(times=t[window], values=y[window])
-        self.stale = 0 if y[best] > old.values.max() + _KEPT * old.scale else self.stale + 1
-        if len(old.times) < 3:
-            return
-        before, self.miss = self.miss, float(np.abs(values - _through(old.times, old.values, times)).max())
-        # near a smooth maximum the vertex has an error of only miss^2 / (4 drop), as the curve is flat
-        small, drop = _KEPT * old.scale, y[best] - y.min()
-        # a value close to a known sample does not test the parabola
-        apart = np.abs(times[:, None] - old.times).min(axis=1).max() > _APART * np.ptp(old.times)
-        smooth = apart and (self.miss <= small or self.miss**2 <= 0.01 * small * drop)
-        rough = _SHRUNK * before <= self.miss <= _NOISE * old.scale
-        self.settled = bool(smooth or (rough and self.stale >= _STALE))
+def _of_three(trajectory: Trajectory, brackets: Sequence[Bracket]) -> list[Bracket]:
+    """Add the sample in the middle to brackets of two."""
+    pairs = {k: float(bracket.times.mean()) for k, bracket in enumerate(brackets) if len(bracket.times) == 2}
+    values = _values(trajectory, [(brackets[k], t) for k, t in pairs.items()])
+    result = list(brackets)
+    for (k, t), value in zip(pairs.items(), values, strict=True):
+        times, ends = brackets[k].times, brackets[k].values
+        result[k] = brackets[k]._replace(times=np.insert(times, 1, t), values=np.insert(ends, 1, value))
+    return result
 
 
-def _drop_lower(searches: Sequence[_Search]) -> None:
-    """End the searches that can no longer give the highest value of their column and sign."""
-    highest: dict[tuple[str, float], float] = {}
-    for search in searches:
-        key = search.bracket.name, search.bracket.sign
-        highest[key] = max(highest.get(key, -np.inf), search.best)
-    for search in searches:
-        search.settled |= search.top[1] + _DOUBT * search.miss < highest[search.bracket.name, search.bracket.sign]
+def _values(trajectory: Trajectory, asked: Sequence[tuple[Bracket, float]]) -> list[float]:
+    """Evaluate the column of each bracket, with its sign, at a time."""
+    if not asked:
+        return []
+    assert trajectory.evaluate is not None
+    times, places = np.unique([t for _, t in asked], return_inverse=True)
+    columns = trajectory.evaluate(times)
+    return [bracket.sign * float(columns[bracket.name][k]) for (bracket, _), k in zip(asked, places, strict=True)]
+
+
+def averages(trajectory: Trajectory, name: str) -> tuple[float, float]:
+    """Compute mean and root mean square of a column over the time of a trajectory."""
+    time, values = trajectory.time, trajectory[name]
+    return average(time, values, False), average(time, values, True)
 
 
 @validated
@@ -277,12 +290,7 @@ def integral(trajectory: Trajectory, values: str | Array) -> float:
     True
     """
     values = trajectory[values] if isinstance(values, str) else _sampled(trajectory, values)
-    step = np.diff(trajectory.time)
-    if len(values) < 3:  # a straight line
-        return float((step * (values[1:] + values[:-1]) / 2.0).sum())
-    bend = np.diff(np.diff(values) / step) / (step[1:] + step[:-1])  # half the second derivative
-    at_ends = np.concatenate([bend[:1], bend]) + np.concatenate([bend, bend[-1:]])
-    return float((step * (values[1:] + values[:-1]) / 2.0 - step**3 * at_ends / 12.0).sum())
+    return integrate_samples(trajectory.time, np.ascontiguousarray(values, dtype=np.float64), False)
 
 
 def _sampled(trajectory: Trajectory, values: Array) -> Array:
@@ -297,32 +305,6 @@ def _sampled(trajectory: Trajectory, values: Array) -> Array:
     return found
 
 
-def _local_maxima(t: Array, y: Array) -> list[int]:
-    """Find the largest local maxima, ends included: by their samples, and by the parabolas through three samples."""
-    padded = np.concatenate([[-np.inf], y, [-np.inf]])
-    found = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
-    result: set[int] = set()
-    for heights in (y[found], _heights(t, y)[found]):
-        near = heights >= y.max() - _NEAR * np.ptp(y)
-        result.update(found[near][np.argsort(-heights[near], kind="stable")][:_CANDIDATES].tolist())
-    return sorted(result)
-
-
-def _heights(t: Array, y: Array) -> Array:
-    """Compute the height of the parabola through each local maximum and its neighbours; the sample at both ends."""
-    heights, step = y.copy(), np.diff(t)
-    slope, width = np.diff(y) / step, t[2:] - t[:-2]
-    bend = (slope[1:] - slope[:-1]) / width
-    middle = (slope[:-1] * step[1:] + slope[1:] * step[:-1]) / width
-    heights[1:-1] -= np.where(bend < 0.0, 0.25 * middle**2 / np.where(bend < 0.0, bend, 1.0), 0.0)
-    return heights
-
-
-def _has_top(bracket: Bracket) -> bool:
-    """Check whether the best sample has a neighbour on both sides."""
-    return len(bracket.times) == 3 and int(np.argmax(bracket.values)) == 1
-
-
 def vertex(t: Array, y: Array) -> tuple[float, float]:
     """Compute time and value of the vertex of the parabola through three samples, or of the highest sample.
 
@@ -333,10 +315,3 @@ def vertex(t: Array, y: Array) -> tuple[float, float]:
         return float(t[best]), float(y[best])
     top, height = parabola_top(*map(float, t), *map(float, y))
     return top, height
-
-
-def _through(t: Array, y: Array, x: Array) -> Array:
-    """Evaluate the parabola through three samples at x."""
-    (a, b, c), (fa, fb, fc) = t, y
-    left, right = (fb - fa) / (b - a), (fc - fb) / (c - b)
-    return np.asarray(fa + (x - a) * (left + (x - b) * (right - left) / (c - a)))

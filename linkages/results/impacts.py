@@ -123,7 +123,7 @@ def impacts(trajectory: Trajectory, joints: Names) -> list[Impact]:
                 best = int(np.argmax(y))
                 window = slice(first + max(best - 1, 0), first + min(best + 1, last - first) + 1)
                 values = trajectory[f"{name}.{column}"][window]
-                brackets.append(Bracket(f"{name}.{column}", 1.0, time[window], values, float(y[best])))
+                brackets.append(Bracket(f"{name}.{column}", 1.0, time[window], values))
     peaks = [value for _, value in refine(trajectory, brackets)]
     rows = [
         Impact(*head[:5], force, depth, head[5], normal)

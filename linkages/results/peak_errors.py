@@ -114,9 +114,9 @@ def _changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float
     for name, window in windows:
         inside = np.searchsorted(steps, np.arange(window.start, window.stop))
         values = tighter[name][window]
-        sign, scale = float(np.sign(values[np.abs(values).argmax()])), float(np.abs(values).max())
-        here.append(Bracket(name, sign, tighter.time[window], sign * exact[name][inside], scale))
-        there.append(Bracket(name, sign, tighter.time[window], sign * values, scale))
+        sign = float(np.sign(values[np.abs(values).argmax()]))
+        here.append(Bracket(name, sign, tighter.time[window], sign * exact[name][inside]))
+        there.append(Bracket(name, sign, tighter.time[window], sign * values))
     # parabolas through samples at equal times have equal errors: only shifted maxima are refined
     tops, summits = ([vertex(bracket.times, bracket.values) for bracket in brackets] for brackets in (here, there))
     shifted = [k for k, one in enumerate(here) if _is_shifted(one, tops[k][0] - summits[k][0])]

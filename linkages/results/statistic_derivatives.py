@@ -15,7 +15,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.outputs.columns import Columns
-from linkages.results.extremes import Extremes, extremes, integral
+from linkages.results.extremes import Extremes, averages, extremes, integral
 from linkages.results.trajectory import Trajectory
 
 _ROOTS, _SHARES = np.polynomial.legendre.leggauss(3)
@@ -171,9 +171,10 @@ class _Part:
             return Found(float(run[output][-1]), np.array([rates[output][-1] for rates in run.sensitivity.values()]))
         weights, columns, found = self._within
         rates = np.array([one[output] for one in found])
+        mean, rms = averages(run, output)
         if statistic == "rms":
-            rms = float(np.sqrt(max(integral(run, run[output] ** 2) / span, 0.0)))
             slopes = rates @ (weights * columns[output]) / (span * rms) if rms > 0.0 else np.full(len(rates), np.nan)
             return Found(rms, slopes)
-        share = 1.0 / span if statistic == "mean" else 1.0
-        return Found(share * integral(run, run[output]), share * (rates @ weights))
+        if statistic == "mean":
+            return Found(mean, rates @ weights / span)
+        return Found(integral(run, run[output]), rates @ weights)

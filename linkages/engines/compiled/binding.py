@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
-import numpy as np
-
-from linkages.engines.compiled.equations import derivatives, outside, set_state, solve_state
+from linkages.engines.budget import WINDOW
+from linkages.engines.compiled.equations import derivatives, is_solved, outside, set_state, solve_state
+from linkages.engines.compiled.job import ACCURACY, END, LEAST, LONGEST, MOST, Job
 from linkages.engines.compiled.kinks import set_sides, shortened
 from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.projection import project_state
 from linkages.engines.compiled.replay import STAGES, Steps, record_memory, recorded, replay
-from linkages.integrate.driver import DONE, Options, Record, driver
-from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import Array, kernel, lazy_kernel
+from linkages.engines.compiled.sampling import asked, knows_outputs, look
+from linkages.integrate.driver import DONE, PAUSED, Options, Record, driver, joined, without_last
+from linkages.integrate.stepper import Stepper, copy, restart
+from linkages.kernel import Array, Indices, kernel, lazy_kernel
 from linkages.kernel.simd import lane
 from linkages.planar.closure import LOOSE, loop_error
 from linkages.planar.contacts import (
@@ -96,73 +96,97 @@ def _start_films(equations: Equations, t: float, y: Array) -> None:
 
 
 @kernel
-def _observe(equations: Equations, stepper: Stepper, t: float, y: Array, row: Array) -> None:
-    """Record the contacts' memory and, in a longer row, the increments of the stages of the step that ends here."""
+def _observe(equations: Equations, job: Job, t: float, y: Array, row: Array) -> None:
+    """Record the contacts' memory; then the outputs, or increments of the stages of the step that ends here.
+
+    Outputs are recorded where they are known and asked for.
+    """
     memory = equations.work.memory
     record_memory(memory, row)
     first = recorded(memory)
+    if len(job.outputs):
+        if knows_outputs(job) and asked(job, t, math.inf):
+            if not is_solved(equations.work, t, y):
+                solve_state(equations, t, y)
+            look(job, t, row[first:])
+        return
     for i in range((len(row) - first) // STAGES):
         for stage in range(STAGES):
-            row[first + STAGES * i + stage] = lane(stepper.z[i], stage)
+            row[first + STAGES * i + stage] = lane(job.stepper.z[i], stage)
 
 
-def runner(observe: Any) -> Any:
-    """Make the function that runs from (t, y), and keeps the work's memory and modes of the contacts up to date.
-
-    `observe` fills the columns of the record, see `linkages.integrate.driver`.
-    """
-    drive = driver(derivatives, attempt, signs, settle, observe, divide)
-
-    @kernel
-    def run(
-        equations: Equations, observer: Any, s: Stepper, tolerance: Array, t: float, y: Array, width: int,
-        options: Options,
-    ) -> Record:  # fmt: skip
-        model, work = equations.model, equations.work
-        if has_history(work.memory):
-            _start_films(equations, t, y)
-        if t == 0.0:
-            for k in range(len(model.ends)):
-                work.kinked.sides[k] = math.nan
-            solve_state(equations, t, y)
-            for k in range(len(model.ends)):
-                delta, closing = work.contacts[k, PENETRATION], work.contacts[k, CLOSING]
-                work.modes[k] = 1 if model.touching[k] and (delta > 0.0 or (delta == 0.0 and closing >= 0.0)) else -1
-                if work.modes[k] > 0:
-                    work.memory[k, APPROACH] = approach_at_start(delta, closing, options.landing[k])
-        return drive(equations, observer, s, tolerance, t, y, work.modes, width, options)
-
-    return run
-
-
-_run = runner(_observe)
+_drive = driver(derivatives, attempt, signs, settle, _observe, divide)
 
 
 @kernel
 def run(
-    equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options, stages: bool
+    job: Job, kinks: Array, stages: bool, t: float, y: Array, first: float, most: int, end: float, stop: Indices
 ) -> Record:
-    """Run from (t, y), and record the contacts' memory; with ``stages``, increments of an implicit method's stages."""
-    width = recorded(equations.work.memory) + (STAGES * len(y) if stages else 0)
-    return _run(equations, stepper, stepper, tolerance, t, y, width, options)
+    """Run from (t, y), at most up to the last step with closed loops; keep the contacts' memory and modes up to date.
+
+    Parameters
+    ----------
+    job : Job
+    kinks : (nc, KINKS) array, or none
+        Kinks at which steps end.
+    stages : bool
+        Whether to record the increments of an implicit method's stages, for a job without outputs.
+    t : float
+    y : (ny,) array
+    first : float
+        Step to try [s]; 0 lets the driver choose it.
+    most : int
+        Steps after which the run pauses.
+    end : float
+        Last time [s].
+    stop : (1,) array of int
+        Not zero as soon as the run is to pause after its present step.
+    """
+    equations, limits = job.equations, job.limits
+    model, work = equations.model, equations.work
+    if has_history(work.memory):
+        _start_films(equations, t, y)
+    if t == 0.0:
+        for k in range(len(model.ends)):
+            work.kinked.sides[k] = math.nan
+        solve_state(equations, t, y)
+        for k in range(len(model.ends)):
+            delta, closing = work.contacts[k, PENETRATION], work.contacts[k, CLOSING]
+            work.modes[k] = 1 if model.touching[k] and (delta > 0.0 or (delta == 0.0 and closing >= 0.0)) else -1
+            if work.modes[k] > 0:
+                work.memory[k, APPROACH] = approach_at_start(delta, closing, job.landing[k])
+    width = recorded(work.memory) + len(job.outputs) + (STAGES * len(y) if stages else 0)
+    options = Options(end, first, limits[LONGEST], most, 0.0, job.landing, kinks, limits[ACCURACY], stop)
+    record = _drive(equations, job, job.stepper, job.tolerance, t, y, work.modes, width, options)
+    return without_last(record) if record.status == OPEN and len(record.times) > 1 else record
 
 
 @kernel
-def evaluate(
-    equations: Equations,
-    stepper: Stepper,
-    tolerance: Array,
-    steps: Steps,
-    times: Array,
-    q: Array,
-    v: Array,
-    a: Array,
-    contacts: Array,
-) -> None:
+def integrate(job: Job, stop: Indices, reached: Array) -> Record:
+    """Run a job from its start, as `linkages.engines.compiled.simulation.simulate` does.
+
+    The run pauses after every `WINDOW` steps: it writes the time into ``reached`` (1,), and ends there, as paused, if
+    its steps are spent. It ends after the present step as soon as ``stop`` (1,) is set.
+    """
+    limits, before = job.limits, 0.0
+    record = run(job, job.kinks, False, 0.0, job.start, 0.0, WINDOW, limits[END], stop)
+    while record.status == PAUSED and not stop[0]:
+        last = len(record.times) - 1
+        t, y = record.times[last], record.states[last]
+        if record.steps >= limits[MOST] or t - before < limits[LEAST]:
+            break
+        before = reached[0] = t
+        record = joined(record, run(job, job.kinks, False, t, y, record.next_step, WINDOW, limits[END], stop))
+    return record
+
+
+@kernel
+def evaluate(job: Job, steps: Steps, times: Array, q: Array, v: Array, a: Array, contacts: Array) -> None:
     """Fill q, v, a (nt, n) and contacts (nt, nc, WIDTH) at any times of a run."""
-    y, w = np.empty(steps.states.shape[1]), equations.work.dynamics
+    equations, y, w = job.equations, job.y, job.equations.work.dynamics
+    restart(job.stepper)
     for i in range(len(times)):
-        replay(equations, stepper, tolerance, steps, times[i], y)
+        replay(equations, job.stepper, job.tolerance, steps, times[i], y)
         copy(w.q, q[i])
         copy(w.v, v[i])
         copy(w.a, a[i])

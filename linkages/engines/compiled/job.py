@@ -109,10 +109,11 @@ def model_of(system: System, outputs: Records) -> Arrays:
     return model
 
 
-def make_job(given: Given) -> Job:
-    """Add the arrays to work on; contacts remember nothing."""
+def make_job(given: Given, memory: Array | None = None, modes: Indices | None = None) -> Job:
+    """Add the arrays to work on, around what contacts remember and whether they touch; by default they know nothing."""
     model, ny, nc = given.model, len(given.start), len(given.model.ends)
-    work = make_work(model, make_memory(model), np.full(nc, -1))
+    memory = make_memory(model) if memory is None else memory
+    work = make_work(model, memory, np.full(nc, -1) if modes is None else modes)
     return Job(
         given.start,
         given.tolerance,

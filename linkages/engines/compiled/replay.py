@@ -33,8 +33,8 @@ STAGES = 3
 class Steps(NamedTuple):
     """Steps of a run: times (nt,), states (nt, ny), and memory (nt, nm).
 
-    The memory has that of the contacts, see `record_memory`. If the run was asked for them, increments (ny, STAGES) of
-    the stages of the step that ends at each time follow.
+    The memory has that of the contacts, see `record_memory`. The outputs of a job follow, or, if the run was asked for
+    them, increments (ny, STAGES) of the stages of the step that ends at each time.
     """
 
     times: Array
@@ -117,5 +117,6 @@ def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: 
                 y[i] = np.nan
     if not is_solved(equations.work, t, y):
         solve_state(equations, t, y)
-    if len(equations.model.rows) and project_state(equations, y):
+    apart = t > start or len(steps.times) == 1  # loops are closed where the steps of a run end, not in a single state
+    if apart and len(equations.model.rows) and project_state(equations, y):
         solve_state(equations, t, y)

@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from linkages.engines.compiled.binding import LEFT, OPEN, check, evaluate, run
-from linkages.engines.compiled.job import ACCURACY, END, LONGEST, make_given
+from linkages.engines.compiled.job import END, Job, make_given, make_job
 from linkages.engines.compiled.kinks import kinks
-from linkages.engines.compiled.model import Equations, error_scale, make_memory, make_work
+from linkages.engines.compiled.model import Equations, error_scale, make_memory
 from linkages.engines.compiled.replay import Steps
+from linkages.engines.compiled.sampling import tabulate_run
 from linkages.engines.methods import expect_run
-from linkages.errors import Status
-from linkages.integrate.driver import COLLAPSED, DONE, PAUSED, Options, Record
-from linkages.integrate.stepper import make_stepper
+from linkages.errors import AssemblyError, Status
+from linkages.integrate.driver import COLLAPSED, DONE, PAUSED, Record
 from linkages.kernel import Array, Indices
 from linkages.kernel.by_reference import Packed, packed
+from linkages.outputs.columns import Columns
+from linkages.outputs.registry import names as all_names
 from linkages.outputs.registry import pack
+from linkages.outputs.segment_outputs import whole_columns
 from linkages.planar.contacts import WIDTH
 from linkages.signals import arrival, deferred
 from linkages.system import System
+from linkages.system.rigid_segments import Segmented
 
 STATUS = {
     DONE: Status.OK,
@@ -61,17 +68,13 @@ class Runner:
 
     def __init__(self, system: System) -> None:
         self.system = system
-        given = make_given(system, pack(system, ()), np.zeros((0, 2)))
+        self._given = given = make_given(system, pack(system, ()), np.zeros((0, 2)))
         self.model, self.start, self.implicit = given.model, given.start, given.implicit
         self.tolerance, self.scale = given.tolerance, error_scale(system)
         expect_run(system, "compiled")
-        self._landing, self._limits = given.landing, given.limits
         self._kinks = given.kinks, kinks(system)
-        nc = len(self.model.ends)
-        self.memory, self.modes = make_memory(self.model), np.full(nc, -1)
-        self._stepper = packed(make_stepper(len(self.start), len(self.model.free)))
-        self._equations = packed(self._with(self.memory, self.modes))
-        self._idle = [(self._equations, self._stepper)]  # on which no thread evaluates
+        self.memory, self.modes = make_memory(self.model), np.full(len(self.model.ends), -1)
+        self._job = packed(make_job(given, self.memory, self.modes))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the system and the contacts' memory; addresses hold in one process only."""
@@ -98,13 +101,10 @@ class Runner:
             Whether derivatives will be computed: steps end at kinks at any accuracy, and the stages of an implicit
             method are recorded.
         """
-        limits, stop = self._limits, np.frombuffer(arrival(), np.int64, 1)
-        last, longest, accuracy = (float(limits[k]) for k in (END, LONGEST, ACCURACY))
-        end, divisions = last if end is None else end, self._kinks[differentiated]
-        options = Options(end, first, longest, most, 0.0, self._landing, divisions, accuracy, stop)
+        stop, end = np.frombuffer(arrival(), np.int64, 1), float(self._given.limits[END]) if end is None else end
         with deferred():
             record = run(
-                self._equations, self._stepper, self.tolerance, t, y, options, differentiated and self.implicit
+                self._job, self._kinks[differentiated], differentiated and self.implicit, t, y, first, most, end, stop
             )
         if (
             record.status == PAUSED
@@ -112,28 +112,32 @@ class Runner:
             and threading.current_thread() is not threading.main_thread()
         ):
             raise KeyboardInterrupt  # in the main thread the signal's handler raises it
-        if record.status == OPEN and len(record.times) > 1:
-            times, states, observed = record.times[:-1], record.states[:-1], record.observed[:-1]
-            return record._replace(times=times, states=states, observed=observed)
         return record
 
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
         """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""
         nt, nc, n = len(times), len(self.model.ends), len(self.model.free) + len(self.model.driven)
         out = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH))
-        times = np.asarray(times, dtype=np.float64)
-        try:
-            equations, stepper = self._idle.pop()
-        except IndexError:
-            equations, stepper = packed(self.aside()), packed(make_stepper(len(self.start), len(self.model.free)))
-        work = equations.work
-        kept = work.memory.copy(), work.modes.copy()  # of the run
-        work.memory[:], work.modes[:], work.solved[:], stepper.memory[:] = 0.0, -1, np.nan, 0.0
-        steps = steps if isinstance(steps, Packed) else packed(steps)
-        evaluate(equations, stepper, self.tolerance, steps, times, *out)
-        (work.memory[:], work.modes[:]), work.solved[:] = kept, np.nan
-        self._idle.append((equations, stepper))
+        with _table(self.system, ()).lent() as job:
+            evaluate(job, _packed(steps), np.asarray(times, dtype=np.float64), *out)
         return out
+
+    def outputs(self, steps: Steps, times: Array, names: Sequence[str] | None = None) -> Columns:
+        """Compute outputs at times within steps of a run, as `linkages.outputs.columns.columns`.
+
+        Raises
+        ------
+        AssemblyError
+            If jitter is requested and the ideal linkage does not close.
+        """
+        if names is None and isinstance(self.system, Segmented):
+            return whole_columns(self.system, False, lambda own: self.outputs(steps, times, own))
+        table = _table(self.system, None if names is None else tuple(names))
+        found = np.empty((len(times), len(table.names)))
+        with table.lent() as job:
+            if not tabulate_run(job, _packed(steps), np.asarray(times, dtype=np.float64), found):
+                raise AssemblyError(Status.NO_ASSEMBLY, "the ideal linkage does not close")
+        return {"time": times} | dict(zip(table.names, np.ascontiguousarray(found.T), strict=True))
 
     def status(self, t: float, y: Array) -> Status:
         """Check a state (ny,) at a time: OK if its loops are closed and its journals lie within their films."""
@@ -141,10 +145,35 @@ class Runner:
 
     def aside(self) -> Equations:
         """Return a copy of the equations with the contacts' memory reset."""
-        return self._with(np.zeros_like(self.memory), np.full_like(self.modes, -1))
+        return make_job(self._given).equations
 
-    def _with(self, memory: Array, modes: Indices) -> Equations:
-        return Equations(self.model, make_work(self.model, memory, modes), self.implicit)
+
+class _Table:
+    """Named outputs of a system, and jobs for them."""
+
+    def __init__(self, system: System, names: tuple[str, ...]) -> None:
+        self.names = names
+        self._given = make_given(system, pack(system, names), np.zeros((0, 2)))
+        self._idle: list[Job] = []  # on which no thread evaluates
+
+    @contextmanager
+    def lent(self) -> Iterator[Job]:
+        """Lend a job, which remembers nothing that counts."""
+        try:
+            job = self._idle.pop()
+        except IndexError:
+            job = packed(make_job(self._given))
+        yield job
+        self._idle.append(job)
+
+
+@lru_cache(maxsize=8)  # a search for peaks asks repeatedly
+def _table(system: System, names: tuple[str, ...] | None) -> _Table:
+    return _Table(system, tuple(all_names(system)) if names is None else names)
+
+
+def _packed(steps: Steps) -> Steps:
+    return steps if isinstance(steps, Packed) else packed(steps)
 
 
 def _restored(system: System, memory: Array, modes: Indices) -> Runner:

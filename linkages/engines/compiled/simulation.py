@@ -18,7 +18,7 @@ from linkages.errors import Status
 from linkages.integrate.driver import PAUSED
 from linkages.kernel import Array
 from linkages.kernel.by_reference import packed
-from linkages.outputs.columns import Columns, columns
+from linkages.outputs.columns import Columns
 from linkages.results.derivatives import Direction
 from linkages.results.loops import Loops
 from linkages.results.trajectory import Trajectory, sample
@@ -91,8 +91,6 @@ def simulate(
     loops = Loops(system.tree, system.tree.loop_rows)
     if outputs is not None and len(loops.rows):
         outputs = tuple(dict.fromkeys([*outputs, *(f"q.{name}" for name in system.tree.coordinates)]))
-    replay = Replay(runner, steps, outputs)
-    replay.keeps = bool(wrt)
     provenance = {
         "engine": "compiled",
         "method": method(system, "compiled"),
@@ -102,12 +100,10 @@ def simulate(
         "wall_time": wall,
     }
     times = np.unique(steps.times[steps.times <= end])
-    run = sample(times, replay, status, provenance, loops)
+    run = sample(times, Replay(runner, steps, outputs), status, provenance, loops)
     if not wrt:
         return run
-    found = Differentiation(runner, steps, wrt).derivatives(run.time, outputs, replay.states(run.time))
-    replay.forget()
-    return replace(run, sensitivity=found)
+    return replace(run, sensitivity=Differentiation(runner, steps, wrt).derivatives(run.time, outputs))
 
 
 def longest_step(system: System) -> float | None:
@@ -116,18 +112,10 @@ def longest_step(system: System) -> float | None:
 
 
 class Replay:
-    """Columns at any times of a run; see `linkages.engines.compiled.replay`.
-
-    Attributes
-    ----------
-    keeps : bool
-        Whether it keeps the latest states.
-    """
+    """Columns at any times of a run; see `linkages.engines.compiled.replay`."""
 
     def __init__(self, runner: Runner, steps: Steps, outputs: Sequence[str] | None = None) -> None:
         self.runner, self.steps, self.outputs, self._packed = runner, steps, outputs, packed(steps)
-        self.keeps = False
-        self._latest: tuple[Array, tuple[Array, Array, Array, Array]] | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the steps; addresses hold in one process only."""
@@ -135,17 +123,4 @@ class Replay:
 
     def __call__(self, times: Array) -> Columns:
         """Compute the columns at the given times."""
-        return columns(self.runner.system, times, *self.states(times), self.outputs)
-
-    def states(self, times: Array) -> tuple[Array, Array, Array, Array]:
-        """Compute coordinates, rates, accelerations and contacts, see `Runner.evaluate`, unless they are kept."""
-        if self._latest is not None and np.array_equal(self._latest[0], times):
-            return self._latest[1]
-        found = self.runner.evaluate(self._packed, times)
-        if self.keeps:
-            self._latest = times, found
-        return found
-
-    def forget(self) -> None:
-        """Keep no states any more."""
-        self.keeps, self._latest = False, None
+        return self.runner.outputs(self._packed, times, self.outputs)

@@ -12,7 +12,7 @@ import numpy as np
 
 from linkages.disk import keep, kept
 from linkages.errors import Status
-from linkages.explore.wear.measure import Block, Removed, Start, measure
+from linkages.explore.wear.measure import BlockStart, CycleBlock, Removed, measure
 from linkages.files.versions import versions
 from linkages.files.writing import errors_of_writing
 from linkages.system import System
@@ -40,7 +40,7 @@ class BlockStore:
         made_of = [experiment.model_dump_json(), experiment.mechanism_path.read_text(encoding="utf-8"), versions()]
         self._base = json.dumps(made_of, sort_keys=True)
 
-    def measure(self, removed: Removed, start: Start | None, scatter: float, single: bool = False) -> Block:
+    def measure(self, removed: Removed, start: BlockStart | None, scatter: float, single: bool = False) -> CycleBlock:
         """Return the result of `linkages.explore.wear.measure.measure`, from the store if present."""
         if self.folder is None:
             return measure(self.system, removed, start, scatter, self.drive, single)
@@ -64,7 +64,7 @@ class BlockStore:
         return block
 
 
-def _arrays(block: Block) -> dict[str, Any]:
+def _arrays(block: CycleBlock) -> dict[str, Any]:
     """Return a block as named arrays."""
     found: dict[str, Any] = {f"loads {name}": lines for name, lines in block.loads.items()}
     found |= {f"work {name}": values for name, values in block.work.items()}
@@ -73,7 +73,7 @@ def _arrays(block: Block) -> dict[str, Any]:
     return found | end | {"cycles": np.array(block.cycles), "status": np.array(block.status.value)}
 
 
-def _block(content: bytes) -> Block:
+def _block(content: bytes) -> CycleBlock:
     """Make a block from its stored bytes."""
     with np.load(io.BytesIO(content)) as file:
         data = {name: file[name] for name in file.files}
@@ -81,6 +81,6 @@ def _block(content: bytes) -> Block:
     def of(kind: str) -> dict[str, Any]:
         return {name.removeprefix(kind): values for name, values in data.items() if name.startswith(kind)}
 
-    end = Start(data["y"], data["memory"], float(data["step"]))
+    end = BlockStart(data["y"], data["memory"], float(data["step"]))
     peaks = {name: float(value) for name, value in of("peak ").items()}
-    return Block(of("loads "), of("work "), peaks, int(data["cycles"]), end, Status(str(data["status"])))
+    return CycleBlock(of("loads "), of("work "), peaks, int(data["cycles"]), end, Status(str(data["status"])))

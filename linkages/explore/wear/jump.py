@@ -6,14 +6,14 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import RunError
-from linkages.explore.wear.measure import Loads, Removed, Wearing, depths_of, equal_works
+from linkages.explore.wear.measure import LoadSamples, Removed, Wearing, depths_of, equal_works
 from linkages.laws.wear.archard import FRACTION, wear_away
 
 _SWEEPS = (1, 1000)
 _MISSED = 0.01  # largest fraction of the work without a found journal position
 
 
-def between(before: Loads, after: Loads, part: float) -> dict[str, Array]:
+def between(before: LoadSamples, after: LoadSamples, part: float) -> dict[str, Array]:
     """Mix the loads of two blocks: a fraction `part` of the cycles is like the second."""
     found = {}
     for name in after:
@@ -23,12 +23,12 @@ def between(before: Loads, after: Loads, part: float) -> dict[str, Array]:
     return found
 
 
-def work_of(loads: Loads, joint: str) -> float:
+def work_of(loads: LoadSamples, joint: str) -> float:
     """Compute the integral of N |v_t| dt over a mean cycle [N m]."""
     return float(loads[joint][:, 6].sum())
 
 
-def worn(joints: tuple[Wearing, ...], removed: Removed, loads: Loads, cycles: float) -> dict[str, Array]:
+def worn(joints: tuple[Wearing, ...], removed: Removed, loads: LoadSamples, cycles: float) -> dict[str, Array]:
     """Compute the profiles after `cycles` cycles of a block's loads.
 
     Raises

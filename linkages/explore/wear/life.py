@@ -25,7 +25,7 @@ from linkages.arrays import Array
 from linkages.errors import InputError, Status
 from linkages.explore.wear.block_store import BlockStore
 from linkages.explore.wear.jump import between, deepest, difference, work_of, worn
-from linkages.explore.wear.measure import Block, Loads, Removed, Wearing, check_wears, wearing
+from linkages.explore.wear.measure import CycleBlock, LoadSamples, Removed, Wearing, check_wears, wearing
 from linkages.explore.wear.stages import Life, Stage
 from linkages.laws.wear.profile import removed_of
 from linkages.model.check import DEEPEST
@@ -177,7 +177,7 @@ def _jumps(
 
 
 def _jumped(
-    joints: Joints, last: Stage, block: Block, jump: int, ahead: Removed, tolerance: float
+    joints: Joints, last: Stage, block: CycleBlock, jump: int, ahead: Removed, tolerance: float
 ) -> tuple[Stage, int]:
     """Jump with a block measured with the profiles at the jump's middle; return also the next jump length.
 
@@ -203,8 +203,8 @@ def _reached(
     last: Stage,
     jump: int,
     removed: dict[str, Array],
-    block: Block,
-    loads: Loads,
+    block: CycleBlock,
+    loads: LoadSamples,
     middle: float,
     error: float = 0.0,
     rejected: int = 0,

@@ -16,12 +16,13 @@ from linkages.explore.flow import Flow, lasting, period_of
 from linkages.laws.wear.archard import SAMPLE, fill_moments
 from linkages.laws.wear.profile import depth_of
 from linkages.outputs.registry import JITTER, has_jitter
+from linkages.results.extremes import peaks
 from linkages.system import System
 
 #: Removed area per angle over the radius [m], bearing then journal, (2, n), of each wearing joint.
 Removed = Mapping[str, Array]
 #: `linkages.laws.wear.archard.SAMPLE` of a mean cycle, (m, 7), of each wearing joint.
-Loads = Mapping[str, Array]
+LoadSamples = Mapping[str, Array]
 
 _MOST = 16  # most measured cycles of a block
 _LEAST = 2
@@ -37,7 +38,7 @@ _ASPERITIES = 4.0  # standard deviations of the roughness at which asperities ca
 
 
 @dataclass(frozen=True)
-class Start:
+class BlockStart:
     """Start of a block: state at the end of a cycle, contacts' memory, next step [s]."""
 
     y: Array
@@ -46,7 +47,7 @@ class Start:
 
 
 @dataclass(frozen=True)
-class Block:
+class CycleBlock:
     """Measurements with given profiles.
 
     Attributes
@@ -56,10 +57,10 @@ class Block:
     work : dict of (nc,) arrays
         Integral of N |v_t| dt over each measured cycle [N m], by joint.
     peaks : dict of float
-        Largest magnitude of outputs in a cycle, at steps and midpoints; mean over the measured cycles.
+        Largest magnitude of outputs in a cycle, over continuous time; mean over the measured cycles.
     cycles : int
         All simulated cycles, including the unmeasured ones.
-    end : Start
+    end : BlockStart
         Start of the next block.
     status : Status
     """
@@ -68,7 +69,7 @@ class Block:
     work: dict[str, Array]
     peaks: dict[str, float]
     cycles: int
-    end: Start
+    end: BlockStart
     status: Status
 
 
@@ -133,11 +134,11 @@ def worn_system(system: System, removed: Removed) -> System:
 def measure(
     system: System,
     removed: Removed,
-    start: Start | None,
+    start: BlockStart | None,
     scatter: float,
     drive: str | None = None,
     single: bool = False,
-) -> Block:
+) -> CycleBlock:
     """Simulate cycles with given profiles until their mean work has a required standard error.
 
     Parameters
@@ -145,7 +146,7 @@ def measure(
     system : System
     removed : mapping of (2, n) arrays
         Profiles by joint.
-    start : Start, optional
+    start : BlockStart, optional
         Default: the experiment's start, without measurement during the drive's ramp and two more cycles. A later
         block skips one cycle, in which the contacts adapt to the profiles.
     scatter : float
@@ -177,9 +178,9 @@ def measure(
                 kept = _settled(_works(cycles), scatter)
     if kept > 0 or len(cycles) == _MOST:
         cycles = cycles[-kept or _UNSETTLED :]
-    end = Start(flow.y, flow.memory.copy(), flow.step)
+    end = BlockStart(flow.y, flow.memory.copy(), flow.step)
     if not cycles:
-        return Block({}, {}, dict.fromkeys(outputs, np.nan), done, end, flow.status)
+        return CycleBlock({}, {}, dict.fromkeys(outputs, np.nan), done, end, flow.status)
     loads = {
         joint.name: _thinned(joint, lines, depths_of(joint, removed[joint.name]), len(cycles))
         for joint, lines in zip(
@@ -187,8 +188,8 @@ def measure(
         )
     }
     work = {joint.name: values for joint, values in zip(joints, _works(cycles).T, strict=True)}
-    peaks = np.mean([cycle.peaks for cycle in cycles], axis=0)
-    return Block(loads, work, dict(zip(outputs, peaks.tolist(), strict=True)), done, end, flow.status)
+    means = np.mean([cycle.peaks for cycle in cycles], axis=0).tolist()
+    return CycleBlock(loads, work, dict(zip(outputs, means, strict=True)), done, end, flow.status)
 
 
 def depths_of(joint: Wearing, removed: Array) -> Array:
@@ -216,20 +217,18 @@ class _Cycle(NamedTuple):
 
 def _cycle(flow: Flow, piece: Steps, outputs: list[str], joints: tuple[Wearing, ...]) -> _Cycle:
     """Measure at a cycle's steps and halfway between them, and integrate over time by Simpson's rule."""
-    times = np.unique(piece.times)
-    both = np.empty(2 * len(times) - 1)
-    both[::2], both[1::2] = times, 0.5 * (times[1:] + times[:-1])
-    weights, h = np.zeros(len(both)), np.diff(times) / 6.0
-    weights[:-2:2] += h
-    weights[1::2] += 4.0 * h
-    weights[2::2] += h
     wanted = [*outputs]
     for joint in joints:
         wanted += [f"{joint.name}.{what}" for what in ("ex", "ey", "load", "sliding")]
         wanted += [f"{link}.angle" for link in joint.links if link != "world"]
-    columns = flow.columns(piece, both, list(dict.fromkeys(wanted)))
+    wanted = list(dict.fromkeys(wanted))
+    run = flow.sampled(piece, wanted)
+    middles = flow.columns(piece, 0.5 * (run.time[1:] + run.time[:-1]), wanted)
+    places, h = np.arange(1, len(run.time)), np.diff(run.time) / 6.0
+    weights = np.insert(np.convolve(h, [1.0, 1.0]), places, 4.0 * h)
+    columns = {name: np.insert(values, places, middles[name]) for name, values in run.columns.items()}
     samples = [_samples(joint, columns, weights, flow.system) for joint in joints]
-    return _Cycle(samples, [float(np.abs(columns[name]).max()) for name in outputs])
+    return _Cycle(samples, [peak.value for peak in peaks(run, outputs).values()])
 
 
 def _works(cycles: list[_Cycle]) -> Array:

@@ -11,7 +11,16 @@ from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, Status, nearest
 from linkages.explore.wear.jump import worn
-from linkages.explore.wear.measure import Block, Loads, Removed, Wearing, check_wears, depths_of, watched, wearing
+from linkages.explore.wear.measure import (
+    CycleBlock,
+    LoadSamples,
+    Removed,
+    Wearing,
+    check_wears,
+    depths_of,
+    watched,
+    wearing,
+)
 from linkages.laws.wear.profile import node_depths, volume_of
 from linkages.system import System
 
@@ -35,7 +44,7 @@ class Stage:
         Integral of N |v_t| dt up to this stage [N m], by joint.
     middle : float
         Cycle of the block.
-    block : Block
+    block : CycleBlock
         Measurements of the last jump.
     loads : mapping of (m, 7) arrays
         Loads of the last jump: the block's, or interpolated with the previous block's.
@@ -49,8 +58,8 @@ class Stage:
     removed: dict[str, Array]
     work: dict[str, float]
     middle: float
-    block: Block
-    loads: Loads
+    block: CycleBlock
+    loads: LoadSamples
     error: float = 0.0
     rejected: int = 0
 
@@ -120,7 +129,7 @@ class Life(Brief):
         return self._size(joint, "play", self.profiles(joint))
 
     def peaks(self, output: str) -> tuple[Array, Array]:
-        """Return the largest magnitude of an output in each block, and the blocks' cycles; see `Block.peaks`."""
+        """Return the largest magnitude of an output in each block, and the blocks' cycles; see `CycleBlock.peaks`."""
         at = [stage.middle for stage in self.stages]
         return np.array([stage.block.peaks[output] for stage in self.stages]), np.array(at)
 
