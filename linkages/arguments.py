@@ -21,7 +21,7 @@ from linkages.arrays import Array
 from linkages.errors import InputError
 
 F = TypeVar("F", bound=Callable[..., Any])
-Result = TypeVar("Result")
+AnyResult = TypeVar("AnyResult")
 
 _ROUNDING = 1e-12  # times that lie so far beyond an end, relative to it, count as the end
 _LONGEST = 40  # most characters of a wrong value in a message
@@ -185,7 +185,7 @@ Lines = Annotated[Any, lines]
 
 
 @dataclass(frozen=True)
-class Dense(Generic[Result]):
+class Dense(Generic[AnyResult]):
     """A function of times that refuses times outside its range: ``dense(times)``.
 
     Attributes
@@ -196,12 +196,12 @@ class Dense(Generic[Result]):
         Ends of the range [s].
     """
 
-    function: Callable[[Array], Result]
+    function: Callable[[Array], AnyResult]
     start: float
     end: float
 
     @validated
-    def __call__(self, times: Vector) -> Result:
+    def __call__(self, times: Vector) -> AnyResult:
         """Evaluate the function at times (n,) in any order; InputError for other arrays and for times outside."""
         return self.function(inside(times, self.start, self.end))
 
