@@ -155,27 +155,20 @@ def format_bearing(point: Bearing, content: dict[str, Any]) -> str:
         row("power", content["power"], "W"),
         row("threshold speed", content["threshold_speed"], "rad/s, rigid journal", "stable"),
         row("critical mass", content["critical_mass"], "kg", "stable"),
-        *_heat_rows(content, row),
-        "",
-        f"{'':24s}{'along the load':>16s}{'across':>16s}",
     ]
+    if "heat" in content:
+        lines += [
+            row("oil temperature", content["temperature"], "degC, lumped model"),
+            row("viscosity", content["viscosity"], "Pa s"),
+            row("heat by flow", content["heat"]["by_flow"], "W"),
+            row("heat by conduction", content["heat"]["by_conduction"], "W"),
+        ]
+    lines += ["", f"{'':24s}{'along the load':>16s}{'across':>16s}"]
     for name, unit in (("stiffness", "N/m"), ("damping", "N s/m")):
         for k, values in enumerate(content[name]):
             label = f"{name} [{unit}]" if k == 0 else ""
             lines.append(f"{label:24s}" + "".join(f"{value:16.5g}" for value in values))
     return "\n".join(lines)
-
-
-def _heat_rows(content: dict[str, Any], row: Any) -> list[str]:
-    """Lines of the heat balance, if there is one."""
-    if "heat" not in content:
-        return []
-    return [
-        row("oil temperature", content["temperature"], "degC, lumped model"),
-        row("viscosity", content["viscosity"], "Pa s"),
-        row("heat by flow", content["heat"]["by_flow"], "W"),
-        row("heat by conduction", content["heat"]["by_conduction"], "W"),
-    ]
 
 
 def _groove(text: str, supply: float) -> dict[str, Any]:

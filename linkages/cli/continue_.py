@@ -162,7 +162,11 @@ def format_branches(found: Branches, units: dict[str, str]) -> str:
         source = "" if branch.source is None else f", from a period doubling of branch {branch.source[0] + 1}"
         source += f"; {ENDS[CLOSED]}" if CLOSED in branch.ends else ""
         lines += ["", f"branch {k + 1}: period of {branch.periods} drive period(s), {_extent(branch)}{source}"]
-        lines += [f"  {_line(event.kind, event.motion, event.multiplier)}" for event in branch.events]
+        for event in branch.events:
+            line = f"  {event.kind:18s}{event.motion.value:14.8g}"
+            if event.kind == "Neimark-Sacker":  # which turns by a share of the motion's period
+                line += f"  turns by {abs(cmath.phase(event.multiplier)) / (2.0 * math.pi):.4f} in a period"
+            lines.append(line)
     worst = max(motion.residual for branch in found.branches for motion in branch.motions)
     for k, branch in enumerate(found.branches):
         for end in sorted({MOST, LOST}.intersection(branch.ends)):
@@ -175,11 +179,3 @@ def _extent(branch: Branch) -> str:
     values = [motion.value or 0.0 for motion in branch.motions]
     stable = sum(motion.stable is True for motion in branch.motions)
     return f"{len(values)} motions from {min(values):.6g} to {max(values):.6g}, {stable} stable"
-
-
-def _line(kind: str, motion: PeriodicMotion, multiplier: complex) -> str:
-    """Describe a bifurcation; the turn of a Neimark-Sacker point is a share of the motion's period."""
-    text = f"{kind:18s}{motion.value:14.8g}"
-    if kind == "Neimark-Sacker":
-        text += f"  turns by {abs(cmath.phase(multiplier)) / (2.0 * math.pi):.4f} in a period"
-    return text

@@ -58,7 +58,7 @@ def content(system: System, found: Modes, over: ModesOver | None, count: int) ->
     """Return the content of ``modes.json``: SI units, frequencies in Hz; docs/modes.md explains it."""
     from linkages.explore.mode_shapes import ModeShapes
     from linkages.files.versions import versions
-    from linkages.system.static_system import LEFT_OUT
+    from linkages.system.linear_systems import LEFT_OUT
 
     pose, experiment = found.system, system.experiment
     shapes, strain = ModeShapes(found), found.strain()

@@ -119,22 +119,18 @@ def _details(result: Assessment, summary: dict[str, Any]) -> str:
     """Describe the settings of the run."""
     experiment = result.system.experiment
     cut, made = summary["mechanism"]["cut"], summary["provenance"]
+    step = engine(result.engine).longest_step(result.system)  # limited in addition to the accuracy
+    steps = f", steps of at most {step:g} s" if step else ""
     numbers = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in made["run"].items())
     return "\n".join(
         [
             f"experiment {experiment.source}, mechanism {experiment.mechanism_path}",
             f"joints cut to get a tree: {', '.join(cut['play'] + cut['ideal']) or 'none'}",
-            f"accuracy {experiment.solver.accuracy:g}{_longest_step(result)}",
+            f"accuracy {experiment.solver.accuracy:g}{steps}",
             f"{numbers}; {made['wall_time']:.3g} s for the run alone",
             "versions: " + ", ".join(f"{name} {version}" for name, version in made["versions"].items()),
         ]
     )
-
-
-def _longest_step(result: Assessment) -> str:
-    """Describe the longest step, if it is limited in addition to the accuracy."""
-    step = engine(result.engine).longest_step(result.system)
-    return f", steps of at most {step:g} s" if step else ""
 
 
 def _animate(result: Assessment, path: Path, exaggerate: float | None) -> None:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+import sys
+from typing import Any
 
 from linkages.cli.folders import output_folder, results_folder
 from linkages.cli.options import add_drive, add_file, add_pictures, add_settings, load_system, print_results
 from linkages.cli.progress import stages
 from linkages.errors import InputError, Status
 from linkages.files.writing import write_json
-
-if TYPE_CHECKING:
-    from linkages.explore.wear.stages import Life
 
 HELP = "wear of journals and bearings over many revolutions: profiles, clearance, forces"
 
@@ -83,7 +81,11 @@ def run(options: argparse.Namespace) -> int:
 
             write_animation(found, folder / "wear.html")
     print_results(options, format_life(found), out, results.names)
-    return _ending(life, cycles)
+    if life.status is Status.OK:
+        return 0
+    where = f"the calculation ended after {int(life.cycles[-1]):,} of {cycles:,} cycles"
+    print(f"{where}: {life.status.value}; {life.status.remedy}", file=sys.stderr)
+    return 130 if life.status is Status.INTERRUPTED else 1
 
 
 def format_life(found: dict[str, Any]) -> str:
@@ -109,14 +111,3 @@ def format_life(found: dict[str, Any]) -> str:
         f" largest difference of depth in a jump {1e6 * worst:.3g} um of {1e6 * found['tolerance']:.3g} um allowed",
     ]
     return "\n".join(lines)
-
-
-def _ending(life: Life, cycles: int) -> int:
-    """Report a calculation that ended early; return the exit status."""
-    import sys
-
-    if life.status is Status.OK:
-        return 0
-    where = f"the calculation ended after {int(life.cycles[-1]):,} of {cycles:,} cycles"
-    print(f"{where}: {life.status.value}; {life.status.remedy}", file=sys.stderr)
-    return 130 if life.status is Status.INTERRUPTED else 1

@@ -26,8 +26,8 @@ from linkages.explore.local_coordinates import LocalCoordinates
 from linkages.explore.operating_point import LinearisationPoint, Observed, at_rest
 from linkages.outputs.registry import pack, unit
 from linkages.system import System
-from linkages.system.disturbed import disturbed
-from linkages.system.disturbed import inputs as inputs_of
+from linkages.system.linear_systems import disturbed
+from linkages.system.linear_systems import inputs as inputs_of
 
 _STEP = 2e-3  # largest step of the differences over the scale of a state; two halvings follow
 _LEAST = 1e-9  # least acceleration by a unit input, over the usual one, that limits the input's step
@@ -43,7 +43,7 @@ class StateSpace(Brief):
         Matrices, SI units.
     states, inputs, outputs : tuple of str
         Names: ``q.NAME``, ``v.NAME``, ``z.CONTACT`` for coordinates, their rates and bristles; see
-        `linkages.system.disturbed.inputs`; outputs of the registry.
+        `linkages.system.linear_systems.inputs`; outputs of the registry.
     units : dict of str to str
         Units of the inputs and outputs.
     x, y : (nx,), (no,) arrays
@@ -119,7 +119,7 @@ def linearise(
     outputs : sequence of str, optional
         Outputs (see `linkages.outputs.registry`); default: the experiment's, else all independent coordinates.
     inputs : sequence of str, optional
-        Inputs, see `linkages.system.disturbed.inputs`; default: all.
+        Inputs, see `linkages.system.linear_systems.inputs`; default: all.
     time : float
         Time at which the run reaches the operating point [s]; loads that depend on time keep their values of then.
     equilibrium : bool

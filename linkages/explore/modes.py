@@ -22,7 +22,7 @@ from linkages.errors import InputError
 from linkages.flexible.modes import ModesAt, track
 from linkages.planar.bodies import ELASTIC, STIFFNESS
 from linkages.system import System
-from linkages.system.static_system import StaticSystem, static_systems
+from linkages.system.linear_systems import StaticSystem, static_systems
 
 _ZERO = 1e-13  # relative to the largest eigenvalue: a smaller one belongs to a free motion
 _SYMMETRIC = 1e-6  # relative asymmetry below which the stiffness matrix counts as symmetric

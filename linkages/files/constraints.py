@@ -50,13 +50,13 @@ def _weld(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
                 raise InputError(path, where, f'rotates "{other}" out of the plane of joint "{joint.name}"')
         raw = moved(raw, dict.fromkeys(group, way))
     foreign.notes.append(f"{where}: {other} is fixed to {one}")
-    return replace(raw, joints=(*raw.joints, RawJoint.fixed(free_name(raw, "weld_constraint"), one, other)))
+    return replace(raw, joints=(*raw.joints, RawJoint.fixed(raw.free_name("weld_constraint"), one, other)))
 
 
 def _ball(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
     """Join two points by a revolute joint, the planar equivalent of a ball joint."""
     (one, at), (other, here) = _points(foreign.path, raw, element)
-    name, normal = free_name(raw, element.get("name") or "ball_constraint"), _normal(foreign.path, raw, element)
+    name, normal = raw.free_name(element.get("name") or "ball_constraint"), _normal(foreign.path, raw, element)
     where = "loop" if element.get("name") else label(element)
     foreign.notes.append(f"{where}: revolute joint {name} between {one} and {other}")
     joint = RawJoint(name, "revolute", one, other, normal, here, at, None, None)
@@ -69,7 +69,7 @@ def _spring(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
     ends, normal = _points(path, raw, element), _normal(path, raw, element)
     if abs((ends[1][1] - ends[0][1]) @ normal) > _NEAR:
         raise InputError(path, where, "has its ends in two planes; a planar linkage has one")
-    name = free_name(raw, "linear_spring_damper")
+    name = raw.free_name("linear_spring_damper")
     frames = {f"{name}_{end}": (link, Pose(np.eye(3), at)) for end, (link, at) in zip("AB", ends, strict=True)}
     values: dict[str, Any] = dict(zip(("point", "to"), frames, strict=True))
     for key in ("stiffness", "free_length", "damping"):
@@ -114,11 +114,3 @@ def _normal(path: Path, raw: RawModel, element: ET.Element) -> Array:
         if joint.type == "revolute":
             return joint.axis
     raise InputError(path, label(element), "is in a mechanism without revolute joints, so its plane is unknown")
-
-
-def free_name(raw: RawModel, name: str) -> str:
-    """Return the name, with a number if the name is taken."""
-    taken = {link.name for link in raw.links} | {joint.name for joint in raw.joints} | set(raw.frames)
-    ends = ("", "_A", "_B")
-    names = (name if not count else f"{name}_{count + 1}" for count in range(len(taken) + 1))
-    return next(found for found in names if not any(f"{found}{end}" in taken for end in ends))

@@ -16,6 +16,7 @@ from linkages.errors import InputError, nearest
 from linkages.files.elements import number
 from linkages.files.magnitudes import decimal_or_nan
 from linkages.files.models import MIMICS
+from linkages.files.raw_model import free_name
 from linkages.files.xml import label
 
 #: Elements between links, converted by `linkages.files.constraints` to joints and frames.
@@ -260,7 +261,7 @@ def _plugin(found: Foreign, model: ET.Element, plugin: ET.Element) -> bool:
         values = given["mimicJoint"], given.get("joint", ""), given.get("multiplier", "1"), given.get("offset", "0")
         add_mimic(path, model, where, values)
         return True
-    taken = {part.get("name") for part in model}
+    taken = {part.get("name", "") for part in model}
     if is_detachable(plugin):
         other, name = given.get("child_model", ""), given["child_link"]
         ends = given.get("parent_link", ""), name if other == model.get("name") else f"{other}::{name}"
@@ -271,7 +272,7 @@ def _plugin(found: Foreign, model: ET.Element, plugin: ET.Element) -> bool:
         ends, type_, of = (given["parent"], given["child"]), "revolute", given.get("joint") or "closed_loop"
     else:
         return False
-    name = next(name for k in range(len(taken) + 1) if (name := f"{of}_{k + 1}" if k else of) not in taken)
+    name = free_name(taken, of)
     joint = ET.SubElement(model, "joint", name=name, type=type_)
     if type_ == "revolute":
         deep(joint, "pose").text = f"{given.get('position', '0 0 0')} {given.get('rotation', '0 0 0')}"

@@ -13,7 +13,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import InputError, listed, nearest
-from linkages.files.constraints import free_name, joined
+from linkages.files.constraints import joined
 from linkages.files.elements import numbers
 from linkages.files.foreign import CARRIED, MARK, Entry, Foreign, influence, is_detachable, take_foreign
 from linkages.files.inertials import complete_inertials, correct_rounded
@@ -252,7 +252,7 @@ def _gravity(
         return raw, (0.0, 0.0, 0.0)
     frames = dict(raw.frames)
     for link in off:
-        frame = free_name(raw, f"{link.name}_mass_centre")
+        frame = raw.free_name(f"{link.name}_mass_centre")
         frames[frame] = link.name, Pose(np.eye(3), link.rotation @ link.com_local + link.translation)
         force = tuple(-link.mass * x for x in gravity or USUAL_GRAVITY)
         said, values = f"<gravity> of link {link.name} (with the gravity below)", {"point": frame, "force": force}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -239,10 +239,21 @@ class RawModel:
     units: Mapping[str, str] = field(default_factory=dict)
     unweighed: tuple[str, ...] = ()
 
+    def free_name(self, name: str) -> str:
+        """Return a name, with a number if a link, joint or frame has it, or has it with the end _A or _B."""
+        taken = {link.name for link in self.links} | {joint.name for joint in self.joints} | set(self.frames)
+        return free_name(taken, name, ("", "_A", "_B"))
+
     def chains(self, *types: str) -> Chains:
         """Return the sets of links that joints of some types connect; default: all joints."""
         joints = (joint for joint in self.joints if not types or joint.type in types)
         return Chains((link.name for link in self.links), ((joint.parent, joint.child) for joint in joints))
+
+
+def free_name(taken: Collection[str], name: str, ends: Sequence[str] = ("",)) -> str:
+    """Return a name, with a number if it is taken with one of the ends."""
+    names = (name if not count else f"{name}_{count + 1}" for count in range(len(taken) + 1))
+    return next(found for found in names if not any(f"{found}{end}" in taken for end in ends))
 
 
 class Chains:

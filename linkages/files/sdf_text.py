@@ -10,7 +10,7 @@ import numpy as np
 
 from linkages.files.beams import beam_text
 from linkages.files.elements import INERTIA
-from linkages.files.raw_model import Pose, RawJoint, RawLink, RawModel
+from linkages.files.raw_model import Pose, RawJoint, RawLink, RawModel, free_name
 
 
 def sdf_text(model: RawModel, remarks: Sequence[str] = (), description: str = "") -> str:
@@ -51,9 +51,7 @@ def _link(link: RawLink) -> Iterator[str]:
 def _joint(joint: RawJoint, taken: set[str]) -> Iterator[str]:
     parent = joint.parent
     if np.linalg.norm(joint.position_on_parent - joint.position) > 0.0:
-        parent = f"{joint.name}_on_{joint.parent}"
-        while parent in taken:
-            parent += "_"
+        parent = free_name(taken, f"{joint.name}_on_{joint.parent}")
         yield _frame(parent, joint.parent, Pose(np.eye(3), joint.position_on_parent))
     yield f'<joint name={quoteattr(joint.name)} type="{joint.type}">'
     yield f'  <pose relative_to="__model__">{Pose(np.eye(3), joint.position).text()}</pose>'

@@ -140,14 +140,18 @@ def check_history(times: list[float] | None, values: Sized | None, name: str) ->
     """Check a table over time: equally many times and values; times increase, from 0 or before."""
     if (values is None) != (times is None):
         raise ValueError(f"times go with {name}")
-    if values is None or times is None:
-        return
-    if len(values) != len(times) or len(values) < 2:
-        raise ValueError(f"{len(times)} times and {len(values)} values; two or more of each, equally many")
-    if any(b <= a for a, b in pairwise(times)):
-        raise ValueError("times must increase")
-    if times[0] > 0.0:
-        raise ValueError("times must start at 0 or before")
+    if values is not None and times is not None:
+        check_increasing("times", times, "values", values)
+        if times[0] > 0.0:
+            raise ValueError("times must start at 0 or before")
+
+
+def check_increasing(key: str, places: list[float], what: str, values: Sized) -> None:
+    """Check a table: equally many places (times) and values, two or more; places increase."""
+    if len(values) != len(places) or len(values) < 2:
+        raise ValueError(f"{len(places)} {key} and {len(values)} {what}; two or more of each, equally many")
+    if any(b <= a for a, b in pairwise(places)):
+        raise ValueError(f"{key} must increase")
 
 
 def leaves(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -387,8 +387,7 @@ class JointModel(LawTable):
         if missing:
             raise ValueError(f'model "{self.model}" needs {" and ".join(missing)}')
         self._check_groove()
-        self._check_tilt()
-        self._check_history()
+        self._check_special()
         self._check_heat()
         if self.wear is not None and self.model == "lubricated":
             raise ValueError("wear needs a contact; make the model dry or mixed")
@@ -410,21 +409,16 @@ class JointModel(LawTable):
             raise ValueError('groove needs cavitation "reynolds" or "mass-conserving"')
         check_grooves(self.feed, 0.0)
 
-    def _check_tilt(self) -> None:
-        if not self.is_tilted:
-            return
-        if self.model != "lubricated" or self.film != "finite" or self.cavitation != "guembel":
-            raise ValueError('tilt needs model "lubricated", film "finite" and cavitation "guembel"')
-        if self.small_eccentricity is not None:
-            raise ValueError("tilt and small_eccentricity exclude each other")
-
-    def _check_history(self) -> None:
-        if not self.has_history:
-            return
-        if self.model != "lubricated" or self.film != "finite" or self.cavitation != "mass-conserving":
-            raise ValueError('history needs model "lubricated", film "finite" and cavitation "mass-conserving"')
-        if self.small_eccentricity is not None:
-            raise ValueError("history and small_eccentricity exclude each other")
+    def _check_special(self) -> None:
+        """Check tilt and history, each of which needs one model of the film."""
+        for what, given, rule in (
+            ("tilt", self.is_tilted, "guembel"),
+            ("history", self.has_history, "mass-conserving"),
+        ):
+            if given and (self.model, self.film, self.cavitation) != ("lubricated", "finite", rule):
+                raise ValueError(f'{what} needs model "lubricated", film "finite" and cavitation "{rule}"')
+            if given and self.small_eccentricity is not None:
+                raise ValueError(f"{what} and small_eccentricity exclude each other")
 
     def _check_heat(self) -> None:
         if self.heat is None or not self.has_film:

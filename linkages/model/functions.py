@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 
 from linkages.errors import nearest
 from linkages.files.formula import Formula, parse, shown
+from linkages.files.toml import check_increasing
 from linkages.planar.jets import CODES
 from linkages.planar.motion import INPUT, NUMBER, TABLE, Program
 
@@ -72,11 +72,7 @@ def check_table(over: str | None, at: list[float] | None, values: object, many: 
         raise ValueError("over and at must both be given: the position or speed of the table, and its values")
     if over is None or at is None:
         return
-    if not isinstance(values, list) or len(values) != len(at) or len(at) < 2:
-        count = len(values) if isinstance(values, list) else 0
-        raise ValueError(f"{len(at)} places at and {count} {many}; two or more of each, equally many")
-    if any(b <= a for a, b in pairwise(at)):
-        raise ValueError("at must increase")
+    check_increasing("places at", at, many, values if isinstance(values, list) else [])
     part = over.rpartition(".")[2]
     if "." not in over or part not in (*OF_POINTS, *OF_JOINTS):
         raise ValueError(f'over is "{over}"; give POINT.x or the like: {nearest(part, (*OF_POINTS, *OF_JOINTS))}')

@@ -8,12 +8,10 @@
 | spanning                | construction of the spanning tree                                            |
 | flexible_link           | a flexible link in the tree: frames, modes and sections of its substructures |
 | deflection              | quasi-static shape of flexible links at t = 0                                |
-| static_system           | a linkage held at zero velocity in a pose                                    |
-| disturbed               | a system with changed torques and loads: the inputs of a linearisation       |
+| linear_systems          | systems of linear models: held in a pose, or with changed inputs             |
 | rigid_segments          | the same linkage with chains of rigid segments instead of flexible links     |
 | law_records             | joint models -> records of the force laws                                    |
-| load_records            | applied loads -> records of the load kernels                                 |
-| unilateral_contacts     | limit stops, points at straight lines -> records of contacts                 |
+| load_records            | applied loads, limit stops, points at lines -> records of the kernels        |
 | assembly                | loop closure on the branch of the reference configuration, mobility, t = 0   |
 | equilibrium             | reactions of the ideal linkage; offsets of journals in static equilibrium    |
 | ideal_motion            | motion of the ideal linkage over time                                        |

@@ -19,7 +19,7 @@ from linkages.planar.loads import Loads
 from linkages.planar.loop_dynamics import row_responses
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import ANGLE, PRISMATIC
-from linkages.system.load_records import check_functions, check_lengths
+from linkages.system.load_records import check_loads
 from linkages.system.tree import ROWS, Tree, without
 
 #: Ratio of singular values below which a position counts as singular. At an exact dead point Newton's method computes a
@@ -124,7 +124,6 @@ def assemble(
     if np.any(offset) and not close(tree.bodies, rows, offset, free, size, q):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with these journal offsets")
     rank = _rank(tree, rows, q) if np.any(offset) else rank
-    check_lengths(tree, experiment, loads, q)
     quality = closure_quality(tree.bodies, rows, free, q)
     determined = mobility == len(held)
     v[moved] = speed
@@ -133,7 +132,7 @@ def assemble(
     consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
     if (determined and quality < SINGULAR) or rank.flat:
         raise AssemblyError(Status.SINGULAR, "the start position is singular")
-    check_functions(tree, experiment, loads, motions, q, v)
+    check_loads(tree, experiment, loads, motions, q, v)
     return Assembly(q, v, mobility, quality if determined else float("nan"))
 
 

@@ -76,42 +76,23 @@ class IdealMotion:
         free = self.system.tree.closing_dofs
         q, v, a = self._prescribed(self.times)
         q[0, free] = self.system.assembly.q[free]
-        quality = np.zeros(len(self.times))
-        kept: list[int] = []
-        between: list[_Line] = []
-        for k, time in enumerate(self.times):
-            line = q[k : k + 1], v[k : k + 1], a[k : k + 1]
-            straight = True
-            if kept:
-                last = kept[-1]
-                start = _Line(self.times[last], q[last], v[last], a[last], quality[last])
+        table: list[_Line] = []
+        for k, time in enumerate(self.times.tolist()):
+            quality, straight = np.zeros(1), True
+            if table:
+                start = table[-1]
                 straight = self._is_straight(start, time - start.time)
-                line[0][:, free] = _predicted(time - start.time, start.q, start.v, start.a)[free]
-            if not (straight and self._close(*line, quality[k : k + 1])):
-                if not kept:
+                q[k, free] = _predicted(time - start.time, start.q, start.v, start.a)[free]
+            if straight and self._close(q[k : k + 1], v[k : k + 1], a[k : k + 1], quality):
+                reached = [_Line(time, q[k], v[k], a[k], float(quality[0]))]
+            else:
+                reached = self._creep(start, time)
+                if not reached or reached[-1].time < time:
+                    table += reached
+                    self.status = Status.LOCKED if table[-1].quality < _LOCKED else Status.NO_ASSEMBLY
                     break
-                crept = self._creep(start, time)
-                if not crept or crept[-1].time < time:
-                    between += crept
-                    locked = (crept or [start])[-1].quality < _LOCKED
-                    self.status = Status.LOCKED if locked else Status.NO_ASSEMBLY
-                    break
-                _, q[k], v[k], a[k], quality[k] = crept.pop()
-                between += [one for one in crept if one.quality > _BLURRED]
-            if quality[k] > _BLURRED or not kept:
-                kept.append(k)
-        self.times, self.q, self.v, self.a, self.quality = (x[kept] for x in (self.times, q, v, a, quality))
-        if between:
-            self._insert(between)
-
-    def _insert(self, lines: list[_Line]) -> None:
-        """Insert lines into the table in the order of time."""
-        at = np.searchsorted(self.times, [line.time for line in lines])
-        own = self.times, self.q, self.v, self.a, self.quality
-        merged = [
-            np.insert(x, at, np.array(more), axis=0) for x, more in zip(own, zip(*lines, strict=True), strict=True)
-        ]
-        self.times, self.q, self.v, self.a, self.quality = merged
+            table += [line for line in reached if line.quality > _BLURRED or not table]
+        self.times, self.q, self.v, self.a, self.quality = map(np.array, zip(*table, strict=True))
 
     def _creep(self, start: _Line, end: float) -> list[_Line]:
         """Advance from a line of the table to a time in shorter steps, or to the end of the motion."""

@@ -1,4 +1,9 @@
-"""Records of the load kernels from the applied loads of an experiment."""
+"""Records of the kernels from applied loads, limit stops, and points at straight lines.
+
+A stop and a point at a line are corners at a wall, like a block's in its slot, or for a revolute joint an angle at a
+limit. The contact kernels offset slot walls by the clearance. Here this length only scales depths, and the wall's
+position compensates for it.
+"""
 
 from __future__ import annotations
 
@@ -11,15 +16,18 @@ from linkages.arrays import Records
 from linkages.errors import InputError
 from linkages.files.formula import Formula
 from linkages.model.experiment import Experiment
+from linkages.model.experiment_tables import ContactTable, FrictionTable, JointModel
 from linkages.model.functions import TIME, program, table_over
 from linkages.model.load_tables import LoadFunction
 from linkages.planar.bodies import make_motion, make_pose
-from linkages.planar.kinematics import body_states, poses_at
+from linkages.planar.kinematics import body_states
 from linkages.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
 from linkages.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
-from linkages.planar.record_types import ANGLE, COORDINATE_SPRING, FORCE, LOAD, PUSH, SIGNAL, SPRING
+from linkages.planar.record_types import ANGLE, COORDINATE_SPRING, CORNER, ENDS, FORCE, LOAD, PUSH, SIGNAL, SPRING, STOP
 from linkages.system.tree import Tree
 
+#: Scale of contact depths: relative to the linkage's length, for a revolute joint an angle [rad].
+REACH = 1e-3
 _LOOKS = 501  # number of times at which a drive's formula is checked
 _COINCIDENT = 1e-9  # relative to the linkage's size: closer points define no direction
 
@@ -125,30 +133,22 @@ class _Functions:
         return first
 
 
-def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) -> None:
-    """Reject springs with a free length that have no direction at t = 0, where the coordinates are q (n,)."""
-    if not experiment.springs:
-        return
-    names = experiment.loads
-    outputs = np.empty((len(names), len(LOAD_OUTPUTS)))
-    load_outputs(loads, 0.0, poses_at(tree.bodies, q), make_motion(tree.bodies), outputs)
-    for (table, name), length in zip(names, outputs[:, 1], strict=True):
-        if table != "springs" or experiment.springs[name].free_length == 0.0:
-            continue
-        if length <= _COINCIDENT * tree.extent:
-            problem = "its points coincide at t = 0, where a spring with a free length has no direction;"
-            remedy = "set free_length = 0 or start elsewhere"
-            raise InputError(experiment.source, f"springs.{name}", f"{problem} {remedy}")
+def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motions, q: Array, v: Array) -> None:
+    """Reject springs with a free length and no direction at t = 0, where coordinates and rates are q and v (n,).
 
-
-def check_functions(tree: Tree, experiment: Experiment, loads: Loads, motions: Motions, q: Array, v: Array) -> None:
-    """Reject non-finite formulas: loads' at t = 0 with coordinates and rates q, v (n,); drives' at any time."""
+    Reject formulas that are not finite, too: loads' at t = 0, drives' at any time.
+    """
     if experiment.loads:
         pose, vel = make_pose(tree.bodies), make_motion(tree.bodies)
         outputs = np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
         body_states(tree.bodies, q, v, pose, vel)
         load_outputs(loads, 0.0, pose, vel, outputs)
         for (table, name), values in zip(experiment.loads, outputs, strict=True):
+            directed = table == "springs" and experiment.springs[name].free_length > 0.0
+            if directed and values[1] <= _COINCIDENT * tree.extent:
+                problem = "its points coincide at t = 0, where a spring with a free length has no direction;"
+                remedy = "set free_length = 0 or start elsewhere"
+                raise InputError(experiment.source, f"springs.{name}", f"{problem} {remedy}")
             if not np.isfinite(values).all():
                 raise InputError(experiment.source, f"{table}.{name}.formula", "is not a number at t = 0")
     if not any(isinstance(piece, Program) for piece in motions.pieces):
@@ -160,3 +160,46 @@ def check_functions(tree: Tree, experiment: Experiment, loads: Loads, motions: M
                 when = f"at t = {times[~np.isfinite(values)][0]:.3g} s"
                 problem = f"it, its rate or its second derivative is not a number {when}; it must be smooth"
                 raise InputError(experiment.source, f"drives.{name}.formula", problem)
+
+
+# -- unilateral contacts -----------------------------------------------------------------------------------------------
+
+
+def unilateral_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
+    """Return dry joint models for each stop, then for each point at a line."""
+    models = [
+        _dry(REACH * (1.0 if _turns(tree, stop.joint) else tree.extent), stop.contact, None)
+        for stop in experiment.stops.values()
+    ]
+    models += [_dry(REACH * tree.extent, touch.contact, touch.friction) for touch in experiment.contacts.values()]
+    return tuple(models)
+
+
+def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None) -> JointModel:
+    values = {"model": "dry", "clearance": clearance, "contact": contact, "friction": friction}
+    return JointModel.model_validate(values)
+
+
+def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
+    """Make the records of the two ends of each contact, in the same order."""
+    records: list[tuple[Any, ...]] = []
+    for stop in experiment.stops.values():
+        joint, side = tree.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0
+        ends = tree.marker(joint.parent, joint.on_parent), tree.marker(joint.child, joint.on_child)
+        if _turns(tree, stop.joint):
+            records.append((STOP, *ends, side * joint.sign, 0.0, side * stop.limit - REACH))
+        else:
+            records.append((CORNER, *ends, *(side * joint.direction), side * stop.limit - REACH * tree.extent))
+    for touch in experiment.contacts.values():
+        if touch.line is not None:
+            frame = tree.mechanism.point[touch.line]
+            line, angle = tree.named_marker(touch.line), frame.angle
+        else:
+            line, angle = (0, *(touch.anchor or ())), touch.angle
+        into = np.sin(angle), -np.cos(angle)
+        records.append((CORNER, line, tree.named_marker(touch.point), *into, -REACH * tree.extent))
+    return np.array(records, ENDS)
+
+
+def _turns(tree: Tree, joint: str) -> bool:
+    return tree.mechanism.joint[joint].type == "revolute"

@@ -22,10 +22,9 @@ from linkages.planar.motion import Motions
 from linkages.planar.record_types import HISTORY, ORIENTED, REVOLUTE, WORN
 from linkages.system.flexible_link import flexible_link
 from linkages.system.law_records import ContactLaws, contact_laws
-from linkages.system.load_records import pack_loads
+from linkages.system.load_records import pack_loads, unilateral_ends, unilateral_models
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree, chained
-from linkages.system.unilateral_contacts import unilateral_ends, unilateral_models
 
 _UNKNOWN = 1.0  # rate for a linkage without motion and forces at the start [rad/s]
 _FILM_STEPS = 200  # of a turn of the fastest drive

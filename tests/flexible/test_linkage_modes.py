@@ -15,7 +15,7 @@ from linkages.engines.compiled.runner import Runner
 from linkages.explore.mode_shapes import ModeShapes
 from linkages.explore.modes import modes_over
 from linkages.kernel.by_reference import packed
-from linkages.system.static_system import static_systems
+from linkages.system.linear_systems import static_systems
 
 LENGTH = 0.4
 DENSITY, STIFFNESS = 7870.0 * 6.4e-5, 2e11 * 0.008**4 / 12  # rho A, E I of the bars
