@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.arguments import Names, validated
+from linkages.arrays import Array
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
 from linkages.engines.heat import settle
@@ -24,8 +24,6 @@ from linkages.results.trajectory import Progress, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion, check_duration
 from linkages.system.rigid_segments import system_of
-
-Array = NDArray[np.float64]
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
 _SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, which no comparison shows

@@ -13,8 +13,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.engines.study import ideal
 from linkages.errors import AssemblyError, RunError, Status
 from linkages.model.experiment import QUANTITIES
@@ -30,8 +30,6 @@ from linkages.results.extremes import peaks
 from linkages.results.summary import Study, warnings_of
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _FRAMES = 121  # poses of the moving picture; the page interpolates
 _ORBIT = 600  # points of an orbit
