@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from typing import TypeVar, cast
 
 from linkages.errors import RunError
@@ -46,11 +46,16 @@ def in_threads(
         If the threads cannot be started, for instance without memory for their stacks.
     """
     if stop is None and (threads == 1 or count == 1):
-        return [_looked_at(work(k), look) for k in range(count)]
-    waiting, results = deque(range(count)), cast(list[T], [None] * count)
+        results = []
+        for k in range(count):
+            results.append(work(k))
+            if look is not None:
+                look()
+        return results
+    waiting, results = iter(range(count)), cast(list[T], [None] * count)
 
     def work_through() -> None:
-        while (k := _next(waiting)) is not None:
+        for k in waiting:  # which all threads share
             results[k] = work(k)
 
     number = min(threads or processors(), max(count, 1))
@@ -69,21 +74,9 @@ def in_threads(
         pool.shutdown()
         return results
     except BaseException as problem:
-        waiting.clear()
+        deque(waiting, maxlen=0)  # nothing waits any more
         if stop is not None:
             stop()
         with stopping() if isinstance(problem, KeyboardInterrupt) else nullcontext():
             pool.shutdown(cancel_futures=True)
         raise
-
-
-def _next(waiting: deque[int]) -> int | None:
-    with suppress(IndexError):  # another thread may take the last one
-        return waiting.popleft()
-    return None
-
-
-def _looked_at(result: T, look: Callable[[], None] | None) -> T:
-    if look is not None:
-        look()
-    return result

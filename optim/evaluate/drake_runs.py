@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 
 from linkages import AssemblyError, Status, System, Trajectory, extremes, ideal, simulate
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import JITTER
-from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each, statistics_of, trapezia
+from linkages.results.extremes import averages
+from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each
 from optim.problem.study import Array
-
-_NODES, _WEIGHTS = leggauss(4)
-_MANY = 5000  # steps, from which on they are short by themselves: explicit ones through impacts
 
 
 def run_on_drake(request: Request, progress: Callable[[float], None] | None = None) -> Statistics:
@@ -56,31 +53,14 @@ def _statistics(request: Request, system: System, progress: Callable[[float], No
         if part.status is not Status.OK:
             raise AssemblyError(part.status, f"ended at t = {part.time[-1]:.6g} s")
     signals = _signals(run, exact, outputs)
-    columns = signals(run.time)
-    edges = np.setdiff1d(np.minimum(request.windows, run.time[-1]), run.time)
-    if len(edges):
-        order = np.argsort(np.concatenate([run.time, edges]))
-        between = signals(edges)
-        columns = {name: np.concatenate([x, between[name]])[order] for name, x in columns.items()}
+    whole = Trajectory(run.time, signals(run.time), run.status, {}, signals)
     found = np.empty((len(STATISTICS), len(request.windows), len(outputs)))
     for w, (start, end) in enumerate(request.windows):
-        inside = (columns["time"] >= start) & (columns["time"] <= end)
-        within = {name: x[inside] for name, x in columns.items()}
-        window = Trajectory(within["time"], within, run.status, {}, signals)
+        window = whole.within(start, min(end, run.time[-1]))
         extreme = extremes(window, outputs)
-        nodes, weights = _quadrature(window.time)
-        values = window.columns if nodes is window.time else signals(nodes)
         for k, name in enumerate(outputs):
-            found[:, w, k] = statistics_of(values[name], weights, extreme[name].min, extreme[name].max)
+            found[:, w, k] = extreme[name].min, extreme[name].max, *averages(window, name)
     return found
-
-
-def _quadrature(steps: Array) -> tuple[Array, Array]:
-    """Return times and weights of a mean over time: Gauss's in each step; trapezia if there are very many."""
-    if len(steps) > _MANY:
-        return steps, trapezia(steps)
-    half = np.diff(steps)[:, None] / 2.0
-    return (steps[:-1, None] + half * (1.0 + _NODES)).ravel(), (half * _WEIGHTS).ravel() / (steps[-1] - steps[0])
 
 
 def _signals(run: Trajectory, exact: Trajectory, outputs: tuple[str, ...]) -> Callable[[Array], Columns]:

@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from linkages import AssemblyError, Status, System, ideal
+from linkages.integrate.peak_search import average
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import IDEAL, TURNING
-from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each, statistics_of, trapezia
+from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each
 from optim.problem.study import Array
 
 #: Samples of a window; extremes are taken from the samples, so windows should not be much longer than a revolution.
@@ -35,7 +36,7 @@ def _statistics(request: Request, system: System) -> Array:
         columns = motion.evaluate(times)
         for k, name in enumerate(request.outputs):
             y = _signal(columns, times, name.removeprefix(IDEAL))
-            found[:, w, k] = statistics_of(y, trapezia(times), y.min(), y.max())
+            found[:, w, k] = y.min(), y.max(), average(times, y, False), average(times, y, True)
     return found
 
 

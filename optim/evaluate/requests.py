@@ -6,7 +6,6 @@ import dataclasses
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,14 +14,8 @@ from linkages.arguments import shaped
 from optim.evaluate.evaluations import NO_VALUE, OK
 from optim.problem.study import Array, OperatingPoint
 
-#: Statistics for functionals, in this order. The compiled engine has them by name; other runs compute them from samples
-#: y of an output in a window, the weights of its mean over time, and its extremes.
-STATISTICS: dict[str, Callable[[Array, Array, float, float], Any]] = {
-    "minimum": lambda y, weights, low, high: low,
-    "maximum": lambda y, weights, low, high: high,
-    "mean": lambda y, weights, low, high: weights @ y,
-    "rms": lambda y, weights, low, high: np.sqrt(weights @ y**2),
-}
+#: Statistics for functionals, in this order.
+STATISTICS = ("minimum", "maximum", "mean", "rms")
 
 # compiled loops use all threads already, and must not be entered by two threads of a worker at once
 _ONE_AT_A_TIME = threading.Lock()
@@ -154,16 +147,6 @@ def run_each(request: Request, statistics: Callable[[int, System], Array]) -> St
         except RunError as problem:
             status[i], reason[i] = NO_VALUE, str(problem)
     return Statistics(found, status, reason)
-
-
-def statistics_of(y: Array, weights: Array, low: float, high: float) -> list[Any]:
-    """`STATISTICS` of an output in a window, from its samples."""
-    return [formula(y, weights, low, high) for formula in STATISTICS.values()]
-
-
-def trapezia(times: Array) -> Array:
-    """Weights of a mean over time by the trapezium rule."""
-    return np.asarray(np.convolve(np.diff(times), [0.5, 0.5]) / (times[-1] - times[0]))
 
 
 def joined(parts: Sequence[Statistics]) -> Statistics:

@@ -12,6 +12,7 @@ from linkages import Direction, InputError, Status, extremes, ideal, load, simul
 from linkages.engines.compiled.statistics import STATISTICS
 from linkages.outputs.registry import default_outputs, has_jitter
 from linkages.results.extremes import averages
+from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +50,17 @@ def test_statistics_are_those_of_the_trajectory_to_the_last_bit(name):
             ours = one.min, one.max, one.time_min, one.time_max, mean, rms, part[output][-1]
             theirs = tuple(batch.statistics[each][0, place, k] for each in STATISTICS)
             assert ours == theirs, output
+
+
+def test_an_objective_and_its_derivative_belong_to_one_number(press):
+    """A study takes the first from a batch, the second from a run with derivatives."""
+    names, window = ["A.force", "slider7.ax"], (0.1, 0.4)
+    statistics = ("minimum", "maximum", "peak", "mean", "rms", "last")
+    batch = simulate_batch(press, outputs=names, windows=[window])
+    run = simulate(press, outputs=names, wrt=["joints.A.viscosity"])
+    wanted = [Wanted(name, each, *window) for name in names for each in statistics]
+    found = [one.number for one in differentiate_statistics(run, wanted)]
+    assert found == [getattr(batch, each)[0, 0, k] for k in range(len(names)) for each in statistics]
 
 
 @pytest.mark.parametrize("name", ["seven_bar", "slider_crank_dry"])

@@ -23,11 +23,11 @@ It may import whatever lies below the engines, and not the Drake engine.
 | start_derivatives   | derivatives of the state at t = 0                                                            |
 | output_derivatives  | derivatives of outputs                                                                       |
 | sensitivity         | `differentiate`: derivatives of a finished run                                               |
-| statistics          | extremes, mean and rms of outputs over windows, values at their ends                         |
+| sampling            | outputs at any times of a run                                                                |
+| statistics          | runs of many designs in compiled code, and their statistics in windows                       |
 | runner              | `Runner`: a system as an object that runs                                                    |
 | simulation          | `simulate`: a run as a `linkages.Trajectory`                                                 |
 | job                 | numbers of one design, and the arrays that a run and its statistics work on                  |
-| rows                | runs and statistics of many designs in one call of compiled code                             |
 | designs             | the designs of a batch as numbers                                                            |
 | runs                | `Runs`: runs of many designs in parallel threads                                             |
 | batch_derivatives   | derivatives of the statistics of many runs                                                   |

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from linkages.engines.budget import most
 from linkages.engines.compiled.job import END, Given, Job, make_given, make_job
-from linkages.engines.compiled.rows import run_rows
+from linkages.engines.compiled.statistics import run_rows
 from linkages.errors import AssemblyError, InputError
 from linkages.kernel import Array, Indices
 from linkages.kernel.block import Block, Contents, contents
@@ -183,7 +183,7 @@ class Bench:
         return columns, words[:, columns]
 
     def run(self, columns: Indices, words: Indices, stop: Indices, found: Array, ended: Array) -> None:
-        """Run designs (m,); see `linkages.engines.compiled.rows.run_rows`."""
+        """Run designs (m,); see `linkages.engines.compiled.statistics.run_rows`."""
         block = self._block
         run_rows(cast(Job, block), block.memory, block.initial, block.where[columns], words, stop, found, ended)
 

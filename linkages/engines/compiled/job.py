@@ -115,23 +115,14 @@ def make_job(given: Given, memory: Array | None = None, modes: Indices | None = 
     memory = make_memory(model) if memory is None else memory
     work = make_work(model, memory, np.full(nc, -1) if modes is None else modes)
     return Job(
-        given.start,
-        given.tolerance,
-        given.landing,
-        given.kinks,
-        given.limits,
-        given.windows,
-        given.outputs,
-        given.rows,
-        given.closing,
-        Equations(model, work, given.implicit),
-        given.with_ideal,
-        given.with_forces,
-        given.with_loads,
-        make_stepper(ny, len(model.free)),
-        make_workspace(len(model.bodies.records), len(model.free) + len(model.driven), 0, model.bodies.shapes.shape[2]),
-        np.zeros(ny),
-        np.zeros(len(given.outputs)),
+        **{name: getattr(given, name) for name in Job._fields if name in Given._fields},
+        equations=Equations(model, work, given.implicit),
+        stepper=make_stepper(ny, len(model.free)),
+        ideal=make_workspace(
+            len(model.bodies.records), len(model.free) + len(model.driven), 0, model.bodies.shapes.shape[2]
+        ),
+        y=np.zeros(ny),
+        row=np.zeros(len(given.outputs)),
     )
 
 

@@ -11,9 +11,8 @@ import numpy as np
 
 from linkages.engines.compiled.designs import Bench, Designs
 from linkages.engines.compiled.job import Given
-from linkages.engines.compiled.rows import NO_IDEAL
 from linkages.engines.compiled.runner import STATUS
-from linkages.engines.compiled.statistics import STATISTICS
+from linkages.engines.compiled.statistics import NO_IDEAL, STATISTICS
 from linkages.engines.threads import in_threads
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.integrate.driver import DONE

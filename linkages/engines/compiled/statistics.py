@@ -1,4 +1,4 @@
-"""Extremes, mean and rms of outputs over windows of a run, over continuous time; values at the windows' ends.
+"""Runs of many designs, and their statistics: extremes, mean and rms of outputs over windows, values at their ends.
 
 `linkages.results.extremes` gives the same numbers, to the last bit, for a trajectory with the same outputs.
 """
@@ -9,17 +9,23 @@ import math
 
 import numpy as np
 
+from linkages.engines.compiled.binding import integrate
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.job import Job
 from linkages.engines.compiled.replay import Steps, recorded, remember
 from linkages.engines.compiled.sampling import Sampler, asked, knows_outputs, look, sample
+from linkages.integrate.driver import DONE, PAUSED
 from linkages.integrate.peak_search import FEW, MOST, TIMES, VALUES, above, average, begin, candidates, next_time, take
 from linkages.integrate.stepper import copy
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.by_reference import reference
 
 #: Statistics of each window and output. To add one: its name here, at the end, and its formula in `summarise`.
 STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms", "last")
+
+#: Further status of a row, after the ones of `linkages.engines.compiled.binding`: the ideal linkage of an output does
+#: not close.
+NO_IDEAL = 5
 
 
 @kernel
@@ -147,3 +153,58 @@ def _refine(sampler: Sampler, k: int, sign: float, floor: float, search: Array) 
     while t == t and sample(sampler, t, sampler.job.row):
         take(search, t, sign * sampler.job.row[k])
         t = next_time(search, floor)
+
+
+@kernel
+def restore(memory: Indices, initial: Indices, columns: Indices, words: Indices) -> None:
+    """Restore a `linkages.kernel.block.Block`, with these words at some places of its memory."""
+    for k in range(len(memory)):
+        memory[k] = initial[k]
+    for k in range(len(columns)):
+        memory[columns[k]] = words[k]
+
+
+@kernel
+def run_rows(
+    job: Job,
+    memory: Indices,
+    initial: Indices,
+    columns: Indices,
+    words: Indices,
+    stop: Indices,
+    found: Array,
+    ended: Array,
+) -> None:
+    """Run the designs of some rows.
+
+    Parameters
+    ----------
+    job : Job
+        In a `linkages.kernel.block.Block`.
+    memory, initial : (n,) arrays
+        Of the block.
+    columns : (k,) array
+        Indices of the memory at which the designs differ.
+    words : (m, k) array
+        Their values in each row.
+    stop : (1,) array
+        Not zero as soon as the batch is to end.
+    found : (m, nw, no, ns) array
+        Filled with statistics; NaN for windows of which a failed run did not reach the end.
+    ended : (m, 3) array
+        Filled with the status of each row, the time that the run has reached [s], and the number of steps.
+    """
+    for i in range(len(words)):
+        if stop[0]:
+            return
+        restore(memory, initial, columns, words[i])
+        record = integrate(job, stop, ended[i, 1:2])
+        if record.status == PAUSED and stop[0]:
+            return
+        steps, status = Steps(record.times, record.states, record.observed), record.status
+        end = steps.times[len(steps.times) - 1]
+        restore(memory, initial, columns, words[i])
+        if not summarise(job, steps, math.inf if status == DONE else end, found[i]):
+            status, end = NO_IDEAL, 0.0
+            found[i] = math.nan
+        ended[i, 0], ended[i, 1], ended[i, 2] = status, end, record.steps
