@@ -19,26 +19,15 @@ _BATCH = 4096
 
 @dataclass(frozen=True)
 class DriveMap:
-    """Values over phi_1 (columns) and phi_2 (rows) at one phi_3.
+    """Values over phi_1 (columns) and phi_2 (rows) at one phi_3."""
 
-    Attributes
-    ----------
-    angles : (n,) array
-        Grid of both angles [rad].
-    count : (n, n) array
-        Number of assemblies.
-    fold : (n, n) array
-        Least |det Jx| (dimensionless, see `kinematics.determinants`) over the assemblies: zero at a type-2
-        singularity; NaN without an assembly.
-    reach : (n, n) array
-        Least |sine| between crank and coupler over assemblies and legs: zero at a type-1 singularity.
-    """
-
-    angles: Array
+    angles: Array  # (n,) grid of both angles [rad]
     phi3: float
-    count: NDArray[np.int64]
+    count: NDArray[np.int64]  # (n, n) number of assemblies
+    # (n, n) least |det Jx| (dimensionless, see `kinematics.determinants`) over the assemblies: zero at a
+    # type-2 singularity; NaN without an assembly
     fold: Array
-    reach: Array
+    reach: Array  # (n, n) least |sine| between crank and coupler over assemblies and legs: zero at a type-1 singularity
 
 
 @validated
