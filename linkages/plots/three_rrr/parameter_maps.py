@@ -11,8 +11,8 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from linkages.plots.style import COLORS, LINES
 from linkages.three_rrr.analysis import RobotResults
+from linkages.three_rrr.direct import drive_map
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.maps import drive_map
 from linkages.three_rrr.modes import frequencies
 from linkages.three_rrr.robot import changed
 from linkages.three_rrr.speed import RESONANCE, speed_sweep, velocity_effect
