@@ -19,8 +19,7 @@ from linkages.outputs.columns import columns
 from linkages.outputs.registry import unit
 from linkages.results.assessment import Assessment
 from linkages.results.derivatives import Wrt
-from linkages.results.loops import Loops
-from linkages.results.trajectory import TimeReport, Trajectory, sample
+from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion, check_duration
 from linkages.system.rigid_segments import system_of

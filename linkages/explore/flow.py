@@ -26,22 +26,9 @@ _LOOKS = 7  # attempts to find the period of a formula, each over twice the dura
 class Flow:
     """A run that can be paused, continued, and moved to another state.
 
-    Attributes
-    ----------
-    t : float
-        Time reached [s].
-    y : (ny,) array
-        State: positions and rates of the free coordinates, then bristles; see `linkages.engines.compiled.model`.
-    scale : (ny,) array
-        Error scale of each entry of the state.
-    status : Status
-        OK as long as the run can continue.
-    runner : Runner
-
-    Raises
-    ------
-    AssemblyError, InputError
-        See `System.assembly`.
+    It has reached the time `t` [s] and the state `y` (ny,): positions and rates of the free coordinates, then bristles,
+    see `linkages.engines.compiled.model`. `scale` (ny,) is the error scale of each entry; the status is OK as long as
+    the run can continue. AssemblyError or InputError as `System.assembly`.
     """
 
     def __init__(self, system: System) -> None:

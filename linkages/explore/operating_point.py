@@ -35,24 +35,11 @@ class Observed(NamedTuple):
 
 
 class LinearisationPoint:
-    """A state of a linkage whose prescribed drives stand still.
+    """A state of a linkage whose prescribed drives stand still, at a time [s].
 
-    Attributes
-    ----------
-    system : System
-    time : float
-        Time [s].
-    y : (ny,) array
-        State, see `linkages.engines.compiled.model`.
-    scale : (ny,) array
-        Usual change of each entry: of clearances, or of the linkage's length, in the time of its motion.
-
-    Raises
-    ------
-    InputError
-        If a drive prescribes a motion, or nothing can move.
-    RunError
-        If the run to the time fails, or a journal lies outside its film there.
+    `y` (ny,) is the state, see `linkages.engines.compiled.model`; `scale` (ny,) the usual change of each entry: of
+    clearances, or of the linkage's length, in the time of its motion. InputError if a drive prescribes a motion, or
+    nothing can move; RunError if the run to the time fails, or a journal lies outside its film there.
     """
 
     def __init__(self, system: System, time: float) -> None:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from linkages.arrays import Array
-from linkages.plots.shown import ShownFigure
+from linkages.plots.shown import new_figure
 from linkages.plots.style import COLORS, axis_label, engineering, figure_style, typeset
 
 if TYPE_CHECKING:
@@ -37,8 +37,7 @@ def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[st
     largest = (float(np.abs(section[name]).max(initial=0.0)) for name in (x, y))
     (unit_x, factor_x), (unit_y, factor_y) = map(engineering, units, largest)
     with figure_style():
-        figure = ShownFigure(figsize=(4.6, 4.2), layout="constrained")
-        axis = figure.subplots()
+        figure, axis = new_figure(4.2, width=4.6)
         _draw_points(axis, factor_x * section[x], factor_y * section[y])
         axis.set(xlabel=axis_label(x, unit_x), ylabel=axis_label(y, unit_y))
         axis.set_title(f"Poincaré section: {len(section[x])} points", loc="left", fontsize=9)
@@ -72,8 +71,8 @@ def bifurcation_figure(
     """
     rows = panels or [(name, kind) for name in sweep.names for kind in ("strobe", "peaks")]
     with figure_style():
-        figure = ShownFigure(figsize=(6.3, 0.7 + 2.5 * len(rows)), layout="constrained")
-        axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
+        figure, axes = new_figure(0.7 + 2.5 * len(rows), len(rows), 1, sharex=True, squeeze=False)
+        axes = axes[:, 0]
         for axis, (name, kind) in zip(axes, rows, strict=True):
             done = [(point.value, point.section) for point in sweep.points if point.section is not None]
             found = [section.values(name, kind) for _, section in done]
@@ -101,8 +100,7 @@ def exponent_figure(exponents: Mapping[str, Exponent]) -> Figure:
         From `linkages.largest_exponent`, by label.
     """
     with figure_style():
-        figure = ShownFigure(figsize=(6.3, 3.2), layout="constrained")
-        axis = figure.subplots()
+        figure, axis = new_figure(3.2)
         for k, (label, exponent) in enumerate(exponents.items()):
             turns = np.arange(1, len(exponent.growth) + 1)
             color = COLORS[k % len(COLORS)]
@@ -131,8 +129,7 @@ def spectrum_figure(spectra: Mapping[str, Spectrum], unit: str, drive: float | N
         Frequency of the drive, marked with a line [Hz].
     """
     with figure_style():
-        figure = ShownFigure(figsize=(6.3, 3.4), layout="constrained")
-        axis = figure.subplots()
+        figure, axis = new_figure(3.4)
         for k, (label, found) in enumerate(spectra.items()):  # without the zero frequency, as the mean was removed
             color = COLORS[k % len(COLORS)]
             axis.loglog(found.frequency[1:], found.density[1:], color=color, lw=0.8, label=label)

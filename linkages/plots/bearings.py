@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
 
 from linkages.arrays import Array
-from linkages.plots.shown import ShownFigure
+from linkages.plots.shown import ShownFigure, new_figure
 from linkages.plots.style import COLORS, axis_label, engineering, figure_style
 
 if TYPE_CHECKING:
@@ -63,8 +63,7 @@ def pressure_figure(point: Bearing) -> Figure:
     unit, factor = engineering("Pa", float(np.abs(pressure).max()))
     length, long = engineering("m", 0.5 * case.length)
     with figure_style():
-        figure = ShownFigure(figsize=(7.2, 3.4), layout="constrained")
-        axis = figure.subplots()
+        figure, axis = new_figure(3.4, width=7.2)
         axis.grid(False)
         shades = axis.contourf(np.degrees(theta), long * z * middles, factor * pressure.T, 24, cmap="viridis")
         figure.colorbar(shades, ax=axis, label=axis_label("pressure", unit))

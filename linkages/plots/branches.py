@@ -13,7 +13,7 @@ from linkages.explore.periodic.branches import Branch, Branches
 from linkages.explore.periodic.motion import PeriodicMotion
 from linkages.explore.periodic.multipliers import BRANCH_POINT, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
 from linkages.explore.sweep import Sweep
-from linkages.plots.shown import ShownFigure
+from linkages.plots.shown import new_figure
 from linkages.plots.style import COLORS, axis_label, engineering, figure_style
 
 #: Mark of each kind of bifurcation.
@@ -30,8 +30,8 @@ def branches_figure(
     """
     rows = [(name, kind) for name in found.outputs for kind in ("strobe", "peaks")]
     with figure_style():
-        figure = ShownFigure(figsize=(6.3, 0.9 + 2.5 * len(rows)), layout="constrained")
-        axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
+        figure, axes = new_figure(0.9 + 2.5 * len(rows), len(rows), 1, sharex=True, squeeze=False)
+        axes = axes[:, 0]
         for axis, (name, kind) in zip(axes, rows, strict=True):
             largest = max(
                 float(np.abs(motion.outputs.values(name, kind)).max())

@@ -42,24 +42,11 @@ _LABELS = {
 
 
 def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, float | None] | None = None) -> list[Path]:
-    """Draw all figures of a assessment as PNG files.
+    """Draw all figures of an assessment as PNG files into an existing folder, and return their paths.
 
     The figures are: one for each output, journal orbits, blocks in their slots, contacts, flexible links, joint forces
-    and drive torques; missing ones are skipped.
-
-    Parameters
-    ----------
-    assessment : Assessment
-        From `linkages.assess`.
-    folder : Path
-        Existing folder.
-    errors : mapping of str to float or None
-        Errors of the peaks by their keys, see `linkages.results.summary.judge`; smaller variations are not drawn.
-
-    Returns
-    -------
-    list of Path
-        Written files.
+    and drive torques; missing ones are skipped. Variations below the errors of the peaks by key
+    (`linkages.results.summary.judge`) are not drawn.
     """
     least = drawn_errors(errors or {}, assessment.noise)
     figures: dict[str, Callable[[Assessment], Figure]] = {

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from linkages.arrays import Array
-from linkages.plots.shown import ShownFigure
+from linkages.plots.shown import ShownFigure, new_figure
 from linkages.plots.style import COLORS, LEGEND, add_legend, axis_label, engineering, round_length, stacked_axes
 from linkages.results.assessment import Assessment, touching
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
@@ -45,8 +45,8 @@ def orbits_figure(assessment: Assessment) -> Figure:
     experiment, names = assessment.system.experiment, assessment.system.tree.journals
     touches = touching(assessment.system)
     if len(names) == 1:  # side by side
-        figure = ShownFigure(figsize=(6.3, 3.4), layout="constrained")
-        axes = figure.subplots(1, 2).reshape(2, 1)
+        figure, axes = new_figure(3.4, 1, 2)
+        axes = axes.reshape(2, 1)
     else:
         figure = ShownFigure(figsize=(3.15 * len(names), 6.4), layout="constrained")
         axes = figure.subplots(2, len(names))
@@ -224,8 +224,7 @@ def guides_figure(assessment: Assessment) -> Figure:
     """
     system, run = assessment.system, assessment.run
     names = [name for name in system.tree.play if name not in system.tree.journals]
-    figure = Figure(figsize=(6.3, 2.9 * len(names)), layout="constrained")
-    axes = figure.subplots(len(names), 2, squeeze=False, width_ratios=[2, 3])
+    figure, axes = new_figure(2.9 * len(names), len(names), 2, squeeze=False, width_ratios=[2, 3])
     for (whole, ends), name in zip(axes, names, strict=True):
         joint = system.mechanism.joint[name]
         clearance = system.experiment.joints[name].clearance or 0.0

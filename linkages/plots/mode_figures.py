@@ -10,6 +10,7 @@ from linkages.arrays import Array
 from linkages.explore.linearisation import StateSpace
 from linkages.explore.mode_shapes import ModeShapes
 from linkages.explore.modes import Modes, ModesOver
+from linkages.plots.shown import new_figure
 from linkages.plots.style import COLORS, LINES, engineering, figure_style, typeset
 
 _SHARE = 0.12  # largest drawn displacement over the linkage's extent
@@ -21,8 +22,9 @@ def shapes_figure(modes: Modes, count: int) -> Figure:
     with figure_style():
         lines, count = ModeShapes(modes).lines, min(count, len(modes.squares))
         rows = -(-count // _COLUMNS)
-        figure = Figure(figsize=(7.2, 0.5 + 2.5 * rows), layout="constrained")
-        axes = figure.subplots(rows, min(count, _COLUMNS), squeeze=False, sharex=True, sharey=True)
+        figure, axes = new_figure(
+            0.5 + 2.5 * rows, rows, min(count, _COLUMNS), squeeze=False, sharex=True, sharey=True, width=7.2
+        )
         scale = _SHARE * modes.system.tree.extent
         unit, factor = engineering("m", modes.system.tree.extent)
         for k, axis in enumerate(axes.ravel()):
@@ -47,8 +49,7 @@ def shapes_figure(modes: Modes, count: int) -> Figure:
 def frequencies_figure(over: ModesOver) -> Figure:
     """Draw the natural frequencies over the times at which the drives reach the poses."""
     with figure_style():
-        figure = Figure(figsize=(6.3, 3.6), layout="constrained")
-        axis = figure.subplots()
+        figure, axis = new_figure(3.6)
         for k, values in enumerate(over.frequencies.T):
             axis.plot(
                 over.times,
@@ -73,8 +74,7 @@ def _frequency(value: float) -> str:
 def bode_figure(model: StateSpace, frequencies: Array, response: NDArray[np.complex128]) -> Figure:
     """Draw magnitude and phase of a response (no, nu, nf) over frequencies (nf,) [Hz]: each output over each input."""
     with figure_style():
-        figure = Figure(figsize=(6.3, 4.6), layout="constrained")
-        upper, lower = figure.subplots(2, 1, sharex=True)
+        figure, (upper, lower) = new_figure(4.6, 2, 1, sharex=True)
         k, units = 0, set()
         for i, output in enumerate(model.outputs):
             for j, given in enumerate(model.inputs):

@@ -1,4 +1,4 @@
-"""HTML pages from templates beside the modules: each is one file that needs no network."""
+"""HTML pages from templates next to the modules: each is one file that needs no network."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 
 | module            | responsibility                                                            |
 |-------------------|---------------------------------------------------------------------------|
-| trajectory        | outputs over time, status, provenance; save and load                      |
-| loops             | gaps of the loops of a run, and the last sample with closed loops         |
+| trajectory        | outputs over time, status, provenance, gaps of loops; save and load       |
 | derivatives       | derivatives of outputs with respect to values                             |
 | extremes          | smallest and largest values over continuous time, integrals               |
 | statistic_derivatives | derivatives of statistics over windows of a run                       |
@@ -11,8 +10,7 @@
 | steady_state      | classification of the motion at the end of a run, and its steady cycle    |
 | akima             | interpolation between samples                                             |
 | impacts           | individual contacts; flight, impact and sustained contact                 |
-| singular          | singular positions on or near a motion                                    |
-| soundness         | where numbers of a motion have no meaning                                 |
+| soundness         | singular positions, indeterminate forces: numbers without meaning         |
 | divergence        | configurations of a linkage; time up to which two runs of one system agree |
 | peak_errors       | errors of peaks, from a run at a tighter tolerance; rounding of outputs   |
 | joint_validity    | validity of joint laws in a run                                           |

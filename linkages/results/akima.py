@@ -10,21 +10,11 @@ _FLAT = 1e-9  # relative to the largest weight: smaller weights are rounding err
 
 
 def interpolated(times: Array, samples: Array, at: Array) -> Array:
-    """Interpolate by Hermite cubics with slopes from neighbouring secants, nearly without overshoot at jumps.
+    """Interpolate samples (nt, n) by Hermite cubics with slopes from secants, nearly without overshoot at jumps.
 
-    Parameters
-    ----------
-    times : (nt,) array
-        Increasing sample times, at least two.
-    samples : (nt, n) array
-    at : (m,) array
-        Times of the result, within the sample times.
-
-    Returns
-    -------
-    (m, n) array
-        Interpolated values. Source: Akima, A new method of interpolation and smooth curve fitting based on local
-        procedures, J. ACM 17 (1970) 589-602, with modified weights ("makima").
+    The times (nt,) increase, at least two; the result (m, n) is at times within them. Source: Akima, A new method of
+    interpolation and smooth curve fitting based on local procedures, J. ACM 17 (1970) 589-602, with modified weights
+    ("makima").
 
     Examples
     --------

@@ -25,29 +25,12 @@ class FilmError(NamedTuple):
 
 
 def film_error(record: Any, slenderness: float, e: Array, force: Array) -> FilmError | None:
-    """Estimate the effect of a film of finite length (Guembel's condition) on a run.
+    """Estimate the effect of a film of finite length (Guembel's condition) on a run; None where no force acts.
 
-    Parameters
-    ----------
-    record : record of `linkages.laws.PARAMETERS`
-        Of the joint, with its film.
-    slenderness : float
-        L/D.
-    e : (n, 2) array
-        Eccentricity vector over the run, from the bearing's centre to the journal's [m].
-    force : (n, 2) array
-        Force of the film on the journal [N].
-
-    Returns
-    -------
-    FilmError or None
-        None where no force acts.
-
-    Notes
-    -----
-    The motion (deps, ew) follows, but for its scale, from the direction of the force: a film is homogeneous of degree
-    one. The eccentricity is an estimate: it keeps the speeds deps and ew/eps of the moment, and so neglects that a
-    film that carries less is squeezed for longer.
+    From the record of the joint, L/D, the eccentricities (n, 2) from the bearing's centre to the journal's [m], and the
+    forces of the film on the journal (n, 2) [N]. The motion (deps, ew) follows, but for its scale, from the direction
+    of the force: a film is homogeneous of degree one. The eccentricity is an estimate: it keeps the speeds deps and
+    ew/eps of the moment, and so neglects that a film that carries less is squeezed for longer.
     """
     ratio = np.hypot(*e.T) / record.clearance
     size = np.hypot(*force.T)

@@ -51,23 +51,11 @@ def errors(
     parted: tuple[float, float] | None,
     noise: Mapping[str, float],
 ) -> dict[str, float | None]:
-    """Estimate the errors of the peaks of a run or a part of it.
+    """Estimate the errors of the peaks of a run or a part of it, by key, in the peak's unit; None: no estimate.
 
-    Parameters
-    ----------
-    run, tighter : Trajectory
-        Runs over the same time; `run` with dense output.
-    peaks, finer : dict
-        Peaks of both runs by key (`linkages.results.characteristics.peaks_by_key`).
-    parted : (float, float) or None
-        Times of divergence and of convergence [s]; see `linkages.results.divergence.apart`.
-    noise : dict
-        Rounding of each column (`linkages.results.peak_errors`).
-
-    Returns
-    -------
-    dict
-        Error of each peak by its key, in the peak's unit; None without an estimate.
+    `run` (with dense output) and `tighter` are over the same time; `peaks` and `finer` are their peaks, see
+    `linkages.results.characteristics.peaks_by_key`; `parted` has the times of divergence and of convergence [s], see
+    `linkages.results.divergence.apart`; `noise` has the rounding of each column.
     """
     start, end = (float(tighter.time[k]) for k in (0, -1))
     if parted is None or parted[0] >= end or parted[1] <= start:

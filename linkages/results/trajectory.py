@@ -6,21 +6,22 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.arguments import Dense, inside, validated
-from linkages.arrays import Array
+from linkages.arrays import Array, Records
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, RunError, Status, UnknownNameError, nearest_names
 from linkages.files import table_formats
 from linkages.files.reading import read_arrays
 from linkages.files.writing import whole
 from linkages.outputs.columns import Columns
+from linkages.planar.closure import LOOSE, loop_errors
 from linkages.results.derivatives import NONE, Derivatives
-from linkages.results.loops import Loops
+from linkages.system.tree import Tree
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -264,3 +265,22 @@ def _in_parts(evaluate: Callable[[Array], Columns], times: Array) -> Columns:
             column = columns.setdefault(name, np.empty(len(times)))
             column[first : first + len(values)] = values
     return columns
+
+
+class Loops(NamedTuple):
+    """Loops that a trajectory must keep closed."""
+
+    tree: Tree  # tree with the trajectory's coordinates, columns ``q.COORDINATE``
+    rows: Records  # closure rows: `Tree.loop_rows` for a run, `Tree.closure_rows` if all joints are ideal
+
+    def errors(self, columns: Columns) -> Array:
+        """Compute the largest loop error (nt,) at each sample [m, rad]."""
+        if not len(self.rows):
+            return np.zeros(len(columns["time"]))
+        q = np.stack([columns[f"q.{name}"] for name in self.tree.coordinates], axis=1)
+        return loop_errors(self.tree.bodies, self.rows, q)
+
+    def closed(self, errors: Array) -> int:
+        """Count the samples before the first one with open loops."""
+        loose = errors > LOOSE * self.tree.extent
+        return int(np.argmax(loose)) if loose.any() else len(errors)

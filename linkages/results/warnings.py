@@ -11,8 +11,7 @@ from linkages.results.film_heat import heat_warnings
 from linkages.results.impacts import Impact
 from linkages.results.joint_validity import outside
 from linkages.results.peak_errors import largest_of_quantities, quantity
-from linkages.results.singular import CHANGE_POINT, DEAD_POINT, ONE_BRANCH, SingularPosition
-from linkages.results.soundness import BOUNDED, Soundness
+from linkages.results.soundness import BOUNDED, CHANGE_POINT, DEAD_POINT, ONE_BRANCH, SingularPosition, Soundness
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import warning
 from linkages.system import System

@@ -9,9 +9,8 @@ Agricultural Machinery 41(6), 2010, pp. 208-215 ("the paper"); equation numbers 
 | geometry        | base, platform, crank and coupler lengths, from the SDFormat mechanism                    |
 | robot           | TOML file -> `Robot`: sections, material, drives, load, options                           |
 | kinematics      | loops, Jacobians, velocities, accelerations, inverse kinematics                           |
-| direct          | every assembly, from a trigonometric polynomial of degree three; exact count of its roots |
+| direct          | every assembly, from a polynomial of degree three, its roots counted; maps of assemblies  |
 | branch          | one assembly followed over time; folds and singularities; travel                          |
-| maps            | number of assemblies and nearness to singularities over the drive angles                  |
 | finite_elements | mass and stiffness matrices in any pose, rigid fields, inertia loads                      |
 | velocity_terms  | gyroscopic and centrifugal terms, geometric stiffness                                     |
 | modes           | natural frequencies and shapes over poses, followed by MAC                                |
@@ -31,7 +30,7 @@ pose as their first axis.
 
 from linkages.three_rrr.analysis import analyse
 from linkages.three_rrr.branch import follow
-from linkages.three_rrr.maps import drive_map
+from linkages.three_rrr.direct import drive_map
 from linkages.three_rrr.robot import changed, load_robot
 from linkages.three_rrr.speed import speed_sweep
 from linkages.three_rrr.vibration import vibrate

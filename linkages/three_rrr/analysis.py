@@ -26,36 +26,24 @@ _SPARE = 4  # additional modes for crossings
 
 @dataclass(frozen=True)
 class RobotResults:
-    """Results over one motion; frequencies in Hz, see the modules for the rest.
-
-    Attributes
-    ----------
-    model : FiniteElementModel
-        With locked roots, or with servos if the robot has them.
-    frequencies : (N, n) array
-        Rising at each pose.
-    tracked, shapes, mac : arrays
-        Modes followed from the first pose, see `linkages.flexible.modes.track`.
-    free : (N, m) array
-        The lowest frequencies with free roots, the paper's 24 numbers, the three zeros of the rigid motion among them.
-    dynamic : Vibration or None
-        The response with vibration, if requested.
-    """
+    """Results over one motion; frequencies in Hz, see the modules for the rest."""
 
     robot: Robot
-    model: FiniteElementModel
+    model: FiniteElementModel  # with locked roots, or with servos if the robot has them
     assemblies: Assemblies
     branch: AssemblyBranch
     motion: RobotMotion
     loop_error: float
-    frequencies: Array
-    tracked: Array
+    frequencies: Array  # (N, n) rising at each pose
+    tracked: Array  # modes followed from the first pose, see `linkages.flexible.modes.track`
     shapes: Array
     mac: Array
+    # (N, m) the lowest frequencies with free roots, the paper's 24 numbers, the three zeros of the rigid
+    # motion among them
     free: Array
     static: Response
     stress: list[LinkStress]
-    dynamic: Vibration | None = None
+    dynamic: Vibration | None = None  # the response with vibration, if requested
 
 
 @validated

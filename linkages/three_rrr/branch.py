@@ -50,26 +50,14 @@ class Singularity:
 
 @dataclass(frozen=True)
 class AssemblyBranch:
-    """An assembly followed over time.
-
-    Attributes
-    ----------
-    cranks : callable
-        RobotMotion of the cranks.
-    times, x : (n,), (n, 3) arrays
-        Continuation points: time [s] and platform position.
-    status : Status
-        OK, or SINGULAR if it ends at a fold before the wanted duration.
-    singularities : tuple
-        Type-1 singularities passed and the type-2 one that ended it, by time.
-    """
+    """An assembly followed over time."""
 
     geometry: Geometry
-    cranks: CrankMotion
-    times: Array
-    x: Array
-    status: Status
-    singularities: tuple[Singularity, ...]
+    cranks: CrankMotion  # motion of the cranks
+    times: Array  # (n,) times of the continuation points [s]
+    x: Array  # (n, 3) platform positions there
+    status: Status  # OK, or SINGULAR if it ends at a fold before the wanted duration
+    singularities: tuple[Singularity, ...]  # type-1 singularities passed and the type-2 one that ended it, by time
 
     def phi(self, times: Array) -> Array:
         """Crank angles (n, 3) at some times (n,) [rad]."""

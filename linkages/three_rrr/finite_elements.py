@@ -53,12 +53,8 @@ class LinkElements:
 class FiniteElementModel:
     """Finite-element model of a robot.
 
-    Attributes
-    ----------
-    full : int
-        Number of displacements with free roots: 3 (6 n + 2).
-    size : int
-        Number of unknowns: without locked roots, and with three for a rigid platform.
+    `full` is the number of displacements with free roots, 3 (6 n + 2); `size` the number of unknowns: without locked
+    roots, and with three for a rigid platform.
     """
 
     def __init__(self, robot: Robot) -> None:

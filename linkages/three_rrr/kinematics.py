@@ -23,27 +23,16 @@ CrankMotion = Callable[[Any], tuple[Array, Array, Array]]
 
 @dataclass(frozen=True)
 class RobotMotion:
-    """Rigid motion at N poses.
+    """Rigid motion at N poses."""
 
-    Attributes
-    ----------
-    time : (N,) array [s]
-    phi, dphi, ddphi : (N, 3) arrays
-        Crank angles and their derivatives [rad, rad/s, rad/s2].
-    x, dx, ddx : (N, 3) arrays
-        Platform (theta, x, y) and its derivatives [rad, m].
-    psi, dpsi, ddpsi : (N, 3) arrays
-        Coupler angles and their derivatives.
-    """
-
-    time: Array
-    phi: Array
+    time: Array  # (N,)
+    phi: Array  # (N, 3) crank angles and their derivatives [rad, rad/s, rad/s2]
     dphi: Array
     ddphi: Array
-    x: Array
+    x: Array  # (N, 3) platform (theta, x, y) and its derivatives [rad, m]
     dx: Array
     ddx: Array
-    psi: Array
+    psi: Array  # (N, 3) coupler angles and their derivatives
     dpsi: Array
     ddpsi: Array
 

@@ -59,16 +59,9 @@ def quasi_static_response(model: FiniteElementModel, state: RobotMotion) -> Resp
 def recursion(model: FiniteElementModel, branch: AssemblyBranch, times: Array, printed: bool = False) -> Response:
     """Response from rest by the paper's recursion, eq. (13): matrices and loads constant over a step, each mode exact.
 
-    With free roots nothing but inertia holds the mechanism: three modes are rigid, and it falls behind its
-    prescribed motion.
-
-    Parameters
-    ----------
-    times : (N,) array
-        Rising times [s].
-    printed : bool
-        Whether to return from the modal basis of a step with the basis of the next step, as printed, in which modes
-        keep their order and signs. By default the basis is the same both ways.
+    With free roots nothing but inertia holds the mechanism: three modes are rigid, and it falls behind its prescribed
+    motion. `printed` returns from the modal basis of a step with the basis of the next step, as printed, in which modes
+    keep their order and signs; by default the basis is the same both ways.
     """
     state = branch.motion(times)
     rigid = 3 if model.robot.drives.roots == "free" else 0
@@ -119,18 +112,13 @@ def march(
     Parameters
     ----------
     times : (N,) array
-        Equally spaced [s].
+        Equally spaced [s]; the parts follow each other, together at all of them.
     start : str
         "rest": no displacement and no rate; "quasi-static": on the quasi-static solution.
     radius : float
         Spectral radius at infinite frequency: 1 keeps all energy, 0 damps the highest modes at once.
     velocity_dependent : bool
         Whether the terms of `linkages.three_rrr.velocity_terms` act.
-
-    Yields
-    ------
-    Response
-        At the next of the times, in order; together at all of them.
 
     Raises
     ------

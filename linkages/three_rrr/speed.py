@@ -23,22 +23,12 @@ RESONANCE = 1.5  # dynamic over quasi-static peak from which a local maximum cou
 
 @dataclass(frozen=True)
 class SpeedSweep:
-    """Peaks over the motion for drives at `factors` times their speeds.
+    """Peaks over the motion for drives at `factors` times their speeds."""
 
-    Attributes
-    ----------
-    factors : (n,) array
-        Those run: none beyond the first resonance.
-    static, dynamic : (n,) arrays
-        Largest displacement of the platform's centre [m], quasi-static and with vibration.
-    resonance : int or None
-        Index of the first resonance among `factors`.
-    """
-
-    factors: Array
-    static: Array
-    dynamic: Array
-    resonance: int | None
+    factors: Array  # (n,) those run: none beyond the first resonance
+    static: Array  # (n,) largest quasi-static displacement of the platform's centre [m]
+    dynamic: Array  # (n,) the same with vibration
+    resonance: int | None  # index of the first resonance among `factors`
 
     @property
     def amplification(self) -> Array:
@@ -68,13 +58,8 @@ def speed_sweep(
 ) -> SpeedSweep:
     """Run the whole motion at each speed, starting on the quasi-static solution, until a resonance is passed.
 
-    Parameters
-    ----------
-    damping_ratio : float
-        Damping of the first mode, proportional to the stiffness (assumed); without any, resonances have no
-        height.
-    steps_per_period : float
-        Time steps in the shortest period of the first mode over the motion.
+    The first mode has a damping ratio (assumed), proportional to the stiffness; without any, resonances have no height.
+    Steps are counted in the shortest period of the first mode over the motion.
     """
     coarse = branch.motion(np.linspace(0.0, branch.times[-1], 181))
     first = float(frequencies(FiniteElementModel(robot), coarse, 1).max())

@@ -20,31 +20,17 @@ SPANS = 720
 
 @dataclass(frozen=True)
 class Vibration:
-    """Extremes of the response in n equal spans of the motion.
+    """Extremes of the response in n equal spans of the motion."""
 
-    Attributes
-    ----------
-    time : (n,) array
-        Middle of each span [s].
-    steps : int
-        Time steps of the whole motion.
-    platform : (2, n, 3) array
-        Least and largest elastic displacement of the platform: x, y [m], rotation [rad].
-    fibre : dict of (2, n, 3) arrays
-        For each link, least and largest stress in the outer fibre at the side of +v: at the first pivot, in the middle,
-        at the second pivot [Pa].
-    largest : dict of float
-        For each link, largest magnitude of the stress anywhere, at any time [Pa].
-    plate : (2, n, 3) array or None
-        Least and largest values of the principal stresses and of the largest shear in the platform [Pa]; None if it is
-        rigid.
-    """
-
-    time: Array
-    steps: int
-    platform: Array
+    time: Array  # (n,) middle of each span [s]
+    steps: int  # time steps of the whole motion
+    platform: Array  # (2, n, 3) least and largest elastic displacement of the platform: x, y [m], rotation [rad]
+    # (2, n, 3) for each link, least and largest stress in the outer fibre at the side of +v: at the first
+    # pivot, in the middle, at the second pivot [Pa]
     fibre: dict[str, Array]
-    largest: dict[str, float]
+    largest: dict[str, float]  # for each link, largest magnitude of the stress anywhere, at any time [Pa]
+    # (2, n, 3) least and largest values of the principal stresses and of the largest shear in the platform
+    # [Pa]; None if it is rigid
     plate: Array | None
 
 
@@ -59,12 +45,8 @@ def vibrate(
 ) -> Vibration:
     """Run the whole motion by the generalised-alpha method; memory does not grow with its length.
 
-    Parameters
-    ----------
-    start, radius
-        As in `linkages.three_rrr.response.march`.
-    steps_per_period : float
-        Time steps in the shortest period of the first mode over the motion.
+    Start and radius as in `linkages.three_rrr.response.march`; steps are counted in the shortest period of the first
+    mode over the motion.
     """
     end = float(branch.times[-1])
     first = float(frequencies(model, branch.motion(np.linspace(0.0, end, 181)), 1).max())

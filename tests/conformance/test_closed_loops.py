@@ -5,8 +5,7 @@ import pytest
 from machines import bar, four_bar, joint, model, solid
 
 from linkages import AssemblyError, Status, ideal, simulate, simulate_batch
-from linkages.results.loops import Loops
-from linkages.results.trajectory import sample
+from linkages.results.trajectory import Loops, sample
 
 TURN = "duration = 0.01\n[drives.O]\nspeed = 1.0\n"
 PUSH = "duration = 0.01\n[drives.O]\ntorque = 0.1\n"

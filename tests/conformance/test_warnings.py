@@ -14,7 +14,7 @@ from linkages import Status, assess, ideal, simulate, summarize
 from linkages.cli.main import main
 from linkages.report.terminal import format_summary
 from linkages.results.peak_errors import SAFETY, noise
-from linkages.results.singular import CHANGE_POINT, NEAR, singular_positions
+from linkages.results.soundness import CHANGE_POINT, NEAR, singular_positions
 from linkages.results.warnings import rough
 
 #: Drawn at 1 rad and driven at 6 rad/s: flat at pi and 2 pi.

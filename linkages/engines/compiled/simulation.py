@@ -20,8 +20,7 @@ from linkages.kernel import Array
 from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import Columns
 from linkages.results.derivatives import Direction
-from linkages.results.loops import Loops
-from linkages.results.trajectory import Trajectory, sample
+from linkages.results.trajectory import Loops, Trajectory, sample
 from linkages.signals import deferred
 from linkages.system import System
 from linkages.system.ideal_motion import cause

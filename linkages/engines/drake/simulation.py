@@ -19,8 +19,7 @@ from linkages.engines.methods import expect_run
 from linkages.errors import Status
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import WIDTH
-from linkages.results.loops import Loops
-from linkages.results.trajectory import TimeReport, Trajectory, sample
+from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
 

@@ -37,26 +37,13 @@ class Event:
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """A branch of motions with the same period.
+    """A branch of motions with the same period."""
 
-    Attributes
-    ----------
-    periods : int
-        Common periods of the drives in a period of the motion.
-    source : (int, int) or None
-        Index of the branch and of its event, a period doubling, from which this one comes.
-    motions : tuple of PeriodicMotion
-        In the order along the branch.
-    events : tuple of Event
-        In the same order.
-    ends : tuple of str
-        Why it ends, in each direction in which it was followed (`linkages.explore.periodic.tracing.ENDS`).
-    """
-
-    periods: int
-    source: tuple[int, int] | None
-    motions: tuple[PeriodicMotion, ...]
-    events: tuple[Event, ...]
+    periods: int  # common periods of the drives in a period of the motion
+    source: tuple[int, int] | None  # index of the branch and of its event, a period doubling, from which this one comes
+    motions: tuple[PeriodicMotion, ...]  # in the order along the branch
+    events: tuple[Event, ...]  # in the same order
+    # why it ends, in each direction in which it was followed (`linkages.explore.periodic.tracing.ENDS`)
     ends: tuple[str, ...]
 
 

@@ -61,27 +61,11 @@ class Passage:
 
 
 class ReturnMap:
-    """The return map of a linkage as a function of the state at the section and of one value.
+    """The return map of a linkage as a function of the state at the section and of the value at a path, if given.
 
-    Attributes
-    ----------
-    start : (nx,) array
-        State at the section after the transient.
-    error : (nx,) array
-        Scale of each entry in the engine's error control.
-    period : float
-        Common period of the drives at the first value [s].
-    names : tuple of str
-        Names of the state; ``approach.CONTACT`` are approach speeds.
-
-    Parameters
-    ----------
-    path : str, optional
-        Dotted path of the value.
-    periods, transient : int
-        Common periods of the drives in a passage, and before the section, from the start of the experiment.
-    given : pair of arrays, optional
-        State at the section and what contacts remember there, instead of a transient.
+    `start` (nx,) is the state at the section after the transient, or the given state with the memory of the contacts;
+    `names` are its entries, ``approach.CONTACT`` of approach speeds; `error` (nx,) is their scale in the engine's error
+    control. A passage takes `periods` common periods of the drives, each a `period` [s] at the first value.
 
     Raises
     ------

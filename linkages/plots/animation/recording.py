@@ -38,13 +38,10 @@ _LENGTH = 8.0  # duration of every animation [s]
 
 
 def write_animation(assessment: Assessment, path: Path, exaggerate: float | None = None) -> None:
-    """Write the run as an animation.
+    """Write the run as an animation, an HTML file.
 
     Parameters
     ----------
-    assessment : Assessment
-    path : Path
-        The HTML file to write.
     exaggerate : float, optional
         Factor on the journals' eccentricities and on the deflections of flexible links. Default: true
         eccentricities, and deflections magnified until visible. The linkage is assembled again at each frame with

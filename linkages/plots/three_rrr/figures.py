@@ -11,9 +11,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from linkages.plots.shown import new_figure
 from linkages.plots.style import COLORS, LINES, figure_style, write_png
 from linkages.plots.three_rrr import parameter_maps
-from linkages.plots.three_rrr.parameter_maps import panels
 from linkages.plots.three_rrr.robot_lines import OUTLINE, draw_pose, shape_lines
 from linkages.three_rrr.analysis import RobotResults
 from linkages.three_rrr.modes import DENSE
@@ -57,7 +57,7 @@ def _over_time(name: str, labels: tuple[str, str, str], results: RobotResults) -
     values = getattr(results.motion, name) * np.array([1.0, 1e3, 1e3])
     if name == "x":
         values[:, 0] = np.rad2deg(np.unwrap(values[:, 0]))
-    figure, axes = panels(5.05, 3, sharex=True)
+    figure, axes = new_figure(5.05, 3, sharex=True)
     for axis, label, curve, color in zip(axes, labels, values.T, COLORS, strict=False):
         axis.plot(results.motion.time, curve, color=color, lw=1.2)
         axis.set_ylabel(label)
@@ -67,7 +67,7 @@ def _over_time(name: str, labels: tuple[str, str, str], results: RobotResults) -
 
 
 def _path(results: RobotResults) -> Figure:
-    figure, (axis, whole) = panels(3.3, 1, 2)
+    figure, (axis, whole) = new_figure(3.3, 1, 2)
     x, y = 1e3 * results.motion.x[:, 1], 1e3 * results.motion.x[:, 2]
     for panel in (axis, whole):
         panel.plot(x, y, color=COLORS[0], lw=1.3, zorder=4)
@@ -87,7 +87,7 @@ def _path(results: RobotResults) -> Figure:
 
 
 def _frequencies(results: RobotResults) -> Figure:
-    figure, (axis, loose) = panels(5.6, 2, sharex=True)
+    figure, (axis, loose) = new_figure(5.6, 2, sharex=True)
     for n, values in enumerate(results.tracked.T):
         style = {"color": COLORS[n], "ls": LINES[n], "label": f"mode {n + 1}"}
         axis.plot(results.motion.time, values, lw=1.4, **style)
@@ -107,7 +107,7 @@ def _frequencies(results: RobotResults) -> Figure:
 def _shapes(results: RobotResults) -> Figure:
     """Draw the deformed modes (rows) at several poses (columns)."""
     rows = min(4, results.tracked.shape[1])
-    figure, axes = panels(2.2 * rows, rows, _SHAPE_POSES, sharex=True, sharey=True)
+    figure, axes = new_figure(2.2 * rows, rows, _SHAPE_POSES, sharex=True, sharey=True)
     places = np.linspace(0, len(results.motion) - 1, _SHAPE_POSES + 1).astype(int)[:-1]
     for column, index in enumerate(places):
         for mode in range(rows):
@@ -130,7 +130,7 @@ def _shapes(results: RobotResults) -> Figure:
 
 def _displacement(results: RobotResults) -> Figure:
     """Draw the displacement: left over the whole motion (quasi-static, vibration), right after a start from rest."""
-    figure, axes = panels(5.0, 3, 2, sharex="col")
+    figure, axes = new_figure(5.0, 3, 2, sharex="col")
     time, static = results.motion.time, 1e6 * results.static.platform
     window = min(_WINDOW, float(results.branch.times[-1]))
     near = time <= window * 1.5
@@ -161,7 +161,7 @@ def _displacement(results: RobotResults) -> Figure:
 
 def _stress(results: RobotResults) -> Figure:
     """Draw the stress over time in leg 2 and the platform (bands: vibration), and along the rods at its peak."""
-    figure, axes = panels(7.0, 3, 2, width_ratios=[1.7, 1])
+    figure, axes = new_figure(7.0, 3, 2, width_ratios=[1.7, 1])
     time = results.motion.time
     for row, link in enumerate((results.stress[2], results.stress[3])):
         pose, _ = np.unravel_index(np.argmax(link.largest), link.largest.shape)

@@ -2,37 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
+from linkages.plots.shown import new_figure
 from linkages.plots.style import COLORS, LINES
 from linkages.three_rrr.analysis import RobotResults
+from linkages.three_rrr.direct import drive_map
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.maps import drive_map
 from linkages.three_rrr.modes import frequencies
 from linkages.three_rrr.robot import changed
 from linkages.three_rrr.speed import RESONANCE, speed_sweep, velocity_effect
 
-_WIDTH = 6.3  # width of a figure [in]
-
 _COUNTS = ListedColormap(["#FFFFFF", "#C6DDEE", COLORS[5], COLORS[0]])
-
-
-def panels(height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
-    """Make a figure of a height [in] and its axes: one, or an array as from `Figure.subplots`."""
-    figure = Figure(figsize=(_WIDTH, height), layout="constrained")
-    return figure, figure.subplots(rows, columns, **options)
 
 
 def map_figure(results: RobotResults) -> Figure:
     """Draw number of assemblies and nearness to both types of singularity over phi_1 and phi_2."""
     found = drive_map(results.robot.geometry, float(results.robot.phi0[2]))
     degrees = np.rad2deg(found.angles)
-    figure, axes = panels(2.9, 1, 3, sharey=True)
+    figure, axes = new_figure(2.9, 1, 3, sharey=True)
     counts = {"cmap": _COUNTS, "norm": BoundaryNorm([-1, 1, 3, 5, 7], 4)}
     nearness = {"cmap": "cividis", "vmin": 0.0}
     start = np.rad2deg(np.angle(np.exp(1j * results.robot.phi0)))
@@ -57,7 +48,7 @@ def map_figure(results: RobotResults) -> Figure:
 
 def convergence_figure(results: RobotResults) -> Figure:
     """Draw the error of the first frequencies at t = 0 over the number of elements per link."""
-    figure, axis = panels(3.3)
+    figure, axis = new_figure(3.3)
     start = results.motion.part(slice(0, 1))
     counts = np.array([1, 2, 4, 8])
     found = [
@@ -79,7 +70,7 @@ def convergence_figure(results: RobotResults) -> Figure:
 
 def velocity_figure(results: RobotResults) -> Figure:
     """Draw the effect of the velocity-dependent terms over speed."""
-    figure, axis = panels(3.3)
+    figure, axis = new_figure(3.3)
     factors = np.geomspace(1.0, 300.0, 13)
     frequency, displacement = velocity_effect(results.robot, results.branch, factors, poses=13)
     speed = factors * float(np.max(np.abs(results.motion.dphi)))
@@ -96,7 +87,7 @@ def velocity_figure(results: RobotResults) -> Figure:
 
 def speed_figure(results: RobotResults) -> Figure:
     """Draw the peak elastic displacement over speed, up to the first resonance."""
-    figure, (top, bottom) = panels(4.4, 2, sharex=True)
+    figure, (top, bottom) = new_figure(4.4, 2, sharex=True)
     one = changed(results.robot, model={"elements": 1})
     found = speed_sweep(one, results.branch, np.geomspace(60.0, 400.0, 60), steps_per_period=24.0)
     speed = found.factors * float(np.max(np.abs(results.motion.dphi)))
