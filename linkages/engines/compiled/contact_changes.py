@@ -42,8 +42,9 @@ CLOSING, SLIDING = DELTA + 1, DELTA + 2  # results of a contact after its penetr
 _DRY = MODELS["dry"]
 
 _STEP = 1e-5  # of central differences of a law, in parts of a value, of an approach speed, of a clearance
-_GAP = 1e-4  # greatest change of the gap in a step, in parts of the gap
-_NEAR = 1e-3  # lower limit of a film's gap for that, in parts of the clearance
+_GAP = 1e-4  # greatest change of the gap in a step, in parts of the gap of a film
+_DEEP = 10.0  # penetrations count as so many gaps
+_NEAR = 1e-3  # lower limit of a film's gap, in parts of the clearance
 _INSIDE = 1e-4  # distance from a kink, in parts of its speed: kinks move with values
 _SLOW = 1e-10  # least distance from a kink at zero speed [m/s]
 
@@ -125,7 +126,7 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, room:
 def room_of(equations: Equations, k: int, s: Contacts) -> float:
     """Return the gap or the penetration of contact k, which limits the steps of its differences."""
     law, delta = equations.model.laws[k], abs(s.force[k, DELTA])
-    return max(delta, (LEAST if law.model == _DRY else _NEAR) * law.clearance)
+    return _DEEP * max(delta, LEAST * law.clearance) if law.model == _DRY else max(delta, _NEAR * law.clearance)
 
 
 @kernel
@@ -152,11 +153,16 @@ def gap_change(equations: Equations, k: int, change: Array, s: Contacts) -> None
     The penetration, its rate and the sliding speed are accurate, whether the bodies touch or not.
     """
     model, memory, a = equations.model, equations.work.memory[k], s.motion[k]
-    end, law, worst = model.ends[k], model.laws[k], _STEP
+    end, law, worst = model.ends[k], model.laws[k], 0.0
     for i in range(2):
         worst = max(worst, abs(change[i]) / law.clearance, abs(change[6 + i]))
-    h = _STEP / worst
+    if worst == 0.0:  # linear in the rates
+        for i in range(2, 6):
+            worst = max(worst, abs(change[i]))
     clear(s.found)
+    if worst == 0.0:
+        return
+    h = _STEP / worst
     for side in (1.0, -1.0):
         for i in range(MOTION):
             s.spare[k, i] = a[i] + side * h * change[i]

@@ -16,6 +16,7 @@ import numpy as np
 from linkages.engines.compiled.contact_changes import MOTION, Contacts, law_changes
 from linkages.engines.compiled.equations import rate_residuals, set_state
 from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.neighbours import PAIRS
 from linkages.engines.compiled.variation import ANY, QUADRATIC, STILL, Variation, move
 from linkages.kernel import Array, clear, kernel
 from linkages.planar.contact_partials import OUTPUTS
@@ -25,10 +26,9 @@ from linkages.planar.newton_euler import generalised_force
 
 _STEP = 1e-3  # of central differences, in parts of a value, or of 1 rad of a drive
 #: Places of central differences; weights of the second order, exact for polynomials of that order; of the fourth one.
-_PLACES = np.array([-1.0, 1.0, -2.0, 2.0])
+_PLACES = np.array(PAIRS[0])
 _WEIGHTS = np.zeros((3, 4))
-_WEIGHTS[QUADRATIC] = -1 / 2, 1 / 2, 0.0, 0.0
-_WEIGHTS[ANY] = -2 / 3, 2 / 3, 1 / 12, -1 / 12
+_WEIGHTS[QUADRATIC], _WEIGHTS[ANY] = (-1 / 2, 1 / 2, 0.0, 0.0), PAIRS[1]
 
 
 @kernel

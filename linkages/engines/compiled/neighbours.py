@@ -27,6 +27,8 @@ _SAME = 1e-15  # relative change of a number by rounding: the value does not cha
 _INTEGER = 1e-290  # an integer, read as a float, is smaller
 #: Places and weights of differences of the second order: central, or to one side at a limit of the value.
 _STENCILS = ((-1, 1), (-1 / 2, 1 / 2)), ((1, 2), (2.0, -1 / 2)), ((-1, -2), (-2.0, 1 / 2))
+#: Places and weights of central differences of the fourth order; a constant gives exactly zero, pair by pair.
+PAIRS = (-1.0, 1.0, -2.0, 2.0), (-2 / 3, 2 / 3, 1 / 12, -1 / 12)
 
 
 class Rates(NamedTuple):

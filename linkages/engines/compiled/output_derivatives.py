@@ -1,4 +1,4 @@
-"""Derivatives of outputs from derivatives of the state: central differences of the outputs' formulas."""
+"""Derivatives of outputs from derivatives of the state: differences of the fourth order of the outputs' formulas."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from linkages.engines.compiled.neighbours import Neighbours
+from linkages.engines.compiled.neighbours import PAIRS, Neighbours
 from linkages.kernel import Array, kernel
 from linkages.kernel.block import Duplicate, contents
 from linkages.kernel.compile import bound
@@ -20,7 +20,9 @@ from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.rigid_segments import Segmented
 
-_STEP = 1e-5  # of central differences, in parts of a value, of 1 rad, of a clearance
+# Step of differences of the fourth order, in parts of a value and of 1 rad; in parts of a clearance, beyond which an
+# eccentricity near zero is far from linear.
+_STEP, _SHORT = 1e-3, 1e-4
 
 
 class OutputTable:
@@ -76,9 +78,9 @@ class OutputTable:
         )
         if self._add is None:
             self._add = cast(Callable[..., None], bound(add_moved, *given, h, 1.0, result))
-        for side in (-1.0, 1.0):
-            self._numbers.numbers[places] = initial + side * h * rates
-            self._add(*given, side * h, 0.5 * side / h, result)
+        for place, weight in zip(*PAIRS, strict=True):
+            self._numbers.numbers[places] = initial + place * h * rates
+            self._add(*given, place * h, weight / h, result)
         self._numbers.numbers[places] = initial
         if self._jitter:
             plain = [self.names[k].removesuffix(JITTER) for k in self._jitter]
@@ -92,16 +94,16 @@ def _largest(turns: Array, contacts: Array, clearances: Array, least: float) -> 
 
     Changes: of angles (nt, n), of displacements of journals in contacts (nt, nc, WIDTH) over clearances, of the value.
     """
-    found = least
+    found, shorter = least / _STEP, 1.0 / _SHORT
     for i in range(len(turns)):
         for k in range(turns.shape[1]):
-            if abs(turns[i, k]) > found:
-                found = abs(turns[i, k])
+            if abs(turns[i, k]) > found * _STEP:
+                found = abs(turns[i, k]) / _STEP
         for k in range(contacts.shape[1]):
             for j in (EX, EY):
-                if abs(contacts[i, k, j]) > found * clearances[k]:
-                    found = abs(contacts[i, k, j]) / clearances[k]
-    return found / _STEP
+                if shorter * abs(contacts[i, k, j]) > found * clearances[k]:
+                    found = shorter * abs(contacts[i, k, j]) / clearances[k]
+    return found
 
 
 def _all_names(system: System) -> list[str]:
