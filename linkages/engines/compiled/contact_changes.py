@@ -45,7 +45,7 @@ _STEP = 1e-5  # of central differences of a law, in parts of a value, of an appr
 _GAP = 1e-4  # greatest change of the gap in a step, in parts of the gap of a film
 _DEEP = 10.0  # penetrations count as so many gaps
 _NEAR = 1e-3  # lower limit of a film's gap, in parts of the clearance
-_INSIDE = 1e-4  # distance from a kink, in parts of its speed: kinks move with values
+_INSIDE = 2e-5  # distance from a kink, in parts of its speed: kinks move with values
 _SLOW = 1e-10  # least distance from a kink at zero speed [m/s]
 
 

@@ -25,10 +25,15 @@ _UNITS = {"m/s2": 10.0}  # magnitudes of a value of zero, by its unit
 _UNIT = 1e-2  # of other units
 _SAME = 1e-15  # relative change of a number by rounding: the value does not change it
 _INTEGER = 1e-290  # an integer, read as a float, is smaller
-#: Places and weights of differences of the second order: central, or to one side at a limit of the value.
+_ROUNDING = 1e-13  # error of a number that is proportional to the value
+#: Places and weights of differences: of the first order, for numbers proportional to the value; of the second one,
+#: central, or to one side at a limit of the value.
+_ONE = (1,), (1.0,)
 _STENCILS = ((-1, 1), (-1 / 2, 1 / 2)), ((1, 2), (2.0, -1 / 2)), ((-1, -2), (-2.0, 1 / 2))
 #: Places and weights of central differences of the fourth order; a constant gives exactly zero, pair by pair.
 PAIRS = (-1.0, 1.0, -2.0, 2.0), (-2 / 3, 2 / 3, 1 / 12, -1 / 12)
+
+_Stencil = tuple[tuple[int, ...], tuple[float, ...]]
 
 
 class Rates(NamedTuple):
@@ -65,7 +70,9 @@ def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighb
 
 
 class Neighbours:
-    """Two systems near a system, with other values at a path.
+    """Systems near a system, with other values at a path.
+
+    Numbers that are proportional to the value need one system, others two. They are built when they are needed.
 
     Parameters
     ----------
@@ -88,33 +95,51 @@ class Neighbours:
 
     def __init__(self, system: System, value: str | Direction) -> None:
         along = Direction(value, system.value(value), {value: 1.0}) if isinstance(value, str) else value
-        self.path, number, self.along = along
-        self.system, self.magnitude = system, magnitude_of(self.path, number)
-        step = _STEP * self.magnitude
-        for places, weights in _STENCILS:
+        self.path, self._value, self.along = along
+        self.system, self.magnitude = system, magnitude_of(self.path, self._value)
+        self._built: dict[int, System] = {}
+        self._use(_ONE, *_STENCILS[2:])
+
+    def _use(self, *stencils: _Stencil) -> None:
+        """Build the systems of the first stencil whose values are valid."""
+        for places, weights in stencils:
             try:
-                self._systems = [self._moved(place * step) for place in places]
+                self._systems = [self._moved(place) for place in places]
             except InputError as error:
                 problem = error
             except AssemblyError as error:
                 text = f"has no neighbouring value that can be assembled: {error}"
                 problem = InputError("argument", self.path, text)
             else:
-                self._weights = np.array(weights) / step
+                self._weights = np.array(weights) / (_STEP * self.magnitude)
                 return
         raise problem
 
-    def _moved(self, amount: float) -> System:
-        value = self.system.value
-        found = self.system.replaced({path: value(path) + amount * rate for path, rate in self.along.items()})
-        _ = found.assembly  # a failure leads to another stencil
-        return found
+    def _moved(self, place: int) -> System:
+        if place not in self._built:
+            step, value = place * _STEP * self.magnitude, self.system.value
+            found = self.system.replaced({path: value(path) + step * rate for path, rate in self.along.items()})
+            _ = found.assembly  # a failure leads to another stencil
+            self._built[place] = found
+        return self._built[place]
+
+    def _is_exact(self, here: Array, found: Sequence[Array]) -> bool:
+        """Whether differences of the first order are exact, or others are taken; otherwise take others from now on."""
+        if len(found) > 1:
+            return True
+        change, part = found[0] - here, _STEP * self.magnitude / self._value if self._value else 0.0
+        if not change.any() or np.all(np.abs(change - part * here) <= _ROUNDING * np.abs(here)):
+            return True
+        self._use(*_STENCILS)
+        return False
 
     def derivative(self, numbers: Callable[[System], Array]) -> Array:
         """Differentiate an array of numbers."""
         here, found = numbers(self.system), [numbers(one) for one in self._systems]
         if any(one.shape != here.shape for one in found):
             raise self._other_structure()
+        if not self._is_exact(here, found):
+            return self.derivative(numbers)
         return np.tensordot(self._weights, [one - here for one in found], 1)
 
     def rates(self, make: Callable[[System], Any]) -> Rates:
@@ -131,6 +156,8 @@ class Neighbours:
         places, values = _changed(own, found)
         if np.any((np.abs(values) < _INTEGER) & (values != 0.0)):
             raise self._other_structure()
+        if not self._is_exact(values[0], values[1:]):
+            return self.rates(make)
         return Rates(places, self._weights @ (values[1:] - values[0]))
 
     @cached_property

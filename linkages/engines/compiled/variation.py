@@ -13,9 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.engines.compiled.job import Given, model_of
-from linkages.engines.compiled.model import Equations, make_memory, make_work, start_state
+from linkages.engines.compiled.model import Equations, make_memory, make_work
 from linkages.engines.compiled.neighbours import Neighbours, unscaled
-from linkages.kernel import Array, Indices, inlined_kernel, kernel
+from linkages.engines.compiled.start_derivatives import start_derivatives
+from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.block import Duplicate
 from linkages.kernel.by_reference import Packed, packed
 from linkages.laws import PARAMETERS
@@ -82,12 +83,6 @@ class Variation(NamedTuple):
     effect: Indices
 
 
-@inlined_kernel
-def size_of(variation: Variation) -> int:
-    """Return the number of values."""
-    return len(variation.unit)
-
-
 @kernel
 def move(variation: Variation, p: int, amount: float) -> None:
     """Move the model by an amount of value p from where the run is; zero restores it exactly."""
@@ -132,8 +127,7 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         gaps,
         np.array([effects[one.places].max(initial=STILL) for one in changes], np.int64),
     )
-    start = [near.derivative(start_state) for near in nearby]
-    return packed(variation), np.reshape(start, (count, len(start_state(system)))).T.copy()
+    return packed(variation), start_derivatives(system, nearby)
 
 
 def _effects(model: Arrays) -> tuple[Indices, Indices, Array]:
