@@ -22,6 +22,7 @@ from linkages.planar.contact_partials import (
     DELTA,
     DEPTH_FROM,
     DEPTH_TO,
+    FRICTION_SPEED,
     LEAST,
     OUTPUTS,
     PUSH_FROM,
@@ -41,11 +42,14 @@ MOTION = 8  # entries of a contact's motion
 CLOSING, SLIDING = DELTA + 1, DELTA + 2  # results of a contact after its penetration
 _DRY = MODELS["dry"]
 
-_STEP = 1e-5  # of central differences of a law, in parts of a value, of an approach speed, of a clearance
+_STEP = 1e-6  # of central differences of a law, in parts of a value, of an approach speed
+_WIDE = 1e-5  # of central differences of a gap along a motion, in parts of the clearance
 _GAP = 1e-4  # greatest change of the gap in a step, in parts of the gap of a film
 _DEEP = 10.0  # penetrations count as so many gaps
 _NEAR = 1e-3  # lower limit of a film's gap, in parts of the clearance
-_INSIDE = 2e-5  # distance from a kink, in parts of its speed: kinks move with values
+_INSIDE = 2e-6  # distance from a kink, in parts of its speed: kinks move with values
+_SHIFT = 1e-6  # greatest change of the sliding speed in a step, in parts of that over which friction changes
+_PUSHING = 2e-3  # distance from the zero of a force, in parts of the force, if lengths change
 _SLOW = 1e-10  # least distance from a kink at zero speed [m/s]
 
 
@@ -102,11 +106,13 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, room:
     model, moved, memory = equations.model, variation.equations.model, equations.work.memory[k]
     end, law, table, bounds = model.ends[k], model.laws[k], model.tables[k], equations.work.scratch.bounds[k]
     approach, bristle, motion = memory[APPROACH], memory[BRISTLE], _motion_of(s.motion[k])
-    if is_bounded(bounds):
-        motion = inside(end, law, table, approach, bristle, motion, bounds)
-    h = _STEP * (variation.unit[p] if p >= 0 else approach)
+    h, margins = _STEP * (variation.unit[p] if p >= 0 else approach), (_SLOW, _INSIDE)
     if p >= 0 and variation.gaps[p, k] > 0.0:
-        h = min(h, _GAP * room / variation.gaps[p, k])
+        spin, slide = abs(motion[4]) + abs(motion[5]) + _SLOW, _SHIFT * _friction_scale(bounds)
+        h = min(h, min(_GAP * room, slide / spin) / variation.gaps[p, k])
+        margins = 2.0 * slide, _PUSHING
+    if is_bounded(bounds):
+        motion = inside(end, law, table, approach, bristle, motion, bounds, margins)
     clear(s.found)
     for side in (1.0, -1.0):
         began = approach
@@ -120,6 +126,16 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, room:
             s.found[i] += side * result[i] / (2.0 * h)
     if p >= 0:
         move(variation, p, 0.0)
+
+
+@inlined_kernel
+def _friction_scale(bounds: Array) -> float:
+    """Return a sliding speed over which friction changes; infinite without friction."""
+    scale = bounds[FRICTION_SPEED]
+    for speed in (abs(bounds[SLIDING_FROM]), abs(bounds[SLIDING_TO])):
+        if 0.0 < speed < scale:
+            scale = speed
+    return scale
 
 
 @kernel
@@ -162,7 +178,7 @@ def gap_change(equations: Equations, k: int, change: Array, s: Contacts) -> None
     clear(s.found)
     if worst == 0.0:
         return
-    h = _STEP / worst
+    h = _WIDE / worst
     for side in (1.0, -1.0):
         for i in range(MOTION):
             s.spare[k, i] = a[i] + side * h * change[i]
@@ -195,34 +211,35 @@ def _shifted(end: np.record, motion: Motion, depth: float, closing: float, slidi
 
 
 @inlined_kernel
-def _within(value: float, low: float, high: float, margin: float) -> float:
-    """Limit a value to within its bounds."""
+def _within(value: float, low: float, high: float, share: float, margin: float) -> float:
+    """Limit a value to within its bounds, a share of them and a margin away."""
     if low > -math.inf:
-        value = max(value, low + _INSIDE * abs(low) + margin)
+        value = max(value, low + share * abs(low) + margin)
     if high < math.inf:
-        value = min(value, high - _INSIDE * abs(high) - margin)
+        value = min(value, high - share * abs(high) - margin)
     return value
 
 
 @kernel
 def inside(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, bounds: Array
-) -> Motion:
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, bounds: Array,
+    margins: tuple[float, float],
+) -> Motion:  # fmt: skip
     """Shift the motion of a contact a little to within the bounds of the smooth part of its law.
 
     Steps end at kinks, and just beyond the start or the end of a contact. Differences along a value would cross them.
     """
     found = contact_action(end, law, table, approach, bristle, motion)
     delta, closing, sliding, began = found[DELTA], found[CLOSING], found[SLIDING], max(approach, GRAZING)
-    depth = _within(delta, bounds[DEPTH_FROM], bounds[DEPTH_TO], LEAST * law.clearance)
-    slide = _within(sliding, bounds[SLIDING_FROM], bounds[SLIDING_TO], _SLOW)
+    depth = _within(delta, bounds[DEPTH_FROM], bounds[DEPTH_TO], 0.0, LEAST * law.clearance)
+    slide = _within(sliding, bounds[SLIDING_FROM], bounds[SLIDING_TO], _INSIDE, margins[0])
     close = closing
     if began < math.inf:
-        close = began * _within(closing / began, bounds[RATIO_FROM], bounds[RATIO_TO], 0.0)
+        close = began * _within(closing / began, bounds[RATIO_FROM], bounds[RATIO_TO], _INSIDE, 0.0)
     if bounds[PUSH_FROM] > -math.inf or bounds[PUSH_TO] < math.inf:
-        here, small = push(depth, close, approach, law), _INSIDE * abs(close)
+        here, small = push(depth, close, approach, law), 1e-4 * abs(close)
         slope = push(depth, close + small, approach, law) - here
-        wanted = _within(here, bounds[PUSH_FROM], bounds[PUSH_TO], _INSIDE)
+        wanted = _within(here, bounds[PUSH_FROM], bounds[PUSH_TO], 0.0, margins[1])
         if wanted != here and slope > 0.0:
             close += (wanted - here) / slope * small
     if depth == delta and slide == sliding and close == closing:

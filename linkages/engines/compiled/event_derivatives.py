@@ -79,9 +79,7 @@ def _motions_over_time(equations: Equations, t: float, y: Array, rate: float, c:
 
 
 @kernel
-def begin_or_end(
-    run: Run, t: float, y: Array, k: int, begins: bool, approach: float, c: Column, times: Array
-) -> bool:
+def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: float, c: Column, times: Array) -> bool:
     """Take the columns through the start or end of contact k; fill the derivatives of its time.
 
     A new contact remembers the approach speed at its start. Where its force or the rate of its bristles jumps, the

@@ -157,9 +157,7 @@ def _set_contact(equations: Equations, c: Column, p: int, j: int, k: int, out: A
 
 
 @kernel
-def differentiate_states(
-    run: Run, c: Column, known: int, found: AtSteps, times: Array, out: Changes
-) -> None:
+def differentiate_states(run: Run, c: Column, known: int, found: AtSteps, times: Array, out: Changes) -> None:
     """Fill the derivatives of a run's coordinates and contacts at any times with respect to the values.
 
     Parameters

@@ -40,7 +40,7 @@ def _words(record: np.dtype[Any]) -> list[str]:
 _OF_BODY = [_words(BODY).index(name) for name in ("mount.x", "mount.y", "mass", "cx", "cy", "inertia")]
 _OF_ENDS = [_words(ENDS).index(name) for name in ("bearing.x", "bearing.y", "journal.x", "journal.y")]
 _NORMAL, _HALF = [_words(ENDS).index(name) for name in ("nx", "ny")], _words(ENDS).index("half")
-_CLEARANCE = _words(PARAMETERS).index("clearance")
+_LENGTHS = [_words(PARAMETERS).index(name) for name in ("clearance", "radius")]
 #: Fields of a model whose numbers change no motion: scales and results, and laws of contacts.
 _STILL = "limits", "stiff", "joints", "laws", "tables"
 
@@ -66,7 +66,7 @@ class Variation(NamedTuple):
     laws : (np, nc) array of int
         1 where the value changes the law or the gap of a contact at a given motion.
     gaps : (np, nc) array
-        Rate of the gap of each contact at a given motion [m, stop of a revolute joint: rad, per unit of the value].
+        Rate of the gap of each contact at a given motion, or of its radius [m, stop of a revolute joint: rad, per unit of the value].
     effect : (np,) array of int
         `STILL`, `QUADRATIC` or `ANY`.
     """
@@ -143,7 +143,7 @@ def _effects(model: Arrays) -> tuple[Indices, Indices, Array]:
         effects[fields[name]] = STILL
     for name in ("laws", "tables"):  # a line for each contact
         contacts[fields[name]] = np.repeat(np.arange(nc), _count(getattr(model, name)) // max(nc, 1))
-    gaps[fields["laws"]].reshape(nc, len(_words(PARAMETERS)))[:, _CLEARANCE] = 1.0
+    gaps[fields["laws"]].reshape(nc, len(_words(PARAMETERS)))[:, _LENGTHS] = 1.0
     shape = nc, len(_words(ENDS))
     of_ends = effects[fields["ends"]].reshape(shape)
     of_ends[:, _HALF] = STILL
