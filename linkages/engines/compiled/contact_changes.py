@@ -23,6 +23,7 @@ from linkages.planar.contact_partials import (
     DEPTH_FROM,
     DEPTH_TO,
     FRICTION_SPEED,
+    INPUTS,
     LEAST,
     OUTPUTS,
     PUSH_FROM,
@@ -98,11 +99,10 @@ def _motion_of(a: Array) -> Motion:
 
 @kernel
 def law_change(equations: Equations, variation: Variation, p: int, k: int, room: float, s: Contacts) -> None:
-    """Fill ``found`` with the change of the results of contact k at its motion with value p; with its approach speed if
-    p is -1.
+    """Fill ``found`` with the change of contact k's results at its motion with value p, or its approach speed (p = -1).
 
     The step changes the gap by a small part of ``room`` at most.
-    """  # fmt: skip
+    """
     model, moved, memory = equations.model, variation.equations.model, equations.work.memory[k]
     end, law, table, bounds = model.ends[k], model.laws[k], model.tables[k], equations.work.scratch.bounds[k]
     approach, bristle, motion = memory[APPROACH], memory[BRISTLE], _motion_of(s.motion[k])
@@ -111,19 +111,20 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, room:
         spin, slide = abs(motion[4]) + abs(motion[5]) + _SLOW, _SHIFT * _friction_scale(bounds)
         h = min(h, min(_GAP * room, slide / spin) / variation.gaps[p, k])
         margins = 2.0 * slide, _PUSHING
-    if is_bounded(bounds):
-        motion = inside(end, law, table, approach, bristle, motion, bounds, margins)
     clear(s.found)
-    for side in (1.0, -1.0):
-        began = approach
-        if p >= 0:
-            move(variation, p, side * h)
-            end, law, table = moved.ends[k], moved.laws[k], moved.tables[k]
-        else:
-            began += side * h
-        result = contact_action(end, law, table, began, bristle, motion)
-        for i in range(RESULTS):
-            s.found[i] += side * result[i] / (2.0 * h)
+    for times, weight in ((1.0, 2.0), (2.0, -1.0)):  # extrapolated to the kink
+        shifted, near = inside(end, law, table, approach, bristle, motion, bounds, margins, times)
+        for side in (1.0, -1.0):
+            began = approach
+            if p >= 0:
+                move(variation, p, side * h)
+            else:
+                began += side * h
+            result = contact_action(moved.ends[k], moved.laws[k], moved.tables[k], began, bristle, shifted)
+            for i in range(RESULTS):
+                s.found[i] += side * (weight if near else 1.0) * result[i] / (2.0 * h)
+        if not near:
+            break
     if p >= 0:
         move(variation, p, 0.0)
 
@@ -188,6 +189,18 @@ def gap_change(equations: Equations, k: int, change: Array, s: Contacts) -> None
             s.found[i] += side * result[i] / (2.0 * h)
 
 
+@inlined_kernel
+def result_change(equations: Equations, s: Contacts, p: int, j: int, k: int, result: int, remembered: float) -> float:
+    """Return the change of a result of contact k along column j, with value p and with its approach speed."""
+    partials = equations.work.scratch.partials
+    total = s.approaching[k, result] * remembered
+    if p >= 0:
+        total += s.laws[p, k, result]
+    for i in range(INPUTS):
+        total += partials[k, result, i] * s.along[j, k, i]
+    return total
+
+
 @kernel
 def deeper(end: np.record, motion: Motion, depth: float) -> Motion:
     """Increase the penetration of a contact by a small depth, in the direction of its normal."""
@@ -223,25 +236,35 @@ def _within(value: float, low: float, high: float, share: float, margin: float) 
 @kernel
 def inside(
     end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, bounds: Array,
-    margins: tuple[float, float],
-) -> Motion:  # fmt: skip
-    """Shift the motion of a contact a little to within the bounds of the smooth part of its law.
+    margins: tuple[float, float], times: float,
+) -> tuple[Motion, bool]:  # fmt: skip
+    """Shift the motion of a contact a little to within the bounds of the smooth part of its law; whether it is shifted.
 
     Steps end at kinks, and just beyond the start or the end of a contact. Differences along a value would cross them.
+
+    Parameters
+    ----------
+    margins : tuple of float
+        Distances from kinks: of the sliding speed [m/s], of the force in parts of itself.
+    times : float
+        Factor on all distances.
     """
+    if not is_bounded(bounds):
+        return motion, False
+    share = times * _INSIDE
     found = contact_action(end, law, table, approach, bristle, motion)
     delta, closing, sliding, began = found[DELTA], found[CLOSING], found[SLIDING], max(approach, GRAZING)
-    depth = _within(delta, bounds[DEPTH_FROM], bounds[DEPTH_TO], 0.0, LEAST * law.clearance)
-    slide = _within(sliding, bounds[SLIDING_FROM], bounds[SLIDING_TO], _INSIDE, margins[0])
+    depth = _within(delta, bounds[DEPTH_FROM], bounds[DEPTH_TO], 0.0, times * LEAST * law.clearance)
+    slide = _within(sliding, bounds[SLIDING_FROM], bounds[SLIDING_TO], share, times * margins[0])
     close = closing
     if began < math.inf:
-        close = began * _within(closing / began, bounds[RATIO_FROM], bounds[RATIO_TO], _INSIDE, 0.0)
+        close = began * _within(closing / began, bounds[RATIO_FROM], bounds[RATIO_TO], share, 0.0)
     if bounds[PUSH_FROM] > -math.inf or bounds[PUSH_TO] < math.inf:
         here, small = push(depth, close, approach, law), 1e-4 * abs(close)
         slope = push(depth, close + small, approach, law) - here
-        wanted = _within(here, bounds[PUSH_FROM], bounds[PUSH_TO], 0.0, margins[1])
+        wanted = _within(here, bounds[PUSH_FROM], bounds[PUSH_TO], 0.0, times * margins[1])
         if wanted != here and slope > 0.0:
             close += (wanted - here) / slope * small
     if depth == delta and slide == sliding and close == closing:
-        return motion
-    return _shifted(end, motion, depth - delta, close - closing, slide - sliding)
+        return motion, False
+    return _shifted(end, motion, depth - delta, close - closing, slide - sliding), True
