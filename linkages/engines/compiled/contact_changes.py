@@ -40,7 +40,6 @@ from linkages.planar.contacts import APPROACH, BRISTLE, Motion, contact_action, 
 from linkages.planar.record_types import CORNER, STOP
 
 MOTION = 8  # entries of a contact's motion
-CLOSING, SLIDING = DELTA + 1, DELTA + 2  # results of a contact after its penetration
 _DRY = MODELS["dry"]
 
 _STEP = 1e-6  # of central differences of a law, in parts of a value, of an approach speed
@@ -65,7 +64,8 @@ class Contacts(NamedTuple):
     driven: Array  # changes of prescribed coordinates, rates and accelerations along values, (np, 3, nd)
     response: Array  # change of the residual with the force, (nc, OUTPUTS, k)
     along: Array  # changes of the motion and the bristles along columns, (m, nc, CHANGES)
-    found: Array  # to work in, (RESULTS,)
+    gap: Array  # changes of penetration, its rate and sliding speed, to work in, (3,)
+    found: Array  # (RESULTS,)
     change: Array  # (k,)
     row: Array  # (k,)
     spare: Array  # (nc, MOTION)
@@ -75,7 +75,7 @@ def make_contacts(nc: int, np_: int, k: int, nd: int, m: int) -> Contacts:
     """Make the arrays for nc contacts, np values, k entries of the residual, nd driven coordinates, m columns."""
     shapes = (
         (nc, MOTION), (nc, RESULTS), (np_, nc, RESULTS), (nc, RESULTS), (np_, nc, MOTION), (np_, 3, nd),
-        (nc, OUTPUTS, k), (max(m, 1), nc, CHANGES), (RESULTS,), (k,), (k,), (nc, MOTION),
+        (nc, OUTPUTS, k), (max(m, 1), nc, CHANGES), (3,), (RESULTS,), (k,), (k,), (nc, MOTION),
     )  # fmt: skip
     return Contacts(*map(np.zeros, shapes))
 
@@ -146,28 +146,40 @@ def room_of(equations: Equations, k: int, s: Contacts) -> float:
     return _DEEP * max(delta, LEAST * law.clearance) if law.model == _DRY else max(delta, _NEAR * law.clearance)
 
 
+@inlined_kernel
+def has_force(equations: Equations, k: int, s: Contacts) -> bool:
+    """Whether contact k has a force on its side of the start or end of the contact."""
+    law, bounds = equations.model.laws[k], equations.work.scratch.bounds[k]
+    touches = s.force[k, DELTA] > 0.0 if bounds[DEPTH_FROM] == -math.inf else True
+    return law.model != _DRY or law.bristle_scale > 0.0 or (touches and bounds[DEPTH_TO] == math.inf)
+
+
 @kernel
 def law_changes(equations: Equations, variation: Variation, s: Contacts) -> None:
-    """Fill ``laws`` and ``approaching`` at the motions and forces that are noted."""
+    """Fill ``laws`` and ``approaching`` of the contacts that have a force, at the motions that are noted."""
     for k in range(len(s.force)):
-        room = room_of(equations, k, s)
+        acts, room = has_force(equations, k, s), room_of(equations, k, s)
         for p in range(len(variation.unit)):
-            if variation.laws[p, k]:
+            clear(s.laws[p, k])
+            if acts and variation.laws[p, k]:
                 law_change(equations, variation, p, k, room, s)
                 for i in range(RESULTS):
                     s.laws[p, k, i] = s.found[i]
         clear(s.approaching[k])
-        if s.force[k, DELTA] > 0.0 and GRAZING < equations.work.memory[k, APPROACH] < math.inf:
+        if acts and s.force[k, DELTA] > 0.0 and GRAZING < equations.work.memory[k, APPROACH] < math.inf:
             law_change(equations, variation, -1, k, room, s)
             for i in range(RESULTS):
                 s.approaching[k, i] = s.found[i]
 
 
 @kernel
-def gap_change(equations: Equations, k: int, change: Array, s: Contacts) -> None:
-    """Fill ``found`` with the change of contact k's results along a change (CHANGES,) of its motion.
+def gap_change(
+    equations: Equations, variation: Variation, p: int, k: int, change: Array, s: Contacts, out: Array
+) -> None:
+    """Fill ``out`` (3,) with the change of contact k's penetration, its rate and its sliding speed.
 
-    The penetration, its rate and the sliding speed are accurate, whether the bodies touch or not.
+    It is that along a change (CHANGES,) of its motion, and along value p unless it is -1, whether the bodies touch or
+    not.
     """
     model, memory, a = equations.model, equations.work.memory[k], s.motion[k]
     end, law, worst = model.ends[k], model.laws[k], 0.0
@@ -177,6 +189,10 @@ def gap_change(equations: Equations, k: int, change: Array, s: Contacts) -> None
         for i in range(2, 6):
             worst = max(worst, abs(change[i]))
     clear(s.found)
+    if p >= 0 and variation.laws[p, k]:
+        law_change(equations, variation, p, k, law.clearance, s)
+    for i in range(3):
+        out[i] = s.found[DELTA + i]
     if worst == 0.0:
         return
     h = _WIDE / worst
@@ -185,8 +201,8 @@ def gap_change(equations: Equations, k: int, change: Array, s: Contacts) -> None
             s.spare[k, i] = a[i] + side * h * change[i]
         motion = _motion_of(s.spare[k])
         result = contact_action(end, law, model.tables[k], memory[APPROACH], memory[BRISTLE], motion)
-        for i in range(RESULTS):
-            s.found[i] += side * result[i] / (2.0 * h)
+        for i in range(3):
+            out[i] += side * result[DELTA + i] / (2.0 * h)
 
 
 @inlined_kernel
@@ -253,7 +269,7 @@ def inside(
         return motion, False
     share = times * _INSIDE
     found = contact_action(end, law, table, approach, bristle, motion)
-    delta, closing, sliding, began = found[DELTA], found[CLOSING], found[SLIDING], max(approach, GRAZING)
+    delta, closing, sliding, began = found[DELTA], found[DELTA + 1], found[DELTA + 2], max(approach, GRAZING)
     depth = _within(delta, bounds[DEPTH_FROM], bounds[DEPTH_TO], 0.0, times * LEAST * law.clearance)
     slide = _within(sliding, bounds[SLIDING_FROM], bounds[SLIDING_TO], share, times * margins[0])
     close = closing

@@ -6,16 +6,7 @@ import math
 
 import numpy as np
 
-from linkages.engines.compiled.contact_changes import CLOSING as CLOSES
-from linkages.engines.compiled.contact_changes import (
-    MOTION,
-    Contacts,
-    deeper,
-    gap_change,
-    law_change,
-    note_contacts,
-    result_change,
-)
+from linkages.engines.compiled.contact_changes import MOTION, Contacts, deeper, gap_change, note_contacts, result_change
 from linkages.engines.compiled.equations import derivatives, set_state
 from linkages.engines.compiled.jacobian import contact_inputs
 from linkages.engines.compiled.model import Equations
@@ -115,8 +106,8 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
     _motions_over_time(equations, t, y, run.rate, c, s.along[0])
     copy(y, c.y)
     bounds, forcing = work.scratch.bounds[k], np.zeros((len(c.own), m))
-    gap_change(equations, k, s.along[0, k], s)
-    accelerating = s.found[CLOSES]
+    gap_change(equations, variation, -1, k, s.along[0, k], s, s.gap)
+    accelerating = s.gap[1]
     for acts in range(2):  # the state is a little beyond the event: the new forces act for that time already
         bounds[DEPTH_FROM], bounds[DEPTH_TO] = (0.0, math.inf) if acts else (-math.inf, 0.0)
         linearise(equations, variation, t, c, 0)
@@ -132,14 +123,10 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         return False
     for j in range(m):
         p = j - (m - len(variation.unit))
-        gap_change(equations, k, s.along[j, k], s)
-        delta, change = s.found[DELTA], s.found[CLOSES]
-        if p >= 0 and variation.laws[p, k]:
-            law_change(equations, variation, p, k, clearance, s)
-            delta, change = delta + s.found[DELTA], change + s.found[CLOSES]
-        times[j] = -delta / closing
+        gap_change(equations, variation, p, k, s.along[j, k], s, s.gap)
+        times[j] = -s.gap[0] / closing
         if begins:
-            c.remembered[k, j] = change + accelerating * times[j]
+            c.remembered[k, j] = s.gap[1] + accelerating * times[j]
     _set_jump(equations, k, s)
     for j in range(m):
         for row in range(len(c.own)):

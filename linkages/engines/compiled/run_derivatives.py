@@ -7,13 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.contact_changes import SLIDING, gap_change, result_change
+from linkages.engines.compiled.contact_changes import gap_change, result_change
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.event_derivatives import begin_or_end, motions_along
 from linkages.engines.compiled.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import remember, replay
 from linkages.engines.compiled.step_derivatives import Column, Run, advance, close_columns, linearise
+from linkages.engines.compiled.variation import Variation
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Indices, clear, kernel
@@ -149,22 +150,21 @@ def _set_changes(run: Run, c: Column, at: int, out: Changes) -> None:
             place = model.driven[i]
             dq[place], dv[place], da[place] = s.driven[p, 0, i], s.driven[p, 1, i], s.driven[p, 2, i]
         for k in range(len(model.ends)):
-            _set_contact(equations, c, p, j, k, out.contacts[p, at, k])
+            _set_contact(equations, run.variation, c, p, j, k, out.contacts[p, at, k])
 
 
 @kernel
-def _set_contact(equations: Equations, c: Column, p: int, j: int, k: int, out: Array) -> None:
+def _set_contact(equations: Equations, variation: Variation, c: Column, p: int, j: int, k: int, out: Array) -> None:
     """Fill the changes of contact k along column j and value p."""
     s, along, touches = c.contacts, c.contacts.along[j, k], equations.model.touching[k] > 0
     clear(out)
     out[EX], out[EY] = along[0], along[1]
-    if touches:  # of a gap that is nearly zero the partial derivatives have few digits
-        gap_change(equations, k, along, s)
     for result in range(RESULTS):
-        if touches and DELTA <= result <= SLIDING:
-            out[RESULT_PLACES[result]] = s.found[result] + s.laws[p, k, result]
-        else:
-            out[RESULT_PLACES[result]] = result_change(equations, s, p, j, k, result, c.remembered[k, j])
+        out[RESULT_PLACES[result]] = result_change(equations, s, p, j, k, result, c.remembered[k, j])
+    if touches:  # of a gap that is nearly zero the partial derivatives have few digits
+        gap_change(equations, variation, p, k, along, s, s.gap)
+        for i in range(3):
+            out[RESULT_PLACES[DELTA + i]] = s.gap[i]
 
 
 @kernel
