@@ -1,4 +1,4 @@
-"""Derivatives of a system's numbers with respect to values: one system for all proportional ones, else two for each."""
+"""Derivatives of a system's numbers with respect to values: one system for all, or two of their own."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from linkages.engines.compiled.neighbours import Neighbours, neighbours
 from linkages.engines.compiled.runner import Runner, join
 from linkages.engines.compiled.sensitivity import Differentiation
 from linkages.engines.compiled.start_derivatives import start_derivatives
-from linkages.engines.compiled.variation import ANY, QUADRATIC
+from linkages.engines.compiled.variation import ANY, INERTIAL, QUADRATIC
 from linkages.kernel.block import contents
 
 LINEAR = [
@@ -50,14 +50,15 @@ def test_one_system_gives_the_derivatives_of_all_proportional_numbers():
         assert not near.derivative(start_state).any()
 
 
-def test_speeds_are_proportional_too_and_lengths_have_their_own_systems():
+def test_one_system_gives_the_derivatives_of_lengths_and_speeds_too():
+    """The place of the slider in the world is the sum of both lengths."""
     system = linkages.load(linkages.find_file("seven_bar.toml"))
     lengths = ["sdf.frames.link2_C.pose.x", "sdf.frames.link6_D.pose.x"]
     both = linkages.Direction("both", 1.0, dict(zip(lengths, (1.0, -2.0), strict=True)))
-    values = [*LINEAR, "drives.O1.speed", *lengths, both]
+    values = [*LINEAR, "drives.O1.speed", "gravity.x", *lengths, both]
     for near, value in zip(neighbours(system, values), values, strict=True):
         _compare(near, system, value)
-        assert _has_systems(near) == (value is both or value in lengths), value
+        assert not _has_systems(near), value
 
 
 @pytest.mark.parametrize("path", ["sdf.frames.link2_C.pose.x", "drives.O1.speed"])
@@ -77,10 +78,10 @@ def test_the_start_follows_a_value_as_the_starts_of_assembled_systems_do(path, o
 def test_values_with_other_numbers_have_their_own_systems():
     """The damping of a contact is not proportional to its restitution."""
     system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
-    values = ["joints.B.contact.restitution", "sdf.links.rod.mass", "joints.B.clearance"]
+    values = ["joints.B.contact.restitution", "sdf.links.rod.mass", "joints.B.clearance", "sdf.frames.rod_B.pose.x"]
     for near, value in zip(neighbours(system, values), values, strict=True):
         _compare(near, system, value)
-        assert _has_systems(near), value
+        assert _has_systems(near) == value.startswith("joints."), value
 
 
 def test_rounding_is_no_change():
@@ -109,8 +110,9 @@ def test_differences_of_the_second_order_are_exact_for_lengths_and_masses(name, 
     system = linkages.load(linkages.find_file(name), {"duration": 0.01, "solver.accuracy": 1e-10})
     runner, found = Runner(system), []
     steps = join([runner.run(0.0, runner.start, 0.0, 10**6)])
-    for kind in (QUADRATIC, ANY):
-        monkeypatch.setattr("linkages.engines.compiled.variation.QUADRATIC", kind)
+    for quadratic, inertial in ((QUADRATIC, INERTIAL), (ANY, ANY)):
+        monkeypatch.setattr("linkages.engines.compiled.variation.QUADRATIC", quadratic)
+        monkeypatch.setattr("linkages.engines.compiled.variation.INERTIAL", inertial)
         found.append(Differentiation(runner, steps, values).at_steps().states[:, :, -len(values) :])
     for value, exact, other in zip(values, *np.moveaxis(found, -1, 1), strict=True):
         assert np.abs(exact).max() > 0.0

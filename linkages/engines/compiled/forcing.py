@@ -14,10 +14,10 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.engines.compiled.contact_changes import MOTION, Contacts, has_force, law_changes
-from linkages.engines.compiled.equations import rate_residuals, set_state
+from linkages.engines.compiled.equations import rate_residuals, set_drive_forces, set_state
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.neighbours import PAIRS
-from linkages.engines.compiled.variation import ANY, QUADRATIC, STILL, Variation, move
+from linkages.engines.compiled.variation import ANY, INERTIAL, QUADRATIC, STILL, Variation, move
 from linkages.kernel import Array, clear, kernel
 from linkages.planar.contact_partials import OUTPUTS
 from linkages.planar.contacts import add_contact, contact_motion
@@ -27,7 +27,7 @@ from linkages.planar.newton_euler import generalised_force
 _STEP = 1e-3  # of central differences, in parts of a value, or of 1 rad of a drive
 #: Places of central differences; weights of the second order, exact for polynomials of that order; of the fourth one.
 _PLACES = np.array(PAIRS[0])
-_WEIGHTS = np.zeros((3, 4))
+_WEIGHTS = np.zeros((ANY + 1, 4))
 _WEIGHTS[QUADRATIC], _WEIGHTS[ANY] = (-1 / 2, 1 / 2, 0.0, 0.0), PAIRS[1]
 
 
@@ -45,6 +45,7 @@ def add_forcing(
     partials, m, count = equations.work.scratch.partials, out.shape[1], len(variation.unit)
     law_changes(equations, variation, s)
     _set_responses(equations, variation, t, y, dy, s)
+    is_set = False
     for k in range(len(s.force)):
         for i in range(OUTPUTS):
             if s.approaching[k, i] != 0.0:
@@ -53,8 +54,12 @@ def add_forcing(
                         out[row, j] += s.response[k, i, row] * s.approaching[k, i] * remembered[k, j]
     for p in range(count):
         clear(s.change)
-        if variation.effect[p] != STILL:
+        if variation.effect[p] == INERTIAL:
+            _set_inertial(variation, p, is_set, t, y, dy, s)
+            is_set = True
+        elif variation.effect[p] != STILL:
             _set_differences(equations, variation, p, t, y, dy, s)
+            is_set = False
         for k in range(len(s.force)):
             for i in range(OUTPUTS):
                 force = s.laws[p, k, i]
@@ -92,6 +97,23 @@ def _set_differences(
             driven[0, k] += weight * w.q[d]
             driven[1, k] += weight * w.v[d]
             driven[2, k] += weight * w.a[d]
+    move(variation, p, 0.0)
+
+
+@kernel
+def _set_inertial(variation: Variation, p: int, is_set: bool, t: float, y: Array, dy: Array, s: Contacts) -> None:
+    """Fill ``change`` with differences along value p, which moves nothing: the state may be set already."""
+    model, work = variation.equations.model, variation.equations.work
+    h = _STEP * variation.unit[p]
+    if not is_set:
+        _add_residual(variation, t, y, dy, s, 0.0, s.spare, s.change)
+    for side in (1.0, -1.0):
+        move(variation, p, side * h)
+        clear(work.dynamics.tau)
+        set_drive_forces(model, work, t)
+        rate_residuals(model, work.dynamics, dy, s.row)
+        for i in range(len(model.free)):
+            s.change[i] += side * s.row[i] / (2.0 * h)
     move(variation, p, 0.0)
 
 

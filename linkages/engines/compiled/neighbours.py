@@ -54,7 +54,7 @@ def _unit(path: str) -> float:
 
 
 def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighbours]:
-    """Return the systems near a system for each of several values, with one for all numbers proportional to a value.
+    """Return the systems near a system for each of several values, with few for all values together.
 
     Raises
     ------
@@ -66,40 +66,36 @@ def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighb
         if name in names[:k] or not (isinstance(value, str) or value.rates):
             raise InputError("argument", name, "is given twice" if name in names[:k] else "has no rates")
     paths = sorted({path for value in values for path in ([value] if isinstance(value, str) else value.rates)})
-    numbers = {path: system.value(path) for path in paths if keeps_start(path) or path.endswith(".speed")}
-    together = Together(system, {path: number for path, number in numbers.items() if abs(number) > _ZERO})
-    return [Neighbours(system, value, together) for value in values]
+    groups = paths, [path for path in paths if keeps_start(path)], [path for path in paths if path[:7] != "joints."]
+    shared = [Together(system, group) for k, group in enumerate(groups) if group not in groups[:k]]
+    return [Neighbours(system, value, shared) for value in values]
 
 
 class Together:
-    """A system in which several values grow, each by another part of itself.
+    """A system in which the values at several paths are moved at once, each by another part of itself.
 
-    A number that grows by one of these parts is proportional to that value: the parts have generic ratios, which
-    products and powers of values do not match.
-
-    Parameters
-    ----------
-    system : System
-    values : dict of str to float
-        By path, not zero.
+    A number that is proportional to a value changes by the same part; the coordinate of a point changes by the step of
+    a length, its half, or the sum or difference of two steps. So it is known to which values the number belongs. The
+    steps have generic ratios, which products and powers of values do not match.
     """
 
-    def __init__(self, system: System, values: Mapping[str, float]) -> None:
-        self._system, self._paths, self._values = system, list(values), np.array(list(values.values()))
-        self._new = self._values * (1.0 + _PART * (1.0 + np.random.default_rng(0).random(len(values))))
-        self._latest: tuple[Any, tuple[Indices, Array, Indices] | None] | None = None
+    def __init__(self, system: System, paths: Sequence[str]) -> None:
+        self._system, self._paths = system, list(paths)
+        self._values = np.array([system.value(path) for path in paths])
+        units = [magnitude_of(path, value) for path, value in zip(paths, self._values.tolist(), strict=True)]
+        self._new = self._values + _PART * (1.0 + np.random.default_rng(0).random(len(units))) * units
+        self._latest: tuple[Any, tuple[Indices, Array] | None] | None = None
 
     def rates(self, make: Callable[[System], Any], along: Mapping[str, float]) -> Rates | None:
         """Differentiate as `Neighbours.rates` along some paths; None if any number of these or others is not known."""
         if not along.keys() <= set(self._paths):
             return None
         if self._latest is None or self._latest[0] is not make:
-            self._latest = make, self._owners(make)
+            self._latest = make, self._changes(make)
         if self._latest[1] is None:
             return None
-        places, numbers, owners = self._latest[1]
-        rates = numbers * np.array([along.get(path, 0.0) for path in self._paths])[owners] / self._values[owners]
-        return Rates(places[rates != 0.0], rates[rates != 0.0])
+        rates = self._latest[1][1] @ [along.get(path, 0.0) for path in self._paths]
+        return Rates(self._latest[1][0][rates != 0.0], rates[rates != 0.0])
 
     @cached_property
     def _moved(self) -> System | None:
@@ -108,18 +104,32 @@ class Together:
             return self._system.replaced(dict(zip(self._paths, self._new.tolist(), strict=True)))
         return None
 
-    def _owners(self, make: Callable[[System], Any]) -> tuple[Indices, Array, Indices] | None:
-        """Return the places of numbers that change, they themselves, and the values to which they are proportional."""
-        if self._moved is None:
-            return None
-        own, other = contents(make(self._system)), contents(make(self._moved))
-        if own.structure != other.structure:
-            return None
-        places, (here, there) = _changed(own, [other])
+    def _changes(self, make: Callable[[System], Any]) -> tuple[Indices, Array] | None:
+        """Return the places of numbers that change, (n,), and their derivatives, (n, np)."""
+        with suppress(InputError, AssemblyError):  # the value's own systems tell
+            if self._moved is not None:
+                own, other = contents(make(self._system)), contents(make(self._moved))
+                if own.structure == other.structure:
+                    places, (here, there) = _changed(own, [other])
+                    rates = self._rates(here, there)
+                    return None if rates is None else (places, rates)
+        return None
+
+    def _rates(self, here: Array, there: Array) -> Array | None:
+        """Differentiate numbers (n,) with respect to the values, (n, np)."""
+        count, steps = len(self._paths), self._new - self._values
+        rates = np.zeros((len(here), count))
         with np.errstate(divide="ignore", invalid="ignore"):
-            apart = np.abs((there / here)[:, None] - self._new / self._values)
-        known = len(here) == 0 or apart.min(axis=1).max() <= _ROUNDING
-        return (places, here, apart.argmin(axis=1)) if known else None
+            apart = np.abs((there / here - 1.0)[:, None] - steps / self._values)
+            owners, unknown = np.argmin(apart, axis=1), ~(apart.min(axis=1) <= _ROUNDING)
+            rates[np.arange(len(here)), owners] = here / self._values[owners]
+        one, (first, second) = np.eye(count), np.triu_indices(count, 1)
+        slopes = np.concatenate([one, one / 2, one[first] + one[second], one[first] - one[second]])
+        slopes = np.concatenate([slopes, -slopes])
+        apart = np.abs(slopes @ steps - (there - here)[unknown, None])
+        fits = apart <= _ROUNDING * np.abs(here[unknown, None])
+        rates[unknown] = slopes[np.argmax(fits, axis=1)]
+        return rates if np.all(fits.sum(axis=1) == 1) else None
 
 
 class Neighbours:
@@ -132,8 +142,8 @@ class Neighbours:
     system : System
     value : str or Direction
         A dotted path, see `linkages.System.replaced`; or a value that several paths follow.
-    together : Together, optional
-        Used where it is sufficient.
+    together : sequence of Together
+        Used where they are sufficient.
 
     Attributes
     ----------
@@ -148,7 +158,7 @@ class Neighbours:
         If there is no number at the path, or no neighbouring value is valid.
     """
 
-    def __init__(self, system: System, value: str | Direction, together: Together | None = None) -> None:
+    def __init__(self, system: System, value: str | Direction, together: Sequence[Together] = ()) -> None:
         along = Direction(value, system.value(value), {value: 1.0}) if isinstance(value, str) else value
         self.path, number, self.along = along
         self.system, self.magnitude, self._together = system, magnitude_of(self.path, number), together
@@ -188,8 +198,9 @@ class Neighbours:
         InputError
             If the value changes integers, or shapes of arrays.
         """
-        if self._together is not None and (found := self._together.rates(make, self.along)) is not None:
-            return found
+        for each in self._together:
+            if (found := each.rates(make, self.along)) is not None:
+                return found
         systems, weights = self._systems
         own, *others = (contents(make(one)) for one in (self.system, *systems))
         if any(one.structure != own.structure for one in others):

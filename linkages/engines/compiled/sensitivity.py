@@ -98,9 +98,8 @@ class Differentiation:
     def _changes(self, nt: int) -> Changes:
         model, count = self.runner.model, len(self._nearby)
         shape = count, nt, len(model.free) + len(model.driven)
-        return Changes(
-            *(np.full(shape, np.nan) for _ in range(3)), np.full((count, nt, len(model.ends), WIDTH), np.nan)
-        )
+        coordinates, rates, accelerations = (np.full(shape, np.nan) for _ in range(3))
+        return Changes(coordinates, rates, accelerations, np.full((count, nt, len(model.ends), WIDTH), np.nan))
 
     def at_steps(
         self, start: Array | None = None, remembered: Array | None = None, with_changes: bool = False
@@ -139,9 +138,9 @@ class Differentiation:
         """Differentiate coordinates and contacts at any times of the run."""
         found, places = self.columns, np.searchsorted(self.steps.times, times, "right") - 1
         if np.array_equal(self.steps.times[places], times):
-            return Changes(*(one[:, places] for one in found.changes))
+            return Changes._make(one[:, places] for one in found.changes)
         out, column = self._changes(len(times)), packed(self._column(found.states.shape[2]))
-        at_steps = packed(AtSteps(*found[: len(AtSteps._fields)]))
+        at_steps = packed(AtSteps(found.states, found.memory, found.event, found.event_times, found.changes))
         differentiate_states(self._run, column, found.known, at_steps, np.asarray(times, np.float64), packed(out))
         return out
 

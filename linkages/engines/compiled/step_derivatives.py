@@ -86,9 +86,11 @@ def make_column(ny: int, model: Arrays, m: int, np_: int, implicit: bool) -> Col
         (ny, m), (ny, m), (k, m), (nc, m), (stages, k, k), (stages, k, ny), (stages, k, m), (ny, ny), (1,), (ny,),
         (ny,), (k,),
     )  # fmt: skip
-    made = Column(
-        *map(np.zeros, shapes), np.zeros(k, np.int64), lane_array(ny), lane_array(stages * k),
-        make_contacts(nc, np_, k, len(model.driven), m),
+    made = Column._make(
+        [
+            *map(np.zeros, shapes), np.zeros(k, np.int64), lane_array(ny), lane_array(stages * k),
+            make_contacts(nc, np_, k, len(model.driven), m),
+        ]
     )  # fmt: skip
     made.ended[0] = math.nan
     return made

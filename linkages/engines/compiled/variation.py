@@ -25,9 +25,9 @@ from linkages.planar.arrays import Arrays
 from linkages.planar.record_types import BODY, ENDS
 from linkages.system import System
 
-#: Effect of a value beside that on laws of contacts: none; the residual of the equations is a polynomial of the second
-#: order in its numbers, at fixed accelerations and forces of contacts; any.
-STILL, QUADRATIC, ANY = 0, 1, 2
+#: Effect of a value beside that on laws of contacts: none; on inertial forces alone; the residual of the equations is a
+#: polynomial of the second order in its numbers, at fixed accelerations and forces of contacts; any.
+STILL, INERTIAL, QUADRATIC, ANY = range(4)
 
 
 def _words(record: np.dtype[Any]) -> list[str]:
@@ -37,7 +37,8 @@ def _words(record: np.dtype[Any]) -> list[str]:
 
 
 #: Numbers of rigid bodies and of contacts in which the residual is of the second order.
-_OF_BODY = [_words(BODY).index(name) for name in ("mount.x", "mount.y", "mass", "cx", "cy", "inertia")]
+_MOUNT = [_words(BODY).index(name) for name in ("mount.x", "mount.y")]
+_OF_MASS = [_words(BODY).index(name) for name in ("mass", "cx", "cy", "inertia")]
 _OF_ENDS = [_words(ENDS).index(name) for name in ("bearing.x", "bearing.y", "journal.x", "journal.y")]
 _NORMAL, _HALF = [_words(ENDS).index(name) for name in ("nx", "ny")], _words(ENDS).index("half")
 _LENGTHS = [_words(PARAMETERS).index(name) for name in ("clearance", "radius")]
@@ -69,7 +70,7 @@ class Variation(NamedTuple):
         Rate of the gap of each contact at a given motion, or of its radius, per unit of the value [m; stop of a
         revolute joint: rad].
     effect : (np,) array of int
-        `STILL`, `QUADRATIC` or `ANY`.
+        `STILL`, `INERTIAL`, `QUADRATIC` or `ANY`.
     """
 
     equations: Equations
@@ -152,9 +153,9 @@ def _effects(model: Arrays) -> tuple[Indices, Indices, Array]:
     gaps[fields["ends"]].reshape(shape)[:, _NORMAL], gaps[fields["ends"]].reshape(shape)[:, _HALF] = model.size, 1.0
     if not len(model.rows) and not model.bodies.shapes.shape[2]:  # a tree of rigid bodies
         of_ends[:, _OF_ENDS] = QUADRATIC
-        effects[fields["gravity"]] = QUADRATIC
+        effects[fields["gravity"]] = INERTIAL
         bodies = effects[fields["bodies"]][: nb * len(_words(BODY))].reshape(nb, len(_words(BODY)))
-        bodies[:, _OF_BODY] = QUADRATIC
+        bodies[:, _MOUNT], bodies[:, _OF_MASS] = QUADRATIC, INERTIAL
     return effects, contacts, gaps
 
 
