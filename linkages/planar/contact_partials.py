@@ -8,15 +8,18 @@ from typing import Any
 import numpy as np
 
 from linkages.kernel import Array, clear, inlined_kernel, kernel
+from linkages.kernel.dual import DIRECTIONS, is_known, number, put_slopes, seeded, slope
+from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.contact.contact_laws import push
 from linkages.laws.film.films import MAPPED
 from linkages.laws.parameters import MODELS
 from linkages.planar import contacts
-from linkages.planar.contacts import BRISTLE, Motion, contact_action, remembered_action
+from linkages.planar.contacts import APPROACH, BRISTLE, Motion, contact_action, remembered_action
 from linkages.planar.record_types import CORNER, HISTORY, JOURNAL, ORIENTED, STOP, WORN
 
-#: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles (2), bristle state.
-INPUTS = 9
+#: Inputs: the motion, that is e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles
+#: (2); bristle state.
+INPUTS, MOTION = 9, 8
 #: Outputs: force on the inner body, couple on it, rate of the bristles.
 FORCE_X, FORCE_Y, COUPLE, BRISTLE_RATE = range(4)
 OUTPUTS = 4
@@ -24,6 +27,8 @@ OUTPUTS = 4
 _STEP = 6e-6  # in parts of an input's scale: the cube root of the rounding error minimises the error of the differences
 _FORWARD = 1e-8  # the same for forward differences: the square root of the rounding error
 _NEAR = 1e-3  # lower limit of the gap that scales a displacement, in parts of the clearance
+_CENTRE = 1e-12  # distance from the centre at which a centred contact is differentiated [m]
+_INSIDE, _ASIDE = 1e-9, 1e-12  # margins within the bounds: of ratios; of the sliding speed, above its rounding [m/s]
 _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of 1 m per second
 
 
@@ -31,6 +36,7 @@ _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of
 #: speed.
 APPROACHING = INPUTS
 CHANGES = INPUTS + 1
+PARTIALS = 2 * DIRECTIONS  #: columns of partial derivatives: `CHANGES`, and zeros
 #: Results of `contact_action`: the outputs, penetration, its rate, sliding speed, load.
 RESULTS = 8
 DELTA, _CLOSING, _SLIDING, _LOAD = 4, 5, 6, 7
@@ -282,19 +288,43 @@ def deeper(end: np.record, motion: Motion, depth: float) -> Motion:
 def inside(
     end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, bounds: Array
 ) -> Motion:
-    """Reflect the penetration of a contact at zero if it is beyond its bounds: a step ends just beyond an event.
+    """Move a motion to where its penetration and speeds are within the bounds: a stage of a step lies a little beyond.
 
-    It becomes at least `LEAST`: differences along the wall change the penetration by rounding, so that they would cross
-    zero, where a force or the rate of the bristles may jump.
+    The penetration becomes at least `LEAST` in magnitude: at zero a force or the rate of the bristles may jump.
     """
-    if not (bounds[DEPTH_FROM] > -math.inf or bounds[DEPTH_TO] < math.inf):
-        return motion
-    delta = contact_action(end, law, table, approach, bristle, motion)[DELTA]
-    least = LEAST * law.clearance
-    if bounds[DEPTH_FROM] <= delta <= bounds[DEPTH_TO] and abs(delta) >= least:
-        return motion
-    wanted = max(abs(delta), least)
-    return deeper(end, motion, (wanted if bounds[DEPTH_FROM] > -math.inf else -wanted) - delta)
+    found = contact_action(end, law, table, approach, bristle, motion)
+    delta, closing, sliding = found[DELTA], found[_CLOSING], found[_SLIDING]
+    depth = _within(delta, bounds, DEPTH_FROM, LEAST * law.clearance)
+    aside = _within(sliding, bounds, SLIDING_FROM, _ASIDE)
+    faster, began = closing, max(approach, GRAZING)
+    if began < math.inf:
+        faster = began * _within(closing / began, bounds, RATIO_FROM, _INSIDE)
+        pushed = push(depth, seeded(faster, 0), began, law)
+        less = _within(number(pushed), bounds, PUSH_FROM, _INSIDE) - number(pushed)
+        if less != 0.0 and slope(pushed, 0) != 0.0:
+            faster += less / slope(pushed, 0)
+    return _shifted(end, motion, depth - delta, faster - closing, aside - sliding)
+
+
+@inlined_kernel
+def _within(x: float, bounds: Array, first: int, margin: float) -> float:
+    """Move a quantity to within its bounds, by a margin."""
+    low, high = bounds[first], bounds[first + 1]
+    return max(min(x, high - margin), low + margin)
+
+
+@inlined_kernel
+def _shifted(end: np.record, motion: Motion, depth: float, faster: float, aside: float) -> Motion:
+    """Change the penetration of a contact, its rate and the sliding speed."""
+    ex, ey, vx, vy, wb, wj, nx, ny = motion
+    if end.kind == STOP:
+        return ex, ey, vx, vy, wb, wj + end.nx * faster, nx, ny + end.nx * depth
+    ux, uy = nx, ny
+    if end.kind != CORNER:
+        distance = math.hypot(ex, ey)
+        ux, uy = (ex / distance, ey / distance) if distance > 0.0 else (1.0, 0.0)
+    vx, vy = vx + faster * ux - aside * uy, vy + faster * uy + aside * ux
+    return ex + depth * ux, ey + depth * uy, vx, vy, wb, wj, nx, ny
 
 
 @kernel
@@ -321,52 +351,6 @@ def _fill_differences(
         if weight != 0.0:
             s = start + (PLACES[kind] + point) * h
             add_contact_change(end, law, table, approach, bristle, motion, change, s, weight / h, out)
-
-
-@kernel
-def exact_partials(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, bounds: Array,
-    out: Array,
-) -> None:  # fmt: skip
-    """Fill ``out`` as `contact_partials`, by differences of the fourth order within bounds, at twice the cost."""
-    change, room, found, seen = np.zeros(CHANGES), np.zeros(INPUTS), np.empty(RESULTS), np.empty((3, BOUNDED))
-    still = np.zeros(FRICTION_SPEED)
-    motion, bounded = inside(end, law, table, approach, bristle, motion, bounds), is_bounded(bounds)
-    clear(out)
-    if bounded:
-        here = contact_action(end, law, table, approach, bristle, motion)
-        if law.model == _DRY and here[DELTA] < 0.0 and here[_LOAD] == 0.0 and law.bristle_scale == 0.0:
-            return  # without contact there are no forces; the differences stay beside it
-        _note_bounded(here, law, approach, bounds, seen[1])
-    for i in range(INPUTS):
-        if not _counts(end, law, i):
-            continue
-        change[i] = 1.0
-        h = stencil_step(end, law, approach, motion, change, 0.0, 0.0, room)
-        if h > 0.0 and bounded:
-            z = bristle + h * change[INPUTS - 1]
-            high = contact_action(end, law, table, approach, z, _moved(motion, change, h))
-            z = bristle - h * change[INPUTS - 1]
-            low = contact_action(end, law, table, approach, z, _moved(motion, change, -h))
-            _note_bounded(low, law, approach, bounds, seen[0])
-            _note_bounded(high, law, approach, bounds, seen[2])
-            step, kind, start = place_stencil(h, bounds, still, seen)
-            if kind == FOURTH and step == h:  # with the values at one step, which are known
-                for k in range(RESULTS):
-                    found[k] = WEIGHTS[FOURTH, 3] * (high[k] - low[k]) / h
-                for side in (-2.0, 2.0):
-                    weight = WEIGHTS[FOURTH, 4 if side > 0.0 else 0] / h
-                    add_contact_change(end, law, table, approach, bristle, motion, change, side * h, weight, found)
-            else:
-                _fill_differences(end, law, table, approach, bristle, motion, change, step, kind, start, found)
-        elif h > 0.0:
-            _fill_differences(end, law, table, approach, bristle, motion, change, h, FOURTH, 0.0, found)
-        else:
-            clear(found)
-        for k in range(RESULTS):
-            out[k, i] = found[k]
-        change[i] = 0.0
-    _fill_own_turn(end, motion, out)
 
 
 @inlined_kernel
@@ -400,51 +384,77 @@ def _counts(end: np.record, law: np.record, i: int) -> bool:
 
 @kernel
 def contact_partials(
-    end: np.record, law: np.record, table: Array, memory: Array, motion: Motion, central: bool, contact: Array,
-    out: Array,
-) -> None:  # fmt: skip
-    """Fill ``out`` (RESULTS, INPUTS) with the partial derivatives of `remembered_action`.
+    end: np.record, law: np.record, table: Array, memory: Array, motion: Motion, bounds: Array, exact: bool, out: Array
+) -> None:
+    """Fill ``out`` (RESULTS, PARTIALS) with the partial derivatives of `remembered_action`, within the bounds.
 
-    Differences with a step for each input: laws need not supply derivatives. The rest of the Jacobian is exact. A law
-    is a smooth function of a few well-scaled inputs, so that central differences are accurate to 1e-7 of its largest
-    change (measured: films 5e-8, contact 6e-8, both together 1.4e-7). Forward differences take half as many evaluations
-    and are accurate to 1e-6 for films, more than Newton's method needs; with respect to velocities, which do not change
-    the gap and its rounding error, to 3e-7. Where bodies can touch, differences are central: the penetration, a small
-    difference of lengths, has too few digits.
+    They are exact; differences for a film with history, and for a law of a user that does not compile for dual numbers.
 
     Parameters
     ----------
-    central : bool
-        Whether to take central differences of a film with respect to displacements too.
-    contact : (WIDTH,) array
-        The contact's quantities at this motion, see `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
+    exact : bool
+        Whether the derivatives with respect to the approach speed are wanted, and differences with more digits.
     """
+    approach, bristle, known = memory[APPROACH], memory[BRISTLE], False
+    if end.kind != HISTORY:
+        if is_bounded(bounds):
+            motion = inside(end, law, table, approach, bristle, motion, bounds)
+        known = _fill_along(end, law, table, approach, bristle, motion, 0, out)
+        if known and (exact or law.bristle_scale != 0.0):
+            known = _fill_along(end, law, table, approach, bristle, motion, DIRECTIONS, out)
+    if not known:
+        _difference_partials(end, law, table, memory, motion, exact, out)
+
+
+@kernel
+def _fill_along(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, first: int,
+    out: Array,
+) -> bool:  # fmt: skip
+    """Fill columns of the exact derivatives: of the motion, or from the bristle state on; False if they are unknown."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
-    scales = np.empty(INPUTS)
+    if ex == 0.0 and ey == 0.0:
+        ex = _CENTRE
+    along = (
+        seeded(ex, -first), seeded(ey, 1 - first), seeded(vx, 2 - first), seeded(vy, 3 - first),
+        seeded(wb, 4 - first), seeded(wj, 5 - first), seeded(nx, 6 - first), seeded(ny, 7 - first),
+    )  # fmt: skip
+    z, began = seeded(bristle, INPUTS - 1 - first), seeded(approach, APPROACHING - first)
+    found = contact_action(end, law, table, began, z, along)
+    total = 0.0
+    for k in range(RESULTS):
+        put_slopes(out, k, first, found[k])
+        total += found[k]
+    return is_known(total)
+
+
+@kernel
+def _difference_partials(
+    end: np.record, law: np.record, table: Array, memory: Array, motion: Motion, exact: bool, out: Array
+) -> None:
+    """Fill ``out`` as `contact_partials`, by differences with a step for each input, without bounds.
+
+    Central differences are accurate to 1e-7 of the largest change (measured: films 5e-8, contact 6e-8, both together
+    1.4e-7). Forward differences take half as many evaluations and are accurate to 1e-6 for films, more than Newton's
+    method needs. Where bodies can touch, differences are central: the penetration, a small difference of lengths, has
+    too few digits.
+    """
+    scales, z = np.empty(INPUTS), memory[BRISTLE]
     input_scales(end, law, motion, _NEAR, scales)
-    touches = not is_film(law)
+    here = remembered_action(end, law, table, memory, z, motion)
+    both = exact or not is_film(law)
     clear(out)
+    change = np.zeros(CHANGES)
     for i in range(INPUTS):
-        if not _counts(end, law, i):
-            continue
-        both = touches or (central and not 2 <= i < 6)  # not with respect to velocities
         h = (_STEP if both else _FORWARD) * scales[i]
-        for side in range(2 if both else 1):
-            s = h if side == 0 else -h
-            moved = (
-                ex + (s if i == 0 else 0.0),
-                ey + (s if i == 1 else 0.0),
-                vx + (s if i == 2 else 0.0),
-                vy + (s if i == 3 else 0.0),
-                wb + (s if i == 4 else 0.0),
-                wj + (s if i == 5 else 0.0),
-                nx + (s if i == 6 else 0.0),
-                ny + (s if i == 7 else 0.0),
-            )
-            z = memory[BRISTLE] + (s if i == 8 else 0.0)
-            found = remembered_action(end, law, table, memory, z, moved)
-            for k in range(RESULTS):
-                out[k, i] += found[k] if side == 0 else -found[k]
+        if not _counts(end, law, i) or h == 0.0:
+            continue
+        change[i] = 1.0
+        low = here
+        if both:
+            low = remembered_action(end, law, table, memory, z - h * change[INPUTS - 1], _moved(motion, change, -h))
+        high = remembered_action(end, law, table, memory, z + h * change[INPUTS - 1], _moved(motion, change, h))
         for k in range(RESULTS):
-            out[k, i] = out[k, i] / (2.0 * h) if both else (out[k, i] - contact[RESULT_PLACES[k]]) / h
+            out[k, i] = (high[k] - low[k]) / (2.0 * h if both else h)
+        change[i] = 0.0
     _fill_own_turn(end, motion, out)

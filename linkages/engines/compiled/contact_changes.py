@@ -15,7 +15,6 @@ from linkages.engines.compiled.model import RATIOS, SPEEDS, Equations
 from linkages.engines.compiled.variation import Variation, changes_law, move
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, inlined_kernel, kernel
-from linkages.kernel.simd import WIDTH
 from linkages.planar.arrays import Arrays
 from linkages.planar.contact_partials import (
     BOUNDED,
@@ -69,7 +68,6 @@ class ContactState(NamedTuple):
     plus: Array  # residuals, to work in: of `linkages.engines.compiled.forcing.value_forcing` alone, (k,)
     minus: Array
     forced: Array  # result of `value_forcing` for one value, (k,)
-    columns: Array  # of the Jacobian, (ny, WIDTH)
     drive: Array  # changes of prescribed coordinates, rates and accelerations, (3, nd)
 
 
@@ -89,7 +87,6 @@ def make_contact_state(nc: int, np_: int, ny: int, k: int, nd: int) -> ContactSt
         np.zeros(k),
         np.zeros(k),
         np.zeros(k),
-        np.zeros((ny, WIDTH)),
         np.zeros((3, nd)),
     )
 

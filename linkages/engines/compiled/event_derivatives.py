@@ -6,18 +6,16 @@ import math
 
 from linkages.engines.compiled.contact_changes import ContactState, gap_change, law_change, note_contacts, value_motions
 from linkages.engines.compiled.equations import derivatives, set_state, solve_state
-from linkages.engines.compiled.forcing import clear_numbers, force_response, set_numbers
-from linkages.engines.compiled.jacobian import contact_inputs, exact_jacobian
+from linkages.engines.compiled.forcing import force_response
+from linkages.engines.compiled.jacobian import exact_jacobian
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.step_derivatives import Column
-from linkages.engines.compiled.variation import Variation, is_exact
+from linkages.engines.compiled.variation import Variation
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.kernel import Array, clear, kernel
-from linkages.kernel.simd import WIDTH, lane, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import CHANGES, DEPTH_FROM, DEPTH_TO, INPUTS, LEAST, OUTPUTS, deeper
+from linkages.planar.contact_partials import CHANGES, DEPTH_FROM, DEPTH_TO, INPUTS, LEAST, MOTION, OUTPUTS, deeper
 from linkages.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action
-from linkages.planar.tangent import body_tangents, rate_tangents, value_tangents
 
 _MILD = 1e-5  # turn of the fastest body between the states that give rates of contacts [rad]
 #: Indices of the results of a contact, see `linkages.planar.contacts.contact_action`.
@@ -26,77 +24,24 @@ _DELTA, _CLOSING = 4, 5
 
 @kernel
 def motions_along(
-    equations: Equations,
-    variation: Variation,
-    t: float,
-    y: Array,
-    columns: Array,
-    first: int,
-    c: ContactState,
-    out: Array,
+    equations: Equations, variation: Variation, t: float, y: Array, columns: Array, first: int, out: Array
 ) -> None:
     """Fill ``out`` (m, nc, CHANGES) with the changes of the contacts' motions along columns from the first one on.
 
-    The last np columns change with a value each. The equations are solved at (t, y).
+    The last np columns change with a value each. The equations have been linearised at (t, y).
     """
-    model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
+    model, motions, n = equations.model, equations.work.scratch.motions, len(equations.model.free)
     m, np_ = columns.shape[1], len(variation.unit)
     for j in range(first, m):
         clear(out[j])
-        if j >= m - np_ and not is_exact(variation, j - (m - np_)):
+        if j >= m - np_:
             value_motions(equations, variation, j - (m - np_), t, y, out[j])
         for k in range(len(model.bristles)):
             out[j, model.bristles[k], INPUTS - 1] += columns[2 * n + k, j]
-    for group in range(len(variation.lanes)):
-        _add_motions_of_values(equations, variation, group, t, columns, c, out)
-    for start in range(first, m, WIDTH):
-        count, left = min(WIDTH, m - start), False
-        for j in range(start, start + count):
-            left = left or not is_exact(variation, j - (m - np_))
-        if not left:
-            continue
-        for rates in range(2):
-            for i in range(n):
-                place = model.free[i]
-                s.changed[place] = 1.0
-                for column in range(count):
-                    s.dq[place] = with_lane(s.dq[place], column, columns[i + rates * n, start + column])
-            body_tangents(model.bodies, w, s)
-            if rates:
-                rate_tangents(model.bodies, s)
-            for k in range(len(model.ends)):
-                inputs = contact_inputs(model, w, s, k)
-                for column in range(count):
-                    if not is_exact(variation, start + column - (m - np_)):
-                        for i in range(INPUTS - 1):
-                            out[start + column, k, i] += lane(inputs[i], column)
-    for i in range(n):
-        s.changed[model.free[i]], s.dq[model.free[i]] = 0.0, 0.0
-
-
-@kernel
-def _add_motions_of_values(
-    equations: Equations, variation: Variation, group: int, t: float, columns: Array, c: ContactState, out: Array
-) -> None:
-    """Add the changes of the contacts' motions with a group of values and along the columns of these."""
-    model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
-    first = columns.shape[1] - len(variation.unit)
-    set_numbers(variation, group, t, c, s)
-    for i in range(n):
-        place = model.free[i]
-        for column in range(WIDTH):
-            j = first + max(variation.lanes[group, column], 0)
-            s.dq[place] = with_lane(s.dq[place], column, columns[i, j])
-            s.ddrive[place, 0] = with_lane(s.ddrive[place, 0], column, columns[n + i, j])
-    value_tangents(model.bodies, w, s)
-    for k in range(len(model.ends)):
-        inputs = contact_inputs(model, w, s, k)
-        for column in range(WIDTH):
-            p = variation.lanes[group, column]
-            if p >= 0:
-                for i in range(INPUTS - 1):
-                    out[first + p, k, i] += lane(inputs[i], column)
-    clear_numbers(s)
+        for k in range(len(model.ends)):
+            for i in range(MOTION):
+                for row in range(2 * n):
+                    out[j, k, i] += motions[k, i, row] * columns[row, j]
 
 
 @kernel
@@ -156,7 +101,7 @@ def begin_or_end(
         s.change[i] = c.direction[0, k, i]
     gap_change(equations, variation, -1, k, s)
     accelerating = s.found[_CLOSING]
-    motions_along(equations, variation, t, y, c.before, 0, s, c.direction)
+    motions_along(equations, variation, t, y, c.before, 0, c.direction)
     for j in range(m):
         p = j - (m - len(variation.unit))
         for i in range(CHANGES):

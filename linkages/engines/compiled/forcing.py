@@ -2,9 +2,8 @@
 
 The residual R(y, y') of `linkages.engines.compiled.equations.residual` has the derivative M df/dx with respect to any
 value x, at a state with the derivatives y' = f(y). A value acts in two ways: on the laws of contacts
-(`linkages.engines.compiled.contact_changes`), and on everything else. The mechanics of rigid bodies in a tree has exact
-derivatives, of several values at once. Otherwise the rest is differentiated by central differences with forces of
-contacts that do not follow their motions: a step of a length would otherwise close a thin film.
+(`linkages.engines.compiled.contact_changes`), and on everything else, which is differentiated by central differences
+with forces of contacts that do not follow their motions: a step of a length would otherwise close a thin film.
 """
 
 from __future__ import annotations
@@ -22,19 +21,16 @@ from linkages.engines.compiled.contact_changes import (
     value_motions,
 )
 from linkages.engines.compiled.equations import rate_residuals, set_drive_forces, set_state
-from linkages.engines.compiled.jacobian import value_columns
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.variation import EXACT, Variation, changes_law, is_exact, move
+from linkages.engines.compiled.variation import Variation, changes_law, move
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, kernel
-from linkages.kernel.simd import WIDTH, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.planar.contact_partials import APPROACHING, FOURTH, OUTPUTS, PLACES, POINTS, SECOND, WEIGHTS
 from linkages.planar.contacts import APPROACH, PENETRATION, add_contact, contact_motion
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.newton_euler import generalised_force
-from linkages.planar.tangent_workspace import Scratch
 
 _SHORT = 1e-5  # step of differences of drives, in parts of a value: phases grow with time
 
@@ -144,76 +140,10 @@ def add_forcing(
 
     Arguments as of `value_forcing`; `exact_jacobian` has been called at the state. ``out`` is (k, m).
     """
-    exact = not _interpolated(equations)
     for p in range(len(variation.unit)):
-        if not (exact and is_exact(variation, p)):
-            value_forcing(equations, variation, p, t, y, dy, s, s.forced)
-            for i in range(len(out)):
-                out[i, first + p] += s.forced[i]
-    if exact:
-        for group in range(len(variation.lanes)):
-            _add_lanes(equations, variation, group, t, s, first, out)
-        clear_numbers(equations.work.scratch)
-
-
-@kernel
-def _add_lanes(
-    equations: Equations, variation: Variation, group: int, t: float, s: ContactState, first: int, out: Array
-) -> None:
-    """Add the derivatives with respect to the values of a group of lanes: exact but for the laws of contacts."""
-    x, n = equations.work.scratch, len(equations.model.free)
-    moved = False
-    for column in range(WIDTH):
-        p = variation.lanes[group, column]
-        moved = moved or (p >= 0 and variation.mechanics[p] == EXACT)
-    clear_numbers(x)
-    if moved:
-        set_numbers(variation, group, t, s, x)
-    for column in range(WIDTH):
-        p = variation.lanes[group, column]
-        for k in range(s.direct.shape[0]):
-            if p >= 0 and changes_law(variation, p, k):
-                own_change(equations, variation, p, k, s)
-                for i in range(OUTPUTS):
-                    x.dlaw[k, i] = with_lane(x.dlaw[k, i], column, s.found[i])
-    value_columns(equations, t, WIDTH, s.columns)
-    for column in range(WIDTH):
-        p = variation.lanes[group, column]
-        if p >= 0:
-            for i in range(len(out)):
-                out[i, first + p] += s.columns[n + i, column]
-
-
-@kernel
-def set_numbers(variation: Variation, group: int, t: float, s: ContactState, x: Scratch) -> None:
-    """Set the changes of numbers of bodies, markers, gravity and prescribed motions with a group of values."""
-    x.moves[0] = 1.0
-    for i in range(len(x.dbody)):
-        copy(variation.bodies[group, i], x.dbody[i])
-    for i in range(len(x.dmarker)):
-        copy(variation.markers[group, i], x.dmarker[i])
-    copy(variation.gravity[group], x.dgravity)
-    driven = variation.equations.model.driven
-    for column in range(WIDTH):
-        p = variation.lanes[group, column]
-        if p >= 0 and variation.drives[p]:
-            drive_changes(variation, p, t, s.drive)
-            for i in range(len(driven)):
-                place = driven[i]
-                x.dq[place] = with_lane(x.dq[place], column, s.drive[0, i])
-                for k in range(2):
-                    x.ddrive[place, k] = with_lane(x.ddrive[place, k], column, s.drive[1 + k, i])
-
-
-@kernel
-def clear_numbers(x: Scratch) -> None:
-    """Undo `set_numbers`, and the changes of driven bodies, which directions of coordinates do not move."""
-    x.moves[0] = 0.0
-    for each in (x.dlaw, x.dpose, x.dvel, x.dacc):
-        clear(each)
-    clear(x.touched)
-    clear(x.dq)
-    clear(x.ddrive)
+        value_forcing(equations, variation, p, t, y, dy, s, s.forced)
+        for i in range(len(out)):
+            out[i, first + p] += s.forced[i]
 
 
 @kernel

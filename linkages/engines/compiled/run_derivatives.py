@@ -10,6 +10,7 @@ from linkages.engines.compiled.contact_changes import law_change, note_contacts
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.event_derivatives import begin_or_end, motions_along
 from linkages.engines.compiled.forcing import drive_changes
+from linkages.engines.compiled.jacobian import exact_jacobian
 from linkages.engines.compiled.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import Steps, remember, replay
@@ -133,7 +134,7 @@ def _column_rates(equations: Equations, variation: Variation, t: float, y: Array
 def _contacts_along(equations: Equations, variation: Variation, t: float, c: Column, step: int, out: Array) -> None:
     """Fill ``out`` (np, nt, nc, WIDTH) with the changes of the contacts at the last stage of a linearised step."""
     s, partials, first = c.contacts, equations.work.scratch.partials, c.before.shape[1] - len(variation.unit)
-    motions_along(equations, variation, t, c.y, c.before, first, s, c.direction)
+    motions_along(equations, variation, t, c.y, c.before, first, c.direction)
     for p in range(len(out)):
         for k in range(out.shape[2]):
             along = c.direction[first + p, k]
@@ -226,10 +227,11 @@ def differentiate_states(
             set_bounds(equations, limits)
         if at_step:
             note_contacts(equations, c.contacts)
+            exact_jacobian(equations, t, y, c.mass[0], c.full)
         elif known:
             known = _column_rates(equations, variation, t, y, c)
         if known:
-            motions_along(equations, variation, t, y, c.before, first, c.contacts, c.direction)
+            motions_along(equations, variation, t, y, c.before, first, c.direction)
         for p in range(nv):
             if known:
                 _set_changes(

@@ -6,7 +6,6 @@ differentiated through the assembly, and a contact's stiffness through its mater
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -16,13 +15,11 @@ import numpy as np
 from linkages.engines.compiled.job import Given, model_of
 from linkages.engines.compiled.kinks import kinks
 from linkages.engines.compiled.model import Equations, make_memory, make_work
-from linkages.engines.compiled.neighbours import Neighbours, Rates, unscaled
+from linkages.engines.compiled.neighbours import Neighbours, unscaled
 from linkages.engines.compiled.start_derivatives import start_derivatives
 from linkages.kernel import Array, Indices, inlined_kernel, kernel
 from linkages.kernel.block import Duplicate
 from linkages.kernel.by_reference import Packed, packed
-from linkages.kernel.simd import WIDTH, LaneArray
-from linkages.kernel.simd import LaneArray as Lanes
 from linkages.laws import PARAMETERS
 from linkages.outputs.registry import pack
 from linkages.planar.arrays import Arrays
@@ -33,7 +30,7 @@ EXACT = 2
 _INERTIAL = ("mass", "cx", "cy", "inertia")  # the last fields of a body: they move nothing
 assert (BODY.names or ())[-len(_INERTIAL) :] == _INERTIAL
 _WORDS, _LAST = BODY.itemsize // 8, len(_INERTIAL)
-#: Words of `BODY` that have exact derivatives, in the order of `linkages.planar.tangent_workspace.BODY_NUMBERS`.
+#: Words of `BODY`: mount x, y, mass, mass centre x, y, moment of inertia.
 _OF_BODY = [1, 2, *range(_WORDS - _LAST, _WORDS)]
 _MARKERS = list(range(1, 1 + 2 * len(MARKER.names or ())))  # of the ends of a contact: its law does not read them
 assert (BODY.names or ())[0] == "mount"
@@ -87,12 +84,6 @@ class Variation(NamedTuple):
         1 where it changes a prescribed motion.
     kinks, kink_rates : (nc, KINKS), (np, nc, KINKS) arrays
         See `linkages.engines.compiled.kinks.kinks`, and their derivatives.
-    lanes : (ng, WIDTH) array of int
-        Values that change no mechanics or with exact derivatives, side by side; -1: none. No line unless the linkage is
-        a tree of rigid bodies.
-    bodies, markers, gravity : (ng, nb, BODY_NUMBERS), (ng, nc, 4), (ng, 2) lanes
-        Derivatives of numbers of bodies, of coordinates of the markers of contacts, and of gravity with respect to
-        these values.
     """
 
     equations: Equations
@@ -109,16 +100,6 @@ class Variation(NamedTuple):
     drives: Indices
     kinks: Array
     kink_rates: Array
-    lanes: Indices
-    bodies: Lanes
-    markers: Lanes
-    gravity: Lanes
-
-
-@inlined_kernel
-def is_exact(variation: Variation, p: int) -> bool:
-    """Whether value p is in the lanes."""
-    return p >= 0 and len(variation.lanes) > 0 and variation.mechanics[p] != 1
 
 
 @inlined_kernel
@@ -179,7 +160,6 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         drives,
         limits,
         _kink_rates(limits, nearby),
-        *_side_by_side(model, fields, changes, mechanics),
     )
     return packed(variation), start_derivatives(system, nearby)
 
@@ -191,27 +171,6 @@ def _kink_rates(limits: Array, nearby: Sequence[Neighbours]) -> Array:
         for rate, near in zip(rates, nearby, strict=True):
             rate[:] = near.derivative(lambda one: np.nan_to_num(kinks(one)))
     return rates
-
-
-def _side_by_side(
-    model: Arrays, fields: Mapping[str, slice], changes: Sequence[Rates], mechanics: Indices
-) -> tuple[Indices, Lanes, Lanes, Lanes]:
-    """Return the values that are differentiated in lanes, and the derivatives of numbers; see `Variation`."""
-    able = np.flatnonzero(mechanics != 1)[: len(mechanics) if _is_rigid_tree(model) else 0]
-    able = able[np.argsort(mechanics[able], kind="stable")]  # values that change laws alone together
-    groups, nb, nc = -(-len(able) // WIDTH), len(model.bodies.records), len(model.ends)
-    lanes, numbers = np.full(groups * WIDTH, -1), np.zeros((groups * WIDTH, fields["gravity"].stop))
-    lanes[: len(able)] = able
-    for row, p in zip(numbers, able, strict=False):
-        row[changes[p].places] = changes[p].rates
-
-    def kept(name: str, *shape: int, words: list[int]) -> Lanes:
-        start = fields[name].start
-        part = numbers[:, start : start + math.prod(shape)].reshape(groups, WIDTH, *shape)[..., words]
-        return np.ascontiguousarray(np.moveaxis(part, 1, -1)).view(LaneArray)
-
-    bodies, markers = kept("bodies", nb, _WORDS, words=_OF_BODY), kept("ends", nc, ENDS.itemsize // 8, words=_OF_ENDS)
-    return lanes.reshape(groups, WIDTH), bodies, markers, kept("gravity", 2, words=[0, 1])
 
 
 def _fields(model: Arrays) -> dict[str, slice]:
