@@ -281,12 +281,6 @@ def _power(write: _Writer, x: Parts, y: Parts) -> Parts:
     return Parts(result, slopes)
 
 
-def _remainder(write: _Writer, x: Parts, y: Parts) -> Parts:
-    if y.slopes is not None:
-        raise NotImplementedError("a remainder of a division by a dual")
-    return Parts(write.call(math.remainder, x.number, y.number), x.slopes)
-
-
 _KINDS = _Dual, types.Float, _Lanes, simd.Lanes
 _WITH_DUALS, _SIDE_BY_SIDE = (_Dual, _Lanes), (_Lanes, simd.Lanes)
 
@@ -384,7 +378,6 @@ _FUNCTIONS: dict[Any, Operation] = {
     math.atan2: _arc_tangent,
     math.hypot: _hypotenuse,
     math.copysign: _copy_sign,
-    math.remainder: _remainder,
 }
 for _function, _operation in (*_ARITHMETIC.items(), *_FUNCTIONS.items()):
     _register(_function, _operation, lanes=_function in _ARITHMETIC)

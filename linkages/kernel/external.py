@@ -282,7 +282,7 @@ def _find_dual(place: int) -> int:
     pair, plain, signature = _pairs[place]
     try:
         pair[1] = _compiled(plain, with_duals(signature.return_type)(*map(with_duals, signature.args)))
-    except (numba.NumbaError, NotImplementedError):
+    except numba.NumbaError:
         pair[1] = -1
     except BaseException as error:
         failures.append(error)
