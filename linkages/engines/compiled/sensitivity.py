@@ -101,7 +101,7 @@ class Differentiation:
         bounds[:, FRICTION_SPEED] = friction_speeds(system)
         rate = float(system.motion_rate)
         stepper, limits = packed(make_stepper(ny, n)), kinks(system)
-        self._run = packed(Run(packed(equations), variation, stepper, runner.tolerance, packed(steps), limits, rate))
+        self._run = packed(Run(equations, variation, stepper, runner.tolerance, packed(steps), limits, rate))
         self._ideals = IdealMotions()
 
     def _column(self, m: int) -> Column:
