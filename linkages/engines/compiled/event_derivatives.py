@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from linkages.engines.compiled.contact_changes import CLOSING as CLOSES
-from linkages.engines.compiled.contact_changes import MOTION, Contacts, gap_change, law_change
+import numpy as np
+
+from linkages.engines.compiled.contact_changes import MOTION, Contacts, deeper, gap_change, note_contacts, result_change
 from linkages.engines.compiled.equations import derivatives, set_state
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.step_derivatives import Column, Run, linearise
@@ -14,7 +15,7 @@ from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, kernel
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import DELTA, DEPTH_FROM, DEPTH_TO, INPUTS, LEAST, OUTPUTS, deeper
+from linkages.planar.contact_partials import DELTA, DEPTH_FROM, DEPTH_TO, INPUTS, LEAST, OUTPUTS
 from linkages.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action, contact_motion
 
 _MILD = 1e-5  # turn of the fastest body between the states that give rates of contacts [rad]
@@ -75,6 +76,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         work.memory[k, APPROACH] = approach
         work.solved[0] = math.nan
     derivatives(equations, t, y, c.dy)
+    note_contacts(equations, s)
     closing, late = work.contacts[k, CLOSING], work.contacts[k, PENETRATION] / work.contacts[k, CLOSING]
     if begins and closing <= GRAZING:
         return False
@@ -85,33 +87,37 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         derivatives(equations, t - back, c.y, c.dy)
     _motions_over_time(equations, t, y, run.rate, c, s.along[0])
     copy(y, c.y)
-    bounds = work.scratch.bounds[k]
-    bounds[DEPTH_FROM], bounds[DEPTH_TO] = 0.0, math.inf
-    linearise(equations, variation, t, c, 0)
-    gap_change(equations, k, s.along[0, k], s)
-    accelerating = s.found[CLOSES]
-    motions_along(equations, variation, c.before, 0, s)
+    bounds, forcing = work.scratch.bounds[k], np.zeros((len(c.own), m))
+    gap_change(equations, variation, -1, k, s.along[0, k], s, s.gap)
+    accelerating = s.gap[1]
+    for acts in range(2):  # the state is a little beyond the event: the new forces act for that time already
+        bounds[DEPTH_FROM], bounds[DEPTH_TO] = (0.0, math.inf) if acts else (-math.inf, 0.0)
+        linearise(equations, variation, t, c, 0)
+        motions_along(equations, variation, c.before, 0, s)
+        weight = late if begins == (acts == 1) else -late
+        for j in range(m):
+            p = j - (m - len(variation.unit))
+            for i in range(OUTPUTS):
+                change = weight * result_change(equations, s, p, j, k, i, c.remembered[k, j])
+                for row in range(len(forcing)):
+                    forcing[row, j] += change * s.response[k, i, row]
     if not factorise(c.mass[0], c.pivots):
         return False
     for j in range(m):
         p = j - (m - len(variation.unit))
-        gap_change(equations, k, s.along[j, k], s)
-        delta, change = s.found[DELTA], s.found[CLOSES]
-        if p >= 0 and variation.laws[p, k]:
-            law_change(equations, variation, p, k, clearance, s)
-            delta, change = delta + s.found[DELTA], change + s.found[CLOSES]
-        times[j] = -delta / closing
+        gap_change(equations, variation, p, k, s.along[j, k], s, s.gap)
+        times[j] = -s.gap[0] / closing
         if begins:
-            c.remembered[k, j] = change + accelerating * times[j]
+            c.remembered[k, j] = s.gap[1] + accelerating * times[j]
     _set_jump(equations, k, s)
-    clear(c.own)
-    for i in range(OUTPUTS):
-        for row in range(len(c.own)):
-            c.own[row] += s.found[i] * s.response[k, i, row]
-    back_substitute(c.mass[0], c.pivots, c.own)
     for j in range(m):
+        for row in range(len(c.own)):
+            c.own[row] = forcing[row, j]
+            for i in range(OUTPUTS):
+                c.own[row] -= s.found[i] * s.response[k, i, row] * times[j]
+        back_substitute(c.mass[0], c.pivots, c.own)
         for i in range(len(c.own)):
-            c.before[n - len(c.own) + i, j] -= c.own[i] * times[j]
+            c.before[n - len(c.own) + i, j] += c.own[i]
     return True
 
 

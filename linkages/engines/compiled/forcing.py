@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.engines.compiled.contact_changes import MOTION, Contacts, law_changes
+from linkages.engines.compiled.contact_changes import MOTION, Contacts, has_force, law_changes
 from linkages.engines.compiled.equations import rate_residuals, set_state
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.neighbours import PAIRS
@@ -130,6 +130,8 @@ def _set_responses(equations: Equations, variation: Variation, t: float, y: Arra
     for m in range(len(model.bristles)):
         s.response[model.bristles[m], OUTPUTS - 1, n + m] = 1.0
     for k in range(len(model.ends)):
+        if not has_force(equations, k, s):
+            continue
         _, arms = contact_motion(model.ends[k], at.pose, at.vel)
         for i in range(OUTPUTS - 1):
             if len(model.rows):  # linear in the force

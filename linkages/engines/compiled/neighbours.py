@@ -5,7 +5,8 @@ Example: the numbers of a spring's stiffness k have the derivative (n(k + h) - n
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -18,6 +19,7 @@ from linkages.model.experiment import value_unit
 from linkages.planar.arrays import Arrays
 from linkages.results.derivatives import Direction
 from linkages.system import System
+from linkages.system.system import keeps_start
 
 _STEP = 3e-5  # of differences, in parts of the value
 _ZERO = 1e-7  # values of a smaller magnitude count as zero, SI units
@@ -25,15 +27,12 @@ _UNITS = {"m/s2": 10.0}  # magnitudes of a value of zero, by its unit
 _UNIT = 1e-2  # of other units
 _SAME = 1e-15  # relative change of a number by rounding: the value does not change it
 _INTEGER = 1e-290  # an integer, read as a float, is smaller
-_ROUNDING = 1e-13  # error of a number that is proportional to the value
-#: Places and weights of differences: of the first order, for numbers proportional to the value; of the second one,
-#: central, or to one side at a limit of the value.
-_ONE = (1,), (1.0,)
+_PART = 1e-3  # by which values grow together, at least
+_ROUNDING = 1e-13  # error of a number that is proportional to a value
+#: Places and weights of differences of the second order: central, or to one side at a limit of the value.
 _STENCILS = ((-1, 1), (-1 / 2, 1 / 2)), ((1, 2), (2.0, -1 / 2)), ((-1, -2), (-2.0, 1 / 2))
 #: Places and weights of central differences of the fourth order; a constant gives exactly zero, pair by pair.
 PAIRS = (-1.0, 1.0, -2.0, 2.0), (-2 / 3, 2 / 3, 1 / 12, -1 / 12)
-
-_Stencil = tuple[tuple[int, ...], tuple[float, ...]]
 
 
 class Rates(NamedTuple):
@@ -55,7 +54,7 @@ def _unit(path: str) -> float:
 
 
 def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighbours]:
-    """Return the systems near a system for each of several values.
+    """Return the systems near a system for each of several values, with one for all numbers proportional to a value.
 
     Raises
     ------
@@ -66,19 +65,75 @@ def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighb
     for k, (name, value) in enumerate(zip(names, values, strict=True)):
         if name in names[:k] or not (isinstance(value, str) or value.rates):
             raise InputError("argument", name, "is given twice" if name in names[:k] else "has no rates")
-    return [Neighbours(system, value) for value in values]
+    paths = sorted({path for value in values for path in ([value] if isinstance(value, str) else value.rates)})
+    numbers = {path: system.value(path) for path in paths if keeps_start(path) or path.endswith(".speed")}
+    together = Together(system, {path: number for path, number in numbers.items() if abs(number) > _ZERO})
+    return [Neighbours(system, value, together) for value in values]
+
+
+class Together:
+    """A system in which several values grow, each by another part of itself.
+
+    A number that grows by one of these parts is proportional to that value: the parts have generic ratios, which
+    products and powers of values do not match.
+
+    Parameters
+    ----------
+    system : System
+    values : dict of str to float
+        By path, not zero.
+    """
+
+    def __init__(self, system: System, values: Mapping[str, float]) -> None:
+        self._system, self._paths, self._values = system, list(values), np.array(list(values.values()))
+        self._new = self._values * (1.0 + _PART * (1.0 + np.random.default_rng(0).random(len(values))))
+        self._latest: tuple[Any, tuple[Indices, Array, Indices] | None] | None = None
+
+    def rates(self, make: Callable[[System], Any], along: Mapping[str, float]) -> Rates | None:
+        """Differentiate as `Neighbours.rates` along some paths; None if any number of these or others is not known."""
+        if not along.keys() <= set(self._paths):
+            return None
+        if self._latest is None or self._latest[0] is not make:
+            self._latest = make, self._owners(make)
+        if self._latest[1] is None:
+            return None
+        places, numbers, owners = self._latest[1]
+        rates = numbers * np.array([along.get(path, 0.0) for path in self._paths])[owners] / self._values[owners]
+        return Rates(places[rates != 0.0], rates[rates != 0.0])
+
+    @cached_property
+    def _moved(self) -> System | None:
+        """The system; None near a limit of a value."""
+        with suppress(InputError, AssemblyError):
+            return self._system.replaced(dict(zip(self._paths, self._new.tolist(), strict=True)))
+        return None
+
+    def _owners(self, make: Callable[[System], Any]) -> tuple[Indices, Array, Indices] | None:
+        """Return the places of numbers that change, they themselves, and the values to which they are proportional."""
+        if self._moved is None:
+            return None
+        own, other = contents(make(self._system)), contents(make(self._moved))
+        if own.structure != other.structure:
+            return None
+        places, (here, there) = _changed(own, [other])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            apart = np.abs((there / here)[:, None] - self._new / self._values)
+        known = len(here) == 0 or apart.min(axis=1).max() <= _ROUNDING
+        return (places, here, apart.argmin(axis=1)) if known else None
 
 
 class Neighbours:
     """Systems near a system, with other values at a path.
 
-    Numbers that are proportional to the value need one system, others two. They are built when they are needed.
+    They are built when they are needed.
 
     Parameters
     ----------
     system : System
     value : str or Direction
         A dotted path, see `linkages.System.replaced`; or a value that several paths follow.
+    together : Together, optional
+        Used where it is sufficient.
 
     Attributes
     ----------
@@ -93,54 +148,37 @@ class Neighbours:
         If there is no number at the path, or no neighbouring value is valid.
     """
 
-    def __init__(self, system: System, value: str | Direction) -> None:
+    def __init__(self, system: System, value: str | Direction, together: Together | None = None) -> None:
         along = Direction(value, system.value(value), {value: 1.0}) if isinstance(value, str) else value
-        self.path, self._value, self.along = along
-        self.system, self.magnitude = system, magnitude_of(self.path, self._value)
-        self._built: dict[int, System] = {}
-        self._use(_ONE, *_STENCILS[2:])
+        self.path, number, self.along = along
+        self.system, self.magnitude, self._together = system, magnitude_of(self.path, number), together
 
-    def _use(self, *stencils: _Stencil) -> None:
-        """Build the systems of the first stencil whose values are valid."""
-        for places, weights in stencils:
+    @cached_property
+    def _systems(self) -> tuple[list[System], Array]:
+        """Return the systems, and the weights of their numbers."""
+        for places, weights in _STENCILS:
             try:
-                self._systems = [self._moved(place) for place in places]
+                return [self._moved(place) for place in places], np.array(weights) / (_STEP * self.magnitude)
             except InputError as error:
                 problem = error
             except AssemblyError as error:
                 text = f"has no neighbouring value that can be assembled: {error}"
                 problem = InputError("argument", self.path, text)
-            else:
-                self._weights = np.array(weights) / (_STEP * self.magnitude)
-                return
         raise problem
 
     def _moved(self, place: int) -> System:
-        if place not in self._built:
-            step, value = place * _STEP * self.magnitude, self.system.value
-            found = self.system.replaced({path: value(path) + step * rate for path, rate in self.along.items()})
-            _ = found.assembly  # a failure leads to another stencil
-            self._built[place] = found
-        return self._built[place]
-
-    def _is_exact(self, here: Array, found: Sequence[Array]) -> bool:
-        """Whether differences of the first order are exact, or others are taken; otherwise take others from now on."""
-        if len(found) > 1:
-            return True
-        change, part = found[0] - here, _STEP * self.magnitude / self._value if self._value else 0.0
-        if not change.any() or np.all(np.abs(change - part * here) <= _ROUNDING * np.abs(here)):
-            return True
-        self._use(*_STENCILS)
-        return False
+        step, value = place * _STEP * self.magnitude, self.system.value
+        found = self.system.replaced({path: value(path) + step * rate for path, rate in self.along.items()})
+        _ = found.assembly  # a failure leads to another stencil
+        return found
 
     def derivative(self, numbers: Callable[[System], Array]) -> Array:
         """Differentiate an array of numbers."""
-        here, found = numbers(self.system), [numbers(one) for one in self._systems]
+        systems, weights = self._systems
+        here, found = numbers(self.system), [numbers(one) for one in systems]
         if any(one.shape != here.shape for one in found):
             raise self._other_structure()
-        if not self._is_exact(here, found):
-            return self.derivative(numbers)
-        return np.tensordot(self._weights, [one - here for one in found], 1)
+        return np.tensordot(weights, [one - here for one in found], 1)
 
     def rates(self, make: Callable[[System], Any]) -> Rates:
         """Differentiate the numbers of a named tuple that is made from a system; see `linkages.kernel.block.contents`.
@@ -150,15 +188,16 @@ class Neighbours:
         InputError
             If the value changes integers, or shapes of arrays.
         """
-        own, *found = (contents(make(one)) for one in (self.system, *self._systems))
-        if any(one.structure != own.structure for one in found):
+        if self._together is not None and (found := self._together.rates(make, self.along)) is not None:
+            return found
+        systems, weights = self._systems
+        own, *others = (contents(make(one)) for one in (self.system, *systems))
+        if any(one.structure != own.structure for one in others):
             raise self._other_structure()
-        places, values = _changed(own, found)
+        places, values = _changed(own, others)
         if np.any((np.abs(values) < _INTEGER) & (values != 0.0)):
             raise self._other_structure()
-        if not self._is_exact(values[0], values[1:]):
-            return self.rates(make)
-        return Rates(places, self._weights @ (values[1:] - values[0]))
+        return Rates(places, weights @ (values[1:] - values[0]))
 
     @cached_property
     def arrays(self) -> Rates:

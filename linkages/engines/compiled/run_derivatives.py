@@ -7,17 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.contact_changes import SLIDING, gap_change
+from linkages.engines.compiled.contact_changes import gap_change, result_change
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.event_derivatives import begin_or_end, motions_along
 from linkages.engines.compiled.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import remember, replay
 from linkages.engines.compiled.step_derivatives import Column, Run, advance, close_columns, linearise
+from linkages.engines.compiled.variation import Variation
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import copy
-from linkages.kernel import Array, Indices, kernel
-from linkages.planar.contact_partials import DELTA, INPUTS, RESULT_PLACES, RESULTS
+from linkages.kernel import Array, Indices, clear, kernel
+from linkages.planar.contact_partials import DELTA, RESULT_PLACES, RESULTS
 from linkages.planar.contacts import EX, EY, PENETRATION
 from linkages.planar.motion import last_start
 
@@ -36,13 +37,27 @@ class Changes(NamedTuple):
 
 
 class AtSteps(NamedTuple):
-    """Derivatives of a run at its nt steps: m columns, ny entries of the state, nc contacts; see `Sensitivity`."""
+    """Derivatives of a run at its nt steps: m columns, ny entries of the state, nc contacts.
 
-    states: Array  # (nt, ny, m)
-    memory: Array  # (nt, nc, m)
-    event: Indices  # (nt,)
-    event_times: Array  # (nt, m)
-    changes: Changes  # along the values, if wanted: of no time otherwise
+    Attributes
+    ----------
+    states : (nt, ny, m) array
+        Derivatives of the state at fixed time, after the event or the projection at that time.
+    memory : (nt, nc, m) array
+        Derivatives of the approach speeds that contacts remember.
+    event : (nt,) array of int
+        Contact that begins, counted from 1, or ends, less than 0; 0 without.
+    event_times : (nt, m) array
+        Derivatives of the events' times.
+    changes : Changes
+        Derivatives of coordinates and contacts along the values, if they are wanted; of no time otherwise.
+    """
+
+    states: Array
+    memory: Array
+    event: Indices
+    event_times: Array
+    changes: Changes
 
 
 @kernel
@@ -135,82 +150,49 @@ def _set_changes(run: Run, c: Column, at: int, out: Changes) -> None:
             place = model.driven[i]
             dq[place], dv[place], da[place] = s.driven[p, 0, i], s.driven[p, 1, i], s.driven[p, 2, i]
         for k in range(len(model.ends)):
-            _set_contact(equations, c, p, j, k, out.contacts[p, at, k])
+            _set_contact(equations, run.variation, c, p, j, k, out.contacts[p, at, k])
 
 
 @kernel
-def _set_contact(equations: Equations, c: Column, p: int, j: int, k: int, out: Array) -> None:
+def _set_contact(equations: Equations, variation: Variation, c: Column, p: int, j: int, k: int, out: Array) -> None:
     """Fill the changes of contact k along column j and value p."""
-    s, partials, along = c.contacts, equations.work.scratch.partials[k], c.contacts.along[j, k]
+    s, along, touches = c.contacts, c.contacts.along[j, k], equations.model.touching[k] > 0
+    clear(out)
     out[EX], out[EY] = along[0], along[1]
-    touches = equations.model.touching[k] > 0
-    if touches:  # of a gap that is nearly zero the partial derivatives have few digits
-        gap_change(equations, k, along, s)
     for result in range(RESULTS):
-        total = s.laws[p, k, result] + s.approaching[k, result] * c.remembered[k, j]
-        if touches and DELTA <= result <= SLIDING:
-            total += s.found[result]
-        else:
-            for i in range(INPUTS):
-                total += partials[result, i] * along[i]
-        out[RESULT_PLACES[result]] = total
+        out[RESULT_PLACES[result]] = result_change(equations, s, p, j, k, result, c.remembered[k, j])
+    if touches:  # of a gap that is nearly zero the partial derivatives have few digits
+        gap_change(equations, variation, p, k, along, s, s.gap)
+        for i in range(3):
+            out[RESULT_PLACES[DELTA + i]] = s.gap[i]
 
 
 @kernel
 def differentiate_states(run: Run, c: Column, known: int, found: AtSteps, times: Array, out: Changes) -> None:
-    """Fill the derivatives of a run's coordinates and contacts at any times with respect to the values.
+    """Fill the derivatives of a run's coordinates and contacts at any times, where they are known.
 
     Parameters
     ----------
     known : int
         Number of steps at which the columns are known.
     found : AtSteps
-        With changes at the steps.
     times : (nt,) array
     out : Changes
     """
-    equations, steps = run.equations, run.steps
-    y = c.y.copy()
+    steps, y = run.steps, c.y.copy()
     for i in range(len(times)):
         t = times[i]
         k = last_start(steps.times, len(steps.times), t)
-        good = k < known
-        if good and t == steps.times[k]:
-            _copy_changes(found.changes, k, out, i)
+        if k >= known:
             continue
-        if good:
-            for row in range(len(y)):
-                copy(found.states[k, row], c.before[row])
-            for row in range(len(c.remembered)):
-                copy(found.memory[k, row], c.remembered[row])
-            c.ended[0] = math.nan
-            good = advance(run, c, k, t)
-        replay(equations, run.stepper, run.tolerance, steps, t, y)
-        if good and len(equations.model.rows):
-            close_columns(equations, run.variation, t, y, c)
+        for row in range(len(y)):
+            copy(found.states[k, row], c.before[row])
+        for row in range(len(c.remembered)):
+            copy(found.memory[k, row], c.remembered[row])
+        c.ended[0] = math.nan
+        good = advance(run, c, k, t)
+        replay(run.equations, run.stepper, run.tolerance, steps, t, y)
+        if good and len(run.equations.model.rows):
+            close_columns(run.equations, run.variation, t, y, c)
         if good and _linearise_here(run, t, y, c):
             _set_changes(run, c, i, out)
-        else:
-            _set_unknown(out, i)
-
-
-@kernel
-def _copy_changes(source: Changes, k: int, out: Changes, i: int) -> None:
-    """Copy the changes at a time."""
-    for p in range(len(out.coordinates)):
-        copy(source.coordinates[p, k], out.coordinates[p, i])
-        copy(source.rates[p, k], out.rates[p, i])
-        copy(source.accelerations[p, k], out.accelerations[p, i])
-        for contact in range(out.contacts.shape[2]):
-            copy(source.contacts[p, k, contact], out.contacts[p, i, contact])
-
-
-@kernel
-def _set_unknown(out: Changes, i: int) -> None:
-    """Fill the changes at a time with NaN."""
-    for p in range(len(out.coordinates)):
-        for q in range(out.coordinates.shape[2]):
-            out.coordinates[p, i, q], out.rates[p, i, q], out.accelerations[p, i, q] = math.nan, math.nan, math.nan
-        for q in range(out.contacts.shape[2]):
-            for r in range(out.contacts.shape[3]):
-                out.contacts[p, i, q, r] = math.nan

@@ -39,29 +39,16 @@ _FELT = 0.01  # part of its scale by which an error of a run may change the stat
 
 
 class Sensitivity(NamedTuple):
-    """Derivatives of a run with nt steps: m columns, ny entries of the state, nc contacts. NaN where there is none.
+    """Derivatives of a run at its steps, see `AtSteps`; NaN where there is none.
 
     Attributes
     ----------
-    times : (nt,) array
-        Of the steps [s].
-    states : (nt, ny, m) array
-        Derivatives of the state at fixed time, after the event or the projection at that time.
-    memory : (nt, nc, m) array
-        Derivatives of the approach speeds that contacts remember.
-    event : (nt,) array of int
-        Contact that begins, counted from 1, or ends, less than 0; 0 without.
-    event_times : (nt, m) array
-        Derivatives of the events' times.
-    changes : Changes
-        Derivatives of coordinates and contacts along the values, if they were wanted.
     status : int
         See `linkages.engines.compiled.run_derivatives`.
     known : int
         Number of times with derivatives.
     """
 
-    times: Array
     states: Array
     memory: Array
     event: Indices
@@ -110,7 +97,9 @@ class Differentiation:
     def _changes(self, nt: int) -> Changes:
         model, count = self.runner.model, len(self._nearby)
         shape = count, nt, len(model.free) + len(model.driven)
-        return Changes(*(np.zeros(shape) for _ in range(3)), np.zeros((count, nt, len(model.ends), WIDTH)))
+        return Changes(
+            *(np.full(shape, np.nan) for _ in range(3)), np.full((count, nt, len(model.ends), WIDTH), np.nan)
+        )
 
     def at_steps(
         self, start: Array | None = None, remembered: Array | None = None, with_changes: bool = False
@@ -128,7 +117,7 @@ class Differentiation:
             np.full((nt, m), np.nan), self._changes(nt if with_changes else 0),
         )  # fmt: skip
         status, known = differentiate_run(self._run, packed(column), packed(out))
-        return Sensitivity(self.steps.times, *out, status, known)
+        return Sensitivity(*out, status, known)
 
     @cached_property
     def columns(self) -> Sensitivity:
@@ -141,13 +130,17 @@ class Differentiation:
         if not len(beyond):
             return found
         found.states[beyond[0] :], found.memory[beyond[0] :] = np.nan, np.nan
+        for changes in found.changes:
+            changes[:, beyond[0] :] = np.nan
         return found._replace(known=int(beyond[0]), status=_BEYOND)
 
     def changes(self, times: Array) -> Changes:
         """Differentiate coordinates and contacts at any times of the run."""
-        found, out = self.columns, self._changes(len(times))
-        at_steps = packed(AtSteps(found.states, found.memory, found.event, found.event_times, found.changes))
-        column = packed(self._column(found.states.shape[2]))
+        found, places = self.columns, np.searchsorted(self.steps.times, times, "right") - 1
+        if np.array_equal(self.steps.times[places], times):
+            return Changes(*(one[:, places] for one in found.changes))
+        out, column = self._changes(len(times)), packed(self._column(found.states.shape[2]))
+        at_steps = packed(AtSteps(*found[: len(AtSteps._fields)]))
         differentiate_states(self._run, column, found.known, at_steps, np.asarray(times, np.float64), packed(out))
         return out
 

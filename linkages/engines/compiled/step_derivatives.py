@@ -148,7 +148,7 @@ def advance(run: Run, c: Column, k: int, t: float) -> bool:
     restart(s)
     size, points, end = steps.times[k + 1] - now, around(steps.times, k), steps.times[k + 1]
     first, last = _grades(equations, steps, k)
-    recalled = first == 1.0 and last == 1.0 and _recall(equations, steps, k, t, s)
+    recalled = not len(limits) and _recall(equations, steps, k, t, s)
     if equations.implicit and c.ended[0] == now and not recalled:
         _resume(s, c)
     least = _TICK * end

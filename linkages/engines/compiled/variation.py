@@ -66,7 +66,8 @@ class Variation(NamedTuple):
     laws : (np, nc) array of int
         1 where the value changes the law or the gap of a contact at a given motion.
     gaps : (np, nc) array
-        Rate of the gap of each contact at a given motion, or of its radius [m, stop of a revolute joint: rad, per unit of the value].
+        Rate of the gap of each contact at a given motion, or of its radius, per unit of the value [m; stop of a
+        revolute joint: rad].
     effect : (np,) array of int
         `STILL`, `QUADRATIC` or `ANY`.
     """
