@@ -8,18 +8,15 @@ import numpy as np
 
 from linkages.engines.compiled.contact_changes import MOTION, Contacts, deeper, gap_change, note_contacts, result_change
 from linkages.engines.compiled.equations import derivatives, set_state
-from linkages.engines.compiled.jacobian import contact_inputs
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.step_derivatives import Column, Run, linearise
 from linkages.engines.compiled.variation import Variation
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, kernel
-from linkages.kernel.simd import WIDTH, lane, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.planar.contact_partials import DELTA, DEPTH_FROM, DEPTH_TO, INPUTS, LEAST, OUTPUTS
 from linkages.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action, contact_motion
-from linkages.planar.tangent import body_tangents, rate_tangents
 
 _MILD = 1e-5  # turn of the fastest body between the states that give rates of contacts [rad]
 
@@ -30,34 +27,19 @@ def motions_along(equations: Equations, variation: Variation, columns: Array, fi
 
     The last np columns change with a value each. The equations have been linearised at the state.
     """
-    model, w, x, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
+    model, motions, n = equations.model, equations.work.scratch.motions, len(equations.model.free)
     m = columns.shape[1]
     for j in range(first, m):
         p = j - (m - len(variation.unit))
         clear(s.along[j])
         for k in range(len(model.ends)):
             for i in range(MOTION):
-                s.along[j, k, i] = s.moved[p, k, i] if p >= 0 else 0.0
+                total = s.moved[p, k, i] if p >= 0 else 0.0
+                for row in range(2 * n):
+                    total += motions[k, i, row] * columns[row, j]
+                s.along[j, k, i] = total
         for k in range(len(model.bristles)):
             s.along[j, model.bristles[k], INPUTS - 1] = columns[2 * n + k, j]
-    for start in range(first, m, WIDTH):
-        count = min(WIDTH, m - start)
-        for rates in range(2):
-            for i in range(n):
-                place = model.free[i]
-                x.changed[place] = 1.0
-                for column in range(count):
-                    x.dq[place] = with_lane(x.dq[place], column, columns[i + rates * n, start + column])
-            body_tangents(model.bodies, w, x)
-            if rates:
-                rate_tangents(model.bodies, x)
-            for k in range(len(model.ends)):
-                inputs = contact_inputs(model, w, x, k)
-                for column in range(count):
-                    for i in range(MOTION):
-                        s.along[start + column, k, i] += lane(inputs[i], column)
-    for i in range(n):
-        x.changed[model.free[i]], x.dq[model.free[i]] = 0.0, 0.0
 
 
 @kernel

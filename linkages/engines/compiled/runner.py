@@ -125,7 +125,7 @@ class Runner:
         try:
             equations, stepper = self._idle.pop()
         except IndexError:
-            equations, stepper = packed(self.aside()), packed(make_stepper(len(self.start), len(self.model.free)))
+            equations, stepper = self.aside(), packed(make_stepper(len(self.start), len(self.model.free)))
         work = equations.work
         kept = work.memory.copy(), work.modes.copy()  # of the run
         work.memory[:], work.modes[:], work.solved[:], stepper.memory[:] = 0.0, -1, np.nan, 0.0
@@ -137,11 +137,11 @@ class Runner:
 
     def status(self, t: float, y: Array) -> Status:
         """Check a state (ny,) at a time: OK if its loops are closed and its journals lie within their films."""
-        return STATUS[check(packed(self.aside()), t, y)]
+        return STATUS[check(self.aside(), t, y)]
 
     def aside(self) -> Equations:
-        """Return a copy of the equations with the contacts' memory reset."""
-        return self._with(np.zeros_like(self.memory), np.full_like(self.modes, -1))
+        """Return a packed copy of the equations with the contacts' memory reset."""
+        return packed(self._with(np.zeros_like(self.memory), np.full_like(self.modes, -1)))
 
     def _with(self, memory: Array, modes: Indices) -> Equations:
         return Equations(self.model, make_work(self.model, memory, modes), self.implicit)

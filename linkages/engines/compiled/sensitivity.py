@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.arguments import Dense
-from linkages.engines.compiled.job import COARSE, make_given
+from linkages.engines.compiled.job import make_given
 from linkages.engines.compiled.kinks import friction_speeds, kinks
 from linkages.engines.compiled.neighbours import neighbours
 from linkages.engines.compiled.output_derivatives import IdealMotions, OutputTable
@@ -31,7 +31,7 @@ from linkages.kernel import Array, Indices
 from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
-from linkages.planar.contact_partials import FINE, FRICTION_SPEED
+from linkages.planar.contact_partials import FRICTION_SPEED
 from linkages.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
 
@@ -86,10 +86,9 @@ class Differentiation:
         equations = runner.aside()
         bounds = equations.work.scratch.bounds
         bounds[:, FRICTION_SPEED] = friction_speeds(system)
-        bounds[:, FINE] = system.experiment.solver.accuracy < COARSE
         rate = float(system.motion_rate)
         stepper, limits = packed(make_stepper(ny, n)), kinks(system)
-        self._run = packed(Run(packed(equations), variation, stepper, runner.tolerance, packed(steps), limits, rate))
+        self._run = packed(Run(equations, variation, stepper, runner.tolerance, packed(steps), limits, rate))
         self._ideals = IdealMotions()
 
     def _column(self, m: int) -> Column:
