@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from linkages.engines.compiled.contact_changes import MOTION, Contacts, deeper, gap_change, note_contacts, result_change
+from linkages.engines.compiled.contact_changes import Contacts, gap_laws, note_contacts, result_change
 from linkages.engines.compiled.equations import derivatives, set_state
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.step_derivatives import Column, Run, linearise
@@ -15,18 +15,30 @@ from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, kernel
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import DELTA, DEPTH_FROM, DEPTH_TO, INPUTS, LEAST, OUTPUTS
+from linkages.planar.contact_partials import (
+    APPROACHING,
+    DELTA,
+    DEPTH_FROM,
+    DEPTH_TO,
+    INPUTS,
+    LEAST,
+    MOTION,
+    OUTPUTS,
+    deeper,
+)
+from linkages.planar.contact_partials import CLOSING as CLOSES
 from linkages.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action, contact_motion
 
 _MILD = 1e-5  # turn of the fastest body between the states that give rates of contacts [rad]
 
 
 @kernel
-def motions_along(equations: Equations, variation: Variation, columns: Array, first: int, s: Contacts) -> None:
-    """Fill ``along`` with the changes of the contacts' motions and bristles along columns from the first one on.
+def motions_along(equations: Equations, variation: Variation, c: Column, first: int) -> None:
+    """Fill ``along`` with the changes of the contacts' inputs along the columns ``before`` from the first one on.
 
     The last np columns change with a value each. The equations have been linearised at the state.
     """
+    columns, s = c.before, c.contacts
     model, motions, n = equations.model, equations.work.scratch.motions, len(equations.model.free)
     m = columns.shape[1]
     for j in range(first, m):
@@ -38,6 +50,7 @@ def motions_along(equations: Equations, variation: Variation, columns: Array, fi
                 for row in range(2 * n):
                     total += motions[k, i, row] * columns[row, j]
                 s.along[j, k, i] = total
+            s.along[j, k, APPROACHING] = c.remembered[k, j]
         for k in range(len(model.bristles)):
             s.along[j, model.bristles[k], INPUTS - 1] = columns[2 * n + k, j]
 
@@ -87,28 +100,28 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         derivatives(equations, t - back, c.y, c.dy)
     _motions_over_time(equations, t, y, run.rate, c, s.along[0])
     copy(y, c.y)
-    bounds, forcing = work.scratch.bounds[k], np.zeros((len(c.own), m))
-    gap_change(equations, variation, -1, k, s.along[0, k], s, s.gap)
-    accelerating = s.gap[1]
+    bounds, forcing, accelerating = work.scratch.bounds[k], np.zeros((len(c.own), m)), 0.0
     for acts in range(2):  # the state is a little beyond the event: the new forces act for that time already
         bounds[DEPTH_FROM], bounds[DEPTH_TO] = (0.0, math.inf) if acts else (-math.inf, 0.0)
         linearise(equations, variation, t, c, 0)
-        motions_along(equations, variation, c.before, 0, s)
+        if not acts:
+            accelerating = result_change(equations, s, -1, 0, k, CLOSES)
+        motions_along(equations, variation, c, 0)
         weight = late if begins == (acts == 1) else -late
         for j in range(m):
             p = j - (m - len(variation.unit))
             for i in range(OUTPUTS):
-                change = weight * result_change(equations, s, p, j, k, i, c.remembered[k, j])
+                change = weight * result_change(equations, s, p, j, k, i)
                 for row in range(len(forcing)):
                     forcing[row, j] += change * s.response[k, i, row]
     if not factorise(c.mass[0], c.pivots):
         return False
+    gap_laws(equations, variation, s)
     for j in range(m):
         p = j - (m - len(variation.unit))
-        gap_change(equations, variation, p, k, s.along[j, k], s, s.gap)
-        times[j] = -s.gap[0] / closing
+        times[j] = -result_change(equations, s, p, j, k, DELTA) / closing
         if begins:
-            c.remembered[k, j] = s.gap[1] + accelerating * times[j]
+            c.remembered[k, j] = result_change(equations, s, p, j, k, CLOSES) + accelerating * times[j]
     _set_jump(equations, k, s)
     for j in range(m):
         for row in range(len(c.own)):

@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.engines.compiled.contact_changes import MOTION, Contacts, has_force, law_changes
+from linkages.engines.compiled.contact_changes import Contacts, has_force, law_changes
 from linkages.engines.compiled.equations import rate_residuals, set_drive_forces, set_state
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.neighbours import PAIRS
 from linkages.engines.compiled.variation import ANY, INERTIAL, QUADRATIC, STILL, Variation, move
 from linkages.kernel import Array, clear, kernel
-from linkages.planar.contact_partials import OUTPUTS
+from linkages.planar.contact_partials import APPROACHING, MOTION, OUTPUTS
 from linkages.planar.contacts import add_contact, contact_motion
 from linkages.planar.loads import load_wrenches
 from linkages.planar.newton_euler import generalised_force
@@ -48,10 +48,11 @@ def add_forcing(
     is_set = False
     for k in range(len(s.force)):
         for i in range(OUTPUTS):
-            if s.approaching[k, i] != 0.0:
+            force = partials[k, i, APPROACHING]
+            if force != 0.0:
                 for row in range(len(out)):
                     for j in range(m):
-                        out[row, j] += s.response[k, i, row] * s.approaching[k, i] * remembered[k, j]
+                        out[row, j] += s.response[k, i, row] * force * remembered[k, j]
     for p in range(count):
         clear(s.change)
         if variation.effect[p] == INERTIAL:

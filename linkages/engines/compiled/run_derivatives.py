@@ -7,18 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.contact_changes import gap_change, result_change
+from linkages.engines.compiled.contact_changes import gap_laws, result_change
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.event_derivatives import begin_or_end, motions_along
 from linkages.engines.compiled.kinks import set_bounds, set_sides_here
-from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import remember, replay
 from linkages.engines.compiled.step_derivatives import Column, Run, advance, close_columns, linearise
-from linkages.engines.compiled.variation import Variation
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Indices, clear, kernel
-from linkages.planar.contact_partials import DELTA, RESULT_PLACES, RESULTS
+from linkages.planar.contact_partials import RESULT_PLACES, RESULTS
 from linkages.planar.contacts import EX, EY, PENETRATION
 from linkages.planar.motion import last_start
 
@@ -139,7 +137,8 @@ def _set_changes(run: Run, c: Column, at: int, out: Changes) -> None:
     """Fill the changes along the values at a time, where the equations have been linearised."""
     equations, s = run.equations, c.contacts
     model, n, count, m = equations.model, len(equations.model.free), len(run.variation.unit), c.before.shape[1]
-    motions_along(equations, run.variation, c.before, m - count, s)
+    motions_along(equations, run.variation, c, m - count)
+    gap_laws(equations, run.variation, s)
     for p in range(count):
         j = m - count + p
         dq, dv, da = out.coordinates[p, at], out.rates[p, at], out.accelerations[p, at]
@@ -150,21 +149,11 @@ def _set_changes(run: Run, c: Column, at: int, out: Changes) -> None:
             place = model.driven[i]
             dq[place], dv[place], da[place] = s.driven[p, 0, i], s.driven[p, 1, i], s.driven[p, 2, i]
         for k in range(len(model.ends)):
-            _set_contact(equations, run.variation, c, p, j, k, out.contacts[p, at, k])
-
-
-@kernel
-def _set_contact(equations: Equations, variation: Variation, c: Column, p: int, j: int, k: int, out: Array) -> None:
-    """Fill the changes of contact k along column j and value p."""
-    s, along, touches = c.contacts, c.contacts.along[j, k], equations.model.touching[k] > 0
-    clear(out)
-    out[EX], out[EY] = along[0], along[1]
-    for result in range(RESULTS):
-        out[RESULT_PLACES[result]] = result_change(equations, s, p, j, k, result, c.remembered[k, j])
-    if touches:  # of a gap that is nearly zero the partial derivatives have few digits
-        gap_change(equations, variation, p, k, along, s, s.gap)
-        for i in range(3):
-            out[RESULT_PLACES[DELTA + i]] = s.gap[i]
+            contact = out.contacts[p, at, k]
+            clear(contact)
+            contact[EX], contact[EY] = s.along[j, k, 0], s.along[j, k, 1]
+            for result in range(RESULTS):
+                contact[RESULT_PLACES[result]] = result_change(equations, s, p, j, k, result)
 
 
 @kernel
