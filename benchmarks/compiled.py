@@ -26,7 +26,7 @@ from linkages.engines.compiled.runner import Runner
 from linkages.engines.compiled.simulation import simulate
 from linkages.files.shipped import data_folder
 from linkages.kernel import kernel
-from linkages.kernel.by_reference import packed, reference
+from linkages.kernel.by_reference import reference
 
 LINKS = (10, 20, 50, 100)
 TIME = 0.01  # s
@@ -65,7 +65,7 @@ def differentiate(given, y, out, count):
 def each(function, system, shape, count, repeat):
     """Median time of one evaluation [us], at a state of a run."""
     run = simulate(system.replaced({"duration": TIME})).evaluate.function
-    problem, y = packed(run.runner.aside()), run.steps.states[-1]
+    problem, y = run.runner.aside(), run.steps.states[-1]
     out = np.zeros((len(y),) * shape)
     function(problem, y.copy(), out, 1)
     walls = timeit.repeat(lambda: function(problem, y.copy(), out, count), repeat=repeat, number=1)

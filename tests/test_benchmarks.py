@@ -10,7 +10,6 @@ from seven_bar_reference import free_motion
 
 from linkages.engines.compiled.equations import derivatives
 from linkages.engines.compiled.runner import Runner
-from linkages.kernel.by_reference import packed
 
 ROOT = Path(__file__).resolve().parents[1]
 #: What scripts share.
@@ -37,5 +36,5 @@ def test_the_equations_that_benchmarks_hand_to_other_integrators_are_the_engine_
     motion, runner = free_motion(seven_bar), Runner(seven_bar)
     state = motion.start + 1e-6 * np.cos(np.arange(len(motion.start)))
     expected = np.empty_like(state)
-    derivatives(packed(runner.aside()), 0.1, state, expected)
+    derivatives(runner.aside(), 0.1, state, expected)
     np.testing.assert_allclose(motion.rates(0.1, state), expected, rtol=1e-9)

@@ -1,4 +1,6 @@
-"""Applied loads: wrenches against virtual work, their tangent against differences, ideal linkages, refusals."""
+"""Applied loads: wrenches against virtual work, their derivatives by dual numbers against differences, ideal linkages, refusals."""
+
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -7,8 +9,11 @@ from scipy.interpolate import PPoly
 
 from linkages import InputError, ideal, load
 from linkages.cli.main import main
+from linkages.kernel import kernel
+from linkages.kernel.by_reference import packed, reference
+from linkages.kernel.dual import DualArray, dual_array
 from linkages.planar.kinematics import body_states
-from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches, load_wrenches_tangent
+from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
 from linkages.planar.motion import Motions, constant_rate, function_jet, monotone_table
 from linkages.planar.newton_euler import generalised_force
 
@@ -146,16 +151,37 @@ def direction(loads, t, pose, vel):
     return dpose, dvel, wrench
 
 
-def test_tangent_is_the_derivative_of_the_wrenches(system_of):
+class Dual(NamedTuple):
+    """Poses, velocities and wrenches along one direction."""
+
+    pose: DualArray
+    vel: DualArray
+    wrench: DualArray
+
+
+@kernel
+def _wrenches_along(loads, t, given):
+    load_wrenches(loads, t, reference(given).pose, reference(given).vel, reference(given).wrench)
+
+
+def wrenches_along(loads, t, pose, vel, dpose, dvel):
+    """Derivative of the wrenches along changes of poses and velocities, by dual numbers."""
+    given = Dual(dual_array(*pose.shape), dual_array(*vel.shape), dual_array(*vel.shape))
+    given.pose[..., 0], given.vel[..., 0], given.vel[..., 1] = pose, vel, dvel
+    given.pose[:, :2, 1], given.pose[:, 2, 1] = dpose[:, 1:], dpose[:, 0]
+    given.pose[:, 3, 1], given.pose[:, 4, 1] = -pose[:, 4] * dpose[:, 0], pose[:, 3] * dpose[:, 0]
+    _wrenches_along(loads, t, packed(given))
+    return np.array(given.wrench[..., 1])
+
+
+def test_dual_numbers_give_the_derivative_of_the_wrenches(system_of):
     """Along directions in which every body turns and moves by itself."""
     _, tree, loads = loaded(system_of)
     for _ in range(10):
         pose, vel = states(tree, *RNG.normal(size=(2, tree.size)))
         dpose, dvel, wrench = direction(loads, 0.4, pose, vel)
-        before = RNG.normal(size=vel.shape)
-        tangent = before.copy()
-        load_wrenches_tangent(loads, 0.4, pose, vel, dpose, dvel, tangent)
-        np.testing.assert_allclose(tangent - before, slope(wrench, 1e-2), rtol=1e-8, atol=1e-9)
+        found = wrenches_along(loads, 0.4, pose, vel, dpose, dvel)
+        np.testing.assert_allclose(found, slope(wrench, 1e-2), rtol=1e-8, atol=1e-9)
 
 
 def test_springs_between_links_exert_no_net_force_and_no_net_moment(system_of):
@@ -174,7 +200,7 @@ def test_springs_between_links_exert_no_net_force_and_no_net_moment(system_of):
 
 @pytest.mark.parametrize("free", [0.0, 0.02])
 def test_at_zero_length_the_force_is_the_mean_of_both_sides(system_of, free):
-    """Passing through on a straight line; without a free length force and tangent are continuous there."""
+    """Passing through on a straight line; without a free length force and derivative are continuous there."""
     _, tree, loads = loaded(system_of)
     spring = loads[0][loads[0]["kind"] == 2][1:]
     assert spring["b"]["body"][0] == 0
@@ -197,10 +223,10 @@ def test_at_zero_length_the_force_is_the_mean_of_both_sides(system_of, free):
     np.testing.assert_allclose(there, -2.0 * vel[body, 1:], atol=1e-15)  # its damping
     assert np.linalg.norm(after - before) == pytest.approx(2 * 25.0 * free, abs=1e-6)
     pose[body, :2] = at
-    direction, tangent = np.zeros_like(vel), np.zeros_like(vel)
+    direction = np.zeros_like(vel)
     direction[body, 1:] = [0.6, -0.8]
-    load_wrenches_tangent(loads, 0.0, pose, vel, direction, np.zeros_like(vel), tangent)
-    np.testing.assert_allclose(tangent[body, 1:], [-25.0 * 0.6, 25.0 * 0.8], atol=1e-12)
+    found = wrenches_along(loads, 0.0, pose, vel, direction, np.zeros_like(vel))
+    np.testing.assert_allclose(found[body, 1:], [-25.0 * 0.6, 25.0 * 0.8], atol=1e-12)
 
 
 def test_tables_of_loads_stay_within_their_values_and_are_found_by_bisection():

@@ -2,6 +2,7 @@
 
 import json
 
+import linkages
 from linkages.cli.main import main
 from linkages.model.experiment import value_unit
 
@@ -34,6 +35,21 @@ def test_a_value_of_zero_is_checked_with_a_step_of_its_unit(tmp_path):
     difference = json.loads((tmp_path / "details.json").read_text())["differences"][path]["slider.ax.peak"]
     assert abs(rate - difference) < 1e-3 * abs(rate)
     assert value_unit(path) == "m"
+
+
+def test_the_command_uses_the_accuracy_that_derivatives_need_and_says_so(tmp_path, capsys):
+    """The press at the default accuracy; the values come from runs with the accuracy 1e-12."""
+    values = ["joints.A.clearance", "sdf.links.link6.mass"]
+    command = ["sensitivity", "seven_bar.toml", "--duration", "0.1", "--output", "slider7.ax", "--no-error-estimate"]
+    assert main([*command, "--wrt", *values, "--no-plots", "--out", str(tmp_path)]) == 0
+    assert "solver.accuracy is 1e-09" in capsys.readouterr().out
+    found = json.loads((tmp_path / "sensitivity.json").read_text())
+    overrides = {"duration": 0.1, "solver.accuracy": 1e-12}
+    system = linkages.load(linkages.find_file("seven_bar.toml"), overrides)
+    right = linkages.sensitivities(system, values, ["slider7.ax"], error_estimate=False).derivatives
+    for path in values:
+        for key, rate in right[path].items():
+            assert abs(found[path][key] - rate) < 0.01 * abs(rate), (path, key)
 
 
 def test_bad_input_gives_one_line_and_writes_nothing(tmp_path, capsys):

@@ -42,12 +42,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compute the derivatives; return the exit status."""
-    from linkages.explore.sensitivity import sensitivities
+    from linkages.explore.sensitivity import NEEDED, sensitivities
+    from linkages.results.warnings import warning
 
-    system = load_system(options)
+    system, notes = load_system(options), []
+    if (accuracy := system.experiment.solver.accuracy) > NEEDED:
+        what = f"solver.accuracy is {NEEDED:g} in this run instead of {accuracy:g}, which derivatives need"
+        notes.append(warning("accuracy", None, what, "give a tighter one, if the stated errors are too large"))
+        system = system.replaced({"solver.accuracy": NEEDED})
     out = output_folder(options, f"{system.experiment.source.stem}_sensitivity", "sensitivity")
     progress = stages(options, system.experiment.duration, "s")
     found = sensitivities(system, options.wrt, options.output, not options.no_error_estimate, options.check, progress)
+    found.warnings.extend(notes)
     with (outputs := results_folder(out, "sensitivity")) as folder:
         write_json(folder / "sensitivity.json", found.derivatives)
         write_json(folder / "details.json", _details(found))

@@ -13,7 +13,6 @@ from linkages.arguments import Names, validated
 from linkages.brief import Brief, counted
 from linkages.engines.assessment import simulate, tightened
 from linkages.engines.compiled.batch import simulate_batch
-from linkages.engines.compiled.job import COARSE
 from linkages.engines.compiled.neighbours import magnitude_of
 from linkages.errors import InputError, RunError, Status
 from linkages.outputs.registry import default_outputs
@@ -28,14 +27,14 @@ from linkages.system import System
 # share a part of their errors.
 _TIGHTER, _LEAST, _LITTLE = 1e-3, 1e-13, 0.1
 _SAFETY = 1.5  # factor on the change, because the tighter run has an error too
-# Error that both runs share, in parts of a derivative: of differences of laws, and of the times of peaks; the second
-# one of runs with finer differences.
-_SHARED, _SHARED_FINE = 1e-6, 1e-8
+_SHARED = 1e-6  # error that both runs share, in parts of a derivative: of differences of laws, of the times of peaks
 _ROUNDING = 1e-11  # of the differences in derivatives, in parts of the number over the value's magnitude
 _NEAR = 1e-3  # relative distance of two maxima whose order may change
 _BESIDE = 1e-4  # distance from a peak at which it is tested, in parts of the local step
 _SLOPE = 0.05  # of a parabola's own slope there: a steeper output has a kink or a jump
 _STATISTICS = ("peak", "mean", "rms")
+#: Accuracy of runs whose derivatives err by less than 1 %, measured with the press (4 % at 1e-7).
+NEEDED = 1e-9
 _CHECK = 1e-3  # step of the differences that check derivatives, in parts of the value, or of its unit if it is zero
 
 
@@ -136,8 +135,7 @@ def sensitivities(
     errors: dict[str, dict[str, float | None]] = {path: dict.fromkeys(found.numbers) for path in paths}
     if error_estimate:
         finer = _finer(system, found.run, paths, names, stage("error estimate"))
-        shared = _SHARED if system.experiment.solver.accuracy >= COARSE else _SHARED_FINE
-        errors = {path: _errors(found, finer, path, system.value(path), shared) for path in paths}
+        errors = {path: _errors(found, finer, path, system.value(path)) for path in paths}
     checks = {path: _differences(system, path, names) for path in paths} if check else {}
     values = {path: system.value(path) for path in paths}
     return Sensitivities(values, found.numbers, found.derivatives, errors, checks, found.warnings, found.run)
@@ -154,15 +152,13 @@ def _finer(
         return _Differentiated(tightened(system, run, _LITTLE), paths, names, progress)
 
 
-def _errors(
-    found: _Differentiated, finer: _Differentiated, path: str, value: float, shared: float
-) -> dict[str, float | None]:
+def _errors(found: _Differentiated, finer: _Differentiated, path: str, value: float) -> dict[str, float | None]:
     """Estimate the errors of derivatives: their change, but at least their rounding and a part that both runs share."""
     errors: dict[str, float | None] = dict.fromkeys(found.numbers)
     for key, rate in found.derivatives[path].items():
         if rate is not None and (other := finer.derivatives[path][key]) is not None:
             rounding = _ROUNDING * abs(found.numbers[key]) / magnitude_of(path, value)
-            errors[key] = max(_SAFETY * abs(rate - other), rounding, shared * abs(rate))
+            errors[key] = max(_SAFETY * abs(rate - other), rounding, _SHARED * abs(rate))
     return errors
 
 

@@ -6,6 +6,8 @@
 | external     | external functions: compiled or loaded once, called at their address           |
 | by_reference | named tuples passed by reference                                               |
 | block        | a named tuple and its arrays in one piece of memory                            |
+| dual         | dual numbers: a number and its derivatives, as a type of numba                 |
+| dual_lanes   | duals side by side                                                             |
 | simd         | SIMD lanes: one operation for several numbers                                  |
 | fingerprint  | the fingerprint of a function: code, constants, functions it calls             |
 | folder       | the folder of compiled code                                                    |
@@ -16,6 +18,7 @@
 """
 
 from linkages.arrays import Array, Indices, Records, record_type
+from linkages.kernel import dual_lanes as _dual_lanes  # noqa: F401 - teaches simd
 from linkages.kernel.compile import bound, inlined_kernel, kernel, lazy_kernel
 from linkages.kernel.external import address, caller
 

@@ -25,6 +25,7 @@ from numba.extending import lower_builtin, type_callable, typeof_impl
 
 from linkages.kernel import precompiled
 from linkages.kernel.by_reference import shape
+from linkages.kernel.dual import has_duals, with_duals
 from linkages.kernel.external import call_cell, call_symbol, external, failures, kernels, name_of, obtain, under_way
 from linkages.kernel.fingerprint import LAZY
 from linkages.kernel.private import COUNTED, INLINED, OFF, UNCOUNTED, problem, python_function
@@ -123,14 +124,18 @@ class Kernel:
 
     def prepare(self, *kinds: Any) -> None:
         """Compile or load the external function for arguments of these numba types."""
-        external(self.py_func, kinds, self.result)
+        external(self.py_func, kinds, self.result_for(kinds))
+
+    def result_for(self, kinds: Any) -> Any:
+        """Type of the result for arguments of these types: its floats are duals if an argument has duals."""
+        return with_duals(self.result) if any(map(has_duals, kinds)) else self.result
 
     def _type_call(self, context: Any) -> Callable[..., Any]:
         """Make the function that types a call by another kernel."""
 
         def type_call(*given: Any, **named: Any) -> Any:
-            kinds = self._signature.bind(*given, **named).args
-            return self.result(*map(types.unliteral, kinds))
+            kinds = tuple(map(types.unliteral, self._signature.bind(*given, **named).args))
+            return self.result_for(kinds)(*kinds)
 
         cast(Any, type_call).__signature__ = self._signature
         return type_call

@@ -4,7 +4,7 @@ A caller contains no code of an external function. It finds the address by one o
 
 - by the function's symbol, a digest of its content and types: kernels;
 - in a cell that is empty until the first call, which compiles or loads the function: lazy kernels, and recursion;
-- in an argument: force laws (`address`, `caller`).
+- in an argument: force laws (`address`, `caller`), compiled for floats, and for duals at the first call with them.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import ctypes
 import hashlib
 import importlib
 import inspect
+import math
 import pickle
 import uuid
 from collections.abc import Callable, Sequence
@@ -25,10 +26,12 @@ import numba
 import numpy as np
 from llvmlite import binding, ir
 from numba import types
+from numba.core.cgutils import alloca_once_value
 from numba.extending import intrinsic
 
 from linkages.kernel import locks, precompiled
 from linkages.kernel.cache import read, write
+from linkages.kernel.dual import DUAL, has_duals, with_duals
 from linkages.kernel.fingerprint import fingerprint
 from linkages.kernel.folder import folder
 from linkages.kernel.private import COUNTED, OFF, UNCOUNTED, Stored, c_function, problem, restored
@@ -38,12 +41,14 @@ kernels: dict[tuple[str, str], Any] = {}  #: by module and name
 failures: list[BaseException] = []  #: of lazy kernels called by compiled code, to be raised in Python
 _PREFIX = "linkages_"  # of symbols
 _FIND = "linkages-find"  # symbol of `_find`
+_FIND_DUAL = "linkages-find-dual"  # and of `_find_dual`
 _WORD = ir.IntType(64)
 _alive: dict[str, Any] = {}  # external functions by symbol, None while one is compiled
 _interrupts: list[list[Any]] = []  # signals that arrived during each of the compilations under way
 #: what numpy and arrays have that makes arrays; a function that names none of it is first compiled without counts
 _ALLOCATING = {"zeros", "ones", "empty", "full", "eye", "array", "arange", "copy", "concatenate", "sort", "argsort"}
 _interpreted: dict[int, Any] = {}  # without a compiler: functions by what stands for their address
+_pairs: dict[int, tuple[Any, Any, Any]] = {}  # addresses of laws: the pair itself, the function, its signature
 
 
 def name_of(function: Any, *types_of_call: Any) -> str | None:
@@ -224,7 +229,7 @@ def _find(cell: int, text: int, size: int) -> int:
         module, name, kinds = pickle.loads(ctypes.string_at(text, size))
         importlib.import_module(module)
         wanted = kernels[module, name]
-        symbol = external(wanted.py_func, kinds, wanted.result)
+        symbol = external(wanted.py_func, kinds, wanted.result_for(kinds))
         place = ctypes.c_int64.from_address(cell).value = _alive[symbol].address
         return place
     except BaseException as error:
@@ -248,7 +253,8 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     Returns
     -------
     int
-        Its address in this process, for `caller`. With NUMBA_DISABLE_JIT=1 it stands for the Python function.
+        For `caller`, in this process: address of a pair, the addresses of the function for floats, and for duals, which
+        is found at the first call. With NUMBA_DISABLE_JIT=1 it stands for the Python function.
     """
     plain = getattr(function, "py_func", function)
     if OFF:
@@ -256,10 +262,57 @@ def address(function: Callable[..., Any], signature: Any) -> int:
         made = _with_records(plain, tuple(records))
         _interpreted[id(made)] = made
         return id(made)
+    pair = (ctypes.c_int64 * 2)(_compiled(plain, signature), 0)
+    place = ctypes.addressof(pair)
+    _pairs[place] = pair, plain, signature
+    return place
+
+
+def _compiled(plain: Callable[..., Any], signature: Any) -> int:
+    """Compile a function to a C function, or load it, and return its address."""
     if problem:
-        _alive[f"{function} {signature}"] = made = numba.cfunc(signature, error_model="numpy")(plain)
+        _alive[f"{id(plain)} {signature}"] = made = numba.cfunc(signature, error_model="numpy")(plain)
         return cast(int, made.address)
     return cast(int, _alive[external(plain, signature.args, signature.return_type)].address)
+
+
+@ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)
+def _find_dual(place: int) -> int:
+    """Complete a pair with the address of the function for duals; -1 if it cannot be compiled for them."""
+    pair, plain, signature = _pairs[place]
+    try:
+        pair[1] = _compiled(plain, with_duals(signature.return_type)(*map(with_duals, signature.args)))
+    except numba.NumbaError:
+        pair[1] = -1
+    except BaseException as error:
+        failures.append(error)
+        return -1
+    return int(pair[1])
+
+
+binding.add_symbol(_FIND_DUAL, cast(int, ctypes.cast(_find_dual, ctypes.c_void_p).value))
+
+
+def _call_dual(context: Any, builder: Any, pair: Any, result: Any, values: Sequence[Any]) -> Any:
+    """Write a call of the second function of a pair, which `_find_dual` finds at the first call."""
+    place = builder.gep(pair, [_WORD(1)])
+    known = alloca_once_value(builder, builder.load(place))
+    module, kind = builder.module, ir.FunctionType(_WORD, [_WORD])
+    find = module.globals.get(_FIND_DUAL) or ir.Function(module, kind, _FIND_DUAL)
+    with builder.if_then(builder.icmp_signed("==", builder.load(known), _WORD(0)), likely=False):
+        builder.store(builder.call(find, [builder.ptrtoint(pair, _WORD)]), known)
+    found = alloca_once_value(builder, _no_number(context.get_value_type(result)))
+    with builder.if_then(builder.icmp_signed(">", builder.load(known), _WORD(0)), likely=True):
+        builder.store(call_address(context, builder, builder.load(known), result, values), found)
+    return builder.load(found)
+
+
+def _no_number(kind: Any) -> Any:
+    """Make the constant of this type whose numbers are not numbers."""
+    if isinstance(kind, ir.DoubleType):
+        return kind(math.nan)
+    parts = kind.elements if isinstance(kind, ir.LiteralStructType) else [kind.element] * kind.count
+    return ir.Constant(kind, [_no_number(part) for part in parts])
 
 
 def _with_records(function: Callable[..., Any], seen: Sequence[Any]) -> Callable[..., Any]:
@@ -276,7 +329,8 @@ def _with_records(function: Callable[..., Any], seen: Sequence[Any]) -> Callable
 def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:
     """Make ``call(address, arguments)``, for use within kernels, for C functions with this type of result.
 
-    The functions take floats, to which other real numbers are converted, records and arrays.
+    The functions take floats, to which other real numbers are converted, records and arrays. With a dual among the
+    arguments all floats are duals, and so is the result; not a number if the function does not compile for them.
     """
     if OFF:
         return lambda address, arguments: _interpreted[address](*arguments)
@@ -285,15 +339,20 @@ def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:
     def call(typing: Any, address: Any, arguments: Any) -> Any:
         numbers = types.Integer, types.Boolean, types.Float
         kinds = tuple(types.float64 if isinstance(kind, numbers) else kind for kind in arguments)
+        dual = any(map(has_duals, kinds))
+        kinds, given_back = (tuple(map(with_duals, kinds)), with_duals(result)) if dual else (kinds, result)
         for kind in kinds:
-            if kind != types.float64 and not isinstance(kind, types.Record | types.Array):
+            if kind not in (types.float64, DUAL) and not isinstance(kind, types.Record | types.Array):
                 raise numba.TypingError(f"takes real numbers and records, not {kind}")
 
         def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             given = (builder.extract_value(values[1], k) for k in range(len(kinds)))
             passed = [context.cast(builder, *each) for each in zip(given, arguments, kinds, strict=True)]
-            return call_address(context, builder, values[0], result, passed)
+            pair = builder.inttoptr(values[0], _WORD.as_pointer())
+            if dual:
+                return _call_dual(context, builder, pair, given_back, passed)
+            return call_address(context, builder, builder.load(pair), given_back, passed)
 
-        return result(types.int64, arguments), code
+        return given_back(types.int64, arguments), code
 
     return cast(Any, call)

@@ -38,7 +38,9 @@ def lane_array(*shape: int) -> LaneArray:
     return np.zeros((*shape, WIDTH)).view(LaneArray)
 
 
-class _Lanes(types.Type):
+class Lanes(types.Type):
+    """Type of numbers side by side."""
+
     def __init__(self) -> None:
         super().__init__(name="Lanes")
 
@@ -47,12 +49,12 @@ class _Lanes(types.Type):
         return typing.can_convert(other, types.complex128) if isinstance(other, types.Float) else None
 
 
-_lanes = _Lanes()
+_lanes = Lanes()
 
 
-@register_model(_Lanes)
+@register_model(Lanes)
 class _LanesModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: _Lanes) -> None:
+    def __init__(self, manager: Any, kind: Lanes) -> None:
         super().__init__(manager, kind, ir.VectorType(ir.DoubleType(), WIDTH))
 
 
@@ -61,7 +63,7 @@ def _type_of(value: LaneArray, context: Any) -> Any:
     return types.Array(_lanes, value.ndim - 1, "C", aligned=False)
 
 
-@lower_cast(types.Float, _Lanes)
+@lower_cast(types.Float, Lanes)
 def _alike(context: Any, builder: Any, given: Any, wanted: Any, value: Any) -> Any:
     """Put a number into all lanes."""
     number = context.cast(builder, value, given, types.float64)
@@ -73,7 +75,7 @@ def _alike(context: Any, builder: Any, given: Any, wanted: Any, value: Any) -> A
 def _register(function: Any, name: str) -> None:
     def type_call(first: Any, second: Any) -> Any:
         kinds = [each if each == _lanes else types.float64 for each in (first, second)]
-        numbers = all(isinstance(each, _Lanes | types.Float | types.Integer) for each in (first, second))
+        numbers = all(isinstance(each, Lanes | types.Float | types.Integer) for each in (first, second))
         return _lanes(*kinds) if numbers and _lanes in kinds else None
 
     type_callable(function)(lambda context: type_call)
@@ -106,12 +108,22 @@ def _negative(context: Any, builder: Any, typed: Any, values: Any) -> Any:
     return builder.fneg(values[0])
 
 
+#: The same for duals side by side, by the names below: ``code(kinds)`` as an intrinsic returns it.
+codes_of_duals: dict[str, Callable[[Any], Any]] = {}
+
+
+def _code_of(name: str, which: Any, kinds: Any) -> Any:
+    """Return the code for duals if a type is not that of numbers, else None."""
+    numbers = types.Float, types.Integer, Lanes
+    return None if all(isinstance(kind, numbers) for kind in which) else codes_of_duals[name](kinds)
+
+
 @intrinsic
 def _lane(typing: Any, lanes: Any, place: Any) -> Any:
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
         return builder.extract_element(values[0], builder.trunc(values[1], ir.IntType(32)))
 
-    return types.float64(_lanes, types.int64), code
+    return _code_of("lane", [lanes], [lanes]) or (types.float64(_lanes, types.int64), code)
 
 
 @intrinsic
@@ -119,7 +131,8 @@ def _with_lane(typing: Any, lanes: Any, place: Any, value: Any) -> Any:
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
         return builder.insert_element(values[0], values[2], builder.trunc(values[1], ir.IntType(32)))
 
-    return _lanes(_lanes, types.int64, types.float64), code
+    own = _lanes(_lanes, types.int64, types.float64), code
+    return _code_of("with_lane", [lanes, value], [lanes, place, value]) or own
 
 
 @intrinsic
@@ -130,33 +143,38 @@ def _side_by_side(typing: Any, first: Any, second: Any, third: Any, fourth: Any)
             vector = builder.insert_element(vector, value, ir.IntType(32)(place))
         return vector
 
-    return _lanes(*[types.float64] * WIDTH), code
+    kinds = first, second, third, fourth
+    return _code_of("side_by_side", kinds, kinds) or (_lanes(*[types.float64] * WIDTH), code)
 
 
-def _lanes_in(builder: Any, array: Any, indices: Any) -> Any:
-    """Find the lanes at these indices."""
+def place_in(builder: Any, array: Any, indices: Any, kind: Any) -> Any:
+    """Find the place at these indices."""
     data, strides = (array_field(builder, array, name) for name in ("data", "strides"))
     data = builder.ptrtoint(data, ir.IntType(64))
     for k, index in enumerate(indices):
         data = builder.add(data, builder.mul(index, builder.extract_value(strides, k)))
-    return builder.inttoptr(data, ir.VectorType(ir.DoubleType(), WIDTH).as_pointer())
+    return builder.inttoptr(data, kind.as_pointer())
 
 
 @intrinsic
 def _lanes_at(typing: Any, array: Any, i: Any, k: Any) -> Any:
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
-        return builder.load(_lanes_in(builder, values[0], values[1:]), align=8)
+        vector = ir.VectorType(ir.DoubleType(), WIDTH)
+        return builder.load(place_in(builder, values[0], values[1:], vector), align=8)
 
-    return _lanes(array, types.int64, types.int64), code
+    own = _lanes(array, types.int64, types.int64), code
+    return _code_of("lanes_at", [array.dtype], [array, i, k]) or own
 
 
 @intrinsic
 def _put_lanes(typing: Any, array: Any, i: Any, k: Any, lanes: Any) -> Any:
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
-        builder.store(values[3], _lanes_in(builder, values[0], values[1:3]), align=8)
+        vector = ir.VectorType(ir.DoubleType(), WIDTH)
+        builder.store(values[3], place_in(builder, values[0], values[1:3], vector), align=8)
         return context.get_dummy_value()
 
-    return types.void(array, types.int64, types.int64, _lanes), code
+    own = types.void(array, types.int64, types.int64, _lanes), code
+    return _code_of("put_lanes", [array.dtype], [array, i, k, lanes]) or own
 
 
 #: ``lanes(a, b, c, d)``: these numbers, side by side.

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.kernel.dual import DIRECTIONS, is_known, put_slopes, seeded
+from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.contact.contact_laws import push
-from linkages.laws.film.films import MAPPED
 from linkages.laws.parameters import MODELS
 from linkages.planar import contacts
-from linkages.planar.contacts import BRISTLE, ContactMotion, contact_action, remembered_action
+from linkages.planar.contacts import APPROACH, BRISTLE, ContactMotion, contact_action, remembered_action
 from linkages.planar.record_types import CORNER, HISTORY, JOURNAL, ORIENTED, STOP, WORN
 
-#: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles (2), bristle state.
-INPUTS = 9
+#: Inputs: the motion, that is e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles
+#: (2); bristle state.
+INPUTS, MOTION = 9, 8
 #: Outputs: force on the inner body, couple on it, rate of the bristles.
 FORCE_X, FORCE_Y, COUPLE, BRISTLE_RATE = range(4)
 OUTPUTS = 4
@@ -24,56 +25,30 @@ OUTPUTS = 4
 _STEP = 6e-6  # in parts of an input's scale: the cube root of the rounding error minimises the error of the differences
 _FORWARD = 1e-8  # the same for forward differences: the square root of the rounding error
 _NEAR = 1e-3  # lower limit of the gap that scales a displacement, in parts of the clearance
+_CENTRE = 1e-12  # distance from the centre at which a centred contact is differentiated [m]
 _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of 1 m per second
 
 
-#: Changes of the inputs of a contact of `stencil_step`: the entries of `ContactMotion`, the bristle state, and the
-#: approach speed.
+#: Changes of the inputs: of the motion, of the bristle state, and of the approach speed.
 APPROACHING = INPUTS
 CHANGES = INPUTS + 1
+PARTIALS = 2 * DIRECTIONS  #: columns of partial derivatives: `CHANGES`, and zeros
 #: Results of `contact_action`: the outputs, penetration, its rate, sliding speed, load.
 RESULTS = 8
-DELTA, _CLOSING, _SLIDING, _LOAD = 4, 5, 6, 7
+DELTA, CLOSING, SLIDING = 4, 5, 6
 #: Their places in `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
 RESULT_PLACES = (
     contacts.FX, contacts.FY, contacts.COUPLE, contacts.BRISTLE_RATE,
     contacts.PENETRATION, contacts.CLOSING, contacts.SLIDING, contacts.LOAD,
 )  # fmt: skip
 #: Bounds within which a contact's force is smooth: ratio of the closing speed to the approach speed, sliding speed,
-#: penetration, the law's force before its limit at zero; the smallest sliding speed over which friction changes
-#: smoothly; and whether differences of the fourth order are taken without any of these bounds too.
-RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, PUSH_FROM, PUSH_TO, FRICTION_SPEED, FINE = range(
-    10
-)
-BOUNDS = 10
-#: Quantities that are bounded.
-BOUNDED = FRICTION_SPEED // 2
-_SHARE = 0.01  # of that speed in a step
-#: Weights of differences of the fourth order, at -2 to 2 steps, 0 to 4, and -4 to 0, and of central ones of the second
-#: order; the first place of each.
-WEIGHTS = np.array(
-    [
-        [1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12],
-        [-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4],
-        [1 / 4, -4 / 3, 3.0, -4.0, 25 / 12],
-        [0.0, -1 / 2, 0.0, 1 / 2, 0.0],
-    ]
-)
-PLACES = (-2, 0, -4, -2)
-POINTS = 5
-FOURTH, SECOND = 0, 3  # kinds of central differences: lines of `WEIGHTS`
-# Step of differences of the fourth order, in parts of the smallest scale over its change: with a film; with a film that
-# a map gives, whose third derivatives jump at the nodes, so that the error is proportional to the step; and of dry
-# contacts, where it is longer and follows the penetration closely, because the penetration, a small difference of
-# lengths, has few digits.
-_WIDE, _WIDE_MAPPED, _WIDE_DRY = 1e-4, 1e-5, 1e-3
-_DEEP = 2.0  # factor of the penetration as a scale of dry contacts; with 3, differences cross kinks of friction
-_NEAR_DRY = 1e-9  # lower limit of the penetration as a scale of dry contacts, in parts of the clearance
+#: penetration, the law's force before its limit at zero; and the smallest sliding speed over which friction changes
+#: smoothly.
+RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, PUSH_FROM, PUSH_TO, FRICTION_SPEED = range(9)
+BOUNDS = 9
 LEAST = 1e-11  # smallest penetration with bounds, in parts of the clearance: events are located to 1e-10
-_DRY, _LUBRICATED = MODELS["dry"], MODELS["lubricated"]
-_EMPTY = 1e-9  # smallest room between bounds, in steps
-_BEYOND = 1e-3  # greatest distance of a state beyond a bound that is corrected, in steps
-_ROOM = 0.9  # part of the room that differences use: its bounds are extrapolated linearly
+_MARGINS = 1e-9, 1e-12, 1e-9  # of `inside`, above the rounding of speeds
+_LUBRICATED = MODELS["lubricated"]
 
 
 @kernel
@@ -100,11 +75,13 @@ def input_scales(end: np.record, law: np.record, motion: ContactMotion, near: fl
     out[6], out[7], out[8] = turn, turn, law.bristle_scale
 
 
-@inlined_kernel
-def _moved(motion: ContactMotion, change: Array, h: float) -> ContactMotion:
-    """Move the motion of a contact by h times a change."""
+@kernel
+def _action_along(
+    end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, change: Array, h: float
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Compute the results of a contact at h times a change (CHANGES,) of its inputs."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
-    return (
+    moved = (
         ex + h * change[0],
         ey + h * change[1],
         vx + h * change[2],
@@ -114,54 +91,13 @@ def _moved(motion: ContactMotion, change: Array, h: float) -> ContactMotion:
         nx + h * change[6],
         ny + h * change[7],
     )
-
-
-@kernel
-def stencil_step(
-    end: np.record,
-    law: np.record,
-    approach: float,
-    motion: ContactMotion,
-    change: Array,
-    value: float,
-    gap: float,
-    room: Array,
-) -> float:
-    """Choose the step of differences along a direction, in parts of the changes; zero if nothing changes.
-
-    Parameters
-    ----------
-    change : (CHANGES,) array
-        Of the arguments along the direction.
-    value : float
-        Change of a law's parameters along the direction, in parts of their magnitudes.
-    gap : float
-        Change of the gap along the direction by numbers other than the motion, such as the clearance.
-    room : (INPUTS,) array
-        To work in.
-    """
-    dry = law.model == _DRY
-    input_scales(end, law, motion, _NEAR_DRY if dry else _NEAR, room)
-    if dry:
-        room[0], room[1] = _DEEP * room[0], _DEEP * room[1]
-    step = _WIDE_DRY if dry else (_WIDE_MAPPED if law.film == MAPPED else _WIDE)
-    return step * _reach(approach, change, value, gap, room)
-
-
-@kernel
-def gap_step(end: np.record, law: np.record, motion: ContactMotion, change: Array, gap: float, room: Array) -> float:
-    """Choose the step of differences of penetration and speeds, which are smooth whether the bodies touch or not.
-
-    Arguments as of `stencil_step`.
-    """
-    input_scales(end, law, motion, 1.0, room)
-    return _WIDE_DRY * _reach(math.inf, change, 0.0, gap, room)
-
-
-@inlined_kernel
-def film_step(law: np.record, delta: float) -> float:
-    """Choose the step of central differences of a film with a penetration along a value, in parts of the value."""
-    return _STEP * min(1.0, max(_NEAR, -delta / law.clearance))
+    bristle = memory[BRISTLE] + h * change[INPUTS - 1]
+    if end.kind == HISTORY:
+        fx, fy, couple, rate, delta, closing, sliding, load, _, _ = remembered_action(
+            end, law, table, memory, bristle, moved
+        )
+        return fx, fy, couple, rate, delta, closing, sliding, load
+    return contact_action(end, law, table, memory[APPROACH] + h * change[APPROACHING], bristle, moved)
 
 
 @inlined_kernel
@@ -170,40 +106,10 @@ def is_film(law: np.record) -> bool:
     return bool(law.model == _LUBRICATED)
 
 
-@kernel
-def _reach(approach: float, change: Array, value: float, gap: float, scales: Array) -> float:
-    """Smallest of the scales of the inputs over their changes; zero if nothing changes."""
-    worst = max(value, gap / scales[0])
-    for i in range(INPUTS):
-        if change[i] != 0.0 and scales[i] > 0.0:
-            worst = max(worst, abs(change[i]) / scales[i])
-    if 0.0 < approach < math.inf:
-        worst = max(worst, abs(change[APPROACHING]) / approach)
-    return 1.0 / worst if worst > 0.0 else 0.0
-
-
-@inlined_kernel
-def _note_bounded(found: Any, law: np.record, approach: float, bounds: Array, out: Array) -> None:
-    """Fill ``out`` (BOUNDED,) with the quantities that the bounds limit, from the results of `contact_action`."""
-    out[0], out[1], out[2], out[3] = found[_CLOSING] / approach, found[_SLIDING], found[DELTA], 0.0
-    if bounds[PUSH_FROM] > -math.inf or bounds[PUSH_TO] < math.inf:
-        out[3] = push(found[DELTA], found[_CLOSING], approach, law)
-
-
-@kernel
-def bounded_values(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, change: Array,
-    s: float, bounds: Array, out: Array,
-) -> None:  # fmt: skip
-    """Fill ``out`` (BOUNDED,) with the quantities that the bounds limit, at s times a change."""
-    z, began = bristle + s * change[INPUTS - 1], approach + s * change[APPROACHING]
-    _note_bounded(contact_action(end, law, table, began, z, _moved(motion, change, s)), law, began, bounds, out)
-
-
 def no_bounds() -> Array:
-    """Return the bounds of a contact without any, (BOUNDS,); differences are of the second order."""
+    """Return the bounds of a contact without any, (BOUNDS,)."""
     bounds = np.full(BOUNDS, np.inf)
-    bounds[:FRICTION_SPEED:2], bounds[FINE] = -np.inf, 0.0
+    bounds[:FRICTION_SPEED:2] = -np.inf
     return bounds
 
 
@@ -213,160 +119,74 @@ def is_bounded(bounds: Array) -> bool:
     found = False
     for i in range(0, FRICTION_SPEED, 2):
         found = found or bounds[i] > -math.inf or bounds[i + 1] < math.inf
-    return found or bounds[FRICTION_SPEED] < math.inf
+    return found
 
 
 @kernel
-def place_stencil(h: float, bounds: Array, moving: Array, seen: Array) -> tuple[float, int, float]:
-    """Place differences with the step h so that they stay within the bounds.
+def inside(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, bounds: Array,
+    margins: tuple[float, float, float],
+) -> ContactMotion:  # fmt: skip
+    """Move a motion a little, to where its penetration and speeds are within the bounds: the law is smooth there.
 
-    A stage of a step that ends at a kink may lie a little beyond it: the differences then begin at the bound.
+    Steps end at kinks, and just beyond the start or the end of a contact. The penetration becomes at least `LEAST` in
+    magnitude: at zero a force or the rate of the bristles may jump.
 
     Parameters
     ----------
-    moving : (FRICTION_SPEED,) array
-        Changes of the bounds along the direction.
-    seen : (3, BOUNDED) array
-        `bounded_values` at -1, 0 and 1 steps.
-
-    Returns
-    -------
-    step : float
-        At most h.
-    kind : int
-        Line of `WEIGHTS`.
-    start : float
-        Place of the differences along the direction; 0 within the bounds.
+    margins : tuple
+        Least distances from the bounds of speeds: in parts of each, of the sliding speed [m/s], of `push`.
     """
-    low, high, given = -math.inf, math.inf, h
-    sliding = abs(seen[2, 1] - seen[0, 1]) / (2.0 * h)
-    if sliding * h > _SHARE * bounds[FRICTION_SPEED]:
-        h = _SHARE * bounds[FRICTION_SPEED] / sliding
-    for i in range(FRICTION_SPEED):
-        rate, here = (seen[2, i // 2] - seen[0, i // 2]) / (2.0 * given) - moving[i], seen[1, i // 2]
-        if rate != 0.0 and abs(rate) * given > 1e-14 * abs(here):
-            place = (bounds[i] - here) / rate
-            if (i % 2 == 0) == (rate > 0.0):  # a lower bound from which the quantity recedes, or an upper one
-                low = max(low, place)
-            else:
-                high = min(high, place)
-    start = low if low > 0.0 else min(high, 0.0)
-    if abs(start) > _BEYOND * given:  # the direction hardly changes the quantity
-        start = 0.0
-    low, high = _ROOM * (low - start), _ROOM * (high - start)
-    if low <= -2.0 * h and high >= 2.0 * h:
-        return h, 0, 0.0
-    if max(high, -low) < _EMPTY * given:  # no room between two bounds: of several kinds, at one state
-        return h, 0, 0.0
-    if high >= -low:
-        return min(h, 0.25 * high), 1, start
-    return min(h, -0.25 * low), 2, start
+    found = contact_action(end, law, table, approach, bristle, motion)
+    delta, closing, sliding, began = found[DELTA], found[CLOSING], found[SLIDING], max(approach, GRAZING)
+    share, slow, pushing = margins
+    depth = _within(delta, bounds, DEPTH_FROM, 0.0, LEAST * law.clearance)
+    slide = _within(sliding, bounds, SLIDING_FROM, share, slow)
+    close = closing
+    if began < math.inf:
+        close = began * _within(closing / began, bounds, RATIO_FROM, share, 0.0)
+    if bounds[PUSH_FROM] > -math.inf or bounds[PUSH_TO] < math.inf:
+        here, small = push(depth, close, approach, law), 1e-4 * abs(close)
+        rise = push(depth, close + small, approach, law) - here
+        wanted = _within(here, bounds, PUSH_FROM, 0.0, pushing)
+        if wanted != here and rise > 0.0:
+            close += (wanted - here) / rise * small
+    if depth == delta and slide == sliding and close == closing:
+        return motion
+    return _shifted(end, motion, depth - delta, close - closing, slide - sliding)
+
+
+@inlined_kernel
+def _within(value: float, bounds: Array, first: int, share: float, margin: float) -> float:
+    """Limit a value to within two bounds, a share of them and a margin away."""
+    low, high = bounds[first], bounds[first + 1]
+    if low > -math.inf:
+        value = max(value, low + share * abs(low) + margin)
+    if high < math.inf:
+        value = min(value, high - share * abs(high) - margin)
+    return value
 
 
 @kernel
 def deeper(end: np.record, motion: ContactMotion, depth: float) -> ContactMotion:
     """Increase the penetration of a contact by a small depth, in the direction of its normal."""
+    return _shifted(end, motion, depth, 0.0, 0.0)
+
+
+@inlined_kernel
+def _shifted(end: np.record, motion: ContactMotion, depth: float, closing: float, sliding: float) -> ContactMotion:
+    """Increase penetration, closing and sliding speed of a contact."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     if end.kind == STOP:
-        return ex, ey, vx, vy, wb, wj, nx, ny + end.nx * depth
-    if end.kind == CORNER:
-        return ex + nx * depth, ey + ny * depth, vx, vy, wb, wj, nx, ny
-    distance = math.hypot(ex, ey)
-    if distance == 0.0:
-        return motion
-    factor = 1.0 + depth / distance
-    return factor * ex, factor * ey, vx, vy, wb, wj, nx, ny
-
-
-@kernel
-def inside(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, bounds: Array
-) -> ContactMotion:
-    """Reflect the penetration of a contact at zero if it is beyond its bounds: a step ends just beyond an event.
-
-    It becomes at least `LEAST`: differences along the wall change the penetration by rounding, so that they would cross
-    zero, where a force or the rate of the bristles may jump.
-    """
-    if not (bounds[DEPTH_FROM] > -math.inf or bounds[DEPTH_TO] < math.inf):
-        return motion
-    delta = contact_action(end, law, table, approach, bristle, motion)[DELTA]
-    least = LEAST * law.clearance
-    if bounds[DEPTH_FROM] <= delta <= bounds[DEPTH_TO] and abs(delta) >= least:
-        return motion
-    wanted = max(abs(delta), least)
-    return deeper(end, motion, (wanted if bounds[DEPTH_FROM] > -math.inf else -wanted) - delta)
-
-
-@kernel
-def add_contact_change(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, change: Array,
-    s: float, weight: float, out: Array,
-) -> None:  # fmt: skip
-    """Add the results of `contact_action` at s times a change, times a weight, to ``out`` (RESULTS,)."""
-    z = bristle + s * change[INPUTS - 1]
-    found = contact_action(end, law, table, approach + s * change[APPROACHING], z, _moved(motion, change, s))
-    for i in range(RESULTS):
-        out[i] += weight * found[i]
-
-
-@kernel
-def _fill_differences(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, change: Array,
-    h: float, kind: int, start: float, out: Array,
-) -> None:  # fmt: skip
-    """Fill ``out`` (RESULTS,) with differences of a kind along a change, from a place on."""
-    out[:] = 0.0
-    for point in range(POINTS):
-        weight = WEIGHTS[kind, point]
-        if weight != 0.0:
-            s = start + (PLACES[kind] + point) * h
-            add_contact_change(end, law, table, approach, bristle, motion, change, s, weight / h, out)
-
-
-@kernel
-def exact_partials(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, bounds: Array,
-    out: Array,
-) -> None:  # fmt: skip
-    """Fill ``out`` as `contact_partials`, by differences of the fourth order within bounds, at twice the cost."""
-    change, room, found, seen = np.zeros(CHANGES), np.zeros(INPUTS), np.empty(RESULTS), np.empty((3, BOUNDED))
-    still = np.zeros(FRICTION_SPEED)
-    motion, bounded = inside(end, law, table, approach, bristle, motion, bounds), is_bounded(bounds)
-    out[:] = 0.0
-    if bounded:
-        here = contact_action(end, law, table, approach, bristle, motion)
-        if law.model == _DRY and here[DELTA] < 0.0 and here[_LOAD] == 0.0 and law.bristle_scale == 0.0:
-            return  # without contact there are no forces; the differences stay beside it
-        _note_bounded(here, law, approach, bounds, seen[1])
-    for i in range(INPUTS):
-        if not _counts(end, law, i):
-            continue
-        change[i] = 1.0
-        h = stencil_step(end, law, approach, motion, change, 0.0, 0.0, room)
-        if h > 0.0 and bounded:
-            z = bristle + h * change[INPUTS - 1]
-            high = contact_action(end, law, table, approach, z, _moved(motion, change, h))
-            z = bristle - h * change[INPUTS - 1]
-            low = contact_action(end, law, table, approach, z, _moved(motion, change, -h))
-            _note_bounded(low, law, approach, bounds, seen[0])
-            _note_bounded(high, law, approach, bounds, seen[2])
-            step, kind, start = place_stencil(h, bounds, still, seen)
-            if kind == FOURTH and step == h:  # with the values at one step, which are known
-                for k in range(RESULTS):
-                    found[k] = WEIGHTS[FOURTH, 3] * (high[k] - low[k]) / h
-                for side in (-2.0, 2.0):
-                    weight = WEIGHTS[FOURTH, 4 if side > 0.0 else 0] / h
-                    add_contact_change(end, law, table, approach, bristle, motion, change, side * h, weight, found)
-            else:
-                _fill_differences(end, law, table, approach, bristle, motion, change, step, kind, start, found)
-        elif h > 0.0:
-            _fill_differences(end, law, table, approach, bristle, motion, change, h, FOURTH, 0.0, found)
-        else:
-            found[:] = 0.0
-        for k in range(RESULTS):
-            out[k, i] = found[k]
-        change[i] = 0.0
-    _fill_own_turn(end, motion, out)
+        return ex, ey, vx, vy, wb, wj + end.nx * closing, nx, ny + end.nx * depth
+    x, y = nx, ny
+    if end.kind != CORNER:
+        distance = math.hypot(ex, ey)
+        if distance == 0.0:
+            return motion
+        x, y = ex / distance, ey / distance
+    vx, vy = vx + closing * x - sliding * y, vy + closing * y + sliding * x
+    return ex + depth * x, ey + depth * y, vx, vy, wb, wj, nx, ny
 
 
 @inlined_kernel
@@ -400,51 +220,82 @@ def _counts(end: np.record, law: np.record, i: int) -> bool:
 
 @kernel
 def contact_partials(
-    end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, central: bool, contact: Array,
+    end: np.record,
+    law: np.record,
+    table: Array,
+    memory: Array,
+    motion: ContactMotion,
+    bounds: Array,
+    exact: bool,
     out: Array,
-) -> None:  # fmt: skip
-    """Fill ``out`` (RESULTS, INPUTS) with the partial derivatives of `remembered_action`.
+) -> None:
+    """Fill ``out`` (RESULTS, PARTIALS) with the partial derivatives of `remembered_action`, within the bounds.
 
-    Differences with a step for each input: laws need not supply derivatives. The rest of the Jacobian is exact. A law
-    is a smooth function of a few well-scaled inputs, so that central differences are accurate to 1e-7 of its largest
-    change (measured: films 5e-8, contact 6e-8, both together 1.4e-7). Forward differences take half as many evaluations
-    and are accurate to 1e-6 for films, more than Newton's method needs; with respect to velocities, which do not change
-    the gap and its rounding error, to 3e-7. Where bodies can touch, differences are central: the penetration, a small
-    difference of lengths, has too few digits.
+    They are exact; differences for a film with history, and for a law of a user that does not compile for dual numbers.
 
     Parameters
     ----------
-    central : bool
-        Whether to take central differences of a film with respect to displacements too.
-    contact : (WIDTH,) array
-        The contact's quantities at this motion, see `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
+    exact : bool
+        Whether the derivatives with respect to the approach speed are wanted, and differences with more digits.
     """
+    approach, bristle, known = memory[APPROACH], memory[BRISTLE], False
+    if end.kind != HISTORY:
+        if is_bounded(bounds):
+            motion = inside(end, law, table, approach, bristle, motion, bounds, _MARGINS)
+        known = _fill_along(end, law, table, approach, bristle, motion, 0, out)
+        if known and (exact or law.bristle_scale != 0.0):
+            known = _fill_along(end, law, table, approach, bristle, motion, DIRECTIONS, out)
+    if not known:
+        _difference_partials(end, law, table, memory, motion, exact, out)
+
+
+@kernel
+def _fill_along(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, first: int,
+    out: Array,
+) -> bool:  # fmt: skip
+    """Fill columns of the exact derivatives: of the motion, or from the bristle state on; False if they are unknown."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
-    scales = np.empty(INPUTS)
+    if ex == 0.0 and ey == 0.0:
+        ex = _CENTRE
+    along = (
+        seeded(ex, -first), seeded(ey, 1 - first), seeded(vx, 2 - first), seeded(vy, 3 - first),
+        seeded(wb, 4 - first), seeded(wj, 5 - first), seeded(nx, 6 - first), seeded(ny, 7 - first),
+    )  # fmt: skip
+    z, began = seeded(bristle, INPUTS - 1 - first), seeded(approach, APPROACHING - first)
+    found = contact_action(end, law, table, began, z, along)
+    total = 0.0
+    for k in range(RESULTS):
+        put_slopes(out, k, first, found[k])
+        total += found[k]
+    return is_known(total)
+
+
+@kernel
+def _difference_partials(
+    end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, exact: bool, out: Array
+) -> None:
+    """Fill ``out`` as `contact_partials`, by differences with a step for each input, without bounds.
+
+    Central differences are accurate to 1e-7 of the largest change (measured: films 5e-8, contact 6e-8, both together
+    1.4e-7). Forward differences take half as many evaluations and are accurate to 1e-6 for films, more than Newton's
+    method needs. Where bodies can touch, differences are central: the penetration, a small difference of lengths, has
+    too few digits.
+    """
+    scales, change, both = np.zeros(CHANGES), np.zeros(CHANGES), exact or not is_film(law)
     input_scales(end, law, motion, _NEAR, scales)
-    touches = not is_film(law)
+    if exact and memory[APPROACH] < math.inf:
+        scales[APPROACHING] = memory[APPROACH]
+    here = _action_along(end, law, table, memory, motion, change, 0.0)
     out[:] = 0.0
-    for i in range(INPUTS):
-        if not _counts(end, law, i):
-            continue
-        both = touches or (central and not 2 <= i < 6)  # not with respect to velocities
+    for i in range(CHANGES):
         h = (_STEP if both else _FORWARD) * scales[i]
-        for side in range(2 if both else 1):
-            s = h if side == 0 else -h
-            moved = (
-                ex + (s if i == 0 else 0.0),
-                ey + (s if i == 1 else 0.0),
-                vx + (s if i == 2 else 0.0),
-                vy + (s if i == 3 else 0.0),
-                wb + (s if i == 4 else 0.0),
-                wj + (s if i == 5 else 0.0),
-                nx + (s if i == 6 else 0.0),
-                ny + (s if i == 7 else 0.0),
-            )
-            z = memory[BRISTLE] + (s if i == 8 else 0.0)
-            found = remembered_action(end, law, table, memory, z, moved)
-            for k in range(RESULTS):
-                out[k, i] += found[k] if side == 0 else -found[k]
+        if not _counts(end, law, i) or h == 0.0:
+            continue
+        change[i] = 1.0
+        low = _action_along(end, law, table, memory, motion, change, -h) if both else here
+        high = _action_along(end, law, table, memory, motion, change, h)
         for k in range(RESULTS):
-            out[k, i] = out[k, i] / (2.0 * h) if both else (out[k, i] - contact[RESULT_PLACES[k]]) / h
+            out[k, i] = (high[k] - low[k]) / (2.0 * h if both else h)
+        change[i] = 0.0
     _fill_own_turn(end, motion, out)

@@ -20,24 +20,9 @@ import numpy as np
 
 from linkages.kernel import Array, Indices, Records, kernel, lazy_kernel
 from linkages.planar.closure_rows import add_term_wrench, term_rate, term_value
-from linkages.planar.markers import (
-    Two,
-    add_force,
-    add_force_tangent,
-    add_pair,
-    add_pair_tangent,
-    arm,
-    arm_tangent,
-    gap,
-    gap_rate,
-    gap_rate_tangent,
-    gap_tangent,
-    marker_velocity,
-    turned,
-)
+from linkages.planar.markers import add_force, add_pair, arm, gap, gap_rate, marker_velocity, turned
 from linkages.planar.motion import Curves, function_jet
 from linkages.planar.record_types import FORCE, PUSH, SPRING
-from linkages.planar.tangent import add_term_tangent, term_rate_tangent
 
 Loads = tuple[Records, Records, Array, Array, Indices]
 
@@ -74,9 +59,13 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
         elif load.kind == PUSH:
             add_term_wrench(load.term, pose, load.sign * function_jet(curves, load.motion, inputs)[0], wrench)
         elif load.kind == SPRING:
-            tension, ux, uy, _, _ = _spring(load, pose, vel)
-            _, _, arms = gap(pose, load.a, load.b)
-            add_pair(wrench, load.a, load.b, arms, -tension * ux, -tension * uy)
+            tension, ux, uy, length, _ = _spring(load, pose, vel)
+            dx, dy, arms = gap(pose, load.a, load.b)
+            fx, fy = -tension * ux, -tension * uy
+            if length == 0.0:  # the same force, and the derivatives of its differentiable part
+                vx, vy = gap_rate(vel, load.a, load.b, arms)
+                fx, fy = -load.stiffness * dx - load.damping * vx, -load.stiffness * dy - load.damping * vy
+            add_pair(wrench, load.a, load.b, arms, fx, fy)
         else:
             add_term_wrench(load.term, pose, -load.sign * _coordinate_spring(load, pose, vel)[0], wrench)
 
@@ -110,7 +99,7 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
 @kernel
 def _inputs(signals: Records, t: float, pose: Array, vel: Array) -> Array:
     """Time and signals, (1 + ns, 3), with zero derivatives."""
-    inputs = np.zeros((1 + len(signals), 3))
+    inputs = np.zeros((1 + len(signals), 3), vel.dtype)
     inputs[0, 0] = t
     for k in range(len(signals)):
         signal = signals[k]
@@ -154,72 +143,3 @@ def _coordinate_spring(load: np.record, pose: Array, vel: Array) -> tuple[float,
     value = load.sign * term_value(load.term, pose)
     rate = load.sign * term_rate(load.term, pose, vel)
     return load.stiffness * (value - load.free) + load.damping * rate, value, rate
-
-
-@lazy_kernel
-def load_wrenches_tangent(
-    loads: Loads, t: float, pose: Array, vel: Array, dpose: Array, dvel: Array, dwrench: Array
-) -> None:
-    """Add the directional derivative of `load_wrenches` at a fixed time.
-
-    Parameters
-    ----------
-    loads, t, pose, vel
-        As for `load_wrenches`.
-    dpose, dvel : (nb, 3) arrays
-        Changes of the bodies' poses, as (turn, dx, dy), and velocities; see `linkages.planar.tangent`.
-    dwrench : (nb, 3) array
-        Added to.
-    """
-    records, curves = loads[0], loads[2:]
-    inputs = _inputs(loads[1], t, pose, vel)
-    for k in range(len(loads[1])):
-        signal = loads[1][k]
-        if signal.rate:
-            inputs[1 + k, 1] = signal.scale * term_rate_tangent(signal.term, pose, vel, dpose, dvel)
-        else:
-            inputs[1 + k, 1] = signal.scale * term_rate(signal.term, pose, dpose)
-    for k in range(len(records)):
-        load = records[k]
-        if load.kind == FORCE:
-            a = load.a.body
-            fx, fy, dfx, dfy = _force(load, curves, inputs, pose)
-            turn = dpose[a, 0] if load.turns else 0.0
-            rx, ry = arm(pose, load.a)
-            drx, dry = arm_tangent(dpose, load.a, rx, ry)
-            add_force_tangent(dwrench, a, rx, ry, drx, dry, fx, fy, dfx - turn * fy, dfy + turn * fx)
-        elif load.kind == PUSH:
-            value, change, _ = function_jet(curves, load.motion, inputs)
-            add_term_wrench(load.term, pose, load.sign * change, dwrench)
-            add_term_tangent(load.term, pose, load.sign * value, dpose, dwrench)
-        elif load.kind == SPRING:
-            _spring_tangent(load, pose, vel, dpose, dvel, dwrench)
-        else:
-            rise = load.stiffness * term_rate(load.term, pose, dpose)
-            rise += load.damping * term_rate_tangent(load.term, pose, vel, dpose, dvel)
-            value = -load.sign * _coordinate_spring(load, pose, vel)[0]
-            add_term_wrench(load.term, pose, -rise, dwrench)
-            add_term_tangent(load.term, pose, value, dpose, dwrench)
-
-
-@kernel
-def _spring_tangent(load: np.record, pose: Array, vel: Array, dpose: Array, dvel: Array, dwrench: Array) -> None:
-    """Add the derivative of a spring's wrenches; at zero length, of the differentiable part."""
-    dx, dy, arms = gap(pose, load.a, load.b)
-    vx, vy = gap_rate(vel, load.a, load.b, arms)
-    ex, ey, moved = gap_tangent(dpose, load.a, load.b, arms)
-    gx, gy = gap_rate_tangent(vel, dvel, load.a, load.b, arms, moved)
-    length = math.sqrt(dx * dx + dy * dy)
-    stiffness, damping = load.stiffness, load.damping
-    if length > 0.0:
-        ux, uy = dx / length, dy / length
-        stretching = ex * ux + ey * uy
-        turnx, turny = (ex - stretching * ux) / length, (ey - stretching * uy) / length
-        tension = stiffness * (length - load.free) + damping * (vx * ux + vy * uy)
-        rise = stiffness * stretching + damping * (gx * ux + gy * uy + vx * turnx + vy * turny)
-        force: Two = (-tension * ux, -tension * uy)
-        change: Two = (-rise * ux - tension * turnx, -rise * uy - tension * turny)
-    else:
-        force = (-damping * vx, -damping * vy)
-        change = (-stiffness * ex - damping * gx, -stiffness * ey - damping * gy)
-    add_pair_tangent(dwrench, load.a, load.b, arms, moved, force, change)

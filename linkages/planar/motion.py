@@ -181,7 +181,7 @@ def _program_jet(curves: Curves, i: int, inputs: Array) -> Jet:
     breaks, coefficients, segments = curves
     steps = coefficients[i]
     count = -segments[i]
-    made = np.zeros((count, 3))
+    made = np.zeros((count, 3), inputs.dtype)
     for k in range(count):
         code, first, second = int(steps[k, 0]), int(steps[k, 1]), int(steps[k, 2])
         if code == NUMBER:

@@ -134,7 +134,7 @@ def test_states_between_steps_take_less_than_a_step(name):
     steps = join([runner.run(0.0, runner.start, 0.0, 10**6)])
     n, times = len(runner.start), np.linspace(0.0, 0.3, 1001)
     stepper = packed(make_stepper(n, len(runner.model.free)))
-    taken = again(packed(runner.aside()), stepper, runner.tolerance, packed(steps), times, np.zeros(n))
+    taken = again(runner.aside(), stepper, runner.tolerance, packed(steps), times, np.zeros(n))
     assert taken < 3 * 5 * len(times)
 
 
@@ -145,7 +145,7 @@ def test_a_state_before_a_collapse_is_not_sought_for_ever():
     assert steps.times[-1] < 1e-6
     n = len(runner.start)
     stepper, middle = packed(make_stepper(n, len(runner.model.free))), steps.times[-2:].mean(keepdims=True)
-    taken = again(packed(runner.aside()), stepper, runner.tolerance, packed(steps), middle, np.zeros(n))
+    taken = again(runner.aside(), stepper, runner.tolerance, packed(steps), middle, np.zeros(n))
     assert taken < 100_000
 
 

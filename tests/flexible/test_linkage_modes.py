@@ -14,7 +14,6 @@ from linkages.engines.compiled.linear import linearised
 from linkages.engines.compiled.runner import Runner
 from linkages.explore.mode_shapes import ModeShapes
 from linkages.explore.modes import modes_over
-from linkages.kernel.by_reference import packed
 from linkages.system.linear_systems import static_systems
 
 LENGTH = 0.4
@@ -141,7 +140,7 @@ def test_the_linear_equations_are_those_of_accelerations_by_differences(system_o
     pose = static_systems(system_of(elastic_four_bar(), LOADED.format(drive, start)), [0.0])[0]
     runner = Runner(pose)
     found, n = linearised(runner, 0.0), len(runner.model.free)
-    equations = packed(runner.aside())
+    equations = runner.aside()
 
     def acceleration(change):
         dy = np.zeros(2 * n)

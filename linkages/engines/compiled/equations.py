@@ -7,6 +7,7 @@ import math
 from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.planar.arrays import Arrays
+from linkages.planar.closure_rows import add_row_wrench, row_acceleration
 from linkages.planar.contacts import BRISTLE, BRISTLE_RATE, EX, EY, FX, FY, clearance_wrenches
 from linkages.planar.kinematics import body_accelerations, body_states
 from linkages.planar.loads import load_wrenches
@@ -185,6 +186,43 @@ def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) ->
     rate_residuals(model, work.dynamics, dy, out)
     for k in range(len(model.bristles)):
         out[n + k] = work.contacts[model.bristles[k], BRISTLE_RATE] - dy[n + k]
+
+
+@kernel
+def fixed_residual(
+    equations: Equations, t: float, y: Array, dy: Array, reaction: Array, out: Array, rows: Array
+) -> None:
+    """Fill ``out`` as `residual`, and ``rows`` (nr,) with the accelerations of the closure rows, at given reactions.
+
+    So both follow from a state, its derivatives ``dy`` of rates and bristles, and the reactions (nr,) alone, without a
+    system of equations: what solves them changes with a value by the change of this residual at fixed dy and reaction.
+    """
+    model, work = equations.model, equations.work
+    w, n = work.dynamics, len(model.free)
+    set_state(model, work, t, y)
+    _add_forces(equations, t)
+    for i in range(n):
+        w.a[model.free[i]] = dy[i]
+    set_residuals(model, w, reaction, rows)
+    for i in range(n):
+        out[i] = w.tau[model.free[i]]
+    for k in range(len(model.bristles)):
+        out[n + k] = work.contacts[model.bristles[k], BRISTLE_RATE] - dy[n + k]
+
+
+@kernel
+def set_residuals(model: Arrays, w: Workspace, reaction: Array, rows: Array) -> None:
+    """Subtract the forces that the accelerations need from ``tau``; fill ``rows``; see `fixed_residual`.
+
+    Coordinates, rates, accelerations, poses, velocities and wrenches are set; the reactions are added to the wrenches.
+    """
+    for k in range(len(model.rows)):
+        add_row_wrench(model.rows[k], w.pose, reaction[k], w.wrench)
+    force_residual(model.bodies, model.gravity, w)
+    if len(model.rows):
+        body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
+    for k in range(len(model.rows)):
+        rows[k] = row_acceleration(model.rows[k], w.pose, w.vel, w.acc)
 
 
 @kernel

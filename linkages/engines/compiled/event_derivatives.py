@@ -4,207 +4,147 @@ from __future__ import annotations
 
 import math
 
-from linkages.engines.compiled.contact_changes import ContactState, gap_change, law_change, note_contacts, value_motions
-from linkages.engines.compiled.equations import derivatives, set_state, solve_state
-from linkages.engines.compiled.forcing import clear_numbers, force_response, set_numbers
-from linkages.engines.compiled.jacobian import contact_inputs, exact_jacobian
+import numpy as np
+
+from linkages.engines.compiled.contact_changes import Contacts, gap_laws, note_contacts, result_change
+from linkages.engines.compiled.equations import derivatives, set_state
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.step_derivatives import Column
-from linkages.engines.compiled.variation import Variation, is_exact
+from linkages.engines.compiled.step_derivatives import Column, Run, linearise
+from linkages.engines.compiled.variation import Variation
 from linkages.integrate.factor import back_substitute, factorise
+from linkages.integrate.stepper import copy
 from linkages.kernel import Array, kernel
-from linkages.kernel.simd import WIDTH, lane, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import CHANGES, DEPTH_FROM, DEPTH_TO, INPUTS, LEAST, OUTPUTS, deeper
-from linkages.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action
-from linkages.planar.tangent import body_tangents, rate_tangents, value_tangents
+from linkages.planar.contact_partials import (
+    APPROACHING,
+    DELTA,
+    DEPTH_FROM,
+    DEPTH_TO,
+    INPUTS,
+    LEAST,
+    MOTION,
+    OUTPUTS,
+    deeper,
+)
+from linkages.planar.contact_partials import CLOSING as CLOSES
+from linkages.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action, contact_motion
 
 _MILD = 1e-5  # turn of the fastest body between the states that give rates of contacts [rad]
-#: Indices of the results of a contact, see `linkages.planar.contacts.contact_action`.
-_DELTA, _CLOSING = 4, 5
 
 
 @kernel
-def motions_along(
-    equations: Equations,
-    variation: Variation,
-    t: float,
-    y: Array,
-    columns: Array,
-    first: int,
-    c: ContactState,
-    out: Array,
-) -> None:
-    """Fill ``out`` (m, nc, CHANGES) with the changes of the contacts' motions along columns from the first one on.
+def motions_along(equations: Equations, variation: Variation, c: Column, first: int) -> None:
+    """Fill ``along`` with the changes of the contacts' inputs along the columns ``before`` from the first one on.
 
-    The last np columns change with a value each. The equations are solved at (t, y).
+    The last np columns change with a value each. The equations have been linearised at the state.
     """
-    model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
-    m, np_ = columns.shape[1], len(variation.unit)
+    columns, s = c.before, c.contacts
+    model, motions, n = equations.model, equations.work.scratch.motions, len(equations.model.free)
+    m = columns.shape[1]
     for j in range(first, m):
-        out[j, :] = 0.0
-        if j >= m - np_ and not is_exact(variation, j - (m - np_)):
-            value_motions(equations, variation, j - (m - np_), t, y, out[j])
+        p = j - (m - len(variation.unit))
+        s.along[j] = 0.0
+        for k in range(len(model.ends)):
+            for i in range(MOTION):
+                total = s.moved[p, k, i] if p >= 0 else 0.0
+                for row in range(2 * n):
+                    total += motions[k, i, row] * columns[row, j]
+                s.along[j, k, i] = total
+            s.along[j, k, APPROACHING] = c.remembered[k, j]
         for k in range(len(model.bristles)):
-            out[j, model.bristles[k], INPUTS - 1] += columns[2 * n + k, j]
-    for group in range(len(variation.lanes)):
-        _add_motions_of_values(equations, variation, group, t, columns, c, out)
-    for start in range(first, m, WIDTH):
-        count, left = min(WIDTH, m - start), False
-        for j in range(start, start + count):
-            left = left or not is_exact(variation, j - (m - np_))
-        if not left:
-            continue
-        for rates in range(2):
-            for i in range(n):
-                place = model.free[i]
-                s.changed[place] = 1.0
-                for column in range(count):
-                    s.dq[place] = with_lane(s.dq[place], column, columns[i + rates * n, start + column])
-            body_tangents(model.bodies, w, s)
-            if rates:
-                rate_tangents(model.bodies, s)
-            for k in range(len(model.ends)):
-                inputs = contact_inputs(model, w, s, k)
-                for column in range(count):
-                    if not is_exact(variation, start + column - (m - np_)):
-                        for i in range(INPUTS - 1):
-                            out[start + column, k, i] += lane(inputs[i], column)
-    for i in range(n):
-        s.changed[model.free[i]], s.dq[model.free[i]] = 0.0, 0.0
+            s.along[j, model.bristles[k], INPUTS - 1] = columns[2 * n + k, j]
 
 
 @kernel
-def _add_motions_of_values(
-    equations: Equations, variation: Variation, group: int, t: float, columns: Array, c: ContactState, out: Array
-) -> None:
-    """Add the changes of the contacts' motions with a group of values and along the columns of these."""
-    model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
-    first = columns.shape[1] - len(variation.unit)
-    set_numbers(variation, group, t, c, s)
-    for i in range(n):
-        place = model.free[i]
-        for column in range(WIDTH):
-            j = first + max(variation.lanes[group, column], 0)
-            s.dq[place] = with_lane(s.dq[place], column, columns[i, j])
-            s.ddrive[place, 0] = with_lane(s.ddrive[place, 0], column, columns[n + i, j])
-    value_tangents(model.bodies, w, s)
-    for k in range(len(model.ends)):
-        inputs = contact_inputs(model, w, s, k)
-        for column in range(WIDTH):
-            p = variation.lanes[group, column]
-            if p >= 0:
-                for i in range(INPUTS - 1):
-                    out[first + p, k, i] += lane(inputs[i], column)
-    clear_numbers(s)
-
-
-@kernel
-def _motions_over_time(equations: Equations, t: float, y: Array, c: Column, rate: float) -> None:
-    """Fill the first of ``direction`` with the rates of the contacts' motions at a state; ``dy`` is filled."""
+def _motions_over_time(equations: Equations, t: float, y: Array, rate: float, c: Column, out: Array) -> None:
+    """Fill ``out`` (nc, CHANGES) with the rates of the contacts' motions at a state with the derivatives ``dy``."""
     model, work = equations.model, equations.work
     fastest = rate
     for i in range(len(work.dynamics.vel)):
         fastest = max(fastest, abs(work.dynamics.vel[i, 0]))
     h = _MILD / fastest
-    along = c.direction[0]
-    along[:] = 0.0
+    out[:] = 0.0
     for side in (-1.0, 1.0):
         for i in range(len(y)):
             c.y[i] = y[i] + side * h * c.dy[i]
         set_state(model, work, t + side * h, c.y)
-        note_contacts(equations, c.contacts)
         for k in range(len(model.ends)):
-            for i in range(INPUTS - 1):
-                along[k, i] += side * c.contacts.motion[k, i] / (2.0 * h)
+            motion, _ = contact_motion(model.ends[k], work.dynamics.pose, work.dynamics.vel)
+            for i in range(MOTION):
+                out[k, i] += side * motion[i] / (2.0 * h)
 
 
 @kernel
-def begin_or_end(
-    equations: Equations, variation: Variation, t: float, y: Array, k: int, begins: bool, approach: float, rate: float,
-    c: Column, times: Array,
-) -> bool:  # fmt: skip
+def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: float, c: Column, times: Array) -> bool:
     """Take the columns through the start or end of contact k; fill the derivatives of its time.
 
     A new contact remembers the approach speed at its start. Where its force or the rate of its bristles jumps, the
     columns jump by the difference of the derivatives times the change of the time. Returns False where a contact begins
     without speed: its existence then depends on the values.
     """
-    work, m, s, n = equations.work, c.before.shape[1], c.contacts, len(y)
+    equations, variation, s, n = run.equations, run.variation, c.contacts, len(y)
+    work, m, clearance = equations.work, c.before.shape[1], equations.model.laws[k].clearance
     c.ended[0] = math.nan
-    rates, bounds = c.dy[n - c.mass.shape[1] :], equations.work.scratch.bounds[k]
     if begins:
         work.memory[k, APPROACH] = approach
         work.solved[0] = math.nan
     derivatives(equations, t, y, c.dy)
+    note_contacts(equations, s)
     closing, late = work.contacts[k, CLOSING], work.contacts[k, PENETRATION] / work.contacts[k, CLOSING]
     if begins and closing <= GRAZING:
         return False
     if begins:  # the rates before the contact, whose force may jump
-        back = late + max(late, LEAST * equations.model.laws[k].clearance / closing)
+        back = late + max(late, LEAST * clearance / closing)
         for i in range(n):
             c.y[i] = y[i] - back * c.dy[i]
         derivatives(equations, t - back, c.y, c.dy)
-    _motions_over_time(equations, t, y, c, rate)
-    exact_jacobian(equations, t, y, c.mass[0], c.full)
-    solve_state(equations, t, y)
+    _motions_over_time(equations, t, y, run.rate, c, s.along[0])
+    copy(y, c.y)
+    bounds, forcing, accelerating = work.scratch.bounds[k], np.zeros((len(c.own), m)), 0.0
+    for acts in range(2):  # the state is a little beyond the event: the new forces act for that time already
+        bounds[DEPTH_FROM], bounds[DEPTH_TO] = (0.0, math.inf) if acts else (-math.inf, 0.0)
+        linearise(equations, variation, t, c, 0)
+        if not acts:
+            accelerating = result_change(equations, s, -1, 0, k, CLOSES)
+        motions_along(equations, variation, c, 0)
+        weight = late if begins == (acts == 1) else -late
+        for j in range(m):
+            p = j - (m - len(variation.unit))
+            for i in range(OUTPUTS):
+                change = weight * result_change(equations, s, p, j, k, i)
+                for row in range(len(forcing)):
+                    forcing[row, j] += change * s.response[k, i, row]
     if not factorise(c.mass[0], c.pivots):
         return False
-    note_contacts(equations, s)
-    s.change[:] = 0.0
-    for i in range(INPUTS - 1):
-        s.change[i] = c.direction[0, k, i]
-    gap_change(equations, variation, -1, k, s)
-    accelerating = s.found[_CLOSING]
-    motions_along(equations, variation, t, y, c.before, 0, s, c.direction)
+    gap_laws(equations, variation, s)
     for j in range(m):
         p = j - (m - len(variation.unit))
-        for i in range(CHANGES):
-            s.change[i] = c.direction[j, k, i]
-        s.direct[:] = 0.0
-        for new in range(2):  # the state is a little beyond the event: the new forces act for that time already
-            bounds[DEPTH_FROM], bounds[DEPTH_TO] = (0.0, math.inf) if begins == (new == 1) else (-math.inf, 0.0)
-            law_change(equations, variation, p, k, s)
-            for i in range(OUTPUTS):
-                s.direct[k, i] += late * (s.found[i] if new else -s.found[i])
-        gap_change(equations, variation, p, k, s)
-        times[j] = -s.found[_DELTA] / closing
+        times[j] = -result_change(equations, s, p, j, k, DELTA) / closing
         if begins:
-            c.remembered[k, j] = s.found[_CLOSING] + accelerating * times[j]
-        _add_response(equations, variation, t, y, rates, c, j)
-    s.direct[:] = 0.0
-    _jump(equations, k, s)
-    force_response(equations, variation, t, y, rates, s, c.own)
-    back_substitute(c.mass[0], c.pivots, c.own)
+            c.remembered[k, j] = result_change(equations, s, p, j, k, CLOSES) + accelerating * times[j]
+    _set_jump(equations, k, s)
     for j in range(m):
+        for row in range(len(c.own)):
+            c.own[row] = forcing[row, j]
+            for i in range(OUTPUTS):
+                c.own[row] -= s.found[i] * s.response[k, i, row] * times[j]
+        back_substitute(c.mass[0], c.pivots, c.own)
         for i in range(len(c.own)):
-            c.before[n - len(c.own) + i, j] -= c.own[i] * times[j]
+            c.before[n - len(c.own) + i, j] += c.own[i]
     return True
 
 
 @kernel
-def _add_response(
-    equations: Equations, variation: Variation, t: float, y: Array, rates: Array, c: Column, j: int
-) -> None:
-    """Add the response of the accelerations to the forces ``direct`` to column j."""
-    force_response(equations, variation, t, y, rates, c.contacts, c.own)
-    back_substitute(c.mass[0], c.pivots, c.own)
-    for i in range(len(c.own)):
-        c.before[len(y) - len(c.own) + i, j] += c.own[i]
-
-
-@kernel
-def _jump(equations: Equations, k: int, s: ContactState) -> None:
-    """Fill ``direct`` with the jump of contact k's action at its start or end, extrapolated to zero penetration."""
+def _set_jump(equations: Equations, k: int, s: Contacts) -> None:
+    """Fill ``found`` with the jump of contact k's action at its start or end, extrapolated to zero penetration."""
     model, work = equations.model, equations.work
     end, law, table, own = model.ends[k], model.laws[k], model.tables[k], work.memory[k]
-    a, beyond = s.motion[k], work.contacts[k, PENETRATION]
+    a, beyond = s.motion[k], s.force[k, DELTA]
     depth = math.copysign(max(abs(beyond), LEAST * law.clearance), beyond)
     motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
-    for i in range(OUTPUTS):
-        s.direct[k, i] = 0.0
+    s.found[:] = 0.0
     for place, weight in ((1.0, 2.0), (2.0, -1.0), (-1.0, -2.0), (-2.0, 1.0)):
         moved = deeper(end, motion, place * depth - beyond)
         found = contact_action(end, law, table, own[APPROACH], own[BRISTLE], moved)
         for i in range(OUTPUTS):
-            s.direct[k, i] += weight * found[i]
+            s.found[i] += weight * found[i]

@@ -1,316 +1,173 @@
 """Derivatives of the equations of motion with respect to values of the system and to what contacts remember.
 
 The residual R(y, y') of `linkages.engines.compiled.equations.residual` has the derivative M df/dx with respect to any
-value x, at a state with the derivatives y' = f(y). A value acts in two ways: on the laws of contacts
-(`linkages.engines.compiled.contact_changes`), and on everything else. The mechanics of rigid bodies in a tree has exact
-derivatives, of several values at once. Otherwise the rest is differentiated by central differences with forces of
-contacts that do not follow their motions: a step of a length would otherwise close a thin film.
+value x, at a state with the derivatives y' = f(y). It is the central difference of R along the value at fixed y' and at
+fixed forces of the contacts, plus the response of R to the changes of these forces: by their partial derivatives with
+the changes of the contacts' motions, and by the changes of their laws. So no step closes a thin film.
+
+Example: a journal of mass m in a film, m a = m g + F(e, c). Along the clearance c the difference vanishes, and dF/dc of
+the law remains; along the position x of the bearing, e = q - x, so that dF = -F' dx; along m it is g - a.
 """
 
 from __future__ import annotations
 
-import math
+import numpy as np
 
-from linkages.engines.compiled.contact_changes import (
-    MILD,
-    MOTION,
-    ContactState,
-    far,
-    is_fine,
-    law_change,
-    own_change,
-    value_motions,
-)
+from linkages.engines.compiled.contact_changes import Contacts, has_force, law_changes
 from linkages.engines.compiled.equations import rate_residuals, set_drive_forces, set_state
-from linkages.engines.compiled.jacobian import value_columns
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.variation import EXACT, Variation, changes_law, is_exact, move
-from linkages.integrate.stepper import copy
+from linkages.engines.compiled.neighbours import PAIRS
+from linkages.engines.compiled.variation import ANY, INERTIAL, QUADRATIC, STILL, Variation, move
 from linkages.kernel import Array, kernel
-from linkages.kernel.simd import WIDTH, with_lane
-from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import APPROACHING, FOURTH, OUTPUTS, PLACES, POINTS, SECOND, WEIGHTS
-from linkages.planar.contacts import APPROACH, PENETRATION, add_contact, contact_motion
+from linkages.planar.contact_partials import APPROACHING, MOTION, OUTPUTS
+from linkages.planar.contacts import add_contact, contact_motion
 from linkages.planar.loads import load_wrenches
-from linkages.planar.motion import evaluate_motions
 from linkages.planar.newton_euler import generalised_force
-from linkages.planar.tangent_workspace import Scratch
 
-_SHORT = 1e-5  # step of differences of drives, in parts of a value: phases grow with time
-
-
-@kernel
-def _copy_state(source: Equations, target: Equations, t: float) -> None:
-    """Fill what `set_state` fills from equations that are solved at the state; forces of drives are the target's."""
-    model, at, w = target.model, source.work.dynamics, target.work.dynamics
-    target.work.solved[0] = math.nan
-    copy(at.q, w.q)
-    copy(at.v, w.v)
-    copy(at.a, w.a)
-    w.tau[:] = 0.0
-    for i in range(len(at.pose)):
-        copy(at.pose[i], w.pose[i])
-        copy(at.vel[i], w.vel[i])
-    set_drive_forces(model, target.work, t)
-
-
-@kernel
-def _fixed_residual(
-    equations: Equations, t: float, y: Array, dy: Array, s: ContactState, amount: float, weight: float, out: Array
-) -> None:
-    """Fill ``out`` as `residual`, with the contacts' forces of ``s`` plus ``amount * direct``.
-
-    The state is set. The contacts' motions are added to ``moved``, times a weight that is not zero.
-    """
-    model, work = equations.model, equations.work
-    w, n = work.dynamics, len(model.free)
-    w.wrench[:] = 0.0
-    for k in range(len(model.ends)):
-        motion, arms = contact_motion(model.ends[k], w.pose, w.vel)
-        if weight != 0.0:
-            for i in range(MOTION):
-                s.moved[k, i] += weight * motion[i]
-        for i in range(OUTPUTS):
-            s.found[i] = s.force[k, i] + amount * s.direct[k, i]
-        add_contact(w.wrench, model.ends[k], motion[0], motion[1], arms, s.found[0], s.found[1], s.found[2])
-        for m in range(len(model.bristles)):
-            if model.bristles[m] == k:
-                out[n + m] = s.found[3] - dy[n + m]
-    if len(model.loads):
-        tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-        load_wrenches(tables, t, w.pose, w.vel, w.wrench)
-    rate_residuals(model, w, dy, out)
-
-
-@kernel
-def force_response(
-    equations: Equations, variation: Variation, t: float, y: Array, dy: Array, s: ContactState, out: Array
-) -> None:
-    """Fill ``out`` (k,) with the change of the residual along ``direct``, changes of contacts' forces alone."""
-    model, work = variation.equations.model, variation.equations.work
-    w, n, at = work.dynamics, len(model.free), equations.work.dynamics
-    if len(model.rows):
-        _central(equations, variation, -1, t, y, dy, s, 1.0, False, out)
-        return
-    w.wrench[:] = 0.0
-    w.tau[:] = 0.0
-    for k in range(len(model.ends)):
-        _, arms = contact_motion(model.ends[k], at.pose, at.vel)
-        f = s.direct[k]
-        add_contact(w.wrench, model.ends[k], s.motion[k, 0], s.motion[k, 1], arms, f[0], f[1], f[2])
-    generalised_force(model.bodies, at.pose, w.wrench, w.tau)
-    for i in range(n):
-        out[i] = w.tau[model.free[i]]
-    for m in range(len(model.bristles)):
-        out[n + m] = s.direct[model.bristles[m], 3]
-
-
-@kernel
-def _central(
-    equations: Equations, variation: Variation, p: int, t: float, y: Array, dy: Array, s: ContactState, h: float,
-    with_motions: bool, out: Array,
-) -> None:  # fmt: skip
-    """Fill ``out`` with the central difference of `_fixed_residual` along value p and ``direct``.
-
-    With motions: add the same of the contacts' motions to ``moved``.
-    """
-    moved, weight = variation.equations, 0.5 / h if with_motions else 0.0
-    still = p >= 0 and not variation.kinematics[p] and not len(moved.model.rows) and not _interpolated(equations)
-    for side in (1.0, -1.0):
-        if p >= 0:
-            move(variation, p, side * h)
-        if still:
-            _copy_state(equations, moved, t)
-        else:
-            set_state(moved.model, moved.work, t, y)
-        _fixed_residual(moved, t, y, dy, s, side * h, side * weight, s.plus if side > 0.0 else s.minus)
-    if p >= 0:
-        move(variation, p, 0.0)
-    for i in range(len(out)):
-        out[i] = (s.plus[i] - s.minus[i]) / (2.0 * h)
-
-
-@kernel
-def _interpolated(equations: Equations) -> bool:
-    """Whether the accelerations are interpolated near a singularity: the work does not belong to the state then."""
-    return equations.work.dynamics.interpolated[0] > 0.0
+_STEP = 1e-3  # of central differences, in parts of a value, or of 1 rad of a drive
+#: Places of central differences; weights of the second order, exact for polynomials of that order; of the fourth one.
+_PLACES = np.array(PAIRS[0])
+_WEIGHTS = np.zeros((ANY + 1, 4))
+_WEIGHTS[QUADRATIC], _WEIGHTS[ANY] = (-1 / 2, 1 / 2, 0.0, 0.0), PAIRS[1]
 
 
 @kernel
 def add_forcing(
-    equations: Equations, variation: Variation, t: float, y: Array, dy: Array, s: ContactState, first: int, out: Array
-) -> None:
-    """Add the derivatives of the residual with respect to all values to the columns of ``out`` from the first one on.
+    equations: Equations, variation: Variation, t: float, y: Array, dy: Array, s: Contacts, remembered: Array,
+    out: Array,
+) -> None:  # fmt: skip
+    """Add the derivatives of the residual with respect to approach speeds and values to ``out`` (k, m).
 
-    Arguments as of `value_forcing`; `exact_jacobian` has been called at the state. ``out`` is (k, m).
+    The equations are solved at (t, y) with the derivatives ``dy`` of rates and other entries, `note_contacts` and
+    `exact_jacobian` have been called there. Columns of the values are the last ones of ``out`` and of the changes of
+    the approach speeds, ``remembered`` (nc, m).
     """
-    exact = not _interpolated(equations)
-    for p in range(len(variation.unit)):
-        if not (exact and is_exact(variation, p)):
-            value_forcing(equations, variation, p, t, y, dy, s, s.forced)
-            for i in range(len(out)):
-                out[i, first + p] += s.forced[i]
-    if exact:
-        for group in range(len(variation.lanes)):
-            _add_lanes(equations, variation, group, t, s, first, out)
-        clear_numbers(equations.work.scratch)
+    partials, m, count = equations.work.scratch.partials, out.shape[1], len(variation.unit)
+    law_changes(equations, variation, s)
+    _set_responses(equations, variation, t, y, dy, s)
+    is_set = False
+    for k in range(len(s.force)):
+        for i in range(OUTPUTS):
+            force = partials[k, i, APPROACHING]
+            if force != 0.0:
+                for row in range(len(out)):
+                    for j in range(m):
+                        out[row, j] += s.response[k, i, row] * force * remembered[k, j]
+    for p in range(count):
+        s.change[:] = 0.0
+        if variation.effect[p] == INERTIAL:
+            _set_inertial(variation, p, is_set, t, y, dy, s)
+            is_set = True
+        elif variation.effect[p] != STILL:
+            _set_differences(equations, variation, p, t, y, dy, s)
+            is_set = False
+        for k in range(len(s.force)):
+            for i in range(OUTPUTS):
+                force = s.laws[p, k, i]
+                for j in range(MOTION):
+                    force += partials[k, i, j] * s.moved[p, k, j]
+                if force != 0.0:
+                    for row in range(len(out)):
+                        s.change[row] += force * s.response[k, i, row]
+        for row in range(len(out)):
+            out[row, m - count + p] += s.change[row]
 
 
 @kernel
-def _add_lanes(
-    equations: Equations, variation: Variation, group: int, t: float, s: ContactState, first: int, out: Array
+def _set_differences(
+    equations: Equations, variation: Variation, p: int, t: float, y: Array, dy: Array, s: Contacts
 ) -> None:
-    """Add the derivatives with respect to the values of a group of lanes: exact but for the laws of contacts."""
-    x, n = equations.work.scratch, len(equations.model.free)
-    moved = False
-    for column in range(WIDTH):
-        p = variation.lanes[group, column]
-        moved = moved or (p >= 0 and variation.mechanics[p] == EXACT)
-    clear_numbers(x)
-    if moved:
-        set_numbers(variation, group, t, s, x)
-    for column in range(WIDTH):
-        p = variation.lanes[group, column]
-        for k in range(s.direct.shape[0]):
-            if p >= 0 and changes_law(variation, p, k):
-                own_change(equations, variation, p, k, s)
-                for i in range(OUTPUTS):
-                    x.dlaw[k, i] = with_lane(x.dlaw[k, i], column, s.found[i])
-    value_columns(equations, t, WIDTH, s.columns)
-    for column in range(WIDTH):
-        p = variation.lanes[group, column]
-        if p >= 0:
-            for i in range(len(out)):
-                out[i, first + p] += s.columns[n + i, column]
-
-
-@kernel
-def set_numbers(variation: Variation, group: int, t: float, s: ContactState, x: Scratch) -> None:
-    """Set the changes of numbers of bodies, markers, gravity and prescribed motions with a group of values."""
-    x.moves[0] = 1.0
-    for i in range(len(x.dbody)):
-        copy(variation.bodies[group, i], x.dbody[i])
-    for i in range(len(x.dmarker)):
-        copy(variation.markers[group, i], x.dmarker[i])
-    copy(variation.gravity[group], x.dgravity)
-    driven = variation.equations.model.driven
-    for column in range(WIDTH):
-        p = variation.lanes[group, column]
-        if p >= 0 and variation.drives[p]:
-            drive_changes(variation, p, t, s.drive)
-            for i in range(len(driven)):
-                place = driven[i]
-                x.dq[place] = with_lane(x.dq[place], column, s.drive[0, i])
-                for k in range(2):
-                    x.ddrive[place, k] = with_lane(x.ddrive[place, k], column, s.drive[1 + k, i])
-
-
-@kernel
-def clear_numbers(x: Scratch) -> None:
-    """Undo `set_numbers`, and the changes of driven bodies, which directions of coordinates do not move."""
-    x.moves[0] = 0.0
-    for each in (x.dlaw, x.dpose, x.dvel, x.dacc):
-        each[:] = 0.0
-    x.touched[:] = 0.0
-    x.dq[:] = 0.0
-    x.ddrive[:] = 0.0
-
-
-@kernel
-def drive_changes(variation: Variation, p: int, t: float, out: Array) -> None:
-    """Fill ``out`` (3, nd) with the changes of prescribed coordinates, rates and accelerations with value p.
-
-    Piecewise polynomials are linear in most values, formulas are not.
-    """
-    model, work, h = variation.equations.model, variation.equations.work, _SHORT * variation.unit[p]
-    kind = FOURTH if model.motion_n.min() < 0 else SECOND
-    out[:] = 0.0
-    for point in range(POINTS):
-        weight = WEIGHTS[kind, point] / h
-        if weight != 0.0:
-            move(variation, p, (PLACES[kind] + point) * h)
-            evaluate_motions((model.motion, model.motion_c, model.motion_n), t, work.value, work.rate, work.second)
-            for i in range(len(model.driven)):
-                out[0, i] += weight * work.value[i]
-                out[1, i] += weight * work.rate[i]
-                out[2, i] += weight * work.second[i]
+    """Fill ``change``, and the changes of motions and prescribed coordinates, with differences along value p."""
+    model, work = variation.equations.model, variation.equations.work
+    effect, w, far = variation.effect[p], work.dynamics, 1.0
+    moved, driven = s.moved[p], s.driven[p]
+    if effect == ANY:  # changes of a drive's speed grow with time
+        for k in range(len(model.driven)):
+            far = max(far, abs(equations.work.dynamics.q[model.driven[k]]))
+    h = _STEP * variation.unit[p] / far
+    moved[:] = 0.0
+    driven[:] = 0.0
+    for point in range(len(_PLACES)):
+        weight = _WEIGHTS[effect, point] / h
+        if weight == 0.0:
+            continue
+        move(variation, p, _PLACES[point] * h)
+        _add_residual(variation, t, y, dy, s, weight, moved, s.change)
+        for k in range(len(model.driven)):
+            d = model.driven[k]
+            driven[0, k] += weight * w.q[d]
+            driven[1, k] += weight * w.v[d]
+            driven[2, k] += weight * w.a[d]
     move(variation, p, 0.0)
 
 
 @kernel
-def value_forcing(
-    equations: Equations, variation: Variation, p: int, t: float, y: Array, dy: Array, s: ContactState, out: Array
+def _set_inertial(variation: Variation, p: int, is_set: bool, t: float, y: Array, dy: Array, s: Contacts) -> None:
+    """Fill ``change`` with differences along value p, which moves nothing: the state may be set already."""
+    model, work = variation.equations.model, variation.equations.work
+    h = _STEP * variation.unit[p]
+    if not is_set:
+        _add_residual(variation, t, y, dy, s, 0.0, s.spare, s.change)
+    for side in (1.0, -1.0):
+        move(variation, p, side * h)
+        work.dynamics.tau[:] = 0.0
+        set_drive_forces(model, work, t)
+        rate_residuals(model, work.dynamics, dy, s.row)
+        for i in range(len(model.free)):
+            s.change[i] += side * s.row[i] / (2.0 * h)
+    move(variation, p, 0.0)
+
+
+@kernel
+def _add_residual(
+    variation: Variation, t: float, y: Array, dy: Array, s: Contacts, weight: float, moved: Array, out: Array
 ) -> None:
-    """Fill ``out`` (k,) with the derivative of the residual with respect to value p.
+    """Add the moved model's residual, with the forces of the contacts that are noted, times a weight to ``out``.
 
-    The equations are solved at (t, y) with the derivatives ``dy`` of rates and other entries; ``s`` is filled by
-    `note_contacts`, and `exact_jacobian` has been called at the state.
+    Likewise the motions of the contacts to ``moved``.
     """
-    s.direct[:] = 0.0
-    once = variation.kinematics[p] and not len(equations.model.rows) and not is_fine(equations)
-    if once:
-        s.moved[:] = 0.0
-    elif variation.kinematics[p]:
-        value_motions(equations, variation, p, t, y, s.moved)
-        _add_moved(equations, s)
-    for k in range(s.direct.shape[0]):
-        if changes_law(variation, p, k):
-            own_change(equations, variation, p, k, s)
-            for i in range(OUTPUTS):
-                s.direct[k, i] += s.found[i]
-    if variation.mechanics[p]:
-        h = MILD * variation.unit[p] / far(equations.model, equations.work.dynamics)
-        _central(equations, variation, p, t, y, dy, s, h, once, out)
-        if once:
-            s.direct[:] = 0.0
-            _add_moved(equations, s)
-            force_response(equations, variation, t, y, dy, s, s.plus)
-            for i in range(len(out)):
-                out[i] += s.plus[i]
-    elif _acts(s):
-        force_response(equations, variation, t, y, dy, s, out)
-    else:
-        out[:] = 0.0
+    model, work = variation.equations.model, variation.equations.work
+    w, n = work.dynamics, len(model.free)
+    set_state(model, work, t, y)
+    w.wrench[:] = 0.0
+    for k in range(len(model.ends)):
+        motion, arms = contact_motion(model.ends[k], w.pose, w.vel)
+        for i in range(MOTION):
+            moved[k, i] += weight * motion[i]
+        f = s.force[k]
+        add_contact(w.wrench, model.ends[k], motion[0], motion[1], arms, f[0], f[1], f[2])
+    if len(model.loads):
+        tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
+        load_wrenches(tables, t, w.pose, w.vel, w.wrench)
+    rate_residuals(model, w, dy, s.row)
+    for i in range(n):
+        out[i] += weight * s.row[i]
 
 
 @kernel
-def _add_moved(equations: Equations, s: ContactState) -> None:
-    """Add the changes of the contacts' forces due to their motions to ``direct``."""
-    partials = equations.work.scratch.partials
-    for k in range(s.direct.shape[0]):
-        for i in range(OUTPUTS):
-            for j in range(MOTION):
-                s.direct[k, i] += partials[k, i, j] * s.moved[k, j]
-
-
-@kernel
-def _acts(s: ContactState) -> bool:
-    """Whether any contact's force changes."""
-    found = False
-    for k in range(s.direct.shape[0]):
-        for i in range(OUTPUTS):
-            found = found or s.direct[k, i] != 0.0
-    return found
-
-
-@kernel
-def approach_forcing(
-    equations: Equations, variation: Variation, k: int, t: float, y: Array, dy: Array, s: ContactState, out: Array
-) -> bool:
-    """Fill ``out`` (k,) with the derivative of the residual with respect to contact k's approach speed.
-
-    Returns False, and fills nothing, if it is zero.
-    """
-    approach = equations.work.memory[k, APPROACH]
-    if not (GRAZING < approach < math.inf and equations.work.contacts[k, PENETRATION] > 0.0):
-        return False
-    s.change[:] = 0.0
-    s.direct[:] = 0.0
-    s.change[APPROACHING] = 1.0
-    law_change(equations, variation, -1, k, s)
-    for i in range(OUTPUTS):
-        s.direct[k, i] = s.found[i]
-    acts = _acts(s)
-    if acts:
-        force_response(equations, variation, t, y, dy, s, out)
-    return acts
+def _set_responses(equations: Equations, variation: Variation, t: float, y: Array, dy: Array, s: Contacts) -> None:
+    """Fill ``response``: in a tree with generalised forces, else with the accelerations that a force gives."""
+    model, work = variation.equations.model, variation.equations.work
+    w, n, at = work.dynamics, len(model.free), equations.work.dynamics
+    s.response[:] = 0.0
+    for m in range(len(model.bristles)):
+        s.response[model.bristles[m], OUTPUTS - 1, n + m] = 1.0
+    for k in range(len(model.ends)):
+        if not has_force(equations, k, s):
+            continue
+        _, arms = contact_motion(model.ends[k], at.pose, at.vel)
+        for i in range(OUTPUTS - 1):
+            if len(model.rows):  # linear in the force
+                force, size = s.force[k, i], max(abs(s.force[k, i]), 1.0)
+                for side in (1.0, -1.0):
+                    s.force[k, i] = force + side * size
+                    _add_residual(variation, t, y, dy, s, side / (2.0 * size), s.spare, s.response[k, i])
+                s.force[k, i] = force
+                continue
+            w.wrench[:] = 0.0
+            w.tau[:] = 0.0
+            fx, fy, couple = 1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0
+            add_contact(w.wrench, model.ends[k], s.motion[k, 0], s.motion[k, 1], arms, fx, fy, couple)
+            generalised_force(model.bodies, at.pose, w.wrench, w.tau)
+            for row in range(n):
+                s.response[k, i, row] = w.tau[model.free[row]]

@@ -1,9 +1,9 @@
 """Jacobian of the equations of motion.
 
 The accelerations a(q, v) solve R(q, v, a) = 0, the force residual of the free joints and the accelerations of the
-closure rows. So M times their change, with the mass matrix M, is the change of R at fixed a: exact derivatives of the
-mechanics (`tangent`), and partial derivatives of the contacts' laws (`partials`). With closure rows it is solved for,
-and M is 1.
+closure rows. So M times their change, with the mass matrix M, is the change of R at fixed a and fixed reactions, found
+by dual numbers: first the partial derivatives of each contact's force with respect to its motion, within the bounds;
+then the mechanics with contacts that are linear in their motion. With closure rows it is solved for, and M is 1.
 """
 
 from __future__ import annotations
@@ -11,42 +11,20 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from linkages.engines.compiled.equations import is_solved, solve_state
-from linkages.engines.compiled.model import Equations, Work
+from linkages.engines.compiled.equations import is_solved, set_residuals, solve_state
+from linkages.engines.compiled.model import Equations, Scratch
 from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
-from linkages.kernel.simd import WIDTH, lane, with_lane
+from linkages.kernel.dual import DIRECTIONS, put_slopes, seeded, slope, with_number
 from linkages.planar.arrays import Arrays
 from linkages.planar.articulated_body import acceleration_response
-from linkages.planar.closure_rows import add_row_wrench, row_acceleration
+from linkages.planar.closure_rows import row_acceleration
 from linkages.planar.composite_inertia import mass_matrix
-from linkages.planar.contact_partials import (
-    BRISTLE_RATE,
-    COUPLE,
-    FINE,
-    FORCE_X,
-    FORCE_Y,
-    INPUTS,
-    contact_partials,
-    exact_partials,
-    is_bounded,
-)
-from linkages.planar.contacts import APPROACH, BRISTLE, FX, FY, contact_motion
-from linkages.planar.flexible_tangent import prepare_flexible
-from linkages.planar.loads import load_wrenches_tangent
+from linkages.planar.contact_partials import BRISTLE_RATE, COUPLE, FORCE_X, FORCE_Y, RESULT_PLACES, contact_partials
+from linkages.planar.contacts import ContactMotion, add_contact, contact_motion
+from linkages.planar.kinematics import body_states, body_velocities
+from linkages.planar.loads import load_wrenches
 from linkages.planar.loop_dynamics import row_responses, solve_rows
-from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_tangent, gap_tangent, turned
-from linkages.planar.newton_euler import inertial_forces, joint_wrenches
-from linkages.planar.record_types import CORNER
 from linkages.planar.singularities import solve_neighbour
-from linkages.planar.tangent import (
-    body_tangents,
-    inertial_tangents,
-    rate_tangents,
-    residual_tangents,
-    row_tangents,
-    value_tangents,
-)
-from linkages.planar.tangent_workspace import Scratch
 from linkages.planar.workspace import Workspace
 
 
@@ -54,15 +32,14 @@ from linkages.planar.workspace import Workspace
 def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
     """Fill ``mass``, of rates and bristles (ny - n, ny - n), and ``out`` (ny, ny) with its product with df/dy.
 
-    f is `linkages.engines.compiled.equations.derivatives`; lines of positions are those of df/dy. Films are
-    differentiated by forward differences, which is enough for Newton's method.
+    f is `linkages.engines.compiled.equations.derivatives`; lines of positions are those of df/dy.
     """
     _fill(equations, t, y, False, mass, out)
 
 
 @lazy_kernel
 def exact_jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
-    """Fill the same as `jacobian`, films with more digits, and `exact_partials` where the bounds say so."""
+    """Fill the same as `jacobian`; in the scratch all of ``partials``, and ``motions``."""
     _fill(equations, t, y, True, mass, out)
 
 
@@ -70,193 +47,155 @@ def exact_jacobian(equations: Equations, t: float, y: Array, mass: Array, out: A
 def _fill(equations: Equations, t: float, y: Array, exact: bool, mass: Array, out: Array) -> None:
     """Fill the Jacobian."""
     model, work = equations.model, equations.work
-    w, n, nz = work.dynamics, len(model.free), len(model.bristles)
+    w, s, n, ny = work.dynamics, work.scratch, len(model.free), len(y)
     if not is_solved(work, t, y):
         solve_state(equations, t, y)
-    s = work.scratch
     for k in range(len(model.ends)):
         motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
-        approach, bristle = work.memory[k, APPROACH], work.memory[k, BRISTLE]
-        end, law, table = model.ends[k], model.laws[k], model.tables[k]
-        if exact and (s.bounds[k, FINE] > 0.0 or is_bounded(s.bounds[k])):
-            exact_partials(end, law, table, approach, bristle, motion, s.bounds[k], s.partials[k])
-        else:
-            contact_partials(end, law, table, work.memory[k], motion, exact, work.contacts[k], s.partials[k])
+        contact_partials(
+            model.ends[k], model.laws[k], model.tables[k], work.memory[k], motion, s.bounds[k], exact, s.partials[k]
+        )
     if w.interpolated[0] > 0.0:
         solve_neighbour(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
         work.solved[0] = math.nan
-    inertial_forces(model.bodies, w, model.gravity, s.force, w.modal_bias)
-    for k in range(len(model.rows)):
-        add_row_wrench(model.rows[k], w.pose, -w.reaction[k], s.force)
-    joint_wrenches(model.bodies, w.pose, s.force)
+    _fill_mass(model, w, s, mass)
+    out[:] = 0.0
+    for i in range(n):
+        out[i, n + i] = 1.0
+    if ny <= DIRECTIONS:
+        _fill_moved(equations, t, 0, ny, exact, out)
+        return
+    for first in range(0, n, DIRECTIONS):
+        _fill_moved(equations, t, first, min(DIRECTIONS, n - first), exact, out)
+    for first in range(n, ny, DIRECTIONS):
+        _fill_faster(equations, t, first, min(DIRECTIONS, ny - first), exact, out)
+
+
+@kernel
+def _fill_mass(model: Arrays, w: Workspace, s: Scratch, mass: Array) -> None:
+    """Fill the mass matrix; with closure rows, what `_close` needs."""
     mass[:] = 0.0
     for i in range(len(mass)):
         mass[i, i] = 1.0
     if len(model.rows):
         row_responses(model.bodies, model.rows, w)
-    else:
-        mass_matrix(model.bodies, w, s.mass)
-        for i in range(n):
-            for j in range(n):
-                mass[i, j] = s.mass[model.free[i], model.free[j]]
-    if model.bodies.shapes.shape[2] > 0:
-        prepare_flexible(model.bodies, model.gravity, w, s)
-    out[:] = 0.0
-    for first in range(0, n, WIDTH):
-        count = min(WIDTH, n - first)
-        for k in range(count):
-            place = model.free[first + k]
-            s.changed[place], s.dq[place] = 1.0, with_lane(s.dq[place], k, 1.0)
-        body_tangents(model.bodies, w, s)
-        _fill_columns(equations, s, t, first, count, out)
-        rate_tangents(model.bodies, s)
-        _fill_columns(equations, s, t, n + first, count, out)
-        for k in range(count):
-            out[first + k, n + first + k] = 1.0
-            s.changed[model.free[first + k]], s.dq[model.free[first + k]] = 0.0, 0.0
-    for first in range(0, nz, WIDTH):
-        count = min(WIDTH, nz - first)
-        for k in range(count):
-            place = model.bristles[first + k]
-            s.dz[place] = with_lane(s.dz[place], k, 1.0)
-        body_tangents(model.bodies, w, s)
-        _fill_columns(equations, s, t, 2 * n + first, count, out)
-        for k in range(count):
-            s.dz[model.bristles[first + k]] = 0.0
+        return
+    mass_matrix(model.bodies, w, s.mass)
+    for i in range(len(model.free)):
+        for j in range(len(model.free)):
+            mass[i, j] = s.mass[model.free[i], model.free[j]]
 
 
 @kernel
-def value_columns(equations: Equations, t: float, count: int, out: Array) -> None:
-    """Fill ``out`` (ny, count) with the changes of the residual along numbers of the model, as `exact_jacobian`.
+def _fill_moved(equations: Equations, t: float, first: int, count: int, exact: bool, out: Array) -> None:
+    """Fill columns of the Jacobian, of any kind."""
+    model, w, d, n = equations.model, equations.work.dynamics, equations.work.scratch.moved, len(equations.model.free)
+    for k in range(len(model.driven)):
+        place = model.driven[k]
+        d.q[place], d.v[place] = w.q[place], w.v[place]
+    for i in range(n):
+        place = model.free[i]
+        d.q[place], d.v[place] = seeded(w.q[place], i - first), seeded(w.v[place], n + i - first)
+    body_states(model.bodies, d.q, d.v, d.pose, d.vel)
+    _fill_columns(equations, d, t, first, count, exact, out)
 
-    `exact_jacobian` has been called at this state; the scratch has the changes of the numbers.
-    """
-    model, s = equations.model, equations.work.scratch
-    if s.moves[0] > 0.0:
-        value_tangents(model.bodies, equations.work.dynamics, s)
-    _fill_columns(equations, s, t, 0, count, out)
+
+@lazy_kernel
+def _fill_faster(equations: Equations, t: float, first: int, count: int, exact: bool, out: Array) -> None:
+    """Fill columns of the Jacobian, of rates and bristles: the poses do not change."""
+    model, w, d, n = equations.model, equations.work.dynamics, equations.work.scratch.faster, len(equations.model.free)
+    for k in range(len(model.driven)):
+        d.v[model.driven[k]] = w.v[model.driven[k]]
+    for i in range(n):
+        d.v[model.free[i]] = seeded(w.v[model.free[i]], n + i - first)
+    body_velocities(model.bodies, d.pose, d.v, d.vel)
+    _fill_columns(equations, d, t, first, count, exact, out)
 
 
 @kernel
-def _fill_columns(equations: Equations, s: Scratch, t: float, first: int, count: int, out: Array) -> None:
-    """Fill the lines of rates and bristles in some columns of the Jacobian, those of the tangents in `s`."""
+def _fill_columns(
+    equations: Equations, d: Workspace, t: float, first: int, count: int, exact: bool, out: Array
+) -> None:
+    """Fill columns of the Jacobian, the directions of a dual workspace whose poses and velocities are set."""
     model, work = equations.model, equations.work
-    w, n, bodies = work.dynamics, len(model.free), model.bodies
-    s.dwrench[:] = 0.0
+    s, n = work.scratch, len(model.free)
+    d.tau[:] = 0.0
+    d.wrench[:] = 0.0
     for k in range(len(model.ends)):
-        rate = _contact_tangent(model, work, s, k)
+        own = -1
         for m in range(len(model.bristles)):
             if model.bristles[m] == k:
-                for column in range(count):
-                    out[2 * n + m, first + column] = lane(rate, column)
+                own = m
+        rate = _add_linear_contact(equations, d, k, seeded(0.0, 2 * n + own - first if own >= 0 else -1))
+        if exact:
+            _note_motion(equations, d, k, first, count)
+        if own >= 0:
+            for j in range(count):
+                out[2 * n + own, first + j] = slope(rate, j)
     if len(model.loads):
-        _add_loads_tangent(equations, s, t, count)
-    if len(model.rows):
-        row_tangents(model.rows, w, s)
-    inertial_tangents(bodies, model.gravity, w, s)
-    for i in range(len(bodies.records)):
-        for k in range(3):
-            s.dbias[i, k] -= s.dwrench[i, k]
-    residual_tangents(bodies, w, s)
-    for column in range(count):
+        tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
+        load_wrenches(tables, t, d.pose, d.vel, d.wrench)
+    set_residuals(model, d, work.dynamics.reaction, s.rows)
+    if count == DIRECTIONS and not len(model.rows):
+        for i in range(n):
+            put_slopes(out, n + i, first, d.tau[model.free[i]])
+        return
+    for j in range(count):
         if len(model.rows):
-            _close(model, w, s, column)
+            _close(model, work.dynamics, s, d, j)
         for i in range(n):
             place = model.free[i]
-            out[n + i, first + column] = s.da[place] if len(model.rows) else -lane(s.dtau[place], column)
+            out[n + i, first + j] = s.a[place] if len(model.rows) else slope(d.tau[place], j)
+
+
+@inlined_kernel
+def _add_linear_contact(equations: Equations, d: Workspace, k: int, bristle: float) -> Any:
+    """Add the wrenches of contact k, linear in its motion, to dual ones; return the rate of its bristles."""
+    end, p, found = equations.model.ends[k], equations.work.scratch.partials[k], equations.work.contacts[k]
+    motion, arms = contact_motion(end, d.pose, d.vel)
+    fx = _along(p[FORCE_X], motion, bristle, found[RESULT_PLACES[FORCE_X]])
+    fy = _along(p[FORCE_Y], motion, bristle, found[RESULT_PLACES[FORCE_Y]])
+    couple = _along(p[COUPLE], motion, bristle, found[RESULT_PLACES[COUPLE]])
+    add_contact(d.wrench, end, motion[0], motion[1], arms, fx, fy, couple)
+    return _along(p[BRISTLE_RATE], motion, bristle, found[RESULT_PLACES[BRISTLE_RATE]])
 
 
 @kernel
-def _close(model: Arrays, w: Workspace, s: Scratch, column: int) -> None:
+def _note_motion(equations: Equations, d: Workspace, k: int, first: int, count: int) -> None:
+    """Fill columns of ``motions`` with the changes of contact k's motion along the directions of a dual workspace."""
+    ex, ey, vx, vy, wb, wj, nx, ny = contact_motion(equations.model.ends[k], d.pose, d.vel)[0]
+    out = equations.work.scratch.motions[k]
+    for j in range(count):
+        out[0, first + j], out[1, first + j], out[2, first + j] = slope(ex, j), slope(ey, j), slope(vx, j)
+        out[3, first + j], out[4, first + j], out[5, first + j] = slope(vy, j), slope(wb, j), slope(wj, j)
+        out[6, first + j], out[7, first + j] = slope(nx, j), slope(ny, j)
+
+
+@inlined_kernel
+def _along(p: Array, motion: ContactMotion, bristle: float, value: float) -> Any:
+    """Return a result of a contact as a dual number, from its value and its partial derivatives."""
+    ex, ey, vx, vy, wb, wj, nx, ny = motion
+    total = p[0] * ex + p[1] * ey + p[2] * vx + p[3] * vy + p[4] * wb + p[5] * wj + p[6] * nx + p[7] * ny
+    return with_number(total + p[8] * bristle, value)
+
+
+@kernel
+def _close(model: Arrays, w: Workspace, s: Scratch, d: Workspace, direction: int) -> None:
     """Find the changes of accelerations along one of the directions, with loops that stay closed."""
     nr = len(model.rows)
-    for i in range(len(s.tau)):
-        s.tau[i], s.da[i] = -lane(s.dtau[i], column), 0.0
+    s.tau[:] = 0.0
+    s.a[:] = 0.0
     s.bias[:] = 0.0
     s.modal_bias[:] = 0.0
-    acceleration_response(model.bodies, w, s.bias, s.modal_bias, s.tau, s.da)
+    for i in range(len(model.free)):
+        s.tau[model.free[i]] = slope(d.tau[model.free[i]], direction)
+    acceleration_response(model.bodies, w, s.bias, s.modal_bias, s.tau, s.a)
     for k in range(nr):
-        w.row_error[k] = -row_acceleration(model.rows[k], w.pose, w.zero_velocity, w.response) - lane(
-            s.drows[k], column
-        )
+        w.row_error[k] = -row_acceleration(model.rows[k], w.pose, w.zero_velocity, w.response)
+        w.row_error[k] -= slope(s.rows[k], direction)
         for m in range(nr):
             s.row_matrix[k, m] = w.row_matrix[k, m]
-    solve_rows(model.rows, model.rank, s.row_matrix, w.row_error, w.pivots, s.dreaction)
+    solve_rows(model.rows, model.rank, s.row_matrix, w.row_error, w.pivots, s.reaction)
     for k in range(nr):
-        for i in range(len(s.da)):
-            s.da[i] += s.dreaction[k] * w.row_response[k, i]
-
-
-@kernel
-def _add_loads_tangent(equations: Equations, s: Scratch, t: float, count: int) -> None:
-    """Add the changes of the applied loads' wrenches, direction by direction: their functions are of numbers."""
-    model, w = equations.model, equations.work.dynamics
-    tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-    dpose, dvel, dwrench = s.one
-    for column in range(count):
-        for i in range(len(dpose)):
-            for k in range(3):
-                dpose[i, k], dvel[i, k] = lane(s.dpose[i, k], column), lane(s.dvel[i, k], column)
-                dwrench[i, k] = 0.0
-        load_wrenches_tangent(tables, t, w.pose, w.vel, dpose, dvel, dwrench)
-        for i in range(len(dpose)):
-            for k in range(3):
-                s.dwrench[i, k] = with_lane(s.dwrench[i, k], column, lane(s.dwrench[i, k], column) + dwrench[i, k])
-
-
-@inlined_kernel
-def _gap_changes(model: Arrays, w: Workspace, s: Scratch, k: int) -> Any:
-    """Compute a contact's gap and the arms of its markers, and the changes of both."""
-    end = model.ends[k]
-    ex, ey, arms = gap(w.pose, end.bearing, end.journal)
-    dex, dey, moved = gap_tangent(s.dpose, end.bearing, end.journal, arms)
-    if s.moves[0] > 0.0:
-        ax, ay = turned(w.pose, end.bearing.body, s.dmarker[k, 0], s.dmarker[k, 1])
-        bx, by = turned(w.pose, end.journal.body, s.dmarker[k, 2], s.dmarker[k, 3])
-        dex, dey = dex + bx - ax, dey + by - ay
-        moved = moved[0] + ax, moved[1] + ay, moved[2] + bx, moved[3] + by
-    return ex, ey, arms, dex, dey, moved
-
-
-@inlined_kernel
-def contact_inputs(model: Arrays, w: Workspace, s: Scratch, k: int) -> Any:
-    """Compute the changes of the inputs of `linkages.planar.contact_partials`, in lanes."""
-    return _inputs(model, w, s, k, _gap_changes(model, w, s, k))
-
-
-@inlined_kernel
-def _inputs(model: Arrays, w: Workspace, s: Scratch, k: int, changes: Any) -> Any:
-    """Compute `contact_inputs` from the changes of the gap."""
-    end = model.ends[k]
-    b, j = end.bearing.body, end.journal.body
-    _, _, arms, dex, dey, moved = changes
-    dvx, dvy = gap_rate_tangent(w.vel, s.dvel, end.bearing, end.journal, arms, moved)
-    turn = s.dpose[b, 0]
-    frame = turn, s.dpose[j, 0]  # change of the last two entries of `ContactMotion`
-    if end.kind == CORNER:
-        nx, ny = turned(w.pose, b, end.nx, end.ny)
-        frame = -turn * ny, turn * nx
-    return dex, dey, dvx, dvy, s.dvel[b, 0], s.dvel[j, 0], frame[0], frame[1], s.dz[k]
-
-
-@kernel
-def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int) -> Any:
-    """Add the change of a contact's wrenches; returns the change of its bristles' rate, in lanes."""
-    w, end = work.dynamics, model.ends[k]
-    b, j = end.bearing.body, end.journal.body
-    changes = _gap_changes(model, w, s, k)
-    ex, ey, arms, dex, dey, moved = changes
-    inputs = _inputs(model, w, s, k, changes)
-    dfx, dfy, dcouple, drate = s.dlaw[k, FORCE_X], s.dlaw[k, FORCE_Y], s.dlaw[k, COUPLE], s.dlaw[k, BRISTLE_RATE]
-    for i in range(INPUTS):
-        dfx += s.partials[k, FORCE_X, i] * inputs[i]
-        dfy += s.partials[k, FORCE_Y, i] * inputs[i]
-        dcouple += s.partials[k, COUPLE, i] * inputs[i]
-        drate += s.partials[k, BRISTLE_RATE, i] * inputs[i]
-    # both forces act at the journal's marker
-    arms, moved = both_at_b(arms, ex, ey), both_at_b(moved, dex, dey)
-    force = work.contacts[k, FX], work.contacts[k, FY]
-    add_pair_tangent(s.dwrench, end.bearing, end.journal, arms, moved, force, (dfx, dfy))
-    s.dwrench[j, 0] += dcouple
-    s.dwrench[b, 0] -= dcouple
-    return drate
+        for i in range(len(s.a)):
+            s.a[i] += s.reaction[k] * w.row_response[k, i]

@@ -15,7 +15,6 @@ from linkages.kernel.by_reference import reference
 from linkages.planar.closure import free_jacobian
 from linkages.planar.closure_rows import row_acceleration
 from linkages.planar.composite_inertia import mass_matrix
-from linkages.planar.contact_partials import FINE
 from linkages.planar.kinematics import body_accelerations, body_velocities
 
 
@@ -120,7 +119,6 @@ def slopes(runner: Runner, t: float, y: Array) -> Slopes:
     """
     equations, model = runner.aside(), runner.model
     n, ny, w = len(model.free), len(y), equations.work.dynamics
-    equations.work.scratch.bounds[:, FINE] = 1.0
     rates, mass, out, masses = np.zeros(ny), np.zeros((ny - n, ny - n)), np.zeros((ny, ny)), np.zeros((len(w.q),) * 2)
     _fill(equations, t, y, rates, mass, out, masses)
     out[n:] = np.linalg.solve(mass, out[n:])

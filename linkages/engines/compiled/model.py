@@ -5,17 +5,18 @@ The state is y = [q, v of the free coordinates; bristles of the contacts with Lu
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from linkages.kernel import Array, Indices
+from linkages.kernel.dual import dual_array
 from linkages.laws.film.history_cells import memory_of
 from linkages.planar.arrays import Arrays
+from linkages.planar.contact_partials import MOTION, PARTIALS, RESULTS, no_bounds
 from linkages.planar.contacts import OIL, WIDTH
 from linkages.planar.loads import LOAD_OUTPUTS
 from linkages.planar.record_types import HISTORY, REVOLUTE, STOP
-from linkages.planar.tangent_workspace import Scratch, make_scratch
 from linkages.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
@@ -42,6 +43,41 @@ def make_kinked(nc: int) -> Kinked:
     """Make the arrays for nc contacts; no side is known."""
     starts, ends, sides = np.zeros((nc, KINKS)), np.zeros((nc, KINKS)), np.full((nc, KINKS), np.nan)
     return Kinked(starts, ends, sides, np.zeros(nc), np.zeros(nc))
+
+
+class Scratch(NamedTuple):
+    """Arrays of a Jacobian: nc contacts, nr closure rows, n coordinates, nb bodies.
+
+    In the two workspaces what follows from coordinates and rates, or from rates alone, is dual; the rest is the work's.
+    """
+
+    partials: Array  # of the contacts, (nc, RESULTS, PARTIALS); see `linkages.planar.contact_partials`
+    motions: Array  # changes of the contacts' motions with the state, (nc, MOTION, ny)
+    bounds: Array  # of the contacts' speeds, (nc, BOUNDS); see the same, infinite without any
+    mass: Array  # mass matrix of all coordinates, (n, n); rows and columns of driven ones are 0
+    moved: Workspace
+    faster: Workspace
+    rows: Array  # accelerations of the rows, dual, (nr,)
+    tau: Array  # of one direction: changes of generalised forces, accelerations, (n,)
+    a: Array
+    bias: Array  # zero bias forces, (nb, 3)
+    modal_bias: Array  # (n,)
+    row_matrix: Array  # for the changes of the rows' reactions, (nr, nr)
+    reaction: Array  # (nr,)
+
+
+#: Arrays of a workspace that follow from rates; the coordinates and the poses do not.
+_OF_RATES = "v", "tau", "vel", "acc", "wrench", "bias", "modal_bias"
+
+
+def make_scratch(w: Workspace, nc: int, ny: int) -> Scratch:
+    """Make the arrays for a workspace, nc contacts and ny entries of the state, all zero, without bounds."""
+    n, nr = len(w.q), len(w.reaction)
+    changes: dict[str, Any] = {name: dual_array(*getattr(w, name).shape) for name in ("q", "pose", *_OF_RATES)}
+    moved = w._replace(**changes)
+    zeros = map(np.zeros, ((n,), (n,), w.bias.shape, (n,), (nr, nr), (nr,)))
+    laws = np.zeros((nc, RESULTS, PARTIALS)), np.zeros((nc, MOTION, ny)), np.tile(no_bounds(), (nc, 1))
+    return Scratch(*laws, np.zeros((n, n)), moved, moved._replace(q=w.q, pose=w.pose), dual_array(nr), *zeros)
 
 
 class Work(NamedTuple):
@@ -80,9 +116,10 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     """Make the work arrays of a model around the contacts' memory and modes."""
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
     n, nm, most = len(model.free) + nd, model.bodies.shapes.shape[2], max(nd, len(model.powered))
+    dynamics, ny = make_workspace(nb, n, nr, nm), 2 * len(model.free) + len(model.bristles)
     return Work(
-        make_workspace(nb, n, nr, nm),
-        np.full(1 + 2 * len(model.free) + len(model.bristles), np.nan),
+        dynamics,
+        np.full(1 + ny, np.nan),
         np.zeros((nc, WIDTH)),
         memory,
         modes,
@@ -92,7 +129,7 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
         np.zeros((len(model.joints), 3)),
         np.zeros(nd + len(model.powered)),
         np.zeros((len(model.loads), len(LOAD_OUTPUTS))),
-        make_scratch(nb, n, nr, nc, nm),
+        make_scratch(dynamics, nc, ny),
         make_kinked(nc),
     )
 

@@ -84,7 +84,7 @@ class OutputTable:
         self._numbers.numbers[places] = initial
         if self._jitter:
             plain = [self.names[k].removesuffix(JITTER) for k in self._jitter]
-            result[self._jitter] -= near.derivative(lambda one: self._ideals(one, times, plain), together=True)
+            result[self._jitter] -= near.derivative(lambda one: self._ideals(one, times, plain))
         return dict(zip(self.names, result, strict=True))
 
 

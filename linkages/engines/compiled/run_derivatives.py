@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.contact_changes import law_change, note_contacts
+from linkages.engines.compiled.contact_changes import gap_laws, result_change
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.event_derivatives import begin_or_end, motions_along
-from linkages.engines.compiled.forcing import drive_changes
 from linkages.engines.compiled.kinks import set_bounds, set_sides_here
-from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.replay import Steps, remember, replay
-from linkages.engines.compiled.step_derivatives import Column, advance, close_columns, linearise
-from linkages.engines.compiled.variation import Variation
+from linkages.engines.compiled.replay import remember, replay
+from linkages.engines.compiled.step_derivatives import Column, Run, advance, close_columns, linearise
 from linkages.integrate.factor import back_substitute, factorise
-from linkages.integrate.stepper import Stepper, copy
+from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Indices, kernel
-from linkages.planar.contact_partials import APPROACHING, INPUTS, RESULT_PLACES, RESULTS
+from linkages.planar.contact_partials import RESULT_PLACES, RESULTS
 from linkages.planar.contacts import EX, EY, PENETRATION
 from linkages.planar.motion import last_start
 
@@ -27,43 +25,42 @@ from linkages.planar.motion import last_start
 KNOWN, SINGULAR, GRAZED = 0, 1, 2
 
 
-@kernel
-def differentiate_run(
-    equations: Equations,
-    variation: Variation,
-    s: Stepper,
-    tolerance: Array,
-    steps: Steps,
-    rate: float,
-    limits: Array,
-    c: Column,
-    states: Array,
-    memory: Array,
-    rates: Array,
-    contacts: Array,
-    event: Indices,
-    times: Array,
-) -> tuple[int, int]:
-    """Differentiate a run.
+class Changes(NamedTuple):
+    """Derivatives of a run along np values at nt times, n coordinates."""
 
-    Parameters
+    coordinates: Array  # (np, nt, n)
+    rates: Array
+    accelerations: Array
+    contacts: Array  # (np, nt, nc, WIDTH)
+
+
+class AtSteps(NamedTuple):
+    """Derivatives of a run at its nt steps: m columns, ny entries of the state, nc contacts.
+
+    Attributes
     ----------
-    rate : float
-        Rate of the motion [rad/s].
-    limits : (nc, KINKS) array
-        See `linkages.engines.compiled.kinks.kinks`.
-    c : Column
-        With the columns at the start in ``before`` and ``remembered``.
-    states, memory : (nt, ny, m), (nt, nc, m) arrays
-        Filled with the columns after each step.
-    rates : (nt, k, m) array
-        Filled with the rates of the columns where the last stage gives them, NaN elsewhere.
-    contacts : (np, nt, nc, WIDTH) array
-        Filled with the changes of the contacts along the values there, unless contacts can touch.
+    states : (nt, ny, m) array
+        Derivatives of the state at fixed time, after the event or the projection at that time.
+    memory : (nt, nc, m) array
+        Derivatives of the approach speeds that contacts remember.
     event : (nt,) array of int
-        Filled with the contact that begins (k + 1) or ends (-k - 1) at each time; 0 without.
-    times : (nt, m) array
-        Filled with the derivatives of the events' times.
+        Contact that begins, counted from 1, or ends, less than 0; 0 without.
+    event_times : (nt, m) array
+        Derivatives of the events' times.
+    changes : Changes
+        Derivatives of coordinates and contacts along the values, if they are wanted; of no time otherwise.
+    """
+
+    states: Array
+    memory: Array
+    event: Indices
+    event_times: Array
+    changes: Changes
+
+
+@kernel
+def differentiate_run(run: Run, c: Column, out: AtSteps) -> tuple[int, int]:
+    """Differentiate a run from the columns at its start in ``before`` and ``remembered``.
 
     Returns
     -------
@@ -71,18 +68,19 @@ def differentiate_run(
     count : int
         Number of times at which the columns are known.
     """
+    equations, steps = run.equations, run.steps
     nt, nc, model, work = len(steps.times), len(equations.model.ends), equations.model, equations.work
-    deep, touches = np.zeros(nc), model.touching.any()
+    deep, touches, wanted = np.zeros(nc), model.touching.any(), out.changes.coordinates.shape[1] == nt
     for k in range(nt):
         t, y = steps.times[k], steps.states[k]
         remember(equations, steps, max(k - 1, 0))
-        if k > 0 and not advance(equations, variation, s, tolerance, steps, k - 1, t, limits, c):
+        if k > 0 and not advance(run, c, k - 1, t):
             return SINGULAR, k
-        smooth = k > 0 and equations.implicit and c.ended[0] == t
+        smooth = k > 0 and equations.implicit  # the last stage is at the end
         if k > 0 and len(model.rows):
             solve_state(equations, t, y)
             if not work.dynamics.interpolated[0] > 0.0:
-                close_columns(equations, variation, t, y, c)
+                close_columns(equations, run.variation, t, y, c)
                 smooth = False
         if touches:
             solve_state(equations, t, y)
@@ -90,31 +88,37 @@ def differentiate_run(
             now = work.contacts[i, PENETRATION] if model.touching[i] else -1.0
             begins = now > 0.0 and (deep[i] <= 0.0 or steps.memory[k, i] != steps.memory[max(k - 1, 0), i])
             if k > 0 and (begins or (now < 0.0 < deep[i])):
-                fine = begin_or_end(equations, variation, t, y, i, begins, steps.memory[k, i], rate, c, times[k])
-                if not fine:
+                if not begin_or_end(run, t, y, i, begins, steps.memory[k, i], c, out.event_times[k]):
                     return GRAZED, k
-                event[k] = i + 1 if begins else -i - 1
+                out.event[k] = i + 1 if begins else -i - 1
                 solve_state(equations, t, y)
                 smooth = False
             deep[i] = now
-        for i in range(len(c.rates)):
-            for j in range(c.rates.shape[1]):
-                rates[k, i, j] = c.rates[i, j] if smooth else math.nan
-        if smooth and not len(limits) and not work.dynamics.interpolated[0] > 0.0:
-            _contacts_along(equations, variation, t, c, k, contacts)
         for i in range(len(c.before)):
-            copy(c.before[i], states[k, i])
+            copy(c.before[i], out.states[k, i])
         for i in range(nc):
-            copy(c.remembered[i], memory[k, i])
+            copy(c.remembered[i], out.memory[k, i])
+        if wanted:
+            remember(equations, steps, k)
+            if not smooth and not _linearise_here(run, t, y, c):
+                return SINGULAR, k
+            _set_changes(run, c, k, out.changes)
     return KNOWN, nt
 
 
 @kernel
-def _column_rates(equations: Equations, variation: Variation, t: float, y: Array, c: Column) -> bool:
-    """Fill ``rates`` with those of the columns ``before`` at a state; False if the mass matrix is singular."""
+def _linearise_here(run: Run, t: float, y: Array, c: Column) -> bool:
+    """Linearise at a state, and fill ``rates`` with those of the columns; False if the mass matrix is singular."""
+    if len(run.kinks):
+        sides = run.equations.work.kinked.sides
+        before = sides.copy()  # the next step goes on from them
+        solve_state(run.equations, t, y)
+        set_sides_here(run.equations, run.kinks)
+        set_bounds(run.equations, run.kinks)
+        for k in range(len(sides)):
+            copy(before[k], sides[k])
     copy(y, c.y)
-    linearise(equations, variation, t, c, 0)
-    c.ended[0] = math.nan
+    linearise(run.equations, run.variation, t, c, 0)
     if not factorise(c.mass[0], c.pivots):
         return False
     for j in range(c.before.shape[1]):
@@ -125,120 +129,59 @@ def _column_rates(equations: Equations, variation: Variation, t: float, y: Array
         back_substitute(c.mass[0], c.pivots, c.own)
         for i in range(len(c.own)):
             c.rates[i, j] = c.own[i]
-    solve_state(equations, t, y)
     return True
 
 
 @kernel
-def _contacts_along(equations: Equations, variation: Variation, t: float, c: Column, step: int, out: Array) -> None:
-    """Fill ``out`` (np, nt, nc, WIDTH) with the changes of the contacts at the last stage of a linearised step."""
-    s, partials, first = c.contacts, equations.work.scratch.partials, c.before.shape[1] - len(variation.unit)
-    motions_along(equations, variation, t, c.y, c.before, first, s, c.direction)
-    for p in range(len(out)):
-        for k in range(out.shape[2]):
-            along = c.direction[first + p, k]
-            out[p, step, k, EX], out[p, step, k, EY] = along[0], along[1]
+def _set_changes(run: Run, c: Column, at: int, out: Changes) -> None:
+    """Fill the changes along the values at a time, where the equations have been linearised."""
+    equations, s = run.equations, c.contacts
+    model, n, count, m = equations.model, len(equations.model.free), len(run.variation.unit), c.before.shape[1]
+    motions_along(equations, run.variation, c, m - count)
+    gap_laws(equations, run.variation, s)
+    for p in range(count):
+        j = m - count + p
+        dq, dv, da = out.coordinates[p, at], out.rates[p, at], out.accelerations[p, at]
+        for i in range(n):
+            place = model.free[i]
+            dq[place], dv[place], da[place] = c.before[i, j], c.before[n + i, j], c.rates[i, j]
+        for i in range(len(model.driven)):
+            place = model.driven[i]
+            dq[place], dv[place], da[place] = s.driven[p, 0, i], s.driven[p, 1, i], s.driven[p, 2, i]
+        for k in range(len(model.ends)):
+            contact = out.contacts[p, at, k]
+            contact[:] = 0.0
+            contact[EX], contact[EY] = s.along[j, k, 0], s.along[j, k, 1]
             for result in range(RESULTS):
-                total = s.laws[p, k, result]
-                for i in range(INPUTS):
-                    total += partials[k, result, i] * along[i]
-                out[p, step, k, RESULT_PLACES[result]] = total
+                contact[RESULT_PLACES[result]] = result_change(equations, s, p, j, k, result)
 
 
 @kernel
-def _set_changes(
-    equations: Equations, variation: Variation, p: int, j: int, t: float, columns: Array, rates: Array, drive: Array,
-    dq: Array, dv: Array, da: Array,
-) -> None:  # fmt: skip
-    """Fill the changes of coordinates, rates and accelerations along column j, with known rates, and value p."""
-    model, n = equations.model, len(equations.model.free)
-    for i in range(n):
-        place = model.free[i]
-        dq[place], dv[place], da[place] = columns[i, j], columns[n + i, j], rates[i, j]
-    drive[:] = 0.0
-    if variation.drives[p]:
-        drive_changes(variation, p, t, drive)
-    for i in range(len(model.driven)):
-        place = model.driven[i]
-        dq[place], dv[place], da[place] = drive[0, i], drive[1, i], drive[2, i]
-
-
-@kernel
-def _set_contacts(equations: Equations, variation: Variation, p: int, j: int, c: Column, contacts: Array) -> None:
-    """Fill the changes of contacts along column j, whose ``direction`` belongs to a solved state, and value p."""
-    for i in range(len(equations.model.ends)):
-        copy(c.direction[j, i], c.contacts.change)
-        c.contacts.change[APPROACHING] = c.remembered[i, j]
-        law_change(equations, variation, p, i, c.contacts)
-        contacts[i, EX], contacts[i, EY] = c.direction[j, i, 0], c.direction[j, i, 1]
-        for result in range(RESULTS):
-            contacts[i, RESULT_PLACES[result]] = c.contacts.found[result]
-
-
-@kernel
-def differentiate_states(
-    equations: Equations, variation: Variation, s: Stepper, tolerance: Array, steps: Steps, limits: Array, c: Column,
-    states: Array, memory: Array, rates: Array, noted: Array, count: int, times: Array, dq: Array, dv: Array, da: Array,
-    contacts: Array,
-) -> None:  # fmt: skip
-    """Fill the derivatives of a run's coordinates and contacts at any times with respect to np values.
+def differentiate_states(run: Run, c: Column, known: int, found: AtSteps, times: Array, out: Changes) -> None:
+    """Fill the derivatives of a run's coordinates and contacts at any times, where they are known.
 
     Parameters
     ----------
-    states, memory, rates, noted : arrays
-        From `differentiate_run`.
-    count : int
+    known : int
         Number of steps at which the columns are known.
+    found : AtSteps
     times : (nt,) array
-    dq, dv, da : (np, nt, n) arrays
-    contacts : (np, nt, nc, WIDTH) array
+    out : Changes
     """
-    nv, m, n = len(variation.unit), c.before.shape[1], len(c.y)
-    y = np.empty(n)
+    steps, y = run.steps, c.y.copy()
     for i in range(len(times)):
         t = times[i]
         k = last_start(steps.times, len(steps.times), t)
-        known, first, drive = k < count, m - nv, c.contacts.drive
-        at_step = known and t == steps.times[k] and rates.size > 0 and rates[k, 0, 0] == rates[k, 0, 0]
-        if at_step and not len(limits) and nv > 0 and (noted.shape[2] == 0 or noted[0, k, 0, 0] == noted[0, k, 0, 0]):
-            for p in range(nv):
-                _set_changes(
-                    equations, variation, p, first + p, t, states[k], rates[k], drive, dq[p, i], dv[p, i], da[p, i]
-                )
-                for contact in range(noted.shape[2]):
-                    copy(noted[p, k, contact], contacts[p, i, contact])
+        if k >= known:
             continue
-        for row in range(n):
-            copy(states[k, row], c.before[row])
-        for row in range(c.remembered.shape[0]):
-            copy(memory[k, row], c.remembered[row])
-        if at_step:
-            for row in range(rates.shape[1]):
-                copy(rates[k, row], c.rates[row])
-        if known:
-            known = advance(equations, variation, s, tolerance, steps, k, t, limits, c)
-        replay(equations, s, tolerance, steps, t, y)
-        if known and t > steps.times[k] and len(equations.model.rows):
-            close_columns(equations, variation, t, y, c)
-            solve_state(equations, t, y)
-        if known and len(limits):
-            set_sides_here(equations, limits)
-            set_bounds(equations, limits)
-        if at_step:
-            note_contacts(equations, c.contacts)
-        elif known:
-            known = _column_rates(equations, variation, t, y, c)
-        if known:
-            motions_along(equations, variation, t, y, c.before, first, c.contacts, c.direction)
-        for p in range(nv):
-            if known:
-                _set_changes(
-                    equations, variation, p, first + p, t, c.before, c.rates, drive, dq[p, i], dv[p, i], da[p, i]
-                )
-                _set_contacts(equations, variation, p, first + p, c, contacts[p, i])
-            else:
-                for q in range(dq.shape[2]):
-                    dq[p, i, q], dv[p, i, q], da[p, i, q] = math.nan, math.nan, math.nan
-                for q in range(contacts.shape[2]):
-                    for r in range(contacts.shape[3]):
-                        contacts[p, i, q, r] = math.nan
+        for row in range(len(y)):
+            copy(found.states[k, row], c.before[row])
+        for row in range(len(c.remembered)):
+            copy(found.memory[k, row], c.remembered[row])
+        c.ended[0] = math.nan
+        good = advance(run, c, k, t)
+        replay(run.equations, run.stepper, run.tolerance, steps, t, y)
+        if good and len(run.equations.model.rows):
+            close_columns(run.equations, run.variation, t, y, c)
+        if good and _linearise_here(run, t, y, c):
+            _set_changes(run, c, i, out)

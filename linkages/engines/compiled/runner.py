@@ -141,11 +141,11 @@ class Runner:
 
     def status(self, t: float, y: Array) -> Status:
         """Check a state (ny,) at a time: OK if its loops are closed and its journals lie within their films."""
-        return STATUS[check(packed(self.aside()), t, y)]
+        return STATUS[check(self.aside(), t, y)]
 
     def aside(self) -> Equations:
-        """Return a copy of the equations with the contacts' memory reset."""
-        return make_job(self._given).equations
+        """Return a packed copy of the equations with the contacts' memory reset."""
+        return packed(make_job(self._given).equations)
 
 
 class _Table:

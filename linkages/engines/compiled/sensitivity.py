@@ -9,21 +9,29 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.arguments import Dense
-from linkages.engines.compiled.job import COARSE, make_given
+from linkages.engines.compiled.job import make_given
 from linkages.engines.compiled.kinks import friction_speeds, kinks
 from linkages.engines.compiled.neighbours import neighbours
 from linkages.engines.compiled.output_derivatives import IdealMotions, OutputTable
 from linkages.engines.compiled.replay import Steps
-from linkages.engines.compiled.run_derivatives import GRAZED, KNOWN, SINGULAR, differentiate_run, differentiate_states
+from linkages.engines.compiled.run_derivatives import (
+    GRAZED,
+    KNOWN,
+    SINGULAR,
+    AtSteps,
+    Changes,
+    differentiate_run,
+    differentiate_states,
+)
 from linkages.engines.compiled.runner import Runner
-from linkages.engines.compiled.step_derivatives import Column, make_column
+from linkages.engines.compiled.step_derivatives import Column, Run, make_column
 from linkages.engines.compiled.variation import vary
 from linkages.integrate.stepper import make_stepper
 from linkages.kernel import Array, Indices
 from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
-from linkages.planar.contact_partials import FINE, FRICTION_SPEED
+from linkages.planar.contact_partials import FRICTION_SPEED
 from linkages.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
 
@@ -31,37 +39,21 @@ _FELT = 0.01  # part of its scale by which an error of a run may change the stat
 
 
 class Sensitivity(NamedTuple):
-    """Derivatives of a run with nt steps: m columns, ny entries of the state, nc contacts. NaN where there is none.
+    """Derivatives of a run at its steps, see `AtSteps`; NaN where there is none.
 
     Attributes
     ----------
-    times : (nt,) array
-        Of the steps [s].
-    states : (nt, ny, m) array
-        Derivatives of the state at fixed time, after the event or the projection at that time.
-    memory : (nt, nc, m) array
-        Derivatives of the approach speeds that contacts remember.
-    rates : (nt, k, m) array
-        Rates of the derivatives of rates and other entries; NaN where the end of the step does not give them.
-    contacts : (np, nt, nc, WIDTH) array
-        Derivatives of the contacts along the values; the first of a step is NaN where its end does not give them.
-    event : (nt,) array of int
-        Contact that begins, counted from 1, or ends, less than 0; 0 without.
-    event_times : (nt, m) array
-        Derivatives of the events' times.
     status : int
         See `linkages.engines.compiled.run_derivatives`.
     known : int
         Number of times with derivatives.
     """
 
-    times: Array
     states: Array
     memory: Array
-    rates: Array
-    contacts: Array
     event: Indices
     event_times: Array
+    changes: Changes
     status: int
     known: int
 
@@ -89,43 +81,47 @@ class Differentiation:
         self.runner, self.steps = runner, steps
         self._nearby = neighbours(system, values)
         given = make_given(system, pack(system, ()), np.zeros((0, 2)))
-        self._variation, self.start = vary(system, self._nearby, given)
+        variation, self.start = vary(system, self._nearby, given)
         ny, n = len(runner.start), len(runner.model.free)
         equations = runner.aside()
         bounds = equations.work.scratch.bounds
         bounds[:, FRICTION_SPEED] = friction_speeds(system)
-        bounds[:, FINE] = system.experiment.solver.accuracy < COARSE
-        self._numbers = packed(equations), self._variation, packed(make_stepper(ny, n)), runner.tolerance
-        self._kinks, self._ideals = kinks(system), IdealMotions()
+        rate = float(system.motion_rate)
+        stepper, limits = packed(make_stepper(ny, n)), kinks(system)
+        self._run = packed(Run(equations, variation, stepper, runner.tolerance, packed(steps), limits, rate))
+        self._ideals = IdealMotions()
 
     def _column(self, m: int) -> Column:
         return make_column(len(self.runner.start), self.runner.model, m, len(self._nearby), self.runner.implicit)
 
-    def at_steps(self, start: Array | None = None, remembered: Array | None = None) -> Sensitivity:
-        """Differentiate at the steps; see `differentiate`."""
-        runner, nt, ny = self.runner, len(self.steps.times), len(self.runner.start)
+    def _changes(self, nt: int) -> Changes:
+        model, count = self.runner.model, len(self._nearby)
+        shape = count, nt, len(model.free) + len(model.driven)
+        coordinates, rates, accelerations = (np.full(shape, np.nan) for _ in range(3))
+        return Changes(coordinates, rates, accelerations, np.full((count, nt, len(model.ends), WIDTH), np.nan))
+
+    def at_steps(
+        self, start: Array | None = None, remembered: Array | None = None, with_changes: bool = False
+    ) -> Sensitivity:
+        """Differentiate at the steps; see `differentiate`. With changes of coordinates and contacts if wanted."""
+        nt, ny, nc = len(self.steps.times), len(self.runner.start), len(self.runner.model.ends)
         first = np.concatenate([np.eye(ny), self.start], axis=1) if start is None else np.asarray(start, np.float64)
-        m, nc = first.shape[1], len(runner.model.ends)
+        m = first.shape[1]
         column = self._column(m)
         column.before[:] = first
         if remembered is not None:
             column.remembered[:] = remembered
-        k = ny - len(runner.model.free)
-        states, memory, rates = (np.empty((nt, size, m)) for size in (ny, nc, k))
-        contacts = np.zeros((len(self._nearby), nt, nc, WIDTH))
-        contacts[:, :, :1, 0] = np.nan
-        event, times, rate = np.zeros(nt, np.int64), np.full((nt, m), np.nan), float(runner.system.motion_rate)
-        status, known = differentiate_run(
-            *self._numbers, packed(self.steps), rate, self._kinks, packed(column), states, memory, rates, contacts,
-            event, times,
+        out = AtSteps(
+            np.full((nt, ny, m), np.nan), np.full((nt, nc, m), np.nan), np.zeros(nt, np.int64),
+            np.full((nt, m), np.nan), self._changes(nt if with_changes else 0),
         )  # fmt: skip
-        states[known:], memory[known:], rates[known:] = np.nan, np.nan, np.nan
-        return Sensitivity(self.steps.times, states, memory, rates, contacts, event, times, status, known)
+        status, known = differentiate_run(self._run, packed(column), packed(out))
+        return Sensitivity(*out, status, known)
 
     @cached_property
     def columns(self) -> Sensitivity:
         """Derivatives at the steps, NaN beyond the horizon: where errors of the run would change the state visibly."""
-        found = self.at_steps()
+        found = self.at_steps(with_changes=True)
         ny, scale = len(self.runner.start), self.runner.scale
         growth = np.abs(found.states[:, :, :ny] * scale / scale[:, None]).max(axis=(1, 2), initial=0.0)
         accuracy = self.runner.system.experiment.solver.accuracy
@@ -133,19 +129,18 @@ class Differentiation:
         if not len(beyond):
             return found
         found.states[beyond[0] :], found.memory[beyond[0] :] = np.nan, np.nan
+        for changes in found.changes:
+            changes[:, beyond[0] :] = np.nan
         return found._replace(known=int(beyond[0]), status=_BEYOND)
 
-    def changes(self, times: Array) -> tuple[Array, Array, Array, Array]:
-        """Differentiate coordinates, rates, accelerations (np, nt, n) and contacts (np, nt, nc, WIDTH)."""
-        model, count, nt, found = self.runner.model, len(self._nearby), len(times), self.columns
-        n, nc = len(model.free) + len(model.driven), len(model.ends)
-        dq, dv, da = (np.empty((count, nt, n)) for _ in range(3))
-        noted = found.contacts if np.array_equal(times, self.steps.times) else np.zeros((count, nt, nc, WIDTH))
-        out = dq, dv, da, noted
-        differentiate_states(
-            *self._numbers, packed(self.steps), self._kinks, packed(self._column(found.states.shape[2])), found.states,
-            found.memory, found.rates, found.contacts, found.known, np.asarray(times, dtype=np.float64), *out,
-        )  # fmt: skip
+    def changes(self, times: Array) -> Changes:
+        """Differentiate coordinates and contacts at any times of the run."""
+        found, places = self.columns, np.searchsorted(self.steps.times, times, "right") - 1
+        if np.array_equal(self.steps.times[places], times):
+            return Changes._make(one[:, places] for one in found.changes)
+        out, column = self._changes(len(times)), packed(self._column(found.states.shape[2]))
+        at_steps = packed(AtSteps(found.states, found.memory, found.event, found.event_times, found.changes))
+        differentiate_states(self._run, column, found.known, at_steps, np.asarray(times, np.float64), packed(out))
         return out
 
     def outputs(

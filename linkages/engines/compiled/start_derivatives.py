@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.model import error_scale, start_state
+from linkages.engines.compiled.model import start_state
 from linkages.engines.compiled.neighbours import PAIRS, Neighbours
 from linkages.kernel import Array, Records
 from linkages.kernel.block import Duplicate
@@ -43,50 +43,37 @@ def _closure(system: System) -> Closure:
 def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
     """Differentiate the state at t = 0 with respect to np values, (ny, np).
 
-    Where the drives determine the position, neighbouring positions are found from the nominal one, by closing its loops
-    with numbers of the bodies that follow the value. Otherwise neighbouring systems are assembled.
+    Where the loops of the tree and the drives alone determine the position, neighbouring positions are found from the
+    nominal one, by closing its loops with numbers that follow the value. Otherwise neighbouring systems are assembled.
     """
-    scale = error_scale(system)
-    followed = _follower(system) if _is_determined(system) else None
-    rates = [None if followed is None else followed(near) for near in nearby]
-    found = [
-        near.derivative(lambda one: start_state(one) / scale, True) * scale if rate is None else rate
-        for near, rate in zip(nearby, rates, strict=True)
-    ]
-    return np.reshape(found, (len(found), len(scale))).T.copy()
-
-
-def _is_determined(system: System) -> bool:
-    """Tell whether the loops of the tree and the drives alone determine the start."""
     tree, experiment = system.tree, system.experiment
-    simple = experiment.start == "centred" and not tree.flexible
-    return simple and not (tree.powered and tree.play) and bool(np.isfinite(system.assembly.quality))
+    determined = experiment.start == "centred" and not tree.flexible and not (tree.powered and tree.play)
+    numbers = Duplicate(_closure(system)) if determined and np.isfinite(system.assembly.quality) else None
+    start = start_state(system)
+    found = np.zeros((len(nearby), len(start)))
+    for row, near in zip(found, nearby, strict=True):
+        if not all(map(keeps_start, near.along)):
+            followed = None if numbers is None else _followed(system, near, numbers)
+            if followed is None:
+                row[:] = near.derivative(start_state)
+            else:
+                row[: len(followed)] = followed
+    return found.T.copy()
 
 
-def _follower(system: System) -> Callable[[Neighbours], Array | None]:
-    """Make the function that differentiates the start with respect to a value; None where the loops do not close."""
-    tree, assembly = system.tree, system.assembly
-    moved, ny = np.concatenate([tree.driven_dofs, tree.powered_dofs]), len(start_state(system))
+def _followed(system: System, near: Neighbours, numbers: Duplicate) -> Array | None:
+    """Differentiate positions and rates at the start with respect to a value; None where the loops do not close."""
+    tree, (bodies, rows, offset, places, speeds) = system.tree, numbers.value
+    moved = np.concatenate([tree.driven_dofs, tree.powered_dofs])
     free, still = without(tree.closing_dofs, moved), np.zeros(tree.size)
-    numbers = Duplicate(_closure(system))
-    bodies, rows, offset, places, speeds = numbers.value
-
-    def differentiate(near: Neighbours) -> Array | None:
-        found = np.zeros(ny)
-        if all(map(keeps_start, near.along)):
-            return found
-        rates = near.rates(_closure)
-        initial, h = numbers.initial[rates.places], _STEP * near.magnitude
-        closed = True
-        for place, weight in zip(*PAIRS, strict=True):
-            numbers.numbers[rates.places] = initial + place * h * rates.rates
-            q, v = assembly.q.copy(), np.zeros(tree.size)
-            q[moved], v[moved] = places, speeds
-            closed = closed and bool(close(bodies, rows, offset, free, tree.extent, q))
-            consistent_rates(bodies, rows, free, q, v, still)
-            state = np.concatenate([q[tree.free_dofs], v[tree.free_dofs]])
-            found[: len(state)] += weight / h * state
-        numbers.numbers[rates.places] = initial
-        return found if closed else None
-
-    return differentiate
+    rates, h = near.rates(_closure), _STEP * near.magnitude
+    initial, closed, found = numbers.initial[rates.places], True, np.zeros(2 * len(tree.free_dofs))
+    for place, weight in zip(*PAIRS, strict=True):
+        numbers.numbers[rates.places] = initial + place * h * rates.rates
+        q, v = system.assembly.q.copy(), np.zeros(tree.size)
+        q[moved], v[moved] = places, speeds
+        closed = closed and bool(close(bodies, rows, offset, free, tree.extent, q))
+        consistent_rates(bodies, rows, free, q, v, still)
+        found += weight / h * np.concatenate([q[tree.free_dofs], v[tree.free_dofs]])
+    numbers.numbers[rates.places] = initial
+    return found if closed else None

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.contact_changes import ContactState, make_contact_state, note_contacts
+from linkages.engines.compiled.contact_changes import Contacts, make_contacts, note_contacts
 from linkages.engines.compiled.equations import derivatives, set_state, solve_state
-from linkages.engines.compiled.forcing import add_forcing, approach_forcing
+from linkages.engines.compiled.forcing import add_forcing
 from linkages.engines.compiled.jacobian import exact_jacobian
 from linkages.engines.compiled.kinks import set_bounds, set_sides, shortened
 from linkages.engines.compiled.methods import attempt
@@ -29,7 +29,6 @@ from linkages.kernel.simd import LaneArray as Lanes
 from linkages.kernel.simd import lane, lane_array, lanes
 from linkages.planar.arrays import Arrays
 from linkages.planar.closure_rows import row_rate, row_value
-from linkages.planar.contact_partials import CHANGES
 from linkages.planar.contacts import PENETRATION
 from linkages.planar.projection import correct
 
@@ -47,6 +46,18 @@ _RADAU_C = RADAU_IIA_5.c
 _PAIR_A, _PAIR_C = DORMAND_PRINCE_5_4.a, DORMAND_PRINCE_5_4.c
 
 
+class Run(NamedTuple):
+    """A finished run, and what its derivatives need beside the columns."""
+
+    equations: Equations
+    variation: Variation
+    stepper: Stepper
+    tolerance: Array  # of each entry of the state, (ny,)
+    steps: Steps
+    kinks: Array  # see `linkages.engines.compiled.kinks.kinks`, (nc, KINKS)
+    rate: float  # of the motion [rad/s]
+
+
 class Column(NamedTuple):
     """Arrays of a differentiated run: ny entries of the state, nc contacts, m columns, the last np along values."""
 
@@ -62,111 +73,101 @@ class Column(NamedTuple):
     y: Array  # state at a stage, (ny,)
     dy: Array
     own: Array  # (k,)
-    direction: Array  # changes of the contacts' motions along the columns, at least one, (m, nc, CHANGES)
     pivots: Indices  # (k,)
     start: Lanes  # of some columns, to work in, (ny,)
     solved: Lanes  # (s k,)
-    contacts: ContactState
+    contacts: Contacts
 
 
 def make_column(ny: int, model: Arrays, m: int, np_: int, implicit: bool) -> Column:
     """Make the arrays for ny entries of the state of a model and m columns, the last np along values."""
-    k, nc = ny - len(model.free), len(model.ends)
-    stages = 3 if implicit else 6
-    return Column(
-        np.zeros((ny, m)), np.zeros((ny, m)), np.zeros((k, m)), np.zeros((nc, m)),
-        np.zeros((stages, k, k)), np.zeros((stages, k, ny)),
-        np.zeros((stages, k, m)), np.zeros((ny, ny)), np.full(1, np.nan), np.zeros(ny), np.zeros(ny), np.zeros(k),
-        np.zeros((max(m, 1), nc, CHANGES)),
-        np.zeros(k, np.int64), lane_array(ny), lane_array(stages * k),
-        make_contact_state(nc, np_, ny, k, len(model.driven)),
+    k, nc, stages = ny - len(model.free), len(model.ends), 3 if implicit else 6
+    shapes = (
+        (ny, m), (ny, m), (k, m), (nc, m), (stages, k, k), (stages, k, ny), (stages, k, m), (ny, ny), (1,), (ny,),
+        (ny,), (k,),
     )  # fmt: skip
+    made = Column._make(
+        [
+            *map(np.zeros, shapes), np.zeros(k, np.int64), lane_array(ny), lane_array(stages * k),
+            make_contacts(nc, np_, k, len(model.driven), m),
+        ]
+    )  # fmt: skip
+    made.ended[0] = math.nan
+    return made
 
 
 @kernel
 def linearise(equations: Equations, variation: Variation, t: float, c: Column, stage: int) -> None:
-    """Fill mass, Jacobian and forcing of a stage, at the state ``y`` at time t."""
-    np_, m, k = len(variation.unit), c.before.shape[1], c.mass.shape[1]
-    n = len(c.y)
+    """Fill mass, Jacobian and forcing of a stage, at the state ``y`` at time t, and the changes of the contacts."""
+    n, k, forcing = len(c.y), c.mass.shape[1], c.forcing[stage]
     derivatives(equations, t, c.y, c.dy)
     note_contacts(equations, c.contacts)
     exact_jacobian(equations, t, c.y, c.mass[stage], c.full)
-    rates, forcing = c.dy[n - k :], c.forcing[stage]
     for i in range(k):
-        for j in range(n):
-            c.jacobian[stage, i, j] = c.full[n - k + i, j]
-        for j in range(m):
-            forcing[i, j] = 0.0
-    for contact in range(c.remembered.shape[0]):
-        if approach_forcing(equations, variation, contact, t, c.y, rates, c.contacts, c.own):
-            for j in range(m):
-                for i in range(k):
-                    forcing[i, j] += c.own[i] * c.remembered[contact, j]
-    add_forcing(equations, variation, t, c.y, rates, c.contacts, m - np_, forcing)
+        copy(c.full[n - k + i], c.jacobian[stage, i])
+    forcing[:] = 0.0
+    add_forcing(equations, variation, t, c.y, c.dy[n - k :], c.contacts, c.remembered, forcing)
 
 
 @kernel
 def _attempted(equations: Equations, variation: Variation, s: Stepper, t: float, h: float, y: Array, c: Column) -> bool:
-    """Differentiate the step that has been attempted from (t, y); fill ``after``."""
-    n = len(y)
+    """Differentiate the step that has been attempted from (t, y), and take the columns through it."""
+    n, known = len(y), False
     if equations.implicit:
         for stage in range(3):
             for i in range(n):
                 c.y[i] = y[i] + lane(s.z[i], stage)
             linearise(equations, variation, t + _RADAU_C[stage] * h, c, stage)
-        return _collocation(h, c.mass, c.jacobian, c.forcing, c.before, c.after, c.rates, c.start, c.solved)
-    for stage in range(len(_PAIR_C)):
-        for i in range(n):
-            total = 0.0
-            for j in range(stage):
-                total += _PAIR_A[stage, j] * s.stages[j, i]
-            c.y[i] = y[i] + h * total
-        linearise(equations, variation, t + _PAIR_C[stage] * h, c, stage)
-    return _explicit(h, c.mass, c.jacobian, c.forcing, c.before, c.after)
+        known = _collocation(h, c.mass, c.jacobian, c.forcing, c.before, c.after, c.rates, c.start, c.solved)
+    else:
+        for stage in range(len(_PAIR_C)):
+            for i in range(n):
+                total = 0.0
+                for j in range(stage):
+                    total += _PAIR_A[stage, j] * s.stages[j, i]
+                c.y[i] = y[i] + h * total
+            linearise(equations, variation, t + _PAIR_C[stage] * h, c, stage)
+        known = _explicit(h, c.mass, c.jacobian, c.forcing, c.before, c.after)
+    for i in range(n):
+        copy(c.after[i], c.before[i])
+    return known
 
 
 @kernel
-def advance(
-    equations: Equations, variation: Variation, s: Stepper, tolerance: Array, steps: Steps, k: int, t: float,
-    limits: Array, c: Column,
-) -> bool:  # fmt: skip
+def advance(run: Run, c: Column, k: int, t: float) -> bool:
     """Take the columns ``before`` from the start of step k to time t within it; False if they cannot be had.
 
     The step is divided at kinks, and graded near the start and the end of a contact. A whole step whose stages were
     recorded is not repeated.
     """
-    start = steps.times[k]
+    equations, variation, s, steps, limits = run.equations, run.variation, run.stepper, run.steps, run.kinks
+    now = steps.times[k]
     remember(equations, steps, k)
-    if not t > start:
+    if not t > now:
         return True
     y = steps.states[k].copy()
-    if _recall(equations, steps, k, t, s) and not len(limits):
-        if not _attempted(equations, variation, s, start, t - start, y, c):
-            return False
-        for i in range(len(y)):
-            copy(c.after[i], c.before[i])
-        c.ended[0] = t
-        return True
-    points = around(steps.times, k)
-    copy(tolerance, s.scale)
+    copy(run.tolerance, s.scale)
     restart(s)
-    if equations.implicit and c.ended[0] == start:
-        _resume(s, c)
-    size = steps.times[k + 1] - start
+    size, points, end = steps.times[k + 1] - now, around(steps.times, k), steps.times[k + 1]
     first, last = _grades(equations, steps, k)
-    least = _TICK * steps.times[k + 1]
-    now, h, attempts = start, t - start, 0
+    recalled = not len(limits) and _recall(equations, steps, k, t, s)
+    if equations.implicit and c.ended[0] == now and not recalled:
+        _resume(s, c)
+    least = _TICK * end
+    h, attempts = t - now, 0
     while now + h > now and attempts < _MOST:
         attempts += 1
-        h = min(h, max(first * size, now - start, least))
-        if last < 1.0:
-            h = min(h, max(last * size, 0.5 * (steps.times[k + 1] - now), least))
-        derivatives(equations, now, y, s.f0)
-        set_last_step(s, now, steps.times[k + 1] - start, steps.times, steps.states, points)
-        error, _ = attempt(equations, s, now, h, y, True)
-        if not error <= 1.0:  # Newton's method did not converge over so long a step
-            h *= 0.5
-            continue
+        if not recalled:
+            h = min(h, max(first * size, now - steps.times[k], least))
+            if last < 1.0:
+                h = min(h, max(last * size, 0.5 * (end - now), least))
+            derivatives(equations, now, y, s.f0)
+            set_last_step(s, now, size, steps.times, steps.states, points)
+            error, _ = attempt(equations, s, now, h, y, True)
+            if not error <= 1.0:  # Newton's method did not converge over so long a step
+                h *= 0.5
+                continue
+        recalled = False
         if len(limits):
             set_sides(equations, s, now, h, y, limits)
             set_bounds(equations, limits)
@@ -175,8 +176,6 @@ def advance(
                 return False
         if not _attempted(equations, variation, s, now, h, y, c):
             return False
-        for i in range(len(y)):
-            copy(c.after[i], c.before[i])
         copy(s.new, y)
         now = now + h if h < t - now else t
         h = t - now
@@ -190,11 +189,12 @@ def advance(
 
 @kernel
 def _recall(equations: Equations, steps: Steps, k: int, t: float, s: Stepper) -> bool:
-    """Take the stages of a whole step from the record of the run; False if it has none."""
+    """Take the stages and the end of a whole step from the record of the run; False if it has none."""
     first = recorded(equations.work.memory)
     if t != steps.times[k + 1] or steps.memory.shape[1] == first:
         return False
     row = steps.memory[k + 1]
+    copy(steps.states[k + 1], s.new)
     for i in range(steps.states.shape[1]):
         at = first + STAGES * i
         s.z[i] = lanes(row[at], row[at + 1], row[at + 2], 0.0)

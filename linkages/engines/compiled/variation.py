@@ -6,54 +6,44 @@ differentiated through the assembly, and a contact's stiffness through its mater
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from linkages.engines.compiled.job import Given, model_of
-from linkages.engines.compiled.kinks import kinks
 from linkages.engines.compiled.model import Equations, make_memory, make_work
-from linkages.engines.compiled.neighbours import Neighbours, Rates, unscaled
+from linkages.engines.compiled.neighbours import Neighbours, unscaled
 from linkages.engines.compiled.start_derivatives import start_derivatives
-from linkages.kernel import Array, Indices, inlined_kernel, kernel
+from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.block import Duplicate
 from linkages.kernel.by_reference import Packed, packed
-from linkages.kernel.simd import WIDTH, LaneArray
-from linkages.kernel.simd import LaneArray as Lanes
 from linkages.laws import PARAMETERS
 from linkages.outputs.registry import pack
 from linkages.planar.arrays import Arrays
-from linkages.planar.record_types import BODY, ENDS, MARKER
+from linkages.planar.record_types import BODY, ENDS
 from linkages.system import System
 
-EXACT = 2
-_INERTIAL = ("mass", "cx", "cy", "inertia")  # the last fields of a body: they move nothing
-assert (BODY.names or ())[-len(_INERTIAL) :] == _INERTIAL
-_WORDS, _LAST = BODY.itemsize // 8, len(_INERTIAL)
-#: Words of `BODY` that have exact derivatives, in the order of `linkages.planar.tangent_workspace.BODY_NUMBERS`.
-_OF_BODY = [1, 2, *range(_WORDS - _LAST, _WORDS)]
-_MARKERS = list(range(1, 1 + 2 * len(MARKER.names or ())))  # of the ends of a contact: its law does not read them
-assert (BODY.names or ())[0] == "mount"
-assert (ENDS.names or ())[1:3] == ("bearing", "journal")
-_OF_ENDS = [2, 3, 5, 6]  # coordinates among them
-_CLEARANCE = (PARAMETERS.names or ()).index("clearance")  # word of a law
-assert (ENDS.names or ())[-3:] == ("nx", "ny", "half")
-_NORMAL, _HALF = slice(-3, -1), -1  # words of the ends
-#: Effects of a number: on the law of a contact; on the mechanics; without exact derivatives of it; on the motions of
-#: contacts at given coordinates; on prescribed motions.
-_LAW, _MECHANICS, _ROUGH, _KINEMATICS, _DRIVES = 1, 2, 4, 8, 16
-#: Effects of the numbers of some fields of a model; others have effects on the mechanics, without exact derivatives.
-_OF_FIELDS = {
-    ("limits", "stiff"): 0,
-    ("laws", "tables"): _LAW,
-    ("gravity", "joints"): _MECHANICS,
-    ("motion", "motion_c"): _MECHANICS | _KINEMATICS | _DRIVES,
-    ("bodies",): _MECHANICS | _ROUGH | _KINEMATICS,
-    ("ends",): _MECHANICS | _ROUGH | _KINEMATICS,
-}
+#: Effect of a value beside that on laws of contacts: none; on inertial forces alone; the residual of the equations is a
+#: polynomial of the second order in its numbers, at fixed accelerations and forces of contacts; any.
+STILL, INERTIAL, QUADRATIC, ANY = range(4)
+
+
+def _words(record: np.dtype[Any]) -> list[str]:
+    """Return the name of each word of a record, of nested ones with a dot."""
+    parts = ((name, record[name]) for name in record.names or ())
+    return [f"{name}.{inner}" if inner else name for name, kind in parts for inner in (kind.names or [""])]
+
+
+#: Numbers of rigid bodies and of contacts in which the residual is of the second order.
+_MOUNT = [_words(BODY).index(name) for name in ("mount.x", "mount.y")]
+_OF_MASS = [_words(BODY).index(name) for name in ("mass", "cx", "cy", "inertia")]
+_OF_ENDS = [_words(ENDS).index(name) for name in ("bearing.x", "bearing.y", "journal.x", "journal.y")]
+_NORMAL, _HALF = [_words(ENDS).index(name) for name in ("nx", "ny")], _words(ENDS).index("half")
+_LENGTHS = [_words(PARAMETERS).index(name) for name in ("clearance", "radius")]
+#: Fields of a model whose numbers change no motion: scales and results, and laws of contacts.
+_STILL = "limits", "stiff", "joints", "laws", "tables"
 
 
 class Variation(NamedTuple):
@@ -74,25 +64,13 @@ class Variation(NamedTuple):
         Their derivatives with respect to the value.
     unit : (np,) array
         Magnitude of the value.
-    laws : (np, nc) array
-        Rate of the parameters of the law of each contact, in parts of their magnitudes; 0 where the value changes none.
+    laws : (np, nc) array of int
+        1 where the value changes the law or the gap of a contact at a given motion.
     gaps : (np, nc) array
-        Rate of the gap of each contact at a given motion [m, stop of a revolute joint: rad, per unit of the value].
-    mechanics : (np,) array of int
-        1 where it changes anything else; `EXACT` where the mechanics has exact derivatives with respect to the changed
-        numbers: of rigid bodies without closure rows, of markers of contacts, of gravity and prescribed motions.
-    kinematics : (np,) array of int
-        1 where it may move the ends of contacts at given coordinates, or prescribed coordinates.
-    drives : (np,) array of int
-        1 where it changes a prescribed motion.
-    kinks, kink_rates : (nc, KINKS), (np, nc, KINKS) arrays
-        See `linkages.engines.compiled.kinks.kinks`, and their derivatives.
-    lanes : (ng, WIDTH) array of int
-        Values that change no mechanics or with exact derivatives, side by side; -1: none. No line unless the linkage is
-        a tree of rigid bodies.
-    bodies, markers, gravity : (ng, nb, BODY_NUMBERS), (ng, nc, 4), (ng, 2) lanes
-        Derivatives of numbers of bodies, of coordinates of the markers of contacts, and of gravity with respect to
-        these values.
+        Rate of the gap of each contact at a given motion, or of its radius, per unit of the value [m; stop of a
+        revolute joint: rad].
+    effect : (np,) array of int
+        `STILL`, `INERTIAL`, `QUADRATIC` or `ANY`.
     """
 
     equations: Equations
@@ -102,29 +80,9 @@ class Variation(NamedTuple):
     numbers: Array
     rates: Array
     unit: Array
-    laws: Array
+    laws: Indices
     gaps: Array
-    mechanics: Indices
-    kinematics: Indices
-    drives: Indices
-    kinks: Array
-    kink_rates: Array
-    lanes: Indices
-    bodies: Lanes
-    markers: Lanes
-    gravity: Lanes
-
-
-@inlined_kernel
-def is_exact(variation: Variation, p: int) -> bool:
-    """Whether value p is in the lanes."""
-    return p >= 0 and len(variation.lanes) > 0 and variation.mechanics[p] != 1
-
-
-@inlined_kernel
-def changes_law(variation: Variation, p: int, k: int) -> bool:
-    """Whether value p changes the law or the gap of contact k."""
-    return bool(variation.laws[p, k] > 0.0 or variation.gaps[p, k] > 0.0)
+    effect: Indices
 
 
 @kernel
@@ -142,30 +100,25 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     InputError
         If a value has no derivative.
     """
-    model, nc = given.model, len(given.model.ends)
-    moved = Duplicate(model)
-    none = pack(system, ())
+    model, count, nc = given.model, len(nearby), len(given.model.ends)
+    moved, none = Duplicate(model), pack(system, ())
     whole = model is system.arrays  # no sections of links are left out
 
     def reduced(one: System) -> Arrays:
         return unscaled(model_of(one, none))
 
     changes = [near.arrays if whole else near.rates(reduced) for near in nearby]
-    fields = _fields(model)
-    effects, contacts = _effects(model, fields)
-    found = np.array([np.bitwise_or.reduce(effects[one.places], initial=0) for one in changes], np.int64)
-    laws, gaps, factors = np.zeros((len(nearby), nc)), np.zeros((len(nearby), nc)), _gap_factors(model, fields)
-    for p, (near, one) in enumerate(zip(nearby, changes, strict=True)):
-        laws[p, contacts[one.places[(effects[one.places] & _LAW) > 0]]] = 1.0 / near.magnitude
-        mine = factors[one.places] > 0.0
-        changed = one.places[mine]
-        np.maximum.at(gaps[p], contacts[changed], factors[changed] * np.abs(one.rates[mine]))
-    mechanics = np.where(found & _MECHANICS, np.where(found & _ROUGH, 1, EXACT), 0)
-    kinematics, drives = ((found & effect > 0).astype(np.int64) for effect in (_KINEMATICS, _DRIVES))
+    effects, contacts, factors = _effects(model)
+    laws, gaps = np.zeros((count, nc), np.int64), np.zeros((count, nc))
+    for p, (places, rates) in enumerate(changes):
+        mine = contacts[places] >= 0
+        of = contacts[places][mine]
+        laws[p, of] = 1
+        np.maximum.at(gaps[p], of, (factors[places] * np.abs(rates))[mine])
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
-    limits = kinks(system)
+    equations = packed(Equations(moved.value, make_work(model, make_memory(model), np.full(nc, -1)), given.implicit))
     variation = Variation(
-        packed(Equations(moved.value, make_work(model, make_memory(model), np.full(nc, -1)), given.implicit)),
+        equations,
         moved.numbers,
         np.cumsum([0, *(len(one.places) for one in changes)]),
         places,
@@ -174,50 +127,36 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         np.array([near.magnitude for near in nearby]),
         laws,
         gaps,
-        mechanics,
-        kinematics,
-        drives,
-        limits,
-        _kink_rates(limits, nearby),
-        *_side_by_side(model, fields, changes, mechanics),
+        np.array([effects[one.places].max(initial=STILL) for one in changes], np.int64),
     )
     return packed(variation), start_derivatives(system, nearby)
 
 
-def _kink_rates(limits: Array, nearby: Sequence[Neighbours]) -> Array:
-    """Return the derivatives (np, nc, KINKS) of the kinks; zero where there is none."""
-    rates = np.zeros((len(nearby), *limits.shape))
-    if np.isfinite(limits).any():
-        for rate, near in zip(rates, nearby, strict=True):
-            rate[:] = near.derivative(lambda one: np.nan_to_num(kinks(one)))
-    return rates
+def _effects(model: Arrays) -> tuple[Indices, Indices, Array]:
+    """Return of each number of a model: its effect; the contact whose law it changes, or -1; the change of its gap.
 
-
-def _side_by_side(
-    model: Arrays, fields: Mapping[str, slice], changes: Sequence[Rates], mechanics: Indices
-) -> tuple[Indices, Lanes, Lanes, Lanes]:
-    """Return the values that are differentiated in lanes, and the derivatives of numbers; see `Variation`."""
-    able = np.flatnonzero(mechanics != 1)[: len(mechanics) if _is_rigid_tree(model) else 0]
-    able = able[np.argsort(mechanics[able], kind="stable")]  # values that change laws alone together
-    groups, nb, nc = -(-len(able) // WIDTH), len(model.bodies.records), len(model.ends)
-    lanes, numbers = np.full(groups * WIDTH, -1), np.zeros((groups * WIDTH, fields["gravity"].stop))
-    lanes[: len(able)] = able
-    for row, p in zip(numbers, able, strict=False):
-        row[changes[p].places] = changes[p].rates
-
-    def kept(name: str, *shape: int, words: list[int]) -> Lanes:
-        start = fields[name].start
-        part = numbers[:, start : start + math.prod(shape)].reshape(groups, WIDTH, *shape)[..., words]
-        return np.ascontiguousarray(np.moveaxis(part, 1, -1)).view(LaneArray)
-
-    bodies, markers = kept("bodies", nb, _WORDS, words=_OF_BODY), kept("ends", nc, ENDS.itemsize // 8, words=_OF_ENDS)
-    return lanes.reshape(groups, WIDTH), bodies, markers, kept("gravity", 2, words=[0, 1])
-
-
-def _fields(model: Arrays) -> dict[str, slice]:
-    """Return the places of the fields of a model in its `contents`."""
+    Changes of gaps are at least right in magnitude: a wall's normal turns about a point within the linkage's length.
+    """
     ends = np.cumsum([0, *map(_count, model)]).tolist()
-    return {name: slice(*part) for name, part in zip(model._fields, pairwise(ends), strict=True)}
+    fields = {name: slice(*part) for name, part in zip(model._fields, pairwise(ends), strict=True)}
+    effects, contacts, gaps = np.full(ends[-1], ANY), np.full(ends[-1], -1), np.zeros(ends[-1])
+    nc, nb = len(model.ends), len(model.bodies.records)
+    for name in _STILL:
+        effects[fields[name]] = STILL
+    for name in ("laws", "tables"):  # a line for each contact
+        contacts[fields[name]] = np.repeat(np.arange(nc), _count(getattr(model, name)) // max(nc, 1))
+    gaps[fields["laws"]].reshape(nc, len(_words(PARAMETERS)))[:, _LENGTHS] = 1.0
+    shape = nc, len(_words(ENDS))
+    of_ends = effects[fields["ends"]].reshape(shape)
+    of_ends[:, _HALF] = STILL
+    contacts[fields["ends"]].reshape(shape)[:, [*_NORMAL, _HALF]] = np.arange(nc)[:, None]
+    gaps[fields["ends"]].reshape(shape)[:, _NORMAL], gaps[fields["ends"]].reshape(shape)[:, _HALF] = model.size, 1.0
+    if not len(model.rows) and not model.bodies.shapes.shape[2]:  # a tree of rigid bodies
+        of_ends[:, _OF_ENDS] = QUADRATIC
+        effects[fields["gravity"]] = INERTIAL
+        bodies = effects[fields["bodies"]][: nb * len(_words(BODY))].reshape(nb, len(_words(BODY)))
+        bodies[:, _MOUNT], bodies[:, _OF_MASS] = QUADRATIC, INERTIAL
+    return effects, contacts, gaps
 
 
 def _count(value: Any) -> int:
@@ -227,39 +166,3 @@ def _count(value: Any) -> int:
     if isinstance(value, Packed):
         return _count(value.unpacked)
     return sum(map(_count, value)) if isinstance(value, tuple) else 1
-
-
-def _effects(model: Arrays, fields: Mapping[str, slice]) -> tuple[Indices, Indices]:
-    """Return the effects of each number of a model, as a sum of the constants, and the contact whose law it changes."""
-    nc, nb = len(model.ends), len(model.bodies.records)
-    effects, contacts = np.full(fields["size"].stop, _MECHANICS | _ROUGH), np.zeros(fields["size"].stop, np.int64)
-    for names, effect in _OF_FIELDS.items():
-        for name in names:
-            effects[fields[name]] = effect
-    for name in ("laws", "tables", "ends"):  # a line for each contact
-        contacts[fields[name]] = np.repeat(np.arange(nc), _count(getattr(model, name)) // max(nc, 1))
-    ends = effects[fields["ends"]].reshape(nc, ENDS.itemsize // 8)
-    ends[:, _OF_ENDS] &= ~_ROUGH
-    ends[:, _HALF] = 0
-    bodies = effects[fields["bodies"]][: nb * _WORDS].reshape(nb, _WORDS)
-    bodies[:, _OF_BODY] &= ~_ROUGH
-    bodies[:, -_LAST:] &= ~_KINEMATICS
-    if not _is_rigid_tree(model):
-        effects[(effects & _MECHANICS) > 0] |= _ROUGH
-    return effects, contacts
-
-
-def _gap_factors(model: Arrays, fields: Mapping[str, slice]) -> Array:
-    """Return the change of a contact's gap with each number of a model, at a given motion; at least in magnitude.
-
-    A wall's normal turns about a point within the linkage's length.
-    """
-    nc, factors = len(model.ends), np.zeros(fields["size"].stop)
-    factors[fields["laws"]].reshape(nc, PARAMETERS.itemsize // 8)[:, _CLEARANCE] = 1.0
-    ends = factors[fields["ends"]].reshape(nc, ENDS.itemsize // 8)
-    ends[:, _NORMAL], ends[:, _HALF] = model.size, 1.0
-    return factors
-
-
-def _is_rigid_tree(model: Arrays) -> bool:
-    return not len(model.rows) and not model.bodies.shapes.shape[2]

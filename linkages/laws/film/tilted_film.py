@@ -25,6 +25,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from linkages.kernel import Array, kernel, lazy_kernel
+from linkages.kernel.dual import room
 from linkages.laws.film.closed_form import THINNEST
 from linkages.laws.parameters import SHEAR
 
@@ -85,7 +86,7 @@ def tilted_film(
         Volume flow out of both ends where the film carries pressure, units of c*R^2.
     """
     lines, modes = LINES, MODES
-    faces, middles = np.empty(lines + 1), np.empty(lines)
+    faces, middles = room(eps, lines + 1), room(eps, lines)
     grade = 1.0 - math.sqrt(1.0 - eps * eps)
     step = 2.0 * math.pi / lines
     for i in range(lines + 1):  # the thin film is at 0
@@ -93,8 +94,8 @@ def tilted_film(
         faces[i] = xi - grade * math.sin(xi)
     for i in range(lines):
         middles[i] = i * step - grade * math.sin(i * step)
-    diagonal, beside = np.zeros((lines, modes, modes)), np.empty((lines, modes, modes))
-    pressure = np.empty((lines, modes))
+    diagonal, beside = room(eps, (lines, modes, modes)), room(eps, (lines, modes, modes))
+    pressure = room(eps, (lines, modes))
     for i in range(lines):
         after = middles[i + 1] if i + 1 < lines else 2.0 * math.pi
         _cubes(eps, a, b, faces[i + 1], _MASS, 1.0 / (after - middles[i]), beside[i])
@@ -107,7 +108,9 @@ def tilted_film(
                 _LOAD[0, k] * (deps * sines - 0.5 * ew * cosines) + _LOAD[1, k] * spin * (b * sines - a * cosines)
             )
     for i in range(lines):
-        diagonal[i] += beside[i] + beside[i - 1]
+        for k in range(modes):
+            for j in range(modes):
+                diagonal[i, k, j] += beside[i, k, j] + beside[i - 1, k, j]
     _solve_cyclic(diagonal, beside, pressure)
     f_n, f_t, m_n, m_t, extent, whole, flow = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for g in range(_POINTS):
@@ -214,9 +217,11 @@ def _solve_cyclic(diagonal: Array, beside: Array, right: Array) -> None:
     order by Cholesky's method, with their coupling to the last one; ``right`` (n, m) becomes the solution.
     """
     n, m = right.shape
-    last = np.zeros((n - 1, m, m))  # of each block to the last one
-    last[0] -= beside[n - 1]
-    last[n - 2] -= beside[n - 2]
+    last = np.zeros((n - 1, m, m), diagonal.dtype)  # of each block to the last one
+    for k in range(m):
+        for j in range(m):
+            last[0, k, j] -= beside[n - 1, k, j]
+            last[n - 2, k, j] -= beside[n - 2, k, j]
     for i in range(n - 1):
         factor, far, x = diagonal[i], last[i], right[i]
         _factor(factor)

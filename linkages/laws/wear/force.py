@@ -8,6 +8,7 @@ import numpy as np
 from numba import types
 
 from linkages.kernel import Array, address, caller, kernel
+from linkages.kernel.dual import room
 from linkages.laws.journal import dry_force, film_action
 from linkages.laws.mixed import asperity_force, dry_weight, mix
 from linkages.laws.parameters import MODELS, RECORD
@@ -74,7 +75,7 @@ def worn_force(
         As `linkages.laws.journal.clearance_force`.
     """
     place = place_of(law, table, ex, ey, bearing_angle, journal_angle)
-    found = overlap(place, place.bearing[:0], place.journal[:0])
+    found = overlap(place, room(ex, 0), room(ex, 0))
     size = math.hypot(found.ix, found.iy)
     depth, gain, nx, ny, lever = found.peak, 1.0, found.peak_x, found.peak_y, found.peak_turn
     if found.energy > 0.0 and size > 0.0:

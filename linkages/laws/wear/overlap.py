@@ -121,7 +121,8 @@ def overlap(place: Place, spread_b: Array, spread_j: Array) -> Overlap:
     ux, uy = math.cos(left), math.sin(left)
     wb, sb = depth_in(bearing, i, 0.0)
     d0, s0, _, _, _ = _on_ray(ex, ey, clearance, radius, journal, journal_angle, ux, uy, left, wb, sb)
-    energy, ix, iy, turn, hxx, hxy, hyy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    none = 0.0 * e  # of the kind of the eccentricity, a float or a dual
+    energy, ix, iy, turn, hxx, hxy, hyy = none, none, none, none, none, none, none
     for _ in range(cells):
         vx, vy = ux * turn_x - uy * turn_y, uy * turn_x + ux * turn_y
         wb, sb = depth_in(bearing, i, 1.0)
