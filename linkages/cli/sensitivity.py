@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from linkages.brief import cell
-from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.folders import output_folder
 from linkages.cli.options import add_file, add_names, add_pictures, add_settings, load_system, print_results
 from linkages.cli.progress import stages
 from linkages.files.writing import write_json
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
     out = output_folder(options, f"{system.experiment.source.stem}_sensitivity", "sensitivity")
     progress = stages(options, system.experiment.duration, "s")
     found = sensitivities(system, options.wrt, options.output, not options.no_error_estimate, options.check, progress)
-    with (outputs := results_folder(out, "sensitivity")) as folder:
+    with out as folder:
         write_json(folder / "sensitivity.json", found.derivatives)
         write_json(folder / "details.json", _details(found))
         if not options.no_plots:
@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.plots.tornado import tornado_figure
 
             write_png(tornado_figure(found), folder / "tornado.png")
-    print_results(options, format_sensitivities(found, system), out, outputs.names)
+    print_results(options, format_sensitivities(found, system), out)
     return 0
 
 
