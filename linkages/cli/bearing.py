@@ -6,7 +6,7 @@ import argparse
 import math
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.folders import add_out, output_folder, results_folder
+from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import add_pictures, number, print_results
 from linkages.cli.progress import progress_bar
 from linkages.errors import InputError, nearest
@@ -121,7 +121,7 @@ def run(options: argparse.Namespace) -> int:
         heat = Heat(options.grade, options.inlet, options.conductance or 0.0, options.surroundings)
         warm = warm_bearing(heat, **values, **chosen)
         point, content = warm.bearing, warm.content
-    with (results := results_folder(out, "bearing")) as folder:
+    with out as folder:
         write_json(folder / "bearing.json", content)
         if not options.no_plots and point.film is not None:
             from linkages.plots.bearings import chart_figure, pressure_figure
@@ -129,7 +129,7 @@ def run(options: argparse.Namespace) -> int:
 
             write_png(pressure_figure(point), folder / "bearing_pressure.png")
             write_png(chart_figure(point, chart(point.case, progress_bar("chart"))), folder / "bearing_chart.png")
-    print_results(options, format_bearing(point, content), out, results.names)
+    print_results(options, format_bearing(point, content), out)
     return 0
 
 

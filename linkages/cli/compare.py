@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.folders import output_folder
 from linkages.cli.options import add_file, add_number, add_settings, load_system, print_results
 from linkages.cli.progress import stages
 from linkages.files.writing import write_json
@@ -43,10 +43,10 @@ def run(options: argparse.Namespace) -> int:
         name: {"max_difference": row.max_difference, "relative": row.relative}
         for name, row in result.differences.items()
     } | {name: {"max_difference": None, "relative": None} for name in sorted(result.meaningless)}
-    with (outputs := results_folder(out, "compare")) as folder:
+    with out as folder:
         write_json(folder / "compare.json", rows)
         write_json(folder / "warnings.json", result.warnings)
-    print_results(options, format_comparison(result, system), out, outputs.names)
+    print_results(options, format_comparison(result, system), out)
     return report_failures({f"the {engine} run": found for engine, found in result.runs.items()})
 
 

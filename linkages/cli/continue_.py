@@ -8,7 +8,7 @@ import math
 import sys
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.folders import output_folder
 from linkages.cli.options import (
     add_file,
     add_number,
@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
         points = sweep(system, path, values, names, *turns, progress=bars("sweep"), origin="--vary")
         whole = points.status is Status.OK
     units = {name: unit(system, name) for name in names}
-    with (outputs := results_folder(out, "continue")) as folder:
+    with out as folder:
         write_json(folder / "branches.json", content(found, units), None)
         if not options.no_plots:
             from linkages.plots.branches import branches_figure
@@ -99,7 +99,7 @@ def run(options: argparse.Namespace) -> int:
             shown, factor = engineering(value_unit(path), max(abs(low), abs(high)))
             figure = branches_figure(found, units, axis_label(path, shown), factor, points)
             write_png(figure, folder / "branches.png")
-    print_results(options, format_branches(found, units), out, outputs.names)
+    print_results(options, format_branches(found, units), out)
     if not whole:
         print("interrupted; the results up to then are written", file=sys.stderr)
     return 0 if whole else 130

@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class CheckResult:
-    """A check, what it found and, if it fails, the remedy."""
+    """A check, its result and, if it fails, the remedy."""
 
     name: str
     text: str

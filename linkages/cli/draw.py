@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from linkages.cli.folders import add_out, output_folder, results_folder
+from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import add_set, set_values, written
 
 HELP = "draw a mechanism: a labelled, movable picture, mobility, ranges of motion of the drives"
@@ -43,11 +43,11 @@ def run(options: argparse.Namespace) -> int:
         system = load(file, values, COMMAND_LINE)
     drawing, out = draw(system), output_folder(options, f"{file.stem}_drawing", "draw")
     print("\n".join([drawing.title, *(f"  {text}" for text in (*drawing.facts, *drawing.doubts))]))
-    with (results := results_folder(out, "draw")) as folder:
+    with out as folder:
         write_png(picture(drawing), folder / "drawing.png")
         (folder / "drawing.svg").write_text(svg(drawing), encoding="utf-8")
         (folder / "drawing.html").write_text(page(drawing), encoding="utf-8")
-    print(f"\n{written(out, results.names)}")
+    print(f"\n{written(out.path, out.names)}")
     if drawing.problem:
         print(f"failed: {drawing.problem}", file=sys.stderr)
         return 1

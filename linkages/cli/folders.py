@@ -38,17 +38,23 @@ def add_out(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="replace another command's files in the folder")
 
 
-def output_folder(options: argparse.Namespace, name: str, command: str) -> Path:
-    """Return the folder of the results, ``results/NAME`` unless ``--out`` is given.
+def output_folder(options: argparse.Namespace, name: str, command: str) -> OutputFolder:
+    """Return the folder of the results, ``results/NAME`` unless ``--out`` is given; it is written atomically.
 
-    InputError if it is a file, cannot be made or written, or (without ``--force``) has results of another command.
+    Files of another run, or with ``--force`` of other commands, are removed then. InputError if it is a file, cannot be
+    made or written, or (without ``--force``) has results of another command.
     """
     out = possible_folder(options.out or Path("results") / name)
-    others = _others(out, command)
+    others = [
+        owner
+        for owner, (key, *_) in _WRITTEN.items()  # drawings are compatible with all runs
+        if owner != command and (out / key).exists() and not any(Path(key).match(own) for own in _WRITTEN[command])
+    ]
     if others and not options.force:
         problem = f"holds results of `linkages {others[0]}`; give another folder, or --force to replace them"
         raise InputError("--out", str(out), problem)
-    return out
+    stale = {name for owner in (command, *others) for name in _WRITTEN[owner]}
+    return OutputFolder(out, sorted(stale - set(_KEPT.get(command, ()))))
 
 
 def possible_folder(out: Path) -> Path:
@@ -59,18 +65,3 @@ def possible_folder(out: Path) -> Path:
     if not os.access(place, os.W_OK | os.X_OK):
         raise InputError("--out", str(out), "cannot be written; give another folder")
     return out
-
-
-def results_folder(out: Path, command: str) -> OutputFolder:
-    """Return a folder that is written atomically; files of another run or of other commands are removed."""
-    stale = {name for owner in (command, *_others(out, command)) for name in _WRITTEN[owner]}
-    return OutputFolder(out, sorted(stale - set(_KEPT.get(command, ()))))
-
-
-def _others(out: Path, command: str) -> list[str]:
-    """Find the other commands with results in a folder; drawings are compatible with all runs."""
-    return [
-        owner
-        for owner, (key, *_) in _WRITTEN.items()
-        if owner != command and (out / key).exists() and not any(Path(key).match(own) for own in _WRITTEN[command])
-    ]

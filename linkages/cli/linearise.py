@@ -6,7 +6,7 @@ import argparse
 import math
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.folders import output_folder
 from linkages.cli.options import add_file, add_names, add_pictures, add_settings, load_system, print_results, seconds
 from linkages.errors import InputError
 from linkages.files.writing import write_json
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
     response = found.frequency_response(2.0 * np.pi * frequencies)
     title = system.experiment.title or system.experiment.source.stem
     result = content(title, found)
-    with (outputs := results_folder(out, "linearise")) as folder:
+    with out as folder:
         write_json(folder / "linear.json", result)
         found.save(folder / "linear.npz")
         if not options.no_plots and response.size:
@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.plots.style import write_png
 
             write_png(bode_figure(found, frequencies, response), folder / "bode.png")
-    print_results(options, format_model(result), out, outputs.names)
+    print_results(options, format_model(result), out)
     return 0
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.brief import cell
-from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.folders import output_folder
 from linkages.cli.options import print_results, set_values
 from linkages.cli.progress import progress_bar
 from linkages.files.writing import write_json
@@ -32,7 +32,7 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
     if options.cycle is not None:
         over = modes_over(system, _times(system, options.cycle), count, progress_bar("modes over the cycle"))
     result = content(system, found, over, count)
-    with (outputs := results_folder(out, "modes")) as folder:
+    with out as folder:
         write_json(folder / "modes.json", result)
         if not options.no_plots:
             from linkages.plots.mode_figures import frequencies_figure, shapes_figure
@@ -41,7 +41,7 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
             write_png(shapes_figure(found, count), folder / "mode_shapes.png")
             if over is not None:
                 write_png(frequencies_figure(over), folder / "mode_frequencies.png")
-    print_results(options, format_modes(result), out, outputs.names)
+    print_results(options, format_modes(result), out)
     return 0
 
 

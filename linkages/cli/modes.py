@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.folders import add_out, output_folder, results_folder
+from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import add_pictures, add_set, print_results
 from linkages.cli.progress import progress_bar
 from linkages.errors import InputError, Status
@@ -116,7 +116,7 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
 
         poses = results.branch.motion(np.linspace(0.0, results.branch.times[-1], 25))
         summary["verify"] = asdict(verify(robot, poses))
-    with (outputs := results_folder(out, "modes")) as folder:
+    with out as folder:
         write_json(folder / "modes.json", summary)
         if not options.no_plots:
             from linkages.plots.three_rrr.figures import write_figures
@@ -126,7 +126,7 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
             from linkages.plots.three_rrr.robot_lines import write_animation
 
             write_animation(results, folder / "animation.html")
-    print_results(options, format_table(summary), out, outputs.names)
+    print_results(options, format_table(summary), out)
     failed = summary.get("verify", {}).get("failed", ())
     for line in failed:
         print(f"the comparison with Drake fails: {line}", file=sys.stderr)

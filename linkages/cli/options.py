@@ -14,6 +14,7 @@ from linkages.errors import InputError
 from linkages.files.unit_conversion import is_quantity, read, read_either, si
 
 if TYPE_CHECKING:
+    from linkages.files.writing import OutputFolder
     from linkages.model.experiment import Experiment
     from linkages.system import System
 
@@ -125,10 +126,10 @@ def written(out: Path, names: Iterable[str]) -> str:
     return f"written to {out}{os.sep}: {', '.join(names)}"
 
 
-def print_results(options: argparse.Namespace, table: str, out: Path, names: Iterable[str]) -> None:
+def print_results(options: argparse.Namespace, table: str, out: OutputFolder) -> None:
     """Print the table of a command and the names of its files, unless it is quiet."""
     if not getattr(options, "quiet", False):
-        print(f"{table}\n\n{written(out, names)}")
+        print(f"{table}\n\n{written(out.path, out.names)}")
 
 
 # -- numbers -----------------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from linkages.brief import cell
-from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.folders import output_folder
 from linkages.cli.options import add_file, add_names, add_pictures, add_settings, load_system, print_results
 from linkages.cli.progress import stages
 from linkages.files.writing import write_json
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     progress = stages(options, system.experiment.duration, "s")
     found = sensitivities(system, options.wrt, options.output, not options.no_error_estimate, options.check, progress)
     found.warnings.extend(notes)
-    with (outputs := results_folder(out, "sensitivity")) as folder:
+    with out as folder:
         write_json(folder / "sensitivity.json", found.derivatives)
         write_json(folder / "details.json", _details(found))
         if not options.no_plots:
@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.plots.tornado import tornado_figure
 
             write_png(tornado_figure(found), folder / "tornado.png")
-    print_results(options, format_sensitivities(found, system), out, outputs.names)
+    print_results(options, format_sensitivities(found, system), out)
     return 0
 
 

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.folders import output_folder
 from linkages.cli.options import add_file, add_pictures, add_settings, load_system, written
 from linkages.cli.progress import begin_stage, stages
 from linkages.engines import DEFAULT, ENGINES, engine
@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
     summary = unjudged(result)
     say(format_table(summary))
     runs = {"the run": result.run, "the ideal linkage": result.ideal}
-    with (results := results_folder(out, "simulate")) as folder:
+    with out as folder:
         if not options.no_error_estimate:
             result = estimate_error(result, progress)
             if result.tighter is not None:
@@ -100,7 +100,7 @@ def run(options: argparse.Namespace) -> int:
         if not options.no_animation:
             begin_stage("animation")
             _animate(result, folder / "animation.html", options.exaggerate)
-    say(f"\n{written(out, results.names)}")
+    say(f"\n{written(out.path, out.names)}")
     run = runs.pop("the run")
     report_failures(runs)  # first, because the run usually fails if the ideal linkage does not close
     return report_failures({"the run": run})

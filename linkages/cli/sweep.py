@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.brief import counted
-from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.folders import output_folder
 from linkages.cli.options import (
     add_drive,
     add_file,
@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
     settings = {"threads": options.threads, "progress": bar, "origin": "--vary"}
     result = sweep(system, path, values, names, *turns, horizons=True, **settings)
     units = {name: unit(system, name) for name in names}
-    with (outputs := results_folder(out, "sweep")) as folder:
+    with out as folder:
         _write_table(result, folder / "sweep.csv")
         write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
@@ -81,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
 
             shown, factor = engineering(value_unit(path), max(map(abs, values)))
             write_png(bifurcation_figure(result, units, axis_label(path, shown), scale=factor), folder / "sweep.png")
-    print_results(options, format_sweep(result, units), out, outputs.names)
+    print_results(options, format_sweep(result, units), out)
     failed = [point for point in result.points if point.status not in (Status.OK, Status.INTERRUPTED)]
     for point in failed:
         print(f"{path} = {point.value:g}: {point.status.value}; {point.status.remedy}", file=sys.stderr)

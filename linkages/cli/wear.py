@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import Any
 
-from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.folders import output_folder
 from linkages.cli.options import add_drive, add_file, add_pictures, add_settings, load_system, print_results
 from linkages.cli.progress import stages
 from linkages.errors import InputError, Status
@@ -65,12 +65,12 @@ def run(options: argparse.Namespace) -> int:
         options.tolerance,
         options.scatter,
         options.drive,
-        out / BLOCKS,
+        out.path / BLOCKS,
         options.every_cycle,
         progress=stages(options, float(cycles), "cycles")("wear"),
     )
     found = content(life)
-    with (results := results_folder(out, "wear")) as folder:
+    with out as folder:
         write_json(folder / "wear.json", found, None)
         if not options.no_plots:
             from linkages.plots.wear_figures import write_figures
@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.plots.wear_figures import write_animation
 
             write_animation(found, folder / "wear.html")
-    print_results(options, format_life(found), out, results.names)
+    print_results(options, format_life(found), out)
     if life.status is Status.OK:
         return 0
     where = f"the calculation ended after {int(life.cycles[-1]):,} of {cycles:,} cycles"

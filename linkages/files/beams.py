@@ -82,8 +82,8 @@ def of_beam(link: AnyLink, beam: LinkBeam) -> AnyLink:
 def check_inertial(path: Path, written: RawLink, link: RawLink) -> None:
     """Reject an <inertial> that describes another body than the beam, as other readers would use it.
 
-    `written` has the values of <inertial>, `link` those of the beam (`of_beam`). Of the moments about both axes normal
-    to the beam, the closer one counts.
+    `written` has the values of <inertial>, `link` the values of the beam (`of_beam`). The closer one of the moments
+    about both axes normal to the beam counts.
     """
     assert link.beam is not None
     length, inertia = link.beam.length, link.beam.inertia

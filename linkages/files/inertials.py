@@ -20,7 +20,7 @@ _WATER = 1000.0  # density that SDFormat takes if none is given [kg/m3]
 
 
 def complete_inertials(path: Path, model: ET.Element) -> list[str]:
-    """Add to a model without nested models what SDFormat defines for links without all of <inertial>.
+    """Add the values that SDFormat defines for links without all of <inertial>, in a model without nested models.
 
     Returns the links with default values: 1 kg, and 1 kg m2 about each axis.
     """

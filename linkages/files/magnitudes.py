@@ -14,7 +14,7 @@ ALIGNED = 1e-3
 def decimal(text: object) -> float:
     """Read a number as all programs read it; `float` also accepts ``2_0`` and digits of other scripts.
 
-    ValueError if the text is not a number, or not a text, as what follows the last column of a table is for `csv`.
+    ValueError if it is not a number, or not a text, such as the list of cells beyond the last column for `csv`.
 
     Examples
     --------

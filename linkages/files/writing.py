@@ -104,24 +104,24 @@ def _finite(content: Any) -> Any:
 
 
 class OutputFolder:
-    """Collects files in a hidden folder and moves them into `out` together at the end; errors as `errors_of_writing`.
+    """Collects files in a hidden folder and moves them into `path` together at the end; errors as `errors_of_writing`.
 
     Files that match patterns of `stale`, from an earlier run, are removed unless the current run writes them. At the
     end `names` has the written files in alphabetical order.
     """
 
-    def __init__(self, out: Path, stale: Sequence[str] = ()) -> None:
-        self.out, self.stale = out, stale
+    def __init__(self, path: Path, stale: Sequence[str] = ()) -> None:
+        self.path, self.stale = path, stale
         self.names: list[str] = []
 
     def __enter__(self) -> Path:
         try:
-            self.out.mkdir(parents=True, exist_ok=True)
-            for left in disk.abandoned(self.out, ".partial-*"):
+            self.path.mkdir(parents=True, exist_ok=True)
+            for left in disk.abandoned(self.path, ".partial-*"):
                 shutil.rmtree(left, ignore_errors=True)
-            self.partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=self.out))
+            self.partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=self.path))
         except OSError as problem:
-            raise _refusal(self.out, problem) from None
+            raise _refusal(self.path, problem) from None
         return self.partial
 
     def __exit__(self, kind: type[BaseException] | None, problem: BaseException | None, _: object) -> None:
@@ -134,14 +134,14 @@ class OutputFolder:
         finally:
             shutil.rmtree(self.partial, ignore_errors=True)
         if isinstance(problem, OSError):
-            raise _refusal(self.out, problem) from None
+            raise _refusal(self.path, problem) from None
 
     def _move(self) -> None:
         self.names = sorted(file.name for file in self.partial.iterdir())
-        for old in {path for pattern in self.stale for path in self.out.glob(pattern)}:
+        for old in {path for pattern in self.stale for path in self.path.glob(pattern)}:
             if old.is_dir():
                 shutil.rmtree(old)
             elif old.name not in self.names:
                 old.unlink()
         for name in self.names:
-            (self.partial / name).replace(self.out / name)
+            (self.partial / name).replace(self.path / name)

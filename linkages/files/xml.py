@@ -17,9 +17,8 @@ from linkages.files.reading import read_whole
 DEEPEST = 100
 _OURS = "urn:linkages:sdf"
 _ENCODINGS = ("utf-8", "utf-16", "us-ascii", "iso-8859-1")  # supported by every XML reader, or their common subset
-_COMMENT = re.compile(
-    rb"<!\[CDATA\[.*?(?:\]\]>|\Z)|<!--.*?(?:-->|\Z)", re.DOTALL
-)  # matches to the end, to avoid backtracking
+#: It matches to the end, to avoid backtracking.
+_COMMENT = re.compile(rb"<!\[CDATA\[.*?(?:\]\]>|\Z)|<!--.*?(?:-->|\Z)", re.DOTALL)
 
 
 def read_xml(path: Path) -> ET.Element:

@@ -119,7 +119,7 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     if len(set(names)) < len(names):
         raise InputError("command line", names[0], "two studies have this name; rename a file")
     pairs = [(study, seed) for study in studies for seed in _seeds(options, study)]
-    root = output_folder(options, names[0] if len(studies) == 1 else "optimise", "optimise")
+    root = output_folder(options, names[0] if len(studies) == 1 else "optimise", "optimise").path
     one = len(pairs) == 1
     starts = {s.source.stem: start_of(s, options.start) if options.start else None for s in studies}
     jobs = [

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from linkages import InputError
-from linkages.cli.folders import add_out, output_folder, results_folder
+from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import add_pictures, print_results
 from linkages.files.writing import write_json
 
@@ -77,7 +77,7 @@ def _sensitivity(options: argparse.Namespace) -> int:
     if not 0 <= seed < 2**32:
         raise InputError("--seed", str(seed), "must be between 0 and 2^32 - 1")
     out = output_folder(options, f"{study.source.stem}_sensitivity", "study sensitivity")
-    with (outputs := results_folder(out, "study sensitivity")) as folder:
+    with out as folder:
         report = sensitivity(study, options.samples, seed, Evaluator(study, threads=options.threads))
         write_json(folder / "sensitivity.json", report)
         if not options.no_plots:
@@ -85,5 +85,5 @@ def _sensitivity(options: argparse.Namespace) -> int:
 
             write_indices(study, report, folder / "sobol.png")
             write_one_at_a_time(study, report, folder / "one_at_a_time.png")
-    print_results(options, format_sensitivity(study, report), out, outputs.names)
+    print_results(options, format_sensitivity(study, report), out)
     return 0
