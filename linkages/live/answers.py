@@ -21,7 +21,8 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
-from functools import partial
+from dataclasses import asdict
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,8 @@ from linkages.files.writing import errors_of_writing, whole
 from linkages.live.controls import Control
 from linkages.live.session import OutdatedError, Session, TimeLimitError, checked
 from linkages.model.experiment import Experiment
+from linkages.plots.curves import script
+from linkages.plots.pages import own_text
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _EXPORT = 600.0  # longest time of an export [s]
@@ -95,7 +98,7 @@ class Answers:
             "name": f"{experiment.source.stem}_play",
             "folder": str(self.folder.resolve()),
             "versions": versions(),
-            "controls": [control.as_json() for control in self.controls.values()],
+            "controls": [asdict(control) for control in self.controls.values()],
         }
 
     def _run(self, outdated: Callable[[], bool], session: Session, request: dict[str, Any]) -> dict[str, Any]:
@@ -132,6 +135,13 @@ class Answers:
 
     def _values(self, request: dict[str, Any]) -> dict[str, float | str]:
         return checked(request.get("values", {}), self.controls)
+
+
+@cache
+def front_end(name: str) -> str:
+    """Return the page, its style, or its script, one ES module that exports `mount` and, for anywidget, a default."""
+    text = own_text("linkages.live", name)
+    return f"{script()}\n{text}" if name == "live.js" else text
 
 
 def page_of(request: Any) -> str:

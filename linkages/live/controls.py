@@ -8,7 +8,7 @@ viscosity, and the coefficients of contact and friction.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from linkages.errors import InputError, nearest
@@ -43,10 +43,6 @@ class Control:
     choices: tuple[str, ...] = ()  # values of a choice; empty for a number
     whole: bool = False  # whether the value is a whole number
     first: bool = False  # whether the page shows it at the start
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the control for the page."""
-        return asdict(self)
 
 
 def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = None) -> dict[str, Control]:
