@@ -125,25 +125,9 @@ def expect_valid(status: Status, t: float) -> None:
 
 
 def period_of(system: System, drive: str | None = None) -> float:
-    """Return the time of a revolution, or the period of an oscillating drive [s].
+    """Return the time of a revolution, or the period of an oscillating drive [s]; InputError if it is not periodic.
 
-    Parameters
-    ----------
-    system : System
-    drive : str, optional
-        The driven joint; default: the first with constant speed, otherwise the first periodic one.
-
-    Raises
-    ------
-    InputError
-        If this drive (default: every drive) is not periodic.
-
-    Examples
-    --------
-    >>> import linkages
-    >>> from linkages.explore.flow import period_of
-    >>> round(period_of(linkages.load(linkages.find_file("slider_crank_dry.toml"))), 6)
-    0.012
+    By default the first drive with constant speed, otherwise the first periodic one.
     """
     experiment = system.experiment
     moving = {name: d for name, d in experiment.drives.items() if d.prescribed and (d.speed or d.varies)}

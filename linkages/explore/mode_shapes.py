@@ -35,15 +35,6 @@ class ModeShapes:
         Flexible links are sampled along their beams; rigid ones are the bars between their joints and frames.
     scale : (m,) array
         Factor on the shapes of unit modal mass; its square is the modal mass of the scaled shape.
-
-    Examples
-    --------
-    >>> import linkages
-    >>> from linkages.explore.mode_shapes import ModeShapes
-    >>> modes = linkages.modes(linkages.load(linkages.find_file("slider_crank_flexible.toml")))
-    >>> x, y, turn = ModeShapes(modes).points()["rod_mid"][:, 0]
-    >>> round(float(abs(y)), 3)
-    1.0
     """
 
     def __init__(self, modes: Modes) -> None:

@@ -153,15 +153,6 @@ def edited(experiment: Experiment, values: Mapping[str, Any], target: Path) -> s
     """Return the text of an experiment's file with other values; comments say that they are from the live page.
 
     Strings are read as TOML values. The mechanism's path is relative if it is in the folder of the target or below.
-
-    Examples
-    --------
-    >>> import linkages
-    >>> from linkages.live.answers import edited
-    >>> experiment = linkages.load_experiment(linkages.find_file("seven_bar.toml"))
-    >>> text = edited(experiment, {"joints.A.clearance": 2e-4}, experiment.source.with_name("thin.toml"))
-    >>> [line for line in text.splitlines() if "live page" in line]
-    ['clearance    = 0.0002 # live page; before: 0.3e-3']
     """
     document = tomlkit.parse(experiment.source.read_text(encoding="utf-8"))
     for path, given in values.items():

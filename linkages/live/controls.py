@@ -50,14 +50,6 @@ def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = No
 
     Controls with a range in `vary` [SI units] are shown first, instead of the usual ones; InputError if a path there is
     not the path of a number.
-
-    Examples
-    --------
-    >>> import linkages
-    >>> from linkages.live.controls import controls
-    >>> found = controls(linkages.load(linkages.find_file("seven_bar.toml")))
-    >>> found["joints.A.clearance"].low, found["joints.A.clearance"].logarithmic
-    (3e-05, True)
     """
     vary = vary or {}
     usual = set() if vary else set(_usual(system))

@@ -69,14 +69,6 @@ def draw(asked: System) -> Drawing:
 
     Drives, loads, clearance joints and outputs are drawn too. If the loops do not close, it is drawn in the file's pose
     (`Drawing.problem` has the reason).
-
-    Examples
-    --------
-    >>> import linkages
-    >>> from linkages.plots.drawing.drawing import draw
-    >>> drawing = draw(linkages.load(linkages.find_file("slider_crank_dry.toml")))
-    >>> drawing.facts[2]
-    'drive O turns fully'
     """
     mechanism, experiment = asked.mechanism, asked.experiment
     starts = {name: drive.start for name, drive in experiment.drives.items()}  # [rad or m]
