@@ -110,7 +110,7 @@ def run(options: argparse.Namespace) -> int:
     with (outputs := results_folder(out, "continue")) as folder:
         (folder / "branches.json").write_text(json_text(result), encoding="utf-8")
         if not options.no_plots:
-            from linkages.plots.branches import branches_figure
+            from linkages.plots.attractors import branches_figure
             from linkages.plots.style import axis_label, engineering, write_png
 
             shown, factor = engineering(value_unit(path), max(abs(low), abs(high)))
