@@ -193,12 +193,8 @@ class ModeLine(NamedTuple):
 class ModeShapes:
     """Displacements in the m modes of a linkage, scaled so that no point of a line moves farther than 1.
 
-    Attributes
-    ----------
-    lines : list of ModeLine
-        Flexible links are sampled along their beams; rigid ones are the bars between their joints and frames.
-    scale : (m,) array
-        Factor on the shapes of unit modal mass; its square is the modal mass of the scaled shape.
+    Lines of flexible links are sampled along their beams; rigid links are the bars between their joints and frames.
+    `scale` (m,) is the factor on the shapes of unit modal mass; its square is the modal mass of the scaled shape.
     """
 
     def __init__(self, modes: Modes) -> None:
