@@ -93,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
     with out as folder:
         write_json(folder / "branches.json", content(found, units), None)
         if not options.no_plots:
-            from linkages.plots.branches import branches_figure
+            from linkages.plots.attractors import branches_figure
             from linkages.plots.style import axis_label, engineering, write_png
 
             shown, factor = engineering(value_unit(path), max(abs(low), abs(high)))

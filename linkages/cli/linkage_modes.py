@@ -56,7 +56,7 @@ def _times(system: System, count: int) -> list[float]:
 
 def content(system: System, found: Modes, over: ModesOver | None, count: int) -> dict[str, Any]:
     """Return the content of ``modes.json``: SI units, frequencies in Hz; docs/modes.md explains it."""
-    from linkages.explore.mode_shapes import ModeShapes
+    from linkages.explore.modes import ModeShapes
     from linkages.files.versions import versions
     from linkages.system.linear_systems import LEFT_OUT
 

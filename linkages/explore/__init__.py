@@ -10,11 +10,10 @@ It may import all lower folders.
 | sections          | Poincaré sections: once per revolution, or where an output crosses a level; the horizon |
 | sweep             | sections over the values of one variable: bifurcation diagrams                          |
 | lyapunov          | largest Lyapunov exponent: two trajectories, renormalised                               |
-| modes             | natural frequencies and mode shapes of a linkage at rest                                |
+| modes             | natural frequencies and mode shapes of a linkage at rest; shapes at points and lines |
 | linearisation     | linear state-space models, frequency responses                                          |
 | operating_point   | a state or an equilibrium, and the equations there                                      |
 | local_coordinates | minimal coordinates near a state of closed loops                                        |
-| mode_shapes       | mode shapes at points and lines                                                         |
 | sensitivity       | derivatives of peaks, means and works with respect to values                            |
 | bearing           | a journal bearing under a static load: equilibrium, coefficients, stability             |
 | bearing_heat      | temperature of its oil by a lumped heat balance                                         |

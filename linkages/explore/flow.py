@@ -34,9 +34,10 @@ class Flow:
     def __init__(self, system: System) -> None:
         self.system = system
         self.runner = Runner(system)
+        self.memory = self.runner.memory  # of the contacts, (nc, 2 or more); see `linkages.planar.contacts.APPROACH`
         self.y, self.scale = self.runner.start, self.runner.scale
         self.t, self.status = 0.0, Status.OK
-        self._step = 0.0
+        self.step = 0.0  # size of the next attempted step [s]
         self._last: Record | None = None
 
     def advance(self, until: float) -> Steps:
@@ -70,8 +71,8 @@ class Flow:
 
     def _take(self, most: int, until: float | None = None) -> Record:
         """Take some steps, up to a time or the end of the run."""
-        record = self.runner.run(self.t, self.y, self._step, most, until)
-        self.t, self.y, self._step = float(record.times[-1]), record.states[-1].copy(), record.next_step
+        record = self.runner.run(self.t, self.y, self.step, most, until)
+        self.t, self.y, self.step = float(record.times[-1]), record.states[-1].copy(), record.next_step
         if record.status not in (DONE, PAUSED):
             self.status = STATUS[record.status]
         return record
@@ -83,16 +84,6 @@ class Flow:
         """
         self.resume(other.t, y, other.memory, other.step)
 
-    @property
-    def memory(self) -> Array:
-        """Return the contacts' memory, (nc, 2 or more); see `linkages.planar.contacts.APPROACH`."""
-        return self.runner.memory
-
-    @property
-    def step(self) -> float:
-        """Return the size of the next attempted step [s]."""
-        return self._step
-
     def resume(self, t: float, y: Array, memory: Array, step: float) -> None:
         """Set state, contacts' memory and next step of the run; contacts keep their status.
 
@@ -100,7 +91,7 @@ class Flow:
         """
         runner = self.runner
         expect_valid(runner.status(t, y), t)
-        self.t, self.y, self._step, self.status = t, y, step, Status.OK
+        self.t, self.y, self.step, self.status = t, y, step, Status.OK
         runner.memory[:] = memory
         contacts = runner.evaluate(self.here(), np.array([self.t]))[3]
         depth = contacts[0, :, CLEARANCE_OUTPUTS.index("penetration")]
@@ -139,25 +130,9 @@ def expect_valid(status: Status, t: float) -> None:
 
 
 def period_of(system: System, drive: str | None = None) -> float:
-    """Return the time of a revolution, or the period of an oscillating drive [s].
+    """Return the time of a revolution, or the period of an oscillating drive [s]; InputError if it is not periodic.
 
-    Parameters
-    ----------
-    system : System
-    drive : str, optional
-        The driven joint; default: the first with constant speed, otherwise the first periodic one.
-
-    Raises
-    ------
-    InputError
-        If this drive (default: every drive) is not periodic.
-
-    Examples
-    --------
-    >>> import linkages
-    >>> from linkages.explore.flow import period_of
-    >>> round(period_of(linkages.load(linkages.find_file("slider_crank_dry.toml"))), 6)
-    0.012
+    By default the first drive with constant speed, otherwise the first periodic one.
     """
     experiment = system.experiment
     moving = {name: d for name, d in experiment.drives.items() if d.prescribed and (d.speed or d.varies)}

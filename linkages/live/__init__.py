@@ -5,8 +5,7 @@
 | controls  | which values of an experiment and its machine can be changed, and within which ranges       |
 | session   | one machine that is changed again and again: the steady motion for the values of a request  |
 | view      | a run as the numbers that the page draws: poses, curves, orbits, a table of peaks           |
-| answers   | requests of the front end -> replies, the same for page and notebook; saved files           |
-| front_end | page, style and script                                                                     |
+| answers   | requests of the front end -> replies, files and front end for page and notebook             |
 | server    | the page on 127.0.0.1: token, checks of each request, one computation at a time             |
 | widget    | the same front end in a notebook (anywidget)                                                |
 

@@ -21,7 +21,8 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
-from functools import partial
+from dataclasses import asdict
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,8 @@ from linkages.files.writing import errors_of_writing, whole
 from linkages.live.controls import Control
 from linkages.live.session import OutdatedError, Session, TimeLimitError, checked
 from linkages.model.experiment import Experiment
+from linkages.plots.curves import script
+from linkages.plots.pages import own_text
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _EXPORT = 600.0  # longest time of an export [s]
@@ -95,7 +98,7 @@ class Answers:
             "name": f"{experiment.source.stem}_play",
             "folder": str(self.folder.resolve()),
             "versions": versions(),
-            "controls": [control.as_json() for control in self.controls.values()],
+            "controls": [asdict(control) for control in self.controls.values()],
         }
 
     def _run(self, outdated: Callable[[], bool], session: Session, request: dict[str, Any]) -> dict[str, Any]:
@@ -134,6 +137,13 @@ class Answers:
         return checked(request.get("values", {}), self.controls)
 
 
+@cache
+def front_end(name: str) -> str:
+    """Return the page, its style, or its script, one ES module that exports `mount` and, for anywidget, a default."""
+    text = own_text("linkages.live", name)
+    return f"{script()}\n{text}" if name == "live.js" else text
+
+
 def page_of(request: Any) -> str:
     """Return the name of a request's page; empty without one."""
     return str(request.get("page", ""))[:40] if isinstance(request, dict) else ""
@@ -143,15 +153,6 @@ def edited(experiment: Experiment, values: Mapping[str, Any], target: Path) -> s
     """Return the text of an experiment's file with other values; comments say that they are from the live page.
 
     Strings are read as TOML values. The mechanism's path is relative if it is in the folder of the target or below.
-
-    Examples
-    --------
-    >>> import linkages
-    >>> from linkages.live.answers import edited
-    >>> experiment = linkages.load_experiment(linkages.find_file("seven_bar.toml"))
-    >>> text = edited(experiment, {"joints.A.clearance": 2e-4}, experiment.source.with_name("thin.toml"))
-    >>> [line for line in text.splitlines() if "live page" in line]
-    ['clearance    = 0.0002 # live page; before: 0.3e-3']
     """
     document = tomlkit.parse(experiment.source.read_text(encoding="utf-8"))
     for path, given in values.items():

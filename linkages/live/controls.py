@@ -8,7 +8,7 @@ viscosity, and the coefficients of contact and friction.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from linkages.errors import InputError, nearest
@@ -44,24 +44,12 @@ class Control:
     whole: bool = False  # whether the value is a whole number
     first: bool = False  # whether the page shows it at the start
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the control for the page."""
-        return asdict(self)
-
 
 def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = None) -> dict[str, Control]:
     """Find every value that can be changed, by path.
 
     Controls with a range in `vary` [SI units] are shown first, instead of the usual ones; InputError if a path there is
     not the path of a number.
-
-    Examples
-    --------
-    >>> import linkages
-    >>> from linkages.live.controls import controls
-    >>> found = controls(linkages.load(linkages.find_file("seven_bar.toml")))
-    >>> found["joints.A.clearance"].low, found["joints.A.clearance"].logarithmic
-    (3e-05, True)
     """
     vary = vary or {}
     usual = set() if vary else set(_usual(system))

@@ -14,15 +14,13 @@ import secrets
 import sys
 import threading
 from collections import Counter
-from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from urllib.parse import SplitResult, urlsplit
 
 from linkages.files.writing import json_text
-from linkages.live.answers import Answers, page_of
-from linkages.live.front_end import page, script, style
+from linkages.live.answers import Answers, front_end, page_of
 
 HOST = "127.0.0.1"
 _OWN_NAMES = ("127.0.0.1", "localhost")
@@ -98,19 +96,15 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Send the page, its style or its script."""
-        parts: dict[str, tuple[Callable[[], str], str]] = {
-            "": (page, "text/html"),
-            "live.css": (style, "text/css"),
-            "live.js": (script, "text/javascript"),
-        }
+        kinds = {"page.html": "text/html", "live.css": "text/css", "live.js": "text/javascript"}
         name = self._checked()
         if name is None:
             return
-        if name not in parts:
+        file = name or "page.html"
+        if name == "page.html" or file not in kinds:
             self._refuse(HTTPStatus.NOT_FOUND)
             return
-        content, kind = parts[name]
-        self._send(HTTPStatus.OK, content().encode(), f"{kind}; charset=utf-8")
+        self._send(HTTPStatus.OK, front_end(file).encode(), f"{kinds[file]}; charset=utf-8")
 
     def do_POST(self) -> None:
         """Answer a request of the page."""

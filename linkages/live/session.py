@@ -92,15 +92,9 @@ class Session:
     def compute(self, values: Mapping[str, Any], outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
         """Run the mechanism with changed values by dotted path, and return the pictures of the page.
 
-        See `linkages.live.view.view`; further `ran` (the values of the run), `settled`, `picture` (key of
-        the drawing), `poses` of its bodies if it is drawn already, and `took` [s].
-
-        Raises
-        ------
-        InputError, AssemblyError, RunError
-            As `linkages.simulate`.
-        OutdatedError, TimeLimitError
-            If the run was given up.
+        See `linkages.live.view.view`; further `ran` (the values of the run), `settled`, `picture` (key of the drawing),
+        `poses` of its bodies if it is drawn already, and `took` [s]. Errors as of `linkages.simulate`; OutdatedError or
+        TimeLimitError if the run was given up.
         """
         begun = clock.perf_counter()
 

@@ -7,6 +7,7 @@ lie on each other at the same phase of its drives.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -68,7 +69,7 @@ def view(
     """
     system, run = assessment.system, assessment.run
     shown = run.within(*part)
-    moved = _from_zero(shown)
+    moved = replace(shown, time=shown.time - shown.time[0], evaluate=None)
     drawn = columns(system.experiment.outputs, system.tree.play, system.experiment.drives)
     return {
         "status": run.status.value,
@@ -185,8 +186,3 @@ def poses_of(drawing: Drawing, system: System, frames: Mapping[str, Array]) -> l
         poses[:, body, 1] = frames[f"{name}.y"] + sin * dx + cos * dy
         poses[:, body, 2] = drawing.reference[body, 2] + turn
     return short(poses)
-
-
-def _from_zero(run: Trajectory) -> Trajectory:
-    """Return a part of a run whose time begins at zero."""
-    return Trajectory(run.time - run.time[0], run.columns, run.status, run.provenance, None, run.units)

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from linkages.errors import InputError
-from linkages.live.answers import Answers
+from linkages.live.answers import Answers, front_end
 from linkages.live.controls import controls
-from linkages.live.front_end import script, style
 from linkages.live.session import Session
 from linkages.system import System
 
@@ -53,8 +52,8 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     class Page(anywidget.AnyWidget):
         """The front end, and the answers to its requests."""
 
-        _esm = script()
-        _css = style()
+        _esm = front_end("live.js")
+        _css = front_end("live.css")
 
     def reply(widget: Any, message: Any, _: Any) -> None:
         if isinstance(message, dict) and {"n", "kind", "request"} <= set(message):

@@ -10,8 +10,7 @@
 | shown              | none: base class of figures for notebooks                                            |
 | mode_figures       | natural frequencies and mode shapes of a linkage at rest; Bode plots                 |
 | tornado            | changes of peaks with 1 % of each value                                              |
-| attractors         | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                 |
-| branches           | branches of periodic motions: stable, unstable, bifurcations, points of a sweep      |
+| attractors         | Poincaré sections, bifurcation diagrams, branches, Lyapunov exponents, spectra       |
 | bearings           | a journal bearing: the chart over the Sommerfeld number, pressure on the surface     |
 | drawing            | a mechanism before a run: a labelled, movable picture                                |
 | animation          | a run as a Meshcat recording, its clearance joints magnified                         |

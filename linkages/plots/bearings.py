@@ -15,6 +15,7 @@ from linkages.plots.style import COLORS, axis_label, engineering, figure_style
 
 if TYPE_CHECKING:
     from linkages.explore.bearing import Bearing
+    from linkages.laws.film.surface.grooves import Groove
 
 
 def chart_figure(point: Bearing, chart: Mapping[str, Array]) -> Figure:
@@ -84,10 +85,7 @@ def pressure_figure(point: Bearing) -> Figure:
         return figure
 
 
-def _outline(groove: object, turn: float, length: float) -> Rectangle | Ellipse:
-    from linkages.laws.film.surface.grooves import Groove
-
-    assert isinstance(groove, Groove)
+def _outline(groove: Groove, turn: float, length: float) -> Rectangle | Ellipse:
     middle = np.degrees(groove.angle + turn), groove.position * length
     size = np.degrees(groove.extent), groove.length * length
     if groove.hole:

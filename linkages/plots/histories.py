@@ -106,6 +106,7 @@ def _compare(
     """
     errors = errors or assessment.noise
     run, ideal = assessment.run, assessment.ideal
+    perfectly = "ideal joints, rigid links" if assessment.system.tree.flexible else "ideal joints"
     times, both = run.time[run.time <= ideal.time[-1]], [name for name in labels if name in ideal.columns]
     exact = ideal.evaluate(times) if ideal.evaluate else {n: np.interp(times, ideal.time, ideal[n]) for n in both}
     heights = [height for name in labels for height in ((3, 1) if name in both else (3,))]
@@ -119,7 +120,7 @@ def _compare(
         unbounded = np.abs(perfect).max() > _UNBOUNDED * largest > 0.0
         drawn, factor = _shown(assessment, name, values if unbounded else np.concatenate([values, perfect]))
         if name in both:
-            top.plot(ideal.time, factor * perfect, color=_IDEAL, lw=2.2, alpha=0.8, label=_ideal_label(assessment))
+            top.plot(ideal.time, factor * perfect, color=_IDEAL, lw=2.2, alpha=0.8, label=perfectly)
         top.plot(run.time, factor * values, color=_RUN, lw=0.9, label=_run_label(assessment))
         top.set_ylabel(axis_label(label, drawn))
         if unbounded:  # at a dead point of the ideal linkage
@@ -149,10 +150,6 @@ def _shown(assessment: Assessment, name: str, values: np.ndarray) -> tuple[str, 
     """Choose the drawn unit of a column, and the factor from the SI unit."""
     si, largest = unit(assessment.system, name), float(np.abs(values).max())
     return ("deg", 180.0 / np.pi) if si == "rad" and largest >= _SMALL else engineering(si, largest)
-
-
-def _ideal_label(assessment: Assessment) -> str:
-    return "ideal joints, rigid links" if assessment.system.tree.flexible else "ideal joints"
 
 
 def _run_label(assessment: Assessment) -> str:

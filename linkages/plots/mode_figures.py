@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array
 from linkages.explore.linearisation import StateSpace
-from linkages.explore.mode_shapes import ModeShapes
-from linkages.explore.modes import Modes, ModesOver
+from linkages.explore.modes import Modes, ModeShapes, ModesOver
 from linkages.plots.shown import new_figure
 from linkages.plots.style import COLORS, LINES, engineering, figure_style, typeset
 

@@ -117,7 +117,7 @@ def parameters(results: Results) -> PageTable:
         si = _si_unit(results, path)
         source = _source(results.source_of(path), si)
         meaning = _meaning(path, meanings).replace(f" [{bracketed(_meaning(path, meanings))}]", "")
-        rows.append((path, _plain(value), _shown_unit(si), meaning, source))
+        rows.append((path, _plain(value), words.NONE if si in ("", "1") else typeset(si), meaning, source))
     head = ("parameter", "value", "unit", "meaning", "source, from the file")
     return PageTable("Parameters of the experiment", head, rows, frozenset({0, 2, 3, 4}))
 
@@ -208,11 +208,6 @@ def _si_unit(results: Results, path: str) -> str:
     table, _, name = path.partition(".")
     slides = table == "drives" and results.summary["drives"].get(name.partition(".")[0], {}).get("unit") == "N"
     return value_unit(path).replace("rad", "m") if slides else value_unit(path)
-
-
-def _shown_unit(si: str) -> str:
-    """Write the unit of a parameter; a number without one has "–"."""
-    return words.NONE if si in ("", "1") else typeset(si)
 
 
 def _source(comment: str, si: str) -> str:

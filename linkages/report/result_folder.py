@@ -23,6 +23,7 @@ FIGURES = {
     "joint_forces": "Magnitudes of the joint forces, ideal joints and clearance; below: their difference.",
     "drive_torques": "Torques (forces) of the drives, ideal joints and clearance; below: their difference.",
 }
+_HINT = "give the --out folder of `linkages simulate`"
 
 
 @dataclass(frozen=True)
@@ -74,19 +75,14 @@ def load_results(folder: str | Path) -> Results:
     """Read the ``--out`` folder of ``linkages simulate``; InputError for other folders."""
     folder = Path(folder)
     if not folder.is_dir():
-        raise InputError(str(folder), "", "is not a folder; give the --out folder of `linkages simulate`")
-    summary = _summary(folder)
+        raise InputError(str(folder), "", f"is not a folder; {_HINT}")
+    if not (folder / "summary.json").exists():
+        raise InputError(str(folder), "summary.json", f"is missing; {_HINT}")
+    summary = read_json(folder / "summary.json", Summary, _HINT)
     figures, impacts = _figures(folder, list(summary["outputs"])), _impacts(folder)
     drawing = folder / "drawing.svg"
     animation = read_page(folder / "animation.html")
     return Results(folder, summary, figures, animation, drawing if drawing.is_file() else None, impacts)
-
-
-def _summary(folder: Path) -> dict[str, Any]:
-    hint = "give the --out folder of `linkages simulate`"
-    if not (folder / "summary.json").exists():
-        raise InputError(str(folder), "summary.json", f"is missing; {hint}")
-    return read_json(folder / "summary.json", Summary, hint)
 
 
 def read_json(path: Path, shape: type[Table], hint: str) -> dict[str, Any]:

@@ -20,13 +20,8 @@ CONTENT = "wear.json"
 
 def write_wear_report(folder: Path, path: Path) -> None:
     """Write the report of an ``--out`` folder of ``linkages wear`` atomically; InputError for other folders."""
-    text = _render(read_json(folder / CONTENT, WearContent, "give the --out folder of `linkages wear`"), folder)
-    with whole(path) as partial:
-        partial.write_text(text, encoding="utf-8")
-
-
-def _render(found: dict[str, Any], folder: Path) -> str:
-    return report_page(
+    found = read_json(folder / CONTENT, WearContent, "give the --out folder of `linkages wear`")
+    text = report_page(
         "wear.html",
         title=found["title"] or found["experiment"],
         answer=_answer(found),
@@ -37,6 +32,8 @@ def _render(found: dict[str, Any], folder: Path) -> str:
             for figure in sorted(folder.glob("wear_*.png"))
         ],
     )
+    with whole(path) as partial:
+        partial.write_text(text, encoding="utf-8")
 
 
 def _answer(found: dict[str, Any]) -> list[str]:

@@ -15,13 +15,6 @@ def interpolated(times: Array, samples: Array, at: Array) -> Array:
     The times (nt,) increase, at least two; the result (m, n) is at times within them. Source: Akima, A new method of
     interpolation and smooth curve fitting based on local procedures, J. ACM 17 (1970) 589-602, with modified weights
     ("makima").
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> times = np.linspace(0.0, 1.0, 11)
-    >>> float(interpolated(times, times[:, None] ** 2, np.array([0.25]))[0, 0].round(3))
-    0.062
     """
     h = np.diff(times)[:, None]
     secants = np.zeros((len(times) + 3, samples.shape[1]))

@@ -151,16 +151,6 @@ def startup_end(system: System, contacts: Sequence[Impact], run: Trajectory, ide
     joint. If it then exceeds the load by more than a quarter, the start-up ends where it stays within a tenth of the
     load for longer than the flight. The start-up of the run ends when all these joints have started up and every drive
     has reached its speed; it may last longer than the run.
-
-    Examples
-    --------
-    >>> import linkages
-    >>> from linkages.results.assessment import startup_end
-    >>> system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
-    >>> run, ideal = linkages.simulate(system, "compiled"), linkages.ideal(system)
-    >>> contacts = linkages.impacts(run, ["B"])
-    >>> contacts[0].start < 0.05 * startup_end(system, contacts, run, ideal)
-    True
     """
     end, times = float(run.time[-1]), []
     for joint in system.experiment.play:

@@ -144,13 +144,6 @@ def repeats(history: Callable[[Array], Array], end: float) -> float | None:
     """Find the period of a motion [s], at most half of its duration; None if it does not repeat.
 
     `history` gives coordinate, rate and acceleration (nt, 3) at times (nt,), from 0 to `end` [s].
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from linkages.results.steady_state import repeats
-    >>> round(repeats(lambda t: np.column_stack([np.sin(4 * t), 4 * np.cos(4 * t), -16 * np.sin(4 * t)]), 5.0), 9)
-    1.570796327
     """
     times = np.linspace(0.0, end, _LOOKS)
     values = history(times)[:, :2]

@@ -82,13 +82,7 @@ class AssemblyBranch:
 
     @validated
     def motion(self, times: Vector) -> RobotMotion:
-        """Rigid motion at any times within the branch.
-
-        Raises
-        ------
-        BranchError
-            Before the start or beyond the end of the branch.
-        """
+        """Rigid motion at any times within the branch; BranchError beyond."""
         end = float(self.times[-1])
         outside = times[(times < 0.0) | (times > end * (1 + 1e-12))]
         if outside.size:

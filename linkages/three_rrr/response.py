@@ -109,22 +109,11 @@ def march(
 ) -> Iterator[Response]:
     """Response by the generalised-alpha method, see `linkages.flexible.response.generalised_alpha`, part by part.
 
-    Parameters
-    ----------
-    times : (N,) array
-        Equally spaced [s]; the parts follow each other, together at all of them.
-    start : str
-        "rest": no displacement and no rate; "quasi-static": on the quasi-static solution.
-    radius : float
-        Spectral radius at infinite frequency: 1 keeps all energy, 0 damps the highest modes at once.
-    velocity_dependent : bool
-        Whether the terms of `linkages.three_rrr.velocity_terms` act.
-
-    Raises
-    ------
-    InputError
-        If the radius lies outside [0, 1], or the crank roots are free and the start or the velocity-dependent terms
-        need the quasi-static solution.
+    The times (N,) are equally spaced [s]; the parts follow each other, together at all of them. The start is "rest" (no
+    displacement and no rate) or "quasi-static". The radius is the spectral radius at infinite frequency: 1 keeps all
+    energy, 0 damps the highest modes at once. The terms of `linkages.three_rrr.velocity_terms` can act. InputError if
+    the radius lies outside [0, 1], or the crank roots are free and the start or these terms need the quasi-static
+    solution.
     """
     if velocity_dependent:
         _require_held(model)

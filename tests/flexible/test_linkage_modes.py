@@ -12,8 +12,7 @@ from linkages import InputError
 from linkages.cli.main import main
 from linkages.engines.compiled.linear import linearised
 from linkages.engines.compiled.runner import Runner
-from linkages.explore.mode_shapes import ModeShapes
-from linkages.explore.modes import modes_over
+from linkages.explore.modes import ModeShapes, modes_over
 from linkages.system.linear_systems import static_systems
 
 LENGTH = 0.4

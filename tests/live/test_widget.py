@@ -4,7 +4,7 @@ import anywidget
 import pytest
 
 import linkages
-from linkages.live.front_end import script
+from linkages.live.answers import front_end
 
 
 @pytest.fixture
@@ -34,6 +34,6 @@ def test_messages_of_another_form_are_left_alone(widget):
 
 
 def test_the_module_has_the_front_end_of_the_page():
-    assert "export function mount" in script()
-    assert "export default" in script()
-    assert "function drawCurves" in script()
+    assert "export function mount" in front_end("live.js")
+    assert "export default" in front_end("live.js")
+    assert "function drawCurves" in front_end("live.js")

@@ -11,7 +11,7 @@ from linkages.arguments import Names, validated
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, Status
 from linkages.explore.periodic.continuation import Settings, Solution, forced, rescaled, solve
-from linkages.explore.periodic.motion import PeriodicMotion, made, monodromy
+from linkages.explore.periodic.motion import PeriodicMotion, made
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
 from linkages.explore.periodic.return_map import ReturnMap, least_clearance
 from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE, check_settings
@@ -237,7 +237,7 @@ class _BranchSearch:
         """Trace the branch that begins at a period doubling; None if its start is not found."""
         try:
             given = self._map(event.point, 2 * periods)
-            first = doubled(forced(given), event, monodromy(event.point), settings)
+            first = doubled(forced(given), event, event.point.detail.monodromy, settings)
         except KeyboardInterrupt:
             self.interrupted, first = True, None
         return None if first is None else (given, self._trace(given, first, settings, done, share))

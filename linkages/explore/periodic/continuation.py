@@ -133,7 +133,7 @@ def follow(
 
 def step(equations: ResidualFunction, point: Solution, size: float, settings: Settings) -> tuple[Solution, int] | None:
     """Take a step of a size along the branch; return the point and the number of iterations, or None."""
-    guess = _packed(point, settings) + size * point.tangent
+    guess = packed(point, settings) + size * point.tangent
     found = _newton(equations, guess, point.tangent, settings)
     if found is None or np.linalg.norm(found[0] - guess) > _FAR * size:
         return None
@@ -154,7 +154,7 @@ def locate(
     scaled arclength. A test function may be discontinuous: then the end with the sign of the second point is returned.
     It ends early where a correction does not converge, as at an impact that grazes.
     """
-    low, high = 0.0, float((_packed(ahead, settings) - _packed(point, settings)) @ point.tangent)
+    low, high = 0.0, float((packed(ahead, settings) - packed(point, settings)) @ point.tangent)
     f_low, f_high, best, side = test(point), test(ahead), ahead, 0
     for k in range(_BISECTIONS):
         if high - low <= tolerance:
@@ -181,7 +181,8 @@ def locate(
     return best
 
 
-def _packed(point: Solution, settings: Settings) -> Array:
+def packed(point: Solution, settings: Settings) -> Array:
+    """Return the scaled unknowns and parameter (n + 1,) of a point."""
     return np.append(point.u / settings.scale, point.p / settings.scale_p)
 
 
@@ -245,7 +246,7 @@ def _end(
     """Find the point at the limit of p between a point and the next one, which is beyond."""
     limit = low if ahead.p < low else high
     share = (limit - point.p) / (ahead.p - point.p)
-    guess = (1.0 - share) * _packed(point, settings) + share * _packed(ahead, settings)
+    guess = (1.0 - share) * packed(point, settings) + share * packed(ahead, settings)
     guess[-1] = limit / settings.scale_p
     found = _newton(equations, guess, np.append(np.zeros(len(point.u)), 1.0), settings)
     if found is None:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
 from linkages.arguments import validated
-from linkages.arrays import Array
 from linkages.brief import Brief, counted
-from linkages.explore.periodic.continuation import Return, Settings, Solution, forced, solve
+from linkages.explore.periodic.continuation import Settings, Solution, forced, solve
 from linkages.explore.periodic.multipliers import Multipliers
 from linkages.explore.periodic.return_map import Passage, ReturnMap, least_clearance
 from linkages.explore.periodic.settings import ACCURACY, TOLERANCE, check_settings
@@ -125,11 +123,6 @@ def periodic_motion(
 
 def made(found: ReturnMap, point: Solution, value: float | None) -> PeriodicMotion:
     """Make the periodic motion of a point."""
-    passage = cast(Return, point.detail).detail
+    passage = point.detail.detail
     state = dict(zip(found.names, map(float, point.u), strict=True))
     return PeriodicMotion(found.periods, value, state, point.residual, passage)
-
-
-def monodromy(point: Solution) -> Array:
-    """Return the monodromy matrix of a point."""
-    return cast(Return, point.detail).monodromy

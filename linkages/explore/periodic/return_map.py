@@ -65,14 +65,8 @@ class ReturnMap:
 
     `start` (nx,) is the state at the section after the transient, or the given state with the memory of the contacts;
     `names` are its entries, ``approach.CONTACT`` of approach speeds; `error` (nx,) is their scale in the engine's error
-    control. A passage takes `periods` common periods of the drives, each a `period` [s] at the first value.
-
-    Raises
-    ------
-    InputError
-        If the drives have no common period, or nothing is free.
-    RunError
-        If the transient fails.
+    control. A passage takes `periods` common periods of the drives, each a `period` [s] at the first value. InputError
+    if the drives have no common period, or nothing is free; RunError if the transient fails.
     """
 
     def __init__(

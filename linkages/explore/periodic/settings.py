@@ -21,13 +21,7 @@ def fault(key: str, number: float) -> str | None:
 
 
 def check_settings(**numbers: float) -> None:
-    """Check settings.
-
-    Raises
-    ------
-    InputError
-        If one is out of its range.
-    """
+    """Check settings; InputError if one is out of its range."""
     for key, number in numbers.items():
         if problem := fault(key, number):
             raise InputError("argument", key, f"is {number:g}; it {problem}")

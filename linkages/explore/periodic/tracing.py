@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.arrays import Array
-from linkages.explore.periodic.continuation import ResidualFunction, Settings, Solution, follow, locate, step
+from linkages.explore.periodic.continuation import ResidualFunction, Settings, Solution, follow, locate, packed, step
 from linkages.explore.periodic.multipliers import FOLD, GRAZING, Multipliers, crossing, kind
 
 LIMIT, CLOSED, MOST, LOST, INTERRUPTED = "limit", "closed", "most", "lost", "interrupted"
@@ -128,8 +128,8 @@ def _between(
     turns_back = point.tangent[-1] * ahead.tangent[-1] < 0.0
     grazes = before.contacts != after.contacts
     if grazes:
-        changed = _sign(lambda p: look(p).contacts == after.contacts)
-        at = locate(equations, point, ahead, changed, settings, _GRAZED)
+        changed = after.contacts
+        at = locate(equations, point, ahead, lambda p: 1.0 if look(p).contacts == changed else -1.0, settings, _GRAZED)
         yield Bifurcation(GRAZING, at, complex("nan"))
     if turns_back:
         at = locate(equations, point, ahead, lambda p: float(p.tangent[-1]), settings, _LOCATED)
@@ -149,18 +149,8 @@ def _between(
         yield Bifurcation(what, at, multiplier)
 
 
-def _sign(holds: Callable[[Solution], bool]) -> Callable[[Solution], float]:
-    """Turn a condition into a test function: 1 where it holds, else -1."""
-    return lambda point: 1.0 if holds(point) else -1.0
-
-
 def _passed(start: Solution, before: Solution, point: Solution, settings: Settings) -> bool:
     """Check whether a branch returned to its start between two points: in the same direction, and near it."""
-    behind, ahead = (_apart(each, start, settings) for each in (before, point))
+    behind, ahead = (packed(each, settings) - packed(start, settings) for each in (before, point))
     passes = behind @ start.tangent < 0.0 <= ahead @ start.tangent and point.tangent @ start.tangent > 0.0
     return bool(passes and np.linalg.norm(ahead) <= np.linalg.norm(ahead - behind))
-
-
-def _apart(point: Solution, other: Solution, settings: Settings) -> Array:
-    """Return the way from another point to a point, in scaled unknowns."""
-    return np.append((point.u - other.u) / settings.scale, (point.p - other.p) / settings.scale_p)

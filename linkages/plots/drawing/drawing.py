@@ -69,17 +69,9 @@ def draw(asked: System) -> Drawing:
 
     Drives, loads, clearance joints and outputs are drawn too. If the loops do not close, it is drawn in the file's pose
     (`Drawing.problem` has the reason).
-
-    Examples
-    --------
-    >>> import linkages
-    >>> from linkages.plots.drawing.drawing import draw
-    >>> drawing = draw(linkages.load(linkages.find_file("slider_crank_dry.toml")))
-    >>> drawing.facts[2]
-    'drive O turns fully'
     """
     mechanism, experiment = asked.mechanism, asked.experiment
-    starts = _starts(experiment)
+    starts = {name: drive.start for name, drive in experiment.drives.items()}  # [rad or m]
     try:
         system = movable(mechanism, starts, experiment.gears)
         ways = [travel(system, name) for name in system.experiment.drives]
@@ -104,11 +96,6 @@ def draw(asked: System) -> Drawing:
         tuple(facts(mechanism, system, ways, starts, tree.extent)), tuple(doubts(mechanism, tree.extent, experiment)),
         joint_table(mechanism, experiment), link_table(mechanism, tree.extent), problem,
     )  # fmt: skip
-
-
-def _starts(experiment: Experiment) -> dict[str, float]:
-    """Return the start positions of the drives [rad or m]."""
-    return {name: drive.start for name, drive in experiment.drives.items()}
 
 
 def _pose(tree: Tree, q: Array) -> Array:
@@ -144,7 +131,7 @@ def _shapes(
         for name in points:
             frame = mechanism.place[name]
             marker = np.array([parts.on(frame.link, frame.origin)])
-            path = np.concatenate([placed(marker, pose) for pose in _thinned(ways[0].pose, _PATH)])
+            path = np.concatenate([placed(marker, pose) for pose in ways[0].pose[:: 1 + len(ways[0].pose) // _PATH]])
             yield shape("path", [(0, 0.0, 0.0, *at) for at in path])
     for link in mechanism.links:
         yield from parts.link(link)
@@ -205,7 +192,3 @@ def _slider(system: System, way: Travel, sense: float) -> Slider:
     factor = 180.0 / np.pi if turns else 1e3
     first = int(np.argmin(np.abs(values - start)))
     return Slider(way.drive, "deg" if turns else "mm", factor * values, way.pose[keep][:, :, :3], first, sense)
-
-
-def _thinned(rows: Array, most: int) -> Array:
-    return rows[:: 1 + len(rows) // most]
