@@ -40,7 +40,7 @@ def free_motion(system: System) -> FreeMotion:
     """
     tree, assembly = system.tree, system.assembly
     rows, rank, ends, driven = tree.loop_rows, system.arrays.rank, tree.ends, tree.driven_dofs
-    laws, tables, gravity = system.laws, system.film_tables, system.gravity
+    laws, tables, gravity = system.laws, system.tables, system.gravity
     memory = np.zeros((len(ends), 2))
     curves = system.motions.arrays
     free = np.setdiff1d(np.arange(tree.size), driven)

@@ -56,7 +56,7 @@ class Model:
         self.tree, self.assembly = system.tree, system.assembly
         mechanism, drives = system.mechanism, system.experiment.drives
         self._add_bodies()
-        laws, tables = system.laws, system.film_tables
+        laws, tables = system.laws, system.tables
         self.sensors = []
         for joint in mechanism.joints:
             ends = [self._point(joint.parent, joint.on_parent), self._point(joint.child, joint.on_child)]

@@ -11,7 +11,7 @@ from shipped import NAMES, shipped
 from linkages import InputError, find_file, load
 from linkages.system.system import System
 
-ARRAYS = ("laws", "film_tables", "film_limits", "touching", "bristles", "gravity")
+ARRAYS = ("laws", "tables", "film_limits", "touching", "bristles", "gravity")
 OF_TREE = (
     "drawn", "play_rows", "loop_rows", "ends", "joints", "ideal_joints",
     "driven_bodies", "powered_bodies", "free_dofs", "driven_dofs", "powered_dofs",

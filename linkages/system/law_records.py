@@ -29,7 +29,6 @@ class ContactLaws(NamedTuple):
     """Numbers of the laws of nc contacts; see the properties of `linkages.system.System` with these names."""
 
     records: Records
-    film_tables: Array
     tables: Array
     film_limits: Array
     touching: NDArray[np.bool_]
@@ -45,24 +44,22 @@ def contact_laws(bearings: tuple[BearingSize | None, ...], models: tuple[JointMo
         films.append(_film_table(joint, bearing))
         profiles.append(np.concatenate(joint.wear.depths) if joint.is_worn and joint.wear else np.zeros(0))
         limits[k] = _film_limit(joint, records["tilt"][k], films[k])
-    maps = _lines(films)
     return ContactLaws(
         records,
-        maps,
-        np.hstack([maps, _lines(profiles, at_end=True)]),
+        _tables(films, profiles),
         limits,
         np.array([model.can_touch for model in models], dtype=bool),
         np.flatnonzero(records["bristles"]),
     )
 
 
-def _lines(rows: Sequence[Array], at_end: bool = False) -> Array:
-    """Make a table with one line for each contact; short rows are followed by zeros, or follow them."""
-    table = np.zeros((len(rows), max(map(len, rows), default=0)))
-    for line, row in zip(table, rows, strict=True):
-        start = len(line) - len(row) if at_end else 0
-        line[start : start + len(row)] = row
-    return table
+def _tables(films: Sequence[Array], profiles: Sequence[Array]) -> Array:
+    """Make a table with one line for each contact: its film's numbers at the beginning, its profiles at the end."""
+    tables = np.zeros((len(films), sum(max(map(len, rows), default=0) for rows in (films, profiles))))
+    for line, film, profile in zip(tables, films, profiles, strict=True):
+        line[: len(film)] = film
+        line[len(line) - len(profile) :] = profile
+    return tables
 
 
 def _film_table(joint: JointModel, bearing: BearingSize | None) -> Array:

@@ -212,13 +212,8 @@ class Unassembled(Brief):
         return self._contact_laws.records
 
     @property
-    def film_tables(self) -> Array:
-        """Return the maps of the finite films, one line per contact, empty if it needs none."""
-        return self._contact_laws.film_tables
-
-    @property
     def tables(self) -> Array:
-        """Return `film_tables` with the profiles of worn joints at the ends of the lines."""
+        """Return one line per contact: the map of its finite film, or its cells; the profiles of a worn joint last."""
         return self._contact_laws.tables
 
     @property

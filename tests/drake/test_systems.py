@@ -16,7 +16,7 @@ from linkages import InputError, Status, simulate
 from linkages.engines.drake import add_linkage, build_diagram, steps
 from linkages.engines.drake.clearance import JOINT_OUTPUTS
 from linkages.engines.drake.plant import tree_sdf
-from linkages.engines.drake.steps import Steps
+from linkages.engines.drake.steps import StepControl
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 
 
@@ -167,8 +167,8 @@ def test_a_state_between_two_steps_costs_few_steps(monkeypatch):
     """An implicit scheme that keeps a matrix from before its step shrank would crawl, in tens of thousands of steps."""
     run = run_shipped("drake", "seven_bar", duration=0.6)
     taken = []
-    take = Steps.take
-    monkeypatch.setattr(Steps, "take", lambda steps, root: (taken.append(root.get_time()), take(steps, root))[1])
+    take = StepControl.take
+    monkeypatch.setattr(StepControl, "take", lambda steps, root: (taken.append(root.get_time()), take(steps, root))[1])
     most = 0
     for middle in 0.5 * (run.time[1:] + run.time[:-1])[run.time[:-1] > 0.5]:
         taken.clear()

@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from linkages.engines.budget import Budget
 from linkages.engines.drake.drives import Drives
-from linkages.engines.drake.steps import Steps, is_collapse
+from linkages.engines.drake.steps import StepControl, is_collapse
 from linkages.errors import Status
 from linkages.results.trajectory import TimeReport
 from linkages.system import System
@@ -28,7 +28,7 @@ def advance(
     """Advance a simulator to a time; `linkages.engines.drake.Linkage.advance` documents the arguments."""
     ended = [Status.OK]
     linkages = [drives, *(other for other in _linkages(simulator.get_system()) if other is not drives)]
-    steps, budget = Steps(simulator, *(other.system for other in linkages)), Budget(system, limit)
+    steps, budget = StepControl(simulator, *(other.system for other in linkages)), Budget(system, limit)
 
     def look(root: Context) -> EventStatus:
         steps.take(root)

@@ -13,7 +13,7 @@ from pydrake.systems.framework import Context, Diagram, EventStatus
 from linkages.arrays import Array
 from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
-from linkages.engines.drake.steps import Steps, is_collapse
+from linkages.engines.drake.steps import StepControl, is_collapse
 from linkages.engines.drake.steps import longest_step as longest_step  # part of the engine's interface
 from linkages.engines.methods import expect_run
 from linkages.errors import Status
@@ -52,7 +52,7 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     diagram, linkage = build_diagram(system)
     system, simulator = linkage.system, Simulator(diagram)
     linkage.set_initial_state(simulator.get_mutable_context())
-    watch = _Watch(linkage, Steps(simulator, system), progress)
+    watch = _Watch(linkage, StepControl(simulator, system), progress)
     simulator.set_monitor(watch)
     status = Status.OK
     try:
@@ -84,7 +84,7 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
 class _Watch:
     """Stores the state of every accepted step, and checks it: journals inside bearings, loops closed."""
 
-    def __init__(self, linkage: Linkage, steps: Steps, progress: TimeReport | None) -> None:
+    def __init__(self, linkage: Linkage, steps: StepControl, progress: TimeReport | None) -> None:
         self.linkage, self.steps, self.progress = linkage, steps, progress
         system = linkage.system
         self.status = Status.OK
@@ -140,7 +140,7 @@ class _Recorder:
         self.memories = [*watch.memories[1:], watch.memories[-1]]
         self.diagram, self.linkage, self.system = diagram, linkage, linkage.system
         self.simulator = Simulator(diagram)
-        self.steps = Steps(self.simulator, self.system)
+        self.steps = StepControl(self.simulator, self.system)
         self.simulator.set_monitor(self._look)
         self._between: dict[int, tuple[list[float], list[Array]]] = {}  # known times and states, by step
         self._kept: tuple[list[float], list[Array]] = [], []  # of the present step

@@ -48,7 +48,7 @@ def is_collapse(problem: RuntimeError) -> bool:
     return any(words in str(problem) for words in _COLLAPSES)
 
 
-class Steps:
+class StepControl:
     """A simulator that advances by valid steps only.
 
     Its monitor must call `take` at each step, and return `verdict` unless it ends the run.
