@@ -300,8 +300,8 @@ def test_a_run_that_pauses_and_one_in_a_batch_are_the_same(rotor):
         piece = flow.advance(until)
     assert flow.columns(piece, np.array([0.06]), ["A.ey"])["A.ey"][0] == pytest.approx(whole["A.ey"][-1], rel=1e-5)
     batch = linkages.simulate_batch(system, ["joints.A.viscosity"], [[0.02], [VISCOSITY]], ["A.ey", "A.film_content"])
-    assert batch.last[1, 0] == pytest.approx([whole["A.ey"][-1], whole["A.film_content"][-1]], rel=1e-12)
-    assert batch.minimum[1, 0, 1] == pytest.approx(whole["A.film_content"].min(), abs=1e-3)
+    assert batch.last[1, 0].tolist() == [whole["A.ey"][-1], whole["A.film_content"][-1]]
+    assert batch.minimum[1, 0, 1] == linkages.extremes(whole, ["A.film_content"])["A.film_content"].min
     assert batch.last[0, 0, 0] != pytest.approx(whole["A.ey"][-1], rel=1e-2)
 
 
