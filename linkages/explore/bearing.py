@@ -20,10 +20,10 @@ from linkages.errors import InputError, RunError, nearest
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import FILMS
 from linkages.laws.film.surface.balance import Thickness
+from linkages.laws.film.surface.cavity import RULES
 from linkages.laws.film.surface.equilibrium import Coefficients, coefficients, equilibrium, stability
 from linkages.laws.film.surface.grooves import Groove, check_grooves
 from linkages.laws.film.surface.surface_film import (
-    RULES,
     NoLoadError,
     Pressures,
     SurfaceFilm,
@@ -371,7 +371,7 @@ class _Solver:
             rule=case.rule,
             velocity=(vx, vy),
             pressures=Pressures(case.cavity_pressure, case.pressure_unit),
-            guess=None if self.guess is None else self.guess.state,
+            guess=None if self.guess is None else self.guess.solution,
         )
 
     def force(self, x: float, y: float, vx: float, vy: float) -> tuple[float, float]:

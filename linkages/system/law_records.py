@@ -21,10 +21,9 @@ from linkages.laws.contact.material import (
     line_stiffness,
 )
 from linkages.laws.film.closed_form import THINNEST
-from linkages.laws.film.film_history import LARGEST
+from linkages.laws.film.film_history import LARGEST, history_table
 from linkages.laws.film.film_map import MapCase
 from linkages.laws.film.films import MAPPED
-from linkages.laws.film.history_cells import history_table
 from linkages.laws.film.map_cache import load_map
 from linkages.laws.film.map_table import table_limit
 from linkages.laws.mixed import asperity_pressure

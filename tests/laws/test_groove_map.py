@@ -14,7 +14,7 @@ from linkages.laws import PARAMETERS
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.film_map import GROOVED_CAVITATIONS, MapCase, build_map
 from linkages.laws.film.films import MAPPED
-from linkages.laws.film.groove_nodes import CENTRE, is_symmetric, solve_grooved
+from linkages.laws.film.map_nodes import CENTRE, is_symmetric, solve_grooved
 from linkages.laws.film.map_table import ratios, static_film
 from linkages.laws.film.surface import Groove
 from linkages.laws.film.surface.balance import Thickness

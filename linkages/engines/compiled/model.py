@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.kernel import Array, Indices
-from linkages.laws.film.history_cells import memory_of
+from linkages.laws.film.film_history import memory_of
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import OIL, WIDTH
 from linkages.planar.loads import LOAD_OUTPUTS

@@ -5,9 +5,7 @@
 | grooves         | grooves and holes: regions at a supply pressure                                |
 | surface_mesh    | cells of the surface, faces on the edges of grooves                            |
 | balance         | volume balance of a cell: conductances, transport of the film content          |
-| complementarity | pressure and film content by Newton's method (FBNS)                            |
-| elimination     | banded systems of equations                                                    |
-| obstacle        | pressure under Reynolds' condition, in compiled code                           |
+| cavity          | pressure and film content by block principal pivoting                          |
 | surface_film    | a solved film: force, moment, flows, shear, mass balance                       |
 | transient       | films with history, along an orbit or with the motion of a loaded journal       |
 | equilibrium     | a loaded journal: equilibrium, dynamic coefficients, stability                 |

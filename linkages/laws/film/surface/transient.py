@@ -163,7 +163,7 @@ def _step(bearing: Bearing, before: Moment, time: float, place: Pair, speed: flo
         bearing.grooves,
         speed=0.5 * speed,
         pressures=bearing.pressures,
-        guess=None if before.film is None else before.film.state,
+        guess=None if before.film is None else before.film.solution,
         history=(before.oil, past),
     )
     velocity = (place[0] - before.place[0]) / past, (place[1] - before.place[1]) / past
