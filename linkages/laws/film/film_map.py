@@ -15,7 +15,7 @@ import numpy as np
 
 from linkages.kernel import Array
 from linkages.laws.film.map_nodes import CELLS, has_angle, is_symmetric, solve_grooved, solve_plain, static_part
-from linkages.laws.film.map_table import CHANNELS, fit, make_head, ratios
+from linkages.laws.film.map_table import CHANNELS, MapHead, fit, place, ratios
 from linkages.laws.film.surface.grooves import Groove
 
 #: Raised whenever the solver or the layout of the map changes: maps of other versions are not read.
@@ -85,7 +85,7 @@ class MapCase(NamedTuple):
         )
 
     @property
-    def head(self) -> Array:
+    def head(self) -> MapHead:
         """Numbers that the table begins with."""
         nodes = self.nodes or (GROOVED_NODES if self.grooves else NODES)
         if self.grooves and not has_angle(self.grooves):
@@ -94,7 +94,7 @@ class MapCase(NamedTuple):
         key = repr((VERSION, float(self.slenderness), self.cavitation, self.placed, nodes, self.cells, limit))
         identity = float(int.from_bytes(hashlib.sha256(key.encode()).digest()[:6], "big"))
         supplied = any(groove.pressure for groove in self.grooves)
-        return make_head(identity, self.slenderness, limit, nodes, bool(self.grooves), supplied)
+        return MapHead(identity, self.slenderness, float(place(limit)), *nodes, bool(self.grooves), supplied)
 
     def check(self) -> None:
         """Check the inputs.
@@ -132,9 +132,9 @@ def build_map(case: MapCase, progress: Callable[[float], object] | None = None) 
     """
     case.check()
     head = case.head
-    nx, ny, na = (int(number) for number in head[3:6])
+    nx, ny, na = head.nx, head.ny, head.na
     values = np.empty((nx, ny, na, CHANNELS))
-    static = np.empty((nx, na, CHANNELS)) if head[7] else None
+    static = np.empty((nx, na, CHANNELS)) if head.supplied else None
     grooves, mirror = case.placed, -np.arange(ny) % ny
     angles = np.asarray(np.arange(ny) * (_TURN / ny), dtype=np.float64)
     symmetric = is_symmetric(grooves)
