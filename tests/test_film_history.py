@@ -22,7 +22,7 @@ from linkages.laws.film.film_history import (
     solve_history,
     start_history,
 )
-from linkages.laws.film.surface import Bearing, Groove, Journal, at_rest, follow, move, surface_mesh
+from linkages.laws.film.surface import FilmSurface, Groove, Journal, at_rest, follow, move, surface_mesh
 from linkages.laws.film.surface.balance import Thickness, make_balance
 from linkages.laws.film.surface.surface_film import outflows, solve_film
 from linkages.live.session import Session
@@ -88,7 +88,7 @@ def test_at_a_place_it_becomes_the_steady_film(grooves, place):
 def test_along_an_orbit_it_is_the_transient_film_to_first_order():
     """`follow` solves implicit steps; half the film step has half the deviation."""
     grooves = (GROOVES[0]._replace(pressure=2.0),)
-    bearing = Bearing(surface_mesh(1.0, grooves, around=CELLS[0], along=CELLS[1]), grooves)
+    bearing = FilmSurface(surface_mesh(1.0, grooves, around=CELLS[0], along=CELLS[1]), grooves)
     times = np.arange(1, 2401) * 0.0125
     orbit = ((t, swinging(t)[0], 1.0) for t in times)
     exact = [moment.force for moment in follow(bearing, at_rest(bearing, swinging(0.0)[0]), orbit)]
@@ -233,7 +233,7 @@ def test_a_rotor_moves_as_the_independent_loaded_journal(rotor, turning):
     """
     ends = {"outer": "rotor", "inner": "block"} if turning else {}
     grooves = (Groove(0.5 * math.pi, math.radians(20.0), 0.8),)
-    bearing = Bearing(surface_mesh(1.0, grooves, around=24, along=3), grooves)
+    bearing = FilmSurface(surface_mesh(1.0, grooves, around=24, along=3), grooves)
     size, spin = LOAD / (VISCOSITY * SPEED * RADIUS**4 / CLEARANCE**2), -1.0 if turning else 1.0
     mass = 0.05 * CLEARANCE**3 * SPEED / (VISCOSITY * RADIUS**4)
 

@@ -14,7 +14,7 @@ from linkages.files.unit_conversion import is_quantity, si
 from linkages.files.writing import json_text
 
 if TYPE_CHECKING:
-    from linkages.explore.bearing import Bearing
+    from linkages.explore.bearing import BearingPoint
 
 HELP = "a journal bearing under a static load: eccentricity, flow, friction, dynamic coefficients, stability"
 
@@ -135,7 +135,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def format_bearing(point: Bearing, content: dict[str, Any]) -> str:
+def format_bearing(point: BearingPoint, content: dict[str, Any]) -> str:
     """Format an operating point as a table."""
     case = point.case
     rule = f", cavitation {content['cavitation']}" if content["cavitation"] else ""

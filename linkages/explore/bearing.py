@@ -112,7 +112,7 @@ class BearingCase:
 
 
 @dataclass(frozen=True, eq=False)
-class Bearing:
+class BearingPoint:
     """A bearing at its operating point; `content` is what ``bearing.json`` holds.
 
     Attributes
@@ -219,7 +219,7 @@ def bearing(
     tilt: tuple[float, float] = (0.0, 0.0),
     mass: float | None = None,
     cells: tuple[Annotated[int, partial(whole, least=8)], Annotated[int, partial(whole, least=2)]] = CELLS,
-) -> Bearing:
+) -> BearingPoint:
     """Find the operating point of a journal bearing under a static load.
 
     Parameters
@@ -398,7 +398,9 @@ def _equilibrium(
         ) from None
 
 
-def _operating(case: BearingCase, force: Any, x: float, y: float, film: SurfaceFilm | None, torque: float) -> Bearing:
+def _operating(
+    case: BearingCase, force: Any, x: float, y: float, film: SurfaceFilm | None, torque: float
+) -> BearingPoint:
     least = _thickness(case, x, y).least(case.length / case.diameter)
     found = coefficients(force, x, y, least, *(() if film is not None else (_SMOOTH,)))
     unit = case.force_unit / case.clearance
@@ -406,7 +408,7 @@ def _operating(case: BearingCase, force: Any, x: float, y: float, film: SurfaceF
     whirl = stability(found.stiffness * scale, found.damping * scale)
     stiffness, damping = unit * found.stiffness, unit / case.speed * found.damping
     mass = whirl.critical_mass * case.load / (case.clearance * case.speed**2)
-    return Bearing(case, x, y, film, torque, Coefficients(stiffness, damping), mass, whirl.whirl_ratio)
+    return BearingPoint(case, x, y, film, torque, Coefficients(stiffness, damping), mass, whirl.whirl_ratio)
 
 
 def _closed_form(case: BearingCase) -> Callable[[float, float, float, float], tuple[float, float]]:

@@ -23,7 +23,7 @@ class Analysis(StrEnum):
     EQUILIBRIUM = 'start = "equilibrium"'
 
 
-class Model(NamedTuple):
+class Unsupported(NamedTuple):
     """A model of a part that some analyses do not support."""
 
     key: str  # path in the experiment, with the part's name as {}
@@ -34,14 +34,14 @@ class Model(NamedTuple):
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
 
 #: The table. A film with history runs on the compiled engine alone: single runs, batches and sweeps, with errors.
-MODELS = (
-    Model(
+UNSUPPORTED = (
+    Unsupported(
         "joints.{}.history",
         lambda experiment: [name for name in experiment.play if experiment.joints[name].has_history],
         {analysis: _CONTENT.format(analysis) for analysis in Analysis}
         | {Analysis.EQUILIBRIUM: 'has no equilibrium that start = "equilibrium" could find; use "centred"'},
     ),
-    Model(
+    Unsupported(
         "links.{}.stiffening",
         lambda experiment: [name for name in experiment.flexible if not experiment.links[name].stiffening],
         {Analysis.DRAKE: "is false, but Drake's rigid segments always stiffen; remove it, or use the compiled engine"},
@@ -57,6 +57,6 @@ def check_analysis(experiment: Experiment, analysis: Analysis) -> None:
     InputError
         One line with the part's key, the reason and the remedy.
     """
-    for model in MODELS:
+    for model in UNSUPPORTED:
         for name in model.parts(experiment) if analysis in model.problems else ():
             raise InputError(experiment.source, model.key.format(name), model.problems[analysis])

@@ -14,15 +14,15 @@ from linkages.plots.shown import ShownFigure
 from linkages.plots.style import COLORS, axis_label, engineering, figure_style
 
 if TYPE_CHECKING:
-    from linkages.explore.bearing import Bearing
+    from linkages.explore.bearing import BearingPoint
 
 
-def chart_figure(point: Bearing, chart: Mapping[str, Array]) -> Figure:
+def chart_figure(point: BearingPoint, chart: Mapping[str, Array]) -> Figure:
     """Draw eccentricity ratio, attitude, friction and flow over the Sommerfeld number, and the operating point.
 
     Parameters
     ----------
-    point : Bearing
+    point : BearingPoint
     chart : mapping of str to array
         From `linkages.explore.bearing.chart`.
     """
@@ -53,7 +53,7 @@ def chart_figure(point: Bearing, chart: Mapping[str, Array]) -> Figure:
         return figure
 
 
-def pressure_figure(point: Bearing) -> Figure:
+def pressure_figure(point: BearingPoint) -> Figure:
     """Draw gauge pressure and cavity on the developed surface; angles from the load, in the sense of rotation."""
     film, case = point.film, point.case
     if film is None:

@@ -12,14 +12,14 @@ from linkages.laws.film.surface.balance import Thickness, cell_volumes, make_bal
 from linkages.laws.film.surface.cavity import solve
 from linkages.laws.film.surface.surface_film import Pressures, solve_film
 from linkages.laws.film.surface.surface_mesh import surface_mesh
-from linkages.laws.film.surface.transient import Bearing, Journal, at_rest, filling_time, follow, move
+from linkages.laws.film.surface.transient import FilmSurface, Journal, at_rest, filling_time, follow, move
 
 GROOVE = Groove(math.pi, math.radians(20.0), 0.8)
 RING = Groove(math.pi, math.radians(20.0))  # over the whole length
 
 
 def bearing(grooves=(GROOVE,), slenderness=1.0, around=36, along=4, **options):
-    return Bearing(surface_mesh(slenderness, grooves, around=around, along=along), grooves, **options)
+    return FilmSurface(surface_mesh(slenderness, grooves, around=around, along=along), grooves, **options)
 
 
 class Plates:

@@ -220,11 +220,13 @@ def mean_content(table: Array, oil: Array, x: float, y: float) -> float:
 
 
 #: Place and rate of the journal in the bearing's frame [1, 1/s], cosine and sine of the bearing's angle.
-Seen = tuple[float, float, float, float, float, float]
+JournalInBearing = tuple[float, float, float, float, float, float]
 
 
 @inlined_kernel
-def in_bearing(joint: np.record, ex: float, ey: float, vx: float, vy: float, omega_b: float, angle: float) -> Seen:
+def in_bearing(
+    joint: np.record, ex: float, ey: float, vx: float, vy: float, omega_b: float, angle: float
+) -> JournalInBearing:
     """Turn the motion of a journal into the bearing's frame; arguments of `linkages.laws.journal.clearance_force`."""
     c, s, unit = math.cos(angle), math.sin(angle), 1.0 / joint.clearance
     far = math.sqrt(ex * ex + ey * ey) * unit

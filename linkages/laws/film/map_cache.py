@@ -22,11 +22,11 @@ from linkages.laws.film.map_table import CHANNELS
 
 _IDENTITY = b"FILMMAP1"
 #: Function that is called with the part of a map that is done.
-Progress = Callable[[float], object]
-_told: list[Callable[[MapCase], Progress]] = []
+MapProgress = Callable[[float], object]
+_told: list[Callable[[MapCase], MapProgress]] = []
 
 
-def tell(listener: Callable[[MapCase], Progress]) -> None:
+def tell(listener: Callable[[MapCase], MapProgress]) -> None:
     """Call a function before each map that is built in this process; call its result with the part that is done."""
     _told.append(listener)
 

@@ -16,6 +16,6 @@ the clearance, (x, y) the eccentricity from the bearing's centre to the journal'
 
 from linkages.laws.film.surface.grooves import Groove
 from linkages.laws.film.surface.surface_mesh import surface_mesh
-from linkages.laws.film.surface.transient import Bearing, Journal, at_rest, follow, move
+from linkages.laws.film.surface.transient import FilmSurface, Journal, at_rest, follow, move
 
-__all__ = ["Bearing", "Groove", "Journal", "at_rest", "follow", "move", "surface_mesh"]
+__all__ = ["FilmSurface", "Groove", "Journal", "at_rest", "follow", "move", "surface_mesh"]
