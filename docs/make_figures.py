@@ -14,7 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch
 
 import linkages
-from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds
+from linkages.laws.film.surface.balance import Thickness
+from linkages.laws.film.surface.surface_film import solve_film
+from linkages.laws.film.surface.surface_mesh import surface_mesh
 from linkages.plots import COLORS, figure_style
 
 FIGURES = Path(__file__).parent / "figures"
@@ -107,14 +109,14 @@ def data_flow(path: Path) -> None:
 def film_pressure(path: Path) -> None:
     """Draw the pressure of a steadily turning journal in the middle of the bearing, for two rules of cavitation."""
     eps, slenderness = 0.6, 4.0 / 3.0
-    mesh = make_mesh(eps, slenderness)
+    mesh = surface_mesh(slenderness, eccentricity=(-eps, 0.0))  # theta = 0 is the widest gap
     with figure_style():
         figure = Figure(figsize=(6.5, 3.6), layout="constrained")
         axes = figure.subplots()
-        motion = 0.0, eps / 2.0  # squeeze, half of the wedge: the journal turns by 1 rad in a unit of time
-        solutions = {"Reynolds": reynolds(mesh, *motion), "Gümbel": guembel(mesh, full_film(mesh), *motion)}
-        for (name, pressure), color, width in zip(solutions.items(), COLORS, (2.6, 1.4), strict=False):
-            axes.plot(np.degrees(mesh.theta), pressure.p[:, 0], color=color, lw=width, label=f"pressure, {name}")
+        rules = {"Reynolds": "reynolds", "Gümbel": "guembel"}
+        solutions = {name: solve_film(mesh, Thickness(-eps, 0.0), rule=rule) for name, rule in rules.items()}
+        for (name, film), color, width in zip(solutions.items(), COLORS, (2.6, 1.4), strict=False):
+            axes.plot(np.degrees(mesh.theta), film.pressure[:, 0], color=color, lw=width, label=f"pressure, {name}")
         other = axes.twinx()
         other.plot(np.degrees(mesh.theta), 1.0 + eps * np.cos(mesh.theta), color="0.5", ls="--", label="film thickness")
         axes.set(

@@ -152,10 +152,10 @@ with the solver of `linkages bearing`. The oil is balanced to 1e-10 in each step
 
 ```python
 import math
-from linkages.laws.film.surface import Bearing, Groove, Journal, at_rest, follow, move, surface_mesh
+from linkages.laws.film.surface import FilmSurface, Groove, Journal, at_rest, follow, move, surface_mesh
 
 grooves = (Groove(math.pi, math.radians(20.0), length=0.8),)
-bearing = Bearing(surface_mesh(1.0, grooves, around=48, along=4), grooves)
+bearing = FilmSurface(surface_mesh(1.0, grooves, around=48, along=4), grooves)
 start = at_rest(bearing, place=(0.3, 0.0), content=1.0)
 orbit = ((0.1 * k, (0.4 + 0.1 * math.sin(0.05 * k), 0.2), 1.0) for k in range(1, 200))
 forces = [moment.force for moment in follow(bearing, start, orbit)]  # along a given orbit

@@ -69,7 +69,7 @@ def test_coefficients_of_an_independent_solver():
         (1.0 - film.content)
         * film.mesh.width[:, None]
         * film.mesh.height
-        * film.thickness.at(film.mesh.theta[:, None], 0.0)
+        * (1.0 - film.thickness.x * np.cos(film.mesh.theta) - film.thickness.y * np.sin(film.mesh.theta))[:, None]
     )
     inflow = sum(flow for flow in content["groove_flow"] if flow > 0.0)
     assert content["filling_time"] == pytest.approx(2.0 * lacking.sum() * 50e-6 * 0.05**2 / inflow, rel=0.01)

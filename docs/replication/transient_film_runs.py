@@ -16,7 +16,7 @@ from linkages.laws.film.surface import Groove
 from linkages.laws.film.surface.balance import Thickness
 from linkages.laws.film.surface.surface_film import solve_film
 from linkages.laws.film.surface.surface_mesh import surface_mesh
-from linkages.laws.film.surface.transient import Bearing, at_rest, filling_time, follow
+from linkages.laws.film.surface.transient import FilmSurface, at_rest, filling_time, follow
 from linkages.laws.viscosity import iso_vg_viscosity
 
 CELLS = (48, 4)  # around, and along half the length
@@ -82,7 +82,7 @@ def mapped_force(
 
 def swing(case: Swing, frequency: float, table: Any) -> dict[str, float]:
     """Compare the forces over the last period of an oscillation."""
-    film = Bearing(surface_mesh(case.slenderness, case.feed, around=CELLS[0], along=CELLS[1]), case.feed)
+    film = FilmSurface(surface_mesh(case.slenderness, case.feed, around=CELLS[0], along=CELLS[1]), case.feed)
     period = 2.0 * math.pi / frequency
     steps, periods = max(SWING_STEPS, int(period / 0.5)), max(2, math.ceil(40.0 / period))
     times = period / steps * np.arange(1, steps * periods + 1)
@@ -127,11 +127,11 @@ def seen_from_crank(run: linkages.Trajectory, time: Any) -> JointMotion:
     )
 
 
-def press_film(pressure: float) -> Bearing:
+def press_film(pressure: float) -> FilmSurface:
     """Return the film of A with a supply pressure [Pa]."""
     unit = VISCOSITY * 2.0 * math.pi * STROKES * (RADIUS / CLEARANCE) ** 2
     groove = Groove(0.0, math.radians(20.0), 0.8, pressure / unit)
-    return Bearing(surface_mesh(4.0 / 3.0, (groove,), around=CELLS[0], along=CELLS[1]), (groove,))
+    return FilmSurface(surface_mesh(4.0 / 3.0, (groove,), around=CELLS[0], along=CELLS[1]), (groove,))
 
 
 def press_run(turns: int, pressure: float = 0.0, history: dict[str, Any] | None = None) -> linkages.Trajectory:
@@ -201,7 +201,7 @@ def _rounded(values: Any) -> Any:
     return np.round(values, 6).tolist()
 
 
-def _filling_time(film: Bearing, place: tuple[float, float]) -> float:
+def _filling_time(film: FilmSurface, place: tuple[float, float]) -> float:
     """Return the filling time of a steady film: the journal turns backwards in the crank, which carries the bearing."""
     return filling_time(solve_film(film.mesh, Thickness(*place), film.grooves, speed=-0.5))
 

@@ -13,7 +13,7 @@ from linkages.errors import InputError, nearest
 from linkages.files.writing import write_json
 
 if TYPE_CHECKING:
-    from linkages.explore.bearing import Bearing
+    from linkages.explore.bearing import BearingPoint
 
 HELP = "a journal bearing under a static load: eccentricity, flow, friction, dynamic coefficients, stability"
 
@@ -133,7 +133,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def format_bearing(point: Bearing, content: dict[str, Any]) -> str:
+def format_bearing(point: BearingPoint, content: dict[str, Any]) -> str:
     """Format an operating point as a table."""
     case = point.case
     rule = f", cavitation {content['cavitation']}" if content["cavitation"] else ""

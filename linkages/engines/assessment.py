@@ -65,7 +65,7 @@ def simulate(
     ------
     InputError
         If the engine or an output is unknown, a path has no number or no derivative, `outputs` or `wrt` are given for
-        Drake, or a film has a history on Drake or with `wrt`.
+        Drake, or Drake or `wrt` does not support a model.
     AssemblyError
         If the linkage cannot be assembled at t = 0.
 

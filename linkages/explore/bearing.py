@@ -20,10 +20,10 @@ from linkages.errors import InputError, RunError, nearest
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import FILMS
 from linkages.laws.film.surface.balance import Thickness
+from linkages.laws.film.surface.cavity import RULES
 from linkages.laws.film.surface.equilibrium import Coefficients, coefficients, equilibrium, stability
 from linkages.laws.film.surface.grooves import Groove, check_grooves
 from linkages.laws.film.surface.surface_film import (
-    RULES,
     NoLoadError,
     Pressures,
     SurfaceFilm,
@@ -112,7 +112,7 @@ class BearingCase:
 
 
 @dataclass(frozen=True, eq=False)
-class Bearing:
+class BearingPoint:
     """A bearing at its operating point; `content` is what ``bearing.json`` holds.
 
     Attributes
@@ -219,7 +219,7 @@ def bearing(
     tilt: tuple[float, float] = (0.0, 0.0),
     mass: float | None = None,
     cells: tuple[Annotated[int, partial(whole, least=8)], Annotated[int, partial(whole, least=2)]] = CELLS,
-) -> Bearing:
+) -> BearingPoint:
     """Find the operating point of a journal bearing under a static load.
 
     Parameters
@@ -371,7 +371,7 @@ class _Solver:
             rule=case.rule,
             velocity=(vx, vy),
             pressures=Pressures(case.cavity_pressure, case.pressure_unit),
-            guess=None if self.guess is None else self.guess.state,
+            guess=None if self.guess is None else self.guess.solution,
         )
 
     def force(self, x: float, y: float, vx: float, vy: float) -> tuple[float, float]:
@@ -398,7 +398,9 @@ def _equilibrium(
         ) from None
 
 
-def _operating(case: BearingCase, force: Any, x: float, y: float, film: SurfaceFilm | None, torque: float) -> Bearing:
+def _operating(
+    case: BearingCase, force: Any, x: float, y: float, film: SurfaceFilm | None, torque: float
+) -> BearingPoint:
     least = _thickness(case, x, y).least(case.length / case.diameter)
     found = coefficients(force, x, y, least, *(() if film is not None else (_SMOOTH,)))
     unit = case.force_unit / case.clearance
@@ -406,7 +408,7 @@ def _operating(case: BearingCase, force: Any, x: float, y: float, film: SurfaceF
     whirl = stability(found.stiffness * scale, found.damping * scale)
     stiffness, damping = unit * found.stiffness, unit / case.speed * found.damping
     mass = whirl.critical_mass * case.load / (case.clearance * case.speed**2)
-    return Bearing(case, x, y, film, torque, Coefficients(stiffness, damping), mass, whirl.whirl_ratio)
+    return BearingPoint(case, x, y, film, torque, Coefficients(stiffness, damping), mass, whirl.whirl_ratio)
 
 
 def _closed_form(case: BearingCase) -> Callable[[float, float, float, float], tuple[float, float]]:

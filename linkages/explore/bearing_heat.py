@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from linkages.errors import InputError, RunError
-from linkages.explore.bearing import CELLS, COARSE, Bearing, bearing
+from linkages.explore.bearing import CELLS, COARSE, BearingPoint, bearing
 from linkages.laws.heat import Heat, root
 
 
@@ -14,7 +14,7 @@ from linkages.laws.heat import Heat, root
 class WarmBearing:
     """An operating point at the temperature of its heat balance [degC]."""
 
-    bearing: Bearing
+    bearing: BearingPoint
     heat: Heat
     temperature: float
 
@@ -70,7 +70,7 @@ def warm_bearing(
     for name, problem in heat.faults():
         raise InputError("bearing", name, problem)
 
-    def point(celsius: float, mesh: tuple[int, int]) -> Bearing:
+    def point(celsius: float, mesh: tuple[int, int]) -> BearingPoint:
         return bearing(diameter, length, clearance, heat.viscosity(celsius), speed, load, cells=mesh, **options)
 
     def excess(celsius: float, mesh: tuple[int, int]) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 from linkages.arguments import validated
 from linkages.brief import Brief
 from linkages.engines.assessment import simulate
+from linkages.model.capabilities import Analysis
 from linkages.model.experiment import Experiment
 from linkages.results.assessment import touching
 from linkages.results.divergence import dense, horizon
@@ -109,7 +110,7 @@ def compare(system: System, progress: Callable[[str], TimeReport] | None = None)
     >>> comparison.differences["A.force"].relative < 1e-4
     True
     """
-    system.without_history("Drake")
+    system.check_analysis(Analysis.DRAKE)
     stage = progress or (lambda name: lambda time: None)
     runs, horizons = {}, {}
     for engine in ("compiled", "drake"):

@@ -128,8 +128,8 @@ def linearise(
     Raises
     ------
     InputError
-        If a drive prescribes a motion, nothing can move, a name is unknown, a dry contact is closed, or a film has a
-        history.
+        If a drive prescribes a motion, nothing can move, a name is unknown, a dry contact is closed, or a model
+        does not support it.
     RunError
         If the run fails before the time, or no equilibrium is found.
 

@@ -16,6 +16,7 @@ from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError
 from linkages.explore.flow import Flow, lasting, period_of
+from linkages.model.capabilities import Analysis
 from linkages.system import System
 
 _ACCURACY = 1e-4  # accuracy of the two trajectories over their distance
@@ -91,7 +92,7 @@ def largest_exponent(
     Raises
     ------
     InputError, AssemblyError
-        See `linkages.engines.assessment.simulate`; also if the linkage has no free coordinate, or a film has a history.
+        See `linkages.engines.assessment.simulate`; also if no coordinate is free, or a model does not support it.
     RunError
         If a trajectory fails.
 
@@ -105,7 +106,7 @@ def largest_exponent(
     True
     """
     experiment = system.experiment
-    system.without_history("the Lyapunov exponent")
+    system.check_analysis(Analysis.EXPONENT)
     period = period_of(system, drive)
     if not distance > 0.0:
         raise InputError("argument", "distance", f"is {distance:g}; it must be above zero")

@@ -15,6 +15,7 @@ from linkages.engines.compiled.runner import Runner
 from linkages.errors import InputError, RunError, Status
 from linkages.explore.flow import Flow, expect_valid
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
+from linkages.model.capabilities import Analysis
 from linkages.outputs.columns import columns
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.system import System
@@ -44,7 +45,7 @@ class LinearisationPoint:
 
     def __init__(self, system: System, time: float) -> None:
         experiment = system.experiment
-        system.without_history("the linear model")
+        system.check_analysis(Analysis.LINEAR)
         for name in system.tree.driven:
             if experiment.drives[name].speed or experiment.drives[name].varies:
                 problem = "prescribes a motion; give the torque instead (torque = ...), or speed = 0 to hold the joint"

@@ -114,7 +114,7 @@ def sensitivities(
     Raises
     ------
     InputError
-        If a path or an output is not valid, or a film has a history.
+        If a path or an output is not valid, or a model has no derivatives.
     RunError
         If the run does not reach its end.
 

@@ -12,7 +12,7 @@ from linkages.laws.declared import users
 from linkages.laws.film.closed_form import half_film_long, short_bearing
 from linkages.laws.film.film_map import CAVITATIONS
 from linkages.laws.film.films import FILMS
-from linkages.laws.film.reynolds import full_film, guembel, make_mesh
+from linkages.laws.film.map_nodes import finite_force
 from linkages.laws.friction import FRICTIONS
 
 
@@ -130,10 +130,8 @@ def _restitution() -> list[str]:
 def bearing_ratio(film: str, slenderness: float, eps: float, motion: str) -> float:
     """Compute the force of the long or short half film over the finite film's, for a motion in `MOTIONS` (Guembel)."""
     deps, half_ew = MOTIONS[motion]
-    mesh = make_mesh(eps, slenderness)
-    finite = guembel(mesh, full_film(mesh), deps, half_ew)
     f_n, f_t, _ = _CLOSED[film](eps, deps, 2.0 * half_ew, slenderness)
-    return math.hypot(f_n, f_t) / math.hypot(finite.f_n, finite.f_t)
+    return math.hypot(f_n, f_t) / math.hypot(*finite_force(eps, slenderness, deps, half_ew))
 
 
 def _closed_form_errors() -> list[str]:

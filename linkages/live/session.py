@@ -29,6 +29,7 @@ from linkages.live.view import (
     view,
     warnings_for,
 )
+from linkages.model.capabilities import Analysis
 from linkages.plots.drawing.drawing import Drawing
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
@@ -57,11 +58,11 @@ class TimeLimitError(Exception):
 class Session:
     """Answers requests of one page about one machine, one after the other; a run takes at most `limit` seconds.
 
-    InputError if a film has a history: each run starts anew, so it would not show the steady content.
+    InputError if the page does not support a model (`linkages.model.capabilities`).
     """
 
     def __init__(self, system: System, limit: float = 20.0) -> None:
-        system.without_history("the live page")
+        system.check_analysis(Analysis.LIVE)
         self.system, self.limit = system, limit
         self._ratios: dict[str, tuple[float, float]] = {}
         self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values of the last request, values of that run

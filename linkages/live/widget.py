@@ -33,7 +33,7 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     Raises
     ------
     InputError
-        If a path of `vary` is not the path of a number, a film has a history, or anywidget is not installed.
+        If a path of `vary` is not the path of a number, the page does not support a model, or anywidget is missing.
 
     Examples
     --------

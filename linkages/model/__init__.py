@@ -13,5 +13,6 @@
 | functions         | formulas and tables of time, positions and speeds                                |
 | skeleton          | default shape of a link: bars between its joints and frames                      |
 | plausibility      | questions about values that suggest a wrong unit                                 |
+| capabilities      | which model does not support which analysis: one table, one check                |
 | check             | consistency of a mechanism and an experiment                                     |
 """

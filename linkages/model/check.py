@@ -16,6 +16,7 @@ from linkages.files.unit_conversion import SLIDING, read
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST
 from linkages.model.beam_interfaces import check_links
+from linkages.model.capabilities import Analysis, check_analysis
 from linkages.model.experiment import (
     BENDING_QUANTITIES,
     FRAME_BENDING,
@@ -75,6 +76,8 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
         _Check(mechanism, experiment, f"drives.{name}").drive(name, drive)
     for name in experiment.play:
         _Check(mechanism, experiment, f"joints.{name}").play(name, experiment.joints[name])
+    if experiment.start == "equilibrium":
+        check_analysis(experiment, Analysis.EQUILIBRIUM)
     check_links(mechanism, experiment)
     taken = {"world", *mechanism.point, *mechanism.joint}
     for table, name in experiment.named:
@@ -147,8 +150,6 @@ class _Check:
         joint, clearance = self.mechanism.joint[name], model.clearance or 0.0
         if self.experiment.start == "equilibrium" and any(model.offset):
             self.refuse("offset", 'is given, but start = "equilibrium" computes it; remove one of them')
-        if self.experiment.start == "equilibrium" and model.has_history:
-            self.refuse("history", 'has no equilibrium that start = "equilibrium" could find; use "centred"')
         if joint.type == "fixed":
             self.refuse("", "a fixed joint cannot have clearance")
         if joint.bearing is None and joint.slot is None:

@@ -25,7 +25,7 @@ EX, EY, FX, FY, COUPLE, PENETRATION, CLOSING, SLIDING, LOAD, BRISTLE_RATE, CONTE
 ContactMotion = tuple[float, float, float, float, float, float, float, float]
 
 #: Memory of each contact: the speed at which it began [m/s], LuGre's bristle state [m]; from `OIL` on the memory of a
-#: film with history, see `linkages.laws.film.history_cells`.
+#: film with history, see `linkages.laws.film.film_history`.
 APPROACH, BRISTLE, OIL = 0, 1, 2
 
 _LANDING = 1e-10  # accuracy to which the start and end of a contact are located, in parts of the clearance

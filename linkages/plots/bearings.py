@@ -14,11 +14,11 @@ from linkages.plots.shown import ShownFigure, new_figure
 from linkages.plots.style import COLORS, axis_label, engineering, figure_style
 
 if TYPE_CHECKING:
-    from linkages.explore.bearing import Bearing
+    from linkages.explore.bearing import BearingPoint
     from linkages.laws.film.surface.grooves import Groove
 
 
-def chart_figure(point: Bearing, chart: Mapping[str, Array]) -> Figure:
+def chart_figure(point: BearingPoint, chart: Mapping[str, Array]) -> Figure:
     """Draw a chart over the Sommerfeld number (`linkages.explore.bearing.chart`), and the operating point."""
     content, case = point.content, point.case
     load = case.load * case.clearance
@@ -47,7 +47,7 @@ def chart_figure(point: Bearing, chart: Mapping[str, Array]) -> Figure:
         return figure
 
 
-def pressure_figure(point: Bearing) -> Figure:
+def pressure_figure(point: BearingPoint) -> Figure:
     """Draw gauge pressure and cavity on the developed surface; angles from the load, in the sense of rotation."""
     film, case = point.film, point.case
     if film is None:

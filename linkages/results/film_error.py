@@ -9,7 +9,7 @@ import numpy as np
 
 from linkages.kernel import Array
 from linkages.laws.film.films import film_force
-from linkages.laws.film.reynolds import full_film, guembel, make_mesh
+from linkages.laws.film.map_nodes import finite_force
 
 #: Largest eccentricity ratio of the comparison: the film of finite length is not solved beyond.
 _LARGEST = 0.999
@@ -41,12 +41,12 @@ def film_error(record: Any, slenderness: float, e: Array, force: Array) -> FilmE
     widest = int(np.argmax(np.where(usable, ratio, -1.0)))
     unit = float(record.viscosity * record.length * record.radius**3 / record.clearance**2)
     eps, deps, ew = _motion(record, slenderness, e[strongest], force[strongest] / unit)
-    excess = float(size[strongest]) / unit / _finite(eps, deps, ew, slenderness)
+    excess = float(size[strongest]) / unit / math.hypot(*finite_force(eps, slenderness, deps, 0.5 * ew))
     eps, deps, ew = _motion(record, slenderness, e[widest], force[widest] / unit)
     needed = float(size[widest]) / unit
 
     def lacks(other: float) -> bool:
-        return _finite(other, deps, ew * other / eps, slenderness) < needed
+        return math.hypot(*finite_force(other, slenderness, deps, 0.5 * ew * other / eps)) < needed
 
     low, high = 0.0, _LARGEST
     for _ in range(20):
@@ -73,10 +73,3 @@ def _motion(record: Any, slenderness: float, e: Array, force: Array) -> tuple[fl
     angle = math.copysign(low, aim)
     speed = float(np.hypot(*force)) / acting(angle)[1]
     return eps, speed * math.cos(angle), 2.0 * speed * math.sin(angle)
-
-
-def _finite(eps: float, deps: float, ew: float, slenderness: float) -> float:
-    """Size of the dimensionless force of a finite film."""
-    mesh = make_mesh(eps, slenderness)
-    film = guembel(mesh, full_film(mesh), deps, 0.5 * ew)
-    return math.hypot(film.f_n, film.f_t)

@@ -16,7 +16,7 @@ import numpy as np
 from linkages.files.raw_model import BearingSize
 from linkages.laws import CONTACTS, FILMS
 from linkages.laws.contact.material import contact_modulus
-from linkages.laws.film.groove_nodes import CENTRE
+from linkages.laws.film.map_nodes import CENTRE
 from linkages.laws.viscosity import DENSITY_15, density
 from linkages.model.experiment_tables import ContactTable, JointModel
 from linkages.model.mechanism import Joint

@@ -13,9 +13,8 @@ from linkages.arrays import Array, Indices, Records
 from linkages.files.raw_model import BearingSize
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.film.closed_form import THINNEST
-from linkages.laws.film.film_history import LARGEST
+from linkages.laws.film.film_history import LARGEST, history_table
 from linkages.laws.film.film_map import MapCase
-from linkages.laws.film.history_cells import history_table
 from linkages.laws.film.map_cache import load_map
 from linkages.laws.film.map_table import table_limit
 from linkages.laws.mixed import fill_mixed

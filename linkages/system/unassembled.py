@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from linkages.arrays import Array, Records
 from linkages.brief import Brief, counted
 from linkages.errors import InputError
+from linkages.model.capabilities import Analysis, check_analysis
 from linkages.model.check import check
 from linkages.model.experiment import Experiment
 from linkages.model.experiment_tables import Drive, FilmHistory, JointModel
@@ -194,11 +195,9 @@ class Unassembled(Brief):
         history = model.history.model_copy(update={"step": self.film_steps[name]})
         return model.model_copy(update={"history": history})
 
-    def without_history(self, what: str) -> None:
-        """Refuse films whose content is a state, for an analysis (`what` in the message) that does not follow it."""
-        for name in self.film_steps:
-            problem = f"{what} cannot follow the film content; remove the table, the film is then given by its map"
-            raise InputError(self.experiment.source, f"joints.{name}.history", problem)
+    def check_analysis(self, analysis: Analysis) -> None:
+        """Refuse an analysis that does not support a model of this system, see `linkages.model.capabilities`."""
+        check_analysis(self.experiment, analysis)
 
     @cached_property
     def _contact_laws(self) -> ContactLaws:

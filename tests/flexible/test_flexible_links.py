@@ -149,6 +149,14 @@ def test_without_stiffening_it_is_that_of_linear_codes(system_of):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 * 1.8487346)
 
 
+def test_drake_refuses_a_link_that_does_not_stiffen(system_of):
+    soft = system_of(elastic_slider_crank(), experiment(bending=2, more="\nstiffening = false"))
+    with pytest.raises(
+        InputError, match=r"links\.\w+\.stiffening: is false, but Drake's rigid segments always stiffen"
+    ):
+        simulate(soft, "drake")
+
+
 def test_energy_goes_where_it_is_accounted_for(system_of):
     """Work of the drive is kinetic and strain energy, and what film and material take: to 1e-6 of that work."""
     result = simulate(system_of(elastic_slider_crank(), experiment(0.05, 4, 1, accuracy=1e-10) + FILM), "compiled")

@@ -16,7 +16,7 @@ from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, MapCase, build_map, solve_plain
 from linkages.laws.film.films import film_force
 from linkages.laws.film.map_cache import cache_directory, load_map, map_path
-from linkages.laws.film.map_table import ratios, table_limit
+from linkages.laws.film.map_table import head_of, ratios, table_limit
 
 SLENDERNESS = 0.04 / 0.03  # Chen 2025 Table 5
 
@@ -60,7 +60,7 @@ def test_map_at_its_nodes_is_the_solver(rule_and_table):
     """Force and flow; nodes below 0 in y are mirror images."""
     rule, table = rule_and_table
     for i, j in ((0, 0), (7, 48), (20, 30), (40, -30), (56, 5)):
-        eps, y = float(ratios(table)[i]), j * math.pi / 48.0
+        eps, y = float(ratios(head_of(table))[i]), j * math.pi / 48.0
         deps, ew = math.cos(y), 2.0 * math.sin(y) / (1.0 - eps * eps) ** 0.25
         exact = solve_plain(eps, SLENDERNESS, rule, np.linspace(0.0, math.pi, 49))[abs(j)]
         scale = math.hypot(*half_film_long(eps, deps, ew, SLENDERNESS)[:2])
@@ -106,7 +106,7 @@ def test_map_is_continuous_over_its_lines_and_clipped_at_its_limit(rule_and_tabl
     assert map_quantities(0.9999, 0.3, 0.5, 0.0, table) == map_quantities(table_limit(table), 0.3, 0.5, 0.0, table)
     assert map_quantities(1.5, 0.3, 0.5, 0.0, table) == map_quantities(table_limit(table), 0.3, 0.5, 0.0, table)
     for i in (1, 10, 47):
-        node = float(ratios(table)[i])
+        node = float(ratios(head_of(table))[i])
         below, above = node - 1e-13, node + 1e-13
         assert map_quantities(below, 0.3, 0.5, 0.0, table) == pytest.approx(
             map_quantities(above, 0.3, 0.5, 0.0, table), rel=1e-8

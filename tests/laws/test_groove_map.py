@@ -14,8 +14,8 @@ from linkages.laws import PARAMETERS
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.film_map import GROOVED_CAVITATIONS, MapCase, build_map
 from linkages.laws.film.films import MAPPED
-from linkages.laws.film.groove_nodes import CENTRE, is_symmetric, solve_grooved
-from linkages.laws.film.map_table import ratios, static_film
+from linkages.laws.film.map_nodes import CENTRE, is_symmetric, solve_grooved
+from linkages.laws.film.map_table import head_of, ratios, static_film
 from linkages.laws.film.surface import Groove
 from linkages.laws.film.surface.balance import Thickness
 from linkages.laws.film.surface.equilibrium import coefficients, equilibrium, stability
@@ -60,7 +60,7 @@ def test_a_map_holds_the_solver_s_values_at_its_nodes(rule, grooves):
     nodes = NODES if len(grooves) == 1 else (11, 18, 12)  # all are solved without symmetry
     table = small(rule, grooves, nodes)
     for i, j, k in ((3, 2, 2), (3, 17, 11), (9, 6, 0)):
-        eps, y, alpha = float(ratios(table)[i]), 2.0 * math.pi * j / nodes[1], 2.0 * math.pi * k / nodes[2]
+        eps, y, alpha = float(ratios(head_of(table))[i]), 2.0 * math.pi * j / nodes[1], 2.0 * math.pi * k / nodes[2]
         placed = tuple(g._replace(angle=g.angle - grooves[0].angle) for g in grooves)
         exact = solve_grooved(eps, SLENDERNESS, placed, alpha, rule, np.array([y]), CELLS)[0]
         f_n, f_t, extent, flow = map_quantities(eps, *motion(eps, y), alpha, table)

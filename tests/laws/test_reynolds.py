@@ -11,36 +11,35 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from linkages.laws.film.closed_form import half_film_long, short_bearing
-from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds, solve_half
+from linkages.laws.film.map_nodes import finite_force
+from linkages.laws.film.surface import Groove
+from linkages.laws.film.surface.balance import Thickness, make_balance
+from linkages.laws.film.surface.cavity import solve
+from linkages.laws.film.surface.surface_film import outflows
+from linkages.laws.film.surface.surface_mesh import surface_mesh
+
+#: An axial line at the widest gap that is held at ambient pressure, seen from the eccentricity.
+LINE = (Groove(math.pi, 1e-6),)
 
 
-def manufactured(parity, around):
-    """Largest error for p = f(theta)*cos(pi z/2), f = cos or sin (even, odd), eps = 0.7, L/D = 0.8."""
-    mesh = make_mesh(0.7, 0.8, around, around // 4)
-    half = around // 2
-    rows = slice(0, half + 1) if parity == "even" else slice(1, half)
-    t, z = mesh.theta[rows, None], mesh.z
-    h = 1.0 + 0.7 * np.cos(t)
-    f, df, ddf = (np.cos(t), -np.sin(t), -np.cos(t)) if parity == "even" else (np.sin(t), np.cos(t), -np.sin(t))
-    around_part = h**3 * ddf - 3.0 * h**2 * 0.7 * np.sin(t) * df
-    source = -(around_part - h**3 * (0.5 * math.pi / 0.8) ** 2 * f) * np.cos(0.5 * math.pi * z)
-    width = mesh.width[rows].copy()
-    if parity == "even":
-        width[[0, -1]] *= 0.5
-    p = solve_half(mesh, source * width[:, None] * mesh.height, 1 if parity == "even" else -1)
-    return np.abs(p[rows] - f * np.cos(0.5 * math.pi * z)).max()
+def manufactured(part, around):
+    """Largest error for p = f(theta)*cos(pi z/2), f = cos or sin, eps = 0.7, L/D = 0.8."""
+    mesh = surface_mesh(0.8, (), (0.7, 0.0), around, around // 4)
+    t, z = mesh.theta[:, None], mesh.zeta / 0.8
+    h = 1.0 - 0.7 * np.cos(t)
+    f, df, ddf = (np.cos(t), -np.sin(t), -np.cos(t)) if part == "even" else (np.sin(t), np.cos(t), -np.sin(t))
+    around_part = h**3 * ddf + 3.0 * h**2 * 0.7 * np.sin(t) * df
+    loss = (around_part - h**3 * (0.5 * math.pi / 0.8) ** 2 * f) * np.cos(0.5 * math.pi * z) / 12.0
+    balance = make_balance(mesh, Thickness(0.7, 0.0), speed=0.0)
+    p = solve(balance._replace(gain=loss * mesh.width[:, None] * mesh.height), rule="guembel")
+    return np.abs(p - f * np.cos(0.5 * math.pi * z)).max()
 
 
-@pytest.mark.parametrize("parity", ["even", "odd"])
-def test_second_order_on_a_manufactured_solution(parity):
-    errors = [manufactured(parity, around) for around in (64, 128, 256)]
+@pytest.mark.parametrize("part", ["even", "odd"])
+def test_second_order_on_a_manufactured_solution(part):
+    errors = [manufactured(part, around) for around in (64, 128, 256)]
     orders = np.log2(np.divide(errors[:-1], errors[1:]))
     assert orders == pytest.approx([2.0, 2.0], abs=0.1)
-
-
-def one_dimensional(eps, around):
-    mesh = make_mesh(eps, 1.0, around, 2)
-    return mesh._replace(along_z=np.zeros_like(mesh.along_z))
 
 
 def test_reynolds_condition_against_the_long_bearing_integrals():
@@ -57,10 +56,11 @@ def test_reynolds_condition_against_the_long_bearing_integrals():
         quad(lambda t: math.cos(t) * flow(t, end), 0.0, end)[0],
     ]
     errors = []
-    for around in (100, 200, 400):
-        mesh = one_dimensional(eps, around)
-        film = reynolds(mesh, 0.0, 1.0, ambient_at_widest=True)
-        force = np.array([film.f_n, film.f_t]) / mesh.height.sum()  # the rows do not reach z = 1
+    for around in (150, 300, 600):
+        mesh = surface_mesh(1.0, LINE, (eps, 0.0), around, 2)
+        balance = make_balance(mesh, Thickness(eps, 0.0), speed=1.0 / eps)
+        p = np.maximum(solve(balance._replace(along=np.zeros_like(balance.along)), rule="reynolds"), 0.0)[:, 0]
+        force = -np.array([np.diff(np.sin(mesh.faces)) @ p, -np.diff(np.cos(mesh.faces)) @ p])
         errors.append(np.hypot(*(force - exact)) / np.hypot(*exact))
     assert errors[-1] < 2e-5
     assert 0.5 * math.log2(errors[0] / errors[-1]) > 1.9  # the end falls between lines
@@ -71,10 +71,9 @@ def test_long_limit_in_rotation_is_the_half_film(eps):
     """Relative end effects of a film of constant width fall as D/L."""
     errors = []
     for slenderness in (8.0, 16.0, 32.0):
-        mesh = make_mesh(eps, slenderness, 400, 48)
-        film = guembel(mesh, full_film(mesh), 0.0, 0.5)
+        f_n, f_t = finite_force(eps, slenderness, 0.0, 0.5, cells=(600, 64))
         exact = half_film_long(eps, 0.0, 1.0, slenderness)
-        errors.append(math.hypot(film.f_n - exact[0], film.f_t - exact[1]) / math.hypot(*exact[:2]))
+        errors.append(math.hypot(f_n - exact[0], f_t - exact[1]) / math.hypot(*exact[:2]))
     assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
     assert errors[1] / errors[2] == pytest.approx(2.0, abs=0.1)
 
@@ -99,9 +98,8 @@ def test_long_limit_with_squeeze_has_no_mean_axial_flow(direction):
         return math.fsum(values) * math.pi / 10000
 
     exact = component(math.cos), component(math.sin)
-    long = [make_mesh(eps, slenderness, 400, 48) for slenderness in (16.0, 32.0)]
-    near, far = (guembel(mesh, full_film(mesh), b, w) for mesh in long)
-    limit = 2.0 * far.f_n - near.f_n, 2.0 * far.f_t - near.f_t  # end effects fall as D/L
+    near, far = (np.array(finite_force(eps, slenderness, b, w, cells=(400, 48))) for slenderness in (16.0, 32.0))
+    limit = 2.0 * far - near  # end effects fall as D/L
     assert math.hypot(limit[0] - exact[0], limit[1] - exact[1]) < 1e-3 * math.hypot(*exact)
 
 
@@ -109,11 +107,10 @@ def test_long_limit_with_squeeze_has_no_mean_axial_flow(direction):
 @pytest.mark.parametrize("direction", [0.0, 0.8, 1.6, 2.4, 3.0])
 def test_short_limit_is_ocvirk(eps, direction):
     """The axial parabola is exact for L/D -> 0; the mesh leaves 1e-3."""
-    mesh = make_mesh(eps, 0.01, 400, 24)
     b, w = math.cos(direction), math.sin(direction)
-    film = guembel(mesh, full_film(mesh), b, w)
+    f_n, f_t = finite_force(eps, 0.01, b, w, cells=(600, 32))
     exact = short_bearing(eps, b, 2.0 * w, 0.01)
-    assert math.hypot(film.f_n - exact[0], film.f_t - exact[1]) < 1e-3 * math.hypot(*exact[:2])
+    assert math.hypot(f_n - exact[0], f_t - exact[1]) < 1e-3 * math.hypot(*exact[:2])
 
 
 #: H. J. Butenschoen, Das hydrodynamische, zylindrische Gleitlager endlicher Breite unter instationaerer
@@ -140,9 +137,9 @@ BUTENSCHOEN = [
 @pytest.mark.parametrize(("eps", "sommerfeld", "attitude"), BUTENSCHOEN)
 def test_butenschoen(eps, sommerfeld, attitude):
     """To 1 % and 0.1 deg: the tables have 3 to 6 digits, computed on the meshes of 1976."""
-    films = [reynolds(make_mesh(eps, width), 0.0, 0.5 * eps, ambient_at_widest=True) for width in (1.0, 0.5, 0.25)]
-    assert [0.5 * math.hypot(film.f_n, film.f_t) for film in films] == pytest.approx(sommerfeld, rel=0.01)
-    assert [math.degrees(math.atan2(film.f_t, -film.f_n)) for film in films] == pytest.approx(attitude, abs=0.1)
+    forces = [finite_force(eps, width, 0.0, 0.5 * eps, "reynolds", LINE, (240, 20)) for width in (1.0, 0.5, 0.25)]
+    assert [0.5 * math.hypot(f_n, f_t) for f_n, f_t in forces] == pytest.approx(sommerfeld, rel=0.01)
+    assert [math.degrees(math.atan2(f_t, -f_n)) for f_n, f_t in forces] == pytest.approx(attitude, abs=0.1)
 
 
 def test_short_bearing_coefficients():
@@ -221,8 +218,8 @@ def test_reynolds_condition_against_projected_relaxation(slenderness, eps, direc
     coarse, middle, fine = (np.array(projected_relaxation(eps, slenderness, b, w, n)) for n in (32, 64, 128))
     assert np.hypot(*(middle - coarse)) > 2.5 * np.hypot(*(fine - middle))  # it converges
     exact = fine + (fine - middle) / 3.0  # and in second order
-    film = reynolds(make_mesh(eps, slenderness), b, w)
-    assert math.hypot(film.f_n - exact[0], film.f_t - exact[1]) < 5e-4 * np.hypot(*exact)
+    force = np.array(finite_force(eps, slenderness, b, w, "reynolds", cells=(480, 32)))
+    assert np.hypot(*(force - exact)) < 5e-4 * np.hypot(*exact)
 
 
 @pytest.mark.parametrize("direction", [0.4, 1.6, 2.8])
@@ -235,8 +232,10 @@ def test_long_limit_of_reynolds_condition_is_the_full_film(direction):
     eps, b, w = 0.5, math.cos(direction), math.sin(direction)
     q = 1.0 - eps * eps
     exact = -12.0 * math.pi * b / q**1.5, 24.0 * math.pi * w / ((2.0 + eps * eps) * math.sqrt(q))
-    near, far = (reynolds(make_mesh(eps, slenderness), b, w) for slenderness in (32.0, 64.0))
-    limit = 2.0 * far.f_n - near.f_n, 2.0 * far.f_t - near.f_t  # end effects fall as D/L
+    near, far = (
+        np.array(finite_force(eps, slenderness, b, w, "reynolds", cells=(360, 48))) for slenderness in (32.0, 64.0)
+    )
+    limit = 2.0 * far - near  # end effects fall as D/L
     assert math.hypot(limit[0] - exact[0], limit[1] - exact[1]) < 1e-3 * math.hypot(*exact)
 
 
@@ -245,8 +244,8 @@ def test_long_limit_of_reynolds_condition_is_the_full_film(direction):
 )
 def test_reynolds_condition_settles(eps, slenderness, direction):
     """Also where the first guess is far off, and where cells of the middle differ by round-off."""
-    film = reynolds(make_mesh(eps, slenderness), math.cos(direction), math.sin(direction))
-    assert film.f_n * math.cos(direction) - film.f_t * math.sin(direction) < 0.0
+    f_n, f_t = finite_force(eps, slenderness, math.cos(direction), math.sin(direction), "reynolds")
+    assert f_n * math.cos(direction) - f_t * math.sin(direction) < 0.0
 
 
 STATES = {"eps": st.floats(0.0, 0.99), "slenderness": st.floats(0.1, 16.0), "direction": st.floats(-math.pi, math.pi)}
@@ -255,37 +254,35 @@ STATES = {"eps": st.floats(0.0, 0.99), "slenderness": st.floats(0.1, 16.0), "dir
 @settings(max_examples=25)
 @given(**STATES)
 def test_complementarity_passivity_and_symmetry(eps, slenderness, direction):
-    mesh = make_mesh(eps, slenderness, 96, 8)
     b, w = math.cos(direction), math.sin(direction)
-    film, mirrored = reynolds(mesh, b, w), reynolds(mesh, b, -w)
-    assert film.p.min() >= 0.0
-    p, load = np.pad(film.p, ((1, 1), (0, 0)), mode="wrap"), -(b * mesh.rate_b + w * mesh.rate_w)
-    out = np.diff(p, axis=0) * np.append(mesh.along_theta[-1], mesh.along_theta)[:, None] * mesh.height
-    axial = np.diff(film.p, append=0.0) * mesh.along_z * mesh.cube[:, None]
-    excess = -np.diff(out, axis=0) - np.diff(axial, prepend=0.0) - load[:, None] * mesh.height
-    small = 1e-10 * np.abs(load).max()
+    mesh = surface_mesh(slenderness, (), (eps, 0.0), 96, 8)
+    balance = make_balance(mesh, Thickness(eps, 0.0), (b, -w), speed=0.0)  # from an observer who turns with the film
+    p = np.maximum(solve(balance, rule="reynolds"), 0.0)
+    out, _ = outflows(balance, 0.0, p, np.ones_like(p))
+    excess, small = out + balance.gain, 1e-10 * np.abs(balance.gain).max()
     assert excess.min() > -small
-    assert np.abs(excess[film.p > 0.0]).max() < small
-    assert film.f_n * b - film.f_t * w < 0.0
-    size = math.hypot(film.f_n, film.f_t)
-    assert mirrored.f_n == pytest.approx(film.f_n, abs=1e-8 * size)
-    assert mirrored.f_t == pytest.approx(-film.f_t, abs=1e-8 * size)
-    double = reynolds(mesh, 2.0 * b, 2.0 * w)
-    assert double.f_n == pytest.approx(2.0 * film.f_n, abs=1e-8 * size)
-    clipped = guembel(mesh, full_film(mesh), b, w)
-    assert clipped.f_n * b - clipped.f_t * w < 0.0
+    assert np.abs(excess[p > 0.0]).max() < small
+    force, mirrored, double = (
+        np.array(finite_force(eps, slenderness, *motion, "reynolds", cells=(96, 8)))
+        for motion in ((b, w), (b, -w), (2.0 * b, 2.0 * w))
+    )
+    assert force @ (b, -w) < 0.0
+    size = np.hypot(*force)
+    assert mirrored * (1.0, -1.0) == pytest.approx(force, abs=1e-8 * size)
+    assert double == pytest.approx(2.0 * force, abs=1e-8 * size)
+    assert np.dot(finite_force(eps, slenderness, b, w, cells=(96, 8)), (b, -w)) < 0.0
 
 
 def test_a_guess_changes_nothing():
-    mesh = make_mesh(0.7, 1.0, 96, 8)
-    start = reynolds(mesh, 0.2, 0.5)
-    assert np.array_equal(reynolds(mesh, 0.3, 0.4, guess=start.p).p, reynolds(mesh, 0.3, 0.4).p)
+    mesh = surface_mesh(1.0, (), (0.7, 0.0), 96, 8)
+    near, film = (make_balance(mesh, Thickness(0.7, 0.0), motion, speed=0.0) for motion in ((0.2, -0.5), (0.3, -0.4)))
+    alone = solve(film, rule="reynolds")
+    assert np.array_equal(solve(film, rule="reynolds", guess=solve(near, rule="reynolds")), alone)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
-    [((1.0, 1.0), "eccentricity"), ((0.5, 0.0), "slenderness"), ((0.5, 1.0, 7, 4), "mesh 7 x 4")],
+    ("arguments", "message"), [((0.0,), "slenderness"), ((1.0, (), (0.5, 0.0), 7, 4), "mesh 7 x 4")]
 )
 def test_bad_meshes_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
-        make_mesh(*arguments)
+        surface_mesh(*arguments)

@@ -9,17 +9,17 @@ from scipy.optimize import brentq
 
 from linkages.laws.film.surface import Groove
 from linkages.laws.film.surface.balance import Thickness, cell_volumes, make_balance, with_history
-from linkages.laws.film.surface.complementarity import Boundary, solve
+from linkages.laws.film.surface.cavity import solve
 from linkages.laws.film.surface.surface_film import Pressures, solve_film
 from linkages.laws.film.surface.surface_mesh import surface_mesh
-from linkages.laws.film.surface.transient import Bearing, Journal, at_rest, filling_time, follow, move
+from linkages.laws.film.surface.transient import FilmSurface, Journal, at_rest, filling_time, follow, move
 
 GROOVE = Groove(math.pi, math.radians(20.0), 0.8)
 RING = Groove(math.pi, math.radians(20.0))  # over the whole length
 
 
 def bearing(grooves=(GROOVE,), slenderness=1.0, around=36, along=4, **options):
-    return Bearing(surface_mesh(slenderness, grooves, around=around, along=along), grooves, **options)
+    return FilmSurface(surface_mesh(slenderness, grooves, around=around, along=along), grooves, **options)
 
 
 class Plates:
@@ -89,16 +89,17 @@ def solved_plates(plates, times, along, steps):
     """Missing volume and load of the solver at times."""
     mesh = surface_mesh(1.0, (), (0.0, 0.0), 8, along)
     balance, unit = make_balance(mesh, Thickness(0.0, 0.0), speed=0.0), cell_volumes(mesh, Thickness(0.0, 0.0))
-    oil, state, found, dt = plates.h(0.0) * unit, None, [], times[-1] / steps
+    oil, z, found, dt = plates.h(0.0) * unit, None, [], times[-1] / steps
     for k in range(1, steps + 1):
         h = plates.h(k * dt)
         now = balance._replace(around=h**3 * balance.around, along=h**3 * balance.along)
         now = with_history(now, h * unit, oil, dt)
-        state = solve(now, Boundary(plates.ambient, np.zeros_like(unit)), guess=state)
-        oil = (1.0 - state.deficit) * h * unit
+        z = solve(now, plates.ambient, guess=z)
+        deficit, p = np.maximum(-z, 0.0), np.maximum(z, 0.0)
+        oil = (1.0 - deficit) * h * unit
         if np.abs(k * dt - times).min() < 0.5 * dt:
             width = 2.0 * math.pi
-            found.append([(state.deficit * h * unit).sum() / width, (state.p * unit).sum() / width])
+            found.append([(deficit * h * unit).sum() / width, (p * unit).sum() / width])
     return np.array(found)
 
 
@@ -123,16 +124,16 @@ def test_a_closing_film_fills_and_then_squeezes():
     lam, ambient = 0.8, 0.0
     mesh = surface_mesh(lam, (), (0.0, 0.0), 24, 40)
     unit, flat = cell_volumes(mesh, Thickness(0.0, 0.0)), make_balance(mesh, Thickness(0.0, 0.0), speed=0.0)
-    boundary, dt, oil = Boundary(ambient, np.zeros_like(unit)), 0.05, 1.05 * unit
+    dt, oil = 0.05, 1.05 * unit
     for h in (1.1, 1.05):
         now = with_history(flat._replace(around=h**3 * flat.around, along=h**3 * flat.along), h * unit, oil, dt)
-        state = solve(now, boundary)
-        assert state.p.max() < 1e-9  # full at h = 1.05
-        np.testing.assert_allclose(1.0 - state.deficit, 1.05 / h, rtol=1e-9)
-    state = solve(with_history(flat, unit, oil, dt), boundary)
+        z = solve(now, ambient)
+        assert z.max() < 1e-9  # full at h = 1.05
+        np.testing.assert_allclose(1.0 + np.minimum(z, 0.0), 1.05 / h, rtol=1e-9)
+    p = solve(with_history(flat, unit, oil, dt), ambient)
     exact = 6.0 * (lam**2 - mesh.zeta**2)
-    np.testing.assert_allclose(state.p, np.broadcast_to(exact, unit.shape), rtol=1e-4, atol=1e-3)
-    assert (flat.along[:, -1] * state.p[:, -1]).sum() == pytest.approx(2.0 * math.pi * lam, rel=1e-10)
+    np.testing.assert_allclose(p, np.broadcast_to(exact, unit.shape), rtol=1e-4, atol=1e-3)
+    assert (flat.along[:, -1] * p[:, -1]).sum() == pytest.approx(2.0 * math.pi * lam, rel=1e-10)
 
 
 def test_a_centred_ring_fills_at_half_the_speed_of_the_journal():
@@ -170,7 +171,6 @@ def test_at_a_place_it_tends_to_the_steady_film(pressures):
         gain = 2.0 * (state.oil - before.oil)[free].sum() / 0.5
         assert film.imbalance < 1e-10
         assert gain == pytest.approx(sum(film.groove_flow) - film.end_flow, abs=1e-10)
-        assert gain == pytest.approx(film.storage, abs=1e-12)
         assert film.pressure.min() >= pressures.cavity / pressures.unit
         assert 0.0 <= film.content.min() <= film.content.max() <= 1.0
     np.testing.assert_allclose(film.force, steady.force, rtol=1e-6)
@@ -180,13 +180,13 @@ def test_at_a_place_it_tends_to_the_steady_film(pressures):
 def test_the_error_is_of_first_order_in_the_step():
     case, end = bearing(), 4.0
 
-    def last(count):
+    def forces(count):
         places = ((end * k / count, (0.5 + 0.2 * math.sin(end * k / count), 0.0), 1.0) for k in range(1, count + 1))
-        *_, found = follow(case, at_rest(case, (0.5, 0.0)), places)
-        return np.array(found.force)
+        found = [moment.force for moment in follow(case, at_rest(case, (0.5, 0.0)), places)]
+        return np.array(found)[count // 40 - 1 :: count // 40]
 
-    coarse, middle, fine = map(last, (80, 160, 320))
-    assert np.hypot(*(coarse - middle)) / np.hypot(*(middle - fine)) == pytest.approx(2.0, abs=0.2)
+    coarse, middle, fine = map(forces, (80, 160, 320))  # over the motion: at one time a front passes a cell
+    assert np.linalg.norm(coarse - middle) / np.linalg.norm(middle - fine) == pytest.approx(2.0, abs=0.2)
 
 
 def test_a_loaded_journal_comes_to_its_equilibrium():

@@ -18,6 +18,7 @@ from linkages.engines.compiled.statistics import STATISTICS
 from linkages.errors import InputError, Status
 from linkages.files.table_formats import needed
 from linkages.kernel import Array, Indices
+from linkages.model.capabilities import Analysis
 from linkages.outputs.registry import default_outputs, pack
 from linkages.results.derivatives import Wrt
 from linkages.system import System
@@ -196,7 +197,7 @@ def simulate_batch(
     ------
     InputError
         If a path, an output or a window is not valid for the nominal experiment, a path of `wrt` has no derivative, or
-        a film has a history with `wrt`.
+        `wrt` is given and a model has no derivatives.
     RunError
         If the threads cannot be started.
     MemoryError
@@ -228,7 +229,7 @@ def simulate_batch(
         _check_paths(system, variables, table)
         designs.checked = True
     if wrt:
-        system.without_history("derivatives")
+        system.check_analysis(Analysis.DERIVATIVES)
     runs = Runs(designs, table)
     share = _OF_RUNS if wrt else 1.0
     bounds = None if limits is None else _values_of(limits, variables, "limits")

@@ -11,7 +11,7 @@ import numpy as np
 
 from linkages.kernel import Array, Indices
 from linkages.kernel.dual import dual_array
-from linkages.laws.film.history_cells import memory_of
+from linkages.laws.film.film_history import memory_of
 from linkages.planar.arrays import Arrays
 from linkages.planar.contact_partials import MOTION, PARTIALS, RESULTS, no_bounds
 from linkages.planar.contacts import OIL, WIDTH

@@ -18,7 +18,7 @@ from linkages.engines.compiled.projection import project_state
 from linkages.integrate.implicit import set_last_step
 from linkages.integrate.stepper import OF, Stepper, copy, restart
 from linkages.kernel import Array, Indices, kernel
-from linkages.laws.film.history_cells import MISSING, remembered_cells
+from linkages.laws.film.film_history import MISSING, remembered_cells
 from linkages.planar.contacts import APPROACH, OIL
 from linkages.planar.motion import last_start
 

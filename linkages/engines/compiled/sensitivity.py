@@ -29,6 +29,7 @@ from linkages.engines.compiled.variation import vary
 from linkages.integrate.stepper import make_stepper
 from linkages.kernel import Array, Indices
 from linkages.kernel.by_reference import packed
+from linkages.model.capabilities import Analysis
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
 from linkages.planar.contact_partials import FRICTION_SPEED
@@ -77,7 +78,7 @@ class Differentiation:
 
     def __init__(self, runner: Runner, steps: Steps, values: Sequence[str | Direction] = ()) -> None:
         system = runner.system
-        system.without_history("derivatives")
+        system.check_analysis(Analysis.DERIVATIVES)
         self.runner, self.steps = runner, steps
         self._nearby = neighbours(system, values)
         given = make_given(system, pack(system, ()), np.zeros((0, 2)))

@@ -18,6 +18,7 @@ from linkages.errors import Status
 from linkages.integrate.driver import PAUSED
 from linkages.kernel import Array
 from linkages.kernel.by_reference import packed
+from linkages.model.capabilities import Analysis
 from linkages.outputs.columns import Columns
 from linkages.results.derivatives import Direction
 from linkages.results.trajectory import Loops, Trajectory, sample
@@ -58,7 +59,7 @@ def simulate(
         If there is nothing to start from.
     """
     if wrt:
-        system.without_history("derivatives")
+        system.check_analysis(Analysis.DERIVATIVES)
     started = clock.perf_counter()
     runner = Runner(system)
     t, y, step, status = 0.0, runner.start, 0.0, Status.OK

@@ -17,6 +17,7 @@ from linkages.engines.drake.clearance import BristledJoints, ClearanceJoints
 from linkages.engines.drake.drives import Drives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
 from linkages.errors import InputError, Status
+from linkages.model.capabilities import Analysis
 from linkages.results.trajectory import TimeReport
 from linkages.system import System
 from linkages.system.rigid_segments import segmented
@@ -129,14 +130,13 @@ def add_linkage(
     AssemblyError
         If the linkage cannot be assembled.
     InputError
-        If a flexible link has settings that rigid segments do not support, a film has a history, or the diagram has a
-        linkage of this name.
+        If Drake does not support a model (`linkages.model.capabilities`), or the diagram has a linkage of this name.
     """
     name = _free_name(builder, system) if name is None else name
     if _is_taken(builder, name):
         raise InputError("argument", "name", f'"{name}" is taken in this diagram; choose another one, or leave it out')
-    system.without_history("Drake")
-    system = _in_segments(system) if system.tree.flexible else system
+    system.check_analysis(Analysis.DRAKE)
+    system = segmented(system) if system.tree.flexible else system
     system.assembly  # noqa: B018 (raises before anything is added)
     tree = system.tree
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
@@ -192,14 +192,6 @@ def _free_name(builder: DiagramBuilder, system: System) -> str:
     own = system.mechanism.name
     names = chain(["", own], (f"{own}_{number}" for number in count(2)))
     return next(name for name in names if not _is_taken(builder, name))
-
-
-def _in_segments(system: System) -> System:
-    for name in system.experiment.flexible:
-        if not system.experiment.links[name].stiffening:
-            problem = "is false, but Drake's rigid segments always stiffen; remove it, or use the compiled engine"
-            raise InputError(system.experiment.source, f"links.{name}.stiffening", problem)
-    return segmented(system)
 
 
 def build_diagram(system: System, meshcat: Meshcat | None = None) -> tuple[Diagram, Linkage]:

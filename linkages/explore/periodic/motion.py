@@ -100,8 +100,8 @@ def periodic_motion(
     Raises
     ------
     InputError
-        If the drives have no common period or determine the whole motion, a film has a history, or a number is out of
-        its range.
+        If the drives have no common period or determine the whole motion, a model does not support it, or a number is
+        out of its range.
     RunError
         If a run fails, or Newton's method does not converge.
 

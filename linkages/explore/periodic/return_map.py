@@ -25,6 +25,7 @@ from linkages.explore.local_coordinates import LocalCoordinates, local_coordinat
 from linkages.explore.periodic.continuation import Return
 from linkages.explore.periodic.multipliers import Multipliers, multipliers
 from linkages.explore.sections import Section, recorded
+from linkages.model.capabilities import Analysis
 from linkages.outputs.registry import pack
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.planar.record_types import REVOLUTE
@@ -78,7 +79,7 @@ class ReturnMap:
         accuracy: float,
         given: tuple[Array, Array] | None = None,
     ) -> None:
-        system.without_history("the return map")
+        system.check_analysis(Analysis.PERIODIC)
         self._system = system.replaced({"solver.accuracy": min(accuracy, system.experiment.solver.accuracy)})
         self._path, self.periods = path, periods
         ramps = (drive.ramp for drive in system.experiment.drives.values())

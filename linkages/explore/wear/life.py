@@ -89,7 +89,7 @@ def wear_life(
     Raises
     ------
     InputError
-        If no joint wears, a film has a history, or a value is not valid.
+        If no joint wears, a model does not support it, or a value is not valid.
     AssemblyError
         If the linkage cannot be assembled.
 

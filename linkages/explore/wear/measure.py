@@ -15,6 +15,7 @@ from linkages.errors import InputError, Status
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.laws.wear.archard import SAMPLE, fill_moments
 from linkages.laws.wear.profile import depth_of
+from linkages.model.capabilities import Analysis
 from linkages.outputs.registry import JITTER, has_jitter
 from linkages.results.extremes import peaks
 from linkages.system import System
@@ -111,9 +112,9 @@ def check_wears(system: System, drive: str | None = None) -> tuple[Wearing, ...]
     Raises
     ------
     InputError
-        If no joint wears, a film has a history, or the drive is not periodic.
+        If no joint wears, a model does not support it, or the drive is not periodic.
     """
-    system.without_history("wear over a service life")
+    system.check_analysis(Analysis.WEAR)
     joints = wearing(system)
     if not joints:
         raise InputError(system.experiment.source, "joints", "no joint wears; give one a table [joints.NAME.wear]")

@@ -3,16 +3,13 @@
 | module         | what it holds                                                           |
 |----------------|-------------------------------------------------------------------------|
 | closed_form    | exact half film, Pinkus-Sternlicht, short bearing                       |
-| reynolds       | the 2D Reynolds equation of a finite film, with two rules of cavitation |
+| surface        | the film on the developed surface: mesh, volume balance, cavity         |
 | map_table      | the table of a film map, evaluated by splines                           |
+| map_nodes      | the films at the nodes of a map                                         |
 | film_map       | which films are given by maps, and how a map is built                   |
-| groove_nodes   | the quasi-static film of a bearing with grooves at one place            |
-| tilted_film    | the finite film under a tilted journal, solved at each evaluation       |
 | map_cache      | film maps on disk                                                       |
-| surface        | films with mass conservation, grooves and tilt on a developed surface   |
-| history_cells  | cells of a film whose content is a state, their table and memory        |
-| history_solver | pressure and missing oil on these cells                                 |
-| film_history   | force of such a film, and its content from step to step                 |
+| tilted_film    | the finite film under a tilted journal, solved at each evaluation       |
+| film_history   | the film whose content is a state: its force, and its steps             |
 | films          | the films by name, and the evaluation of any of them                    |
 
 A film is a function ``film(eps, deps, ew, slenderness) -> (f_n, f_t, extent)``:

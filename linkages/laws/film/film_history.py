@@ -25,6 +25,8 @@ the bearing's. The mesh is not graded for an eccentricity.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,53 +34,101 @@ from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.kernel.by_reference import reference
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.film_map import GROOVED_LIMIT
-from linkages.laws.film.history_cells import (
-    ALONG,
-    AROUND,
-    CONTENT,
-    MISSING,
-    PLACE_X,
-    PLACE_Y,
-    SIDES,
-    STEP,
-    TIME,
-    gap_volume,
-    groove_share,
-    length_of,
-    line_of,
-)
-from linkages.laws.film.history_solver import Sheet, fill_flows, integrate_thickness, new_sheet, settle
+from linkages.laws.film.surface.balance import fill_balance, new_balance
+from linkages.laws.film.surface.cavity import settle
+from linkages.laws.film.surface.grooves import Groove
+from linkages.laws.film.surface.surface_film import integrate_film
+from linkages.laws.film.surface.surface_mesh import LINE, surface_mesh
 from linkages.laws.parameters import SHEAR
 
 #: Largest eccentricity ratio of these films; the coarse mesh does not resolve thinner ones.
 LARGEST = GROOVED_LIMIT
+#: Entries of the memory of a film: time of its last step [s], place there (2), and from then on the missing volumes of
+#: the cells and, as a guess that no result depends on, the last solution.
+TIME, PLACE_X, PLACE_Y, MISSING = range(4)
 
 _NO_SHEAR = SHEAR["none"]
 _LEAST = 1e-6  # part of a gap that stays where it would close within the film step: there is no cavity then
+_HEAD = 4  # numbers of a table before its arrays
 
 
-@kernel
-def _solve(
-    table: Array, oil: Array, x: float, y: float, vx: float, vy: float, spin: float, supply: float, sheet: Sheet
-) -> None:
-    """Solve the film at a place and velocity; leave the solution in the memory ``oil``, behind the missing volumes."""
-    n, m = sheet.gain.shape
-    step, first = table[STEP], MISSING + n * m
-    integrate_thickness(table, x, y, sheet.thickness)
-    fill_flows(table, 0.5 * spin, sheet)
-    for i in range(n):
-        at = line_of(table, i)
-        for j in range(m):
-            growth = -length_of(table, j) * (vx * table[at + 1] + vy * table[at + 2])
-            rate = gap_volume(table, i, j, x, y) / step
-            sheet.gain[i, j] = growth + oil[MISSING + i * m + j] / step
-            sheet.most[i, j] = max(rate + growth, _LEAST * rate)
-    settle(table, sheet, supply, oil[first : first + n * m])
+class Sheet(NamedTuple):
+    """Cells of a film with history; the first three as of `linkages.laws.film.surface.surface_mesh.SurfaceMesh`."""
+
+    lines: Array
+    ends: Array
+    zeta: Array
+    supply: Array  # pressure of the cells in grooves, over the largest; -1 elsewhere, (n, m)
+    step: float  # film step tau [s]
+    content: float  # film content at the start, 0 to 1
+
+
+def history_table(
+    slenderness: float, grooves: Sequence[Groove], cells: tuple[int, int], step: float, content: float
+) -> Array:
+    """Lay out a film with history as a row of numbers, which `sheet_of` reads.
+
+    Parameters
+    ----------
+    slenderness : float
+        L/D.
+    grooves : sequence of Groove
+        In the bearing's frame; their pressures count in parts of the largest.
+    cells : (int, int)
+        Around, and along half the length; edges of grooves add some.
+    step : float
+        Film step tau [s].
+    content : float
+        Film content at the start, 0 to 1.
+
+    Returns
+    -------
+    table : array of float
+        For `film_with_history`.
+    """
+    mesh = surface_mesh(slenderness, grooves, around=cells[0], along=cells[1])
+    pressures = np.array([groove.pressure for groove in grooves])
+    supply = mesh.pressures(pressures / (pressures.max(initial=0.0) or 1.0))
+    return np.concatenate([[*supply.shape, step, content], *map(np.ravel, mesh.geometry), supply.ravel()])
+
+
+@inlined_kernel
+def sheet_of(table: Array) -> Sheet:
+    """Read a table of `history_table`, without a copy."""
+    n, m = int(table[0]), int(table[1])
+    ends = _HEAD + LINE * n
+    zeta = ends + m + 1
+    return Sheet(
+        table[_HEAD:ends].reshape(n, LINE),
+        table[ends:zeta],
+        table[zeta : zeta + m],
+        table[zeta + m : zeta + m + n * m].reshape(n, m),
+        table[2],
+        table[3],
+    )
+
+
+def memory_of(table: Array) -> int:
+    """Return the number of entries that a film with this table remembers."""
+    return MISSING + 2 * int(table[0]) * int(table[1])
+
+
+@inlined_kernel
+def remembered_cells(entries: int) -> int:
+    """Return the number of missing volumes in a memory of so many entries."""
+    return max(entries - MISSING, 0) // 2
+
+
+@inlined_kernel
+def _gap_volume(sheet: Sheet, i: int, j: int, x: float, y: float) -> float:
+    """Volume of the gap in a cell."""
+    line = sheet.lines[i]
+    return (sheet.ends[j + 1] - sheet.ends[j]) * (line[0] - x * line[1] - y * line[2])
 
 
 @kernel
 def solve_history(
-    table: Array, oil: Array, x: float, y: float, vx: float, vy: float, spin: float, supply: float
+    table: Array, oil: Array, x: float, y: float, vx: float, vy: float, spin: float, supply: float, advance: float = 0.0
 ) -> tuple[float, float, float, float]:
     """Solve the film with history.
 
@@ -87,13 +137,15 @@ def solve_history(
     table : array of float
         From `history_table`.
     oil : (`memory_of`,) array
-        Its memory; the missing volumes stay as they are.
+        Its memory; the solution is kept behind the missing volumes.
     x, y, vx, vy : float
         Eccentricity in the bearing's frame, over the clearance, and its rate there [1/s].
     spin : float
         Angular velocity of the journal relative to the bearing [rad/s].
     supply : float
         Largest pressure of the grooves [1/s].
+    advance : float
+        Step over which the missing volumes move [s]; 0: they stay as they are.
 
     Returns
     -------
@@ -104,29 +156,29 @@ def solve_history(
     flow : float
         Volume flow out of both ends in units of c R^2.
     """
-    sheet = new_sheet(table)
-    _solve(table, oil, x, y, vx, vy, spin, supply, reference(sheet))
-    carried, along = sheet.carried, sheet.along
-    n, m = carried.shape
-    first = MISSING + n * m
-    fx, fy, shear, flow = 0.0, 0.0, 0.0, 0.0
+    sheet = sheet_of(table)
+    n, m = sheet.supply.shape
+    balance = new_balance(np.empty((n, m)))
+    missing = oil[MISSING : MISSING + n * m].reshape(n, m)
+    z = oil[MISSING + n * m : MISSING + 2 * n * m].reshape(n, m)
     for i in range(n):
-        at, last = line_of(table, i), (i - 1) % n
+        growth = -vx * sheet.lines[i, 1] - vy * sheet.lines[i, 2]
         for j in range(m):
-            z, area = oil[first + i * m + j], length_of(table, j)
-            p = max(z, 0.0)
-            fx, fy = fx - p * area * table[at + 1], fy - p * area * table[at + 2]
-            content = 1.0
-            if z < 0.0:  # at the middle of the cell: the mean of what its faces carry
-                inflow, outflow = abs(carried[last, j]), abs(carried[i, j])
-                before, after = oil[first + last * m + j], oil[first + (i + 1) % n * m + j]
-                own, other = min(z, 0.0), min(before if carried[i, j] >= 0.0 else after, 0.0)
-                up, down = (inflow, outflow) if carried[i, j] >= 0.0 else (outflow, inflow)
-                content += (up * other + down * own) / (up + down) if up + down > 0.0 else own
-            shear += content * area * sheet.thickness[i, 4]
-        flow += along[i, m] * max(oil[first + i * m + m - 1], 0.0) + along[i, 0] * max(oil[first + i * m], 0.0)
-    sides = table[SIDES]
-    return sides * fx, sides * fy, sides * shear, sides * flow
+            share, rate = sheet.supply[i, j], _gap_volume(sheet, i, j, x, y) / sheet.step
+            grown = (sheet.ends[j + 1] - sheet.ends[j]) * growth
+            balance.known[i, j] = supply * share if share >= 0.0 else -1.0
+            balance.gain[i, j] = grown + missing[i, j] / sheet.step
+            balance.most[i, j] = max(rate + grown, _LEAST * rate)
+    film = reference(balance)
+    fill_balance(sheet.lines, sheet.ends, sheet.zeta, x, y, 0.0, 0.0, 0.5 * spin, film)
+    settle(film, 0.0, True, z)
+    if advance > 0.0:
+        kept = 1.0 - advance / sheet.step
+        for i in range(n):
+            for j in range(m):
+                missing[i, j] = kept * missing[i, j] + advance * balance.most[i, j] * max(-z[i, j], 0.0)
+    fx, fy, _, _, shear, flow = integrate_film(sheet.lines, sheet.ends, sheet.zeta, film, 0.0, z)
+    return fx, fy, shear, flow
 
 
 @kernel
@@ -135,28 +187,20 @@ def advance_history(table: Array, oil: Array, t: float, x: float, y: float, spin
 
     Arguments as for `solve_history`. The volumes of the gap change by their true amounts: the oil is balanced.
     """
-    sheet = new_sheet(table)
-    n, m = sheet.most.shape
-    h, first = t - oil[TIME], MISSING + n * m
-    vx, vy = (x - oil[PLACE_X]) / h, (y - oil[PLACE_Y]) / h
-    _solve(table, oil, x, y, vx, vy, spin, supply, reference(sheet))
-    kept = 1.0 - h / table[STEP]
-    for i in range(n):
-        for j in range(m):
-            k = i * m + j
-            deficit = max(-oil[first + k], 0.0)
-            oil[MISSING + k] = kept * oil[MISSING + k] + h * sheet.most[i, j] * deficit
+    h = t - oil[TIME]
+    solve_history(table, oil, x, y, (x - oil[PLACE_X]) / h, (y - oil[PLACE_Y]) / h, spin, supply, h)
     oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y
 
 
 @kernel
 def start_history(table: Array, oil: Array, t: float, x: float, y: float, fresh: bool) -> None:
     """Set time and place of a film's last step, and with ``fresh`` its content to the one at the start of a run."""
-    n, m = int(table[AROUND]), int(table[ALONG])
+    sheet = sheet_of(table)
+    n, m = sheet.supply.shape
     for i in range(n if fresh else 0):
         for j in range(m):
-            missing = (1.0 - table[CONTENT]) * gap_volume(table, i, j, x, y)
-            oil[MISSING + i * m + j] = missing if groove_share(table, i, j) < 0.0 else 0.0
+            missing = (1.0 - sheet.content) * _gap_volume(sheet, i, j, x, y)
+            oil[MISSING + i * m + j] = missing if sheet.supply[i, j] < 0.0 else 0.0
             oil[MISSING + n * m + i * m + j] = 0.0
     oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y
 
@@ -164,22 +208,25 @@ def start_history(table: Array, oil: Array, t: float, x: float, y: float, fresh:
 @kernel
 def mean_content(table: Array, oil: Array, x: float, y: float) -> float:
     """Return the share of the gap outside of the grooves that is filled with oil."""
-    n, m = int(table[AROUND]), int(table[ALONG])
+    sheet = sheet_of(table)
+    n, m = sheet.supply.shape
     gap, missing = 0.0, 0.0
     for i in range(n):
         for j in range(m):
-            if groove_share(table, i, j) < 0.0:
-                gap += gap_volume(table, i, j, x, y)
+            if sheet.supply[i, j] < 0.0:
+                gap += _gap_volume(sheet, i, j, x, y)
                 missing += oil[MISSING + i * m + j]
     return 1.0 - missing / gap
 
 
 #: Place and rate of the journal in the bearing's frame [1, 1/s], cosine and sine of the bearing's angle.
-Seen = tuple[float, float, float, float, float, float]
+JournalInBearing = tuple[float, float, float, float, float, float]
 
 
 @inlined_kernel
-def in_bearing(joint: np.record, ex: float, ey: float, vx: float, vy: float, omega_b: float, angle: float) -> Seen:
+def in_bearing(
+    joint: np.record, ex: float, ey: float, vx: float, vy: float, omega_b: float, angle: float
+) -> JournalInBearing:
     """Turn the motion of a journal into the bearing's frame; arguments of `linkages.laws.journal.clearance_force`."""
     c, s, unit = math.cos(angle), math.sin(angle), 1.0 / joint.clearance
     far = math.sqrt(ex * ex + ey * ey) * unit

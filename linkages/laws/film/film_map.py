@@ -1,11 +1,7 @@
 """Films as maps: which films there are, and their values at the nodes of a table (`linkages.laws.film.map_table`).
 
-| film           | solver                            | rules of cavitation        |
-|----------------|-----------------------------------|----------------------------|
-| without groove | `linkages.laws.film.reynolds`     | guembel, reynolds          |
-| with grooves   | `linkages.laws.film.groove_nodes` | reynolds, mass-conserving  |
-
-Maps are kept on disk by `linkages.laws.film.map_cache`.
+`linkages.laws.film.map_nodes` solves films without groove by the rules of cavitation guembel and reynolds, with grooves
+by reynolds and mass-conserving. Maps are kept on disk by `linkages.laws.film.map_cache`.
 """
 
 from __future__ import annotations
@@ -18,14 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.kernel import Array
-from linkages.laws.film.closed_form import half_film_long
-from linkages.laws.film.groove_nodes import CELLS, has_angle, is_symmetric, solve_grooved, static_part
-from linkages.laws.film.map_table import CHANNELS, fit, make_head, ratios
-from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds
+from linkages.laws.film.map_nodes import CELLS, has_angle, is_symmetric, solve_grooved, solve_plain, static_part
+from linkages.laws.film.map_table import CHANNELS, MapHead, fit, place, ratios
 from linkages.laws.film.surface.grooves import Groove
 
 #: Raised whenever the solver or the layout of the map changes: maps of other versions are not read.
-VERSION = 6
+VERSION = 7
 #: Largest eccentricity ratio of a map without and with grooves.
 EPS_LIMIT, GROOVED_LIMIT = 0.999, 0.99
 #: Nodes of a map in x, y and alpha, without and with grooves.
@@ -36,24 +30,22 @@ _MIRRORED = (1.0, -1.0, 1.0, 1.0)  # factors of the quantities of a node in the 
 
 
 class Cavitation(NamedTuple):
-    """A rule of cavitation of a film without groove: what it means, and the mesh of its map."""
+    """A rule of cavitation of a film without groove."""
 
     formula: str
     valid: str
     source: str
-    around: int  # mesh lines around the film and along its half length, for a map
-    along: int
 
 
 #: The rules of cavitation of a finite film without groove.
 CAVITATIONS = {
     "guembel": Cavitation(
         "2D Reynolds equation on the whole film, max(p, 0)",
-        "any L/D, eps <= 0.999", "Guembel's half-Sommerfeld condition", around=480, along=32,
+        "any L/D, eps <= 0.999", "Guembel's half-Sommerfeld condition",
     ),
     "reynolds": Cavitation(
         "2D Reynolds equation with p >= 0 as complementarity",
-        "any L/D, eps <= 0.999", "Swift-Stieber condition; Butenschoen 1976", around=240, along=20,
+        "any L/D, eps <= 0.999", "Swift-Stieber condition; Butenschoen 1976",
     ),
 }  # fmt: skip
 #: The rules of a film with grooves.
@@ -93,7 +85,7 @@ class MapCase(NamedTuple):
         )
 
     @property
-    def head(self) -> Array:
+    def head(self) -> MapHead:
         """Numbers that the table begins with."""
         nodes = self.nodes or (GROOVED_NODES if self.grooves else NODES)
         if self.grooves and not has_angle(self.grooves):
@@ -102,7 +94,7 @@ class MapCase(NamedTuple):
         key = repr((VERSION, float(self.slenderness), self.cavitation, self.placed, nodes, self.cells, limit))
         identity = float(int.from_bytes(hashlib.sha256(key.encode()).digest()[:6], "big"))
         supplied = any(groove.pressure for groove in self.grooves)
-        return make_head(identity, self.slenderness, limit, nodes, bool(self.grooves), supplied)
+        return MapHead(identity, self.slenderness, float(place(limit)), *nodes, bool(self.grooves), supplied)
 
     def check(self) -> None:
         """Check the inputs.
@@ -140,9 +132,9 @@ def build_map(case: MapCase, progress: Callable[[float], object] | None = None) 
     """
     case.check()
     head = case.head
-    nx, ny, na = (int(number) for number in head[3:6])
+    nx, ny, na = head.nx, head.ny, head.na
     values = np.empty((nx, ny, na, CHANNELS))
-    static = np.empty((nx, na, CHANNELS)) if head[7] else None
+    static = np.empty((nx, na, CHANNELS)) if head.supplied else None
     grooves, mirror = case.placed, -np.arange(ny) % ny
     angles = np.asarray(np.arange(ny) * (_TURN / ny), dtype=np.float64)
     symmetric = is_symmetric(grooves)
@@ -166,30 +158,3 @@ def build_map(case: MapCase, progress: Callable[[float], object] | None = None) 
             if progress is not None:
                 progress((i * turns + k + 1) / (nx * turns))
     return fit(head, values, static)
-
-
-def solve_plain(eps: float, slenderness: float, cavitation: str, angles: Array) -> Array:
-    """Solve the film without groove at one eps for directions y = ``angles`` of the motion, in [0, pi].
-
-    Returns
-    -------
-    (ny, 4) array
-        The quantities of `linkages.laws.film.map_table`.
-    """
-    rule = CAVITATIONS[cavitation]
-    mesh = make_mesh(eps, slenderness, rule.around, rule.along)
-    films = full_film(mesh) if cavitation == "guembel" else None
-    q = 1.0 - eps * eps
-    out = np.empty((len(angles), CHANNELS))
-    guess = None
-    for row, y in zip(out, angles, strict=True):
-        deps, half_ew = math.cos(y), math.sin(y) / q**0.25
-        if films is not None:
-            film = guembel(mesh, films, deps, half_ew)
-        else:
-            film = reynolds(mesh, deps, half_ew, guess=guess)
-            guess = film.p
-        f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
-        scale = math.hypot(f_n, f_t)
-        row[:] = film.f_n / scale, film.f_t / scale, film.extent * math.sqrt(q), film.flow
-    return out

@@ -22,17 +22,18 @@ from linkages.laws.film.map_table import CHANNELS
 
 _IDENTITY = b"FILMMAP1"
 #: Function that is called with the part of a map that is done.
-_told: list[Callable[[MapCase], Callable[[float], object]]] = []
+MapProgress = Callable[[float], object]
+_told: list[Callable[[MapCase], MapProgress]] = []
 
 
-def tell(listener: Callable[[MapCase], Callable[[float], object]]) -> None:
+def tell(listener: Callable[[MapCase], MapProgress]) -> None:
     """Call a function before each map that is built in this process; call its result with the part that is done."""
     _told.append(listener)
 
 
 def map_path(case: MapCase) -> Path:
     """Where the map of these inputs is stored."""
-    return cache_directory() / f"film-v{VERSION}-{case.cavitation}-{int(case.head[0]):012x}.map"
+    return cache_directory() / f"film-v{VERSION}-{case.cavitation}-{int(case.head.identity):012x}.map"
 
 
 def load_map(case: MapCase) -> Array:
@@ -68,9 +69,8 @@ def load_map(case: MapCase) -> Array:
 def read_map(path: Path, case: MapCase) -> Array | None:
     """Read a stored map; None if there is none or it is not sound."""
     table, head = _read(path), case.head
-    nx, ny, na = (int(number) for number in head[3:6])
-    turns = na + 3 if na > 1 else 1
-    size = len(head) + CHANNELS * (nx + 2) * turns * (ny + 3 + bool(head[7]))
+    turns = head.na + 3 if head.na > 1 else 1
+    size = len(head) + CHANNELS * (head.nx + 2) * turns * (head.ny + 3 + head.supplied)
     sound = table is not None and table.shape == (size,) and np.array_equal(table[: len(head)], head)
     return table if sound else None
 

@@ -15,23 +15,22 @@ interpolated by cubic splines, periodic in y and alpha: away from rest the force
 film that does not depend on alpha has one node there. A supply pressure adds a static part in proportion to it: force
 and flow over x and alpha.
 
-The layout: `HEAD` numbers, the coefficients by quantity, x, y and alpha, then those of the static part by x, alpha and
-quantity. An evaluation reads only the quantities that are wanted. **A map is never extrapolated**: eps is clipped to
-`table_limit(table)`; where a run exceeds it the caller should report that. `linkages.laws.film.film_map` solves the
-films at the nodes.
+The layout: the numbers of `MapHead`, the coefficients by quantity, x, y and alpha, then those of the static part by x,
+alpha and quantity. An evaluation reads only the quantities that are wanted. **A map is never extrapolated**: eps is
+clipped to `table_limit(table)`; where a run exceeds it the caller should report that. `linkages.laws.film.film_map`
+solves the films at the nodes.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.laws.film.closed_form import half_film_long
 
-#: Numbers before the coefficients: `make_head`.
-HEAD = 8
 #: Quantities of a node: normal and tangential force, extent, flow; of the static part: force, flow, and a zero.
 CHANNELS = 4
 #: Eccentricity ratio up to which the nodes are about evenly spaced.
@@ -40,25 +39,30 @@ STRETCH = 0.2
 _SMOOTH = 1e-3  # width of the smooth positive part of the power, in parts of |f_long| times the motion
 
 
-def make_head(
-    identity: float, slenderness: float, limit: float, nodes: tuple[int, int, int], grooved: bool, supplied: bool
-) -> Array:
-    """Make the numbers that a table begins with.
+class MapHead(NamedTuple):
+    """Numbers that a table begins with."""
 
-    Parameters
-    ----------
-    identity : float
-        Number that stands for all inputs of the map.
-    slenderness : float
-        L/D.
-    limit : float
-        Largest eccentricity ratio.
-    nodes : (int, int, int)
-        In x, y and alpha.
-    grooved, supplied : bool
-        Whether the film has a groove, and whether it has a static part.
-    """
-    return np.array([identity, slenderness, float(place(limit)), *nodes, grooved, supplied], dtype=np.float64)
+    identity: float  # stands for all inputs of the map
+    slenderness: float  # L/D
+    reach: float  # largest x
+    nx: int  # nodes
+    ny: int
+    na: int
+    grooved: bool  # whether the film has a groove; its extent is then that of the whole film, weighted by the content
+    supplied: bool  # whether it has a static part
+
+
+#: Numbers before the coefficients.
+HEAD = len(MapHead._fields)
+
+
+@inlined_kernel
+def head_of(table: Array) -> MapHead:
+    """Read the numbers that a table begins with; no groove and no static part where there is no map."""
+    if len(table) <= HEAD:
+        return MapHead(0.0, 0.0, 0.0, 0, 0, 0, False, False)
+    nx, ny, na = int(table[3]), int(table[4]), int(table[5])
+    return MapHead(table[0], table[1], table[2], nx, ny, na, table[6] > 0.0, table[7] > 0.0)
 
 
 def place(eps: float | Array) -> float | Array:
@@ -66,23 +70,23 @@ def place(eps: float | Array) -> float | Array:
     return np.log1p(np.asarray(eps) / STRETCH) - np.log1p(-np.asarray(eps))
 
 
-def ratios(head: Array) -> Array:
+def ratios(head: MapHead) -> Array:
     """Eccentricity ratios of a map's nodes."""
-    growth = np.exp(np.linspace(0.0, head[2], int(head[3])))
+    growth = np.exp(np.linspace(0.0, head.reach, head.nx))
     return np.asarray((growth - 1.0) / (growth + 1.0 / STRETCH))
 
 
 @kernel
 def table_limit(table: Array) -> float:
     """Largest eccentricity ratio that this map covers."""
-    growth = math.exp(table[2])
+    growth = math.exp(head_of(table).reach)
     return (growth - 1.0) / (growth + 1.0 / STRETCH)
 
 
 @kernel
 def is_grooved(table: Array) -> bool:
-    """Whether the film has a groove; its extent is then the one of the whole film, weighted by the content."""
-    return len(table) > HEAD and table[6] > 0.0
+    """Whether the film has a groove."""
+    return head_of(table).grooved
 
 
 @inlined_kernel
@@ -110,8 +114,9 @@ def _around(angle: float, nodes: int) -> tuple[int, float]:
 @inlined_kernel
 def _quantity(table: Array, x: float, y: float, alpha: float, which: int) -> float:
     """Interpolate a quantity of the nodes, 0 to 3; the four sums run over neighbours in memory."""
-    nx, ny, na = int(table[3]), int(table[4]), int(table[5])
-    i, s = _interval(x * ((nx - 1) / table[2]), nx - 2)
+    head = head_of(table)
+    nx, ny, na = head.nx, head.ny, head.na
+    i, s = _interval(x * ((nx - 1) / head.reach), nx - 2)
     j, t = _around(y, ny)
     line = na + 3 if na > 1 else 1
     plane = HEAD + line * (ny + 3) * (which * (nx + 2) + i) + line * j
@@ -179,7 +184,7 @@ def mapped_film(
     f_n, f_t = scale * _quantity(table, x, y, alpha, 0), side * scale * _quantity(table, x, y, alpha, 1)
     half = 0.5 * ew
     motion = deps * deps + half * half
-    if motion > 0.0 and table[6] > 0.0:
+    if motion > 0.0 and is_grooved(table):
         power, width = f_n * deps - f_t * half, _SMOOTH * scale * math.sqrt(motion)
         excess = 0.5 * (power + math.sqrt(power * power + width * width)) / motion
         f_n -= excess * deps
@@ -207,7 +212,7 @@ def mapped_flow(eps: float, deps: float, ew: float, alpha: float, table: Array) 
 def _across(eps: float, ew: float, table: Array) -> tuple[float, float]:
     """Scaled wedge rate (1 - eps^2)^(1/4)*ew/2, and the side of its mirror image: 1, or -1."""
     across = math.sqrt(math.sqrt(1.0 - eps * eps)) * 0.5 * ew
-    if table[5] > 1.0:
+    if head_of(table).na > 1:
         return across, 1.0
     return abs(across), math.copysign(1.0, ew) if ew != 0.0 else 0.0  # its own mirror image, to round-off too
 
@@ -215,7 +220,7 @@ def _across(eps: float, ew: float, table: Array) -> tuple[float, float]:
 @inlined_kernel
 def _clipped(eps: float, table: Array) -> tuple[float, float]:
     """Eccentricity ratio within the map, and its x."""
-    limit = table[2]
+    limit = head_of(table).reach
     x = math.log((1.0 + eps * (1.0 / STRETCH)) / (1.0 - eps)) if eps < 1.0 else limit
     return (eps, x) if x < limit else (table_limit(table), limit)
 
@@ -226,11 +231,12 @@ def static_film(eps: float, alpha: float, table: Array) -> tuple[float, float, f
 
     Zero where the map has none.
     """
-    if len(table) <= HEAD or table[7] == 0.0:
+    head = head_of(table)
+    if not head.supplied:
         return 0.0, 0.0, 0.0
-    nx, ny, na = int(table[3]), int(table[4]), int(table[5])
+    nx, ny, na = head.nx, head.ny, head.na
     _, x = _clipped(eps, table)
-    i, s = _interval(x * ((nx - 1) / table[2]), nx - 2)
+    i, s = _interval(x * ((nx - 1) / head.reach), nx - 2)
     count = na + 3 if na > 1 else 1
     k, r = _around(alpha, na) if na > 1 else (0, 0.0)
     a0, a1, a2, a3 = basis(r)
@@ -250,13 +256,12 @@ def static_film(eps: float, alpha: float, table: Array) -> tuple[float, float, f
     return f_n, f_t, flow
 
 
-def fit(head: Array, values: Array, static: Array | None = None) -> Array:
+def fit(head: MapHead, values: Array, static: Array | None = None) -> Array:
     """Fit the splines to the values at the nodes.
 
     Parameters
     ----------
-    head : array
-        From `make_head`.
+    head : MapHead
     values : (nx, ny, na, 4) array
     static : (nx, na, 4) array, optional
 
@@ -264,7 +269,7 @@ def fit(head: Array, values: Array, static: Array | None = None) -> Array:
     -------
     table : (nt,) array
     """
-    parts = [head, np.moveaxis(_coefficients(values, (1, 2)), -1, 0).ravel()]
+    parts = [np.array(head), np.moveaxis(_coefficients(values, (1, 2)), -1, 0).ravel()]
     if static is not None:
         parts.append(_coefficients(static, (1,)).ravel())
     return np.concatenate(parts)

@@ -30,8 +30,8 @@ from linkages.laws.film.closed_form import THINNEST
 from linkages.laws.parameters import SHEAR
 
 #: Polynomials along the bearing, and lines around it.
-MODES, LINES = 6, 64
-_POINTS = 12  # Gauss points along the bearing
+MODES, LINES = 7, 64
+_POINTS = 10  # Gauss points along the bearing
 
 
 def _modes(s: Array) -> tuple[Array, Array]:
@@ -45,7 +45,7 @@ def _modes(s: Array) -> tuple[Array, Array]:
     return values, slopes
 
 
-_S, _W = legendre.leggauss(_POINTS)  # exact for the products below, of degree 17
+_S, _W = legendre.leggauss(_POINTS)  # exact for the products below, of degree 19
 _PHI, _SLOPE = _modes(_S)
 _POWERS = _S ** np.arange(4)[:, None]
 #: Integrals of s^j phi_k phi_l and s^j phi_k' phi_l', (4, MODES, MODES); of phi_k and s phi_k, (2, MODES).

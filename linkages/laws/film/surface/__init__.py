@@ -5,9 +5,7 @@
 | grooves         | grooves and holes: regions at a supply pressure                                |
 | surface_mesh    | cells of the surface, faces on the edges of grooves                            |
 | balance         | volume balance of a cell: conductances, transport of the film content          |
-| complementarity | pressure and film content by Newton's method (FBNS)                            |
-| elimination     | banded systems of equations                                                    |
-| obstacle        | pressure under Reynolds' condition, in compiled code                           |
+| cavity          | pressure and film content by block principal pivoting                          |
 | surface_film    | a solved film: force, moment, flows, shear, mass balance                       |
 | transient       | films with history, along an orbit or with the motion of a loaded journal       |
 | equilibrium     | a loaded journal: equilibrium, dynamic coefficients, stability                 |
@@ -18,6 +16,6 @@ the clearance, (x, y) the eccentricity from the bearing's centre to the journal'
 
 from linkages.laws.film.surface.grooves import Groove
 from linkages.laws.film.surface.surface_mesh import surface_mesh
-from linkages.laws.film.surface.transient import Bearing, Journal, at_rest, follow, move
+from linkages.laws.film.surface.transient import FilmSurface, Journal, at_rest, follow, move
 
-__all__ = ["Bearing", "Groove", "Journal", "at_rest", "follow", "move", "surface_mesh"]
+__all__ = ["FilmSurface", "Groove", "Journal", "at_rest", "follow", "move", "surface_mesh"]

@@ -16,12 +16,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import Array
-from linkages.laws.film.surface.surface_mesh import SurfaceMesh
+from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
+from linkages.kernel.by_reference import packed
+from linkages.laws.film.surface.surface_mesh import NODES, SurfaceMesh
 
-_GAUSS = math.sqrt(0.6)  # nodes of the rule of three points in [-1, 1]; weights 5/9, 8/9, 5/9
+#: Volume that a full cell loses, in parts of the largest flow: a ring that nothing feeds is empty then. Without it the
+#: content of such a ring is not unique. Round-off of the balance is larger.
+_LEAK = 1e-13
 
 
 class Thickness(NamedTuple):
@@ -35,11 +37,6 @@ class Thickness(NamedTuple):
     tilt_x: float = 0.0
     tilt_y: float = 0.0
 
-    def at(self, theta: Array, zeta: Array) -> Array:
-        """Thickness at points."""
-        x, y = self.x + self.tilt_x * zeta, self.y + self.tilt_y * zeta
-        return np.asarray(1.0 - x * np.cos(theta) - y * np.sin(theta))
-
     def least(self, slenderness: float) -> float:
         """Smallest thickness, which is at an end of the bearing."""
         ends = [(self.x + s * self.tilt_x, self.y + s * self.tilt_y) for s in (-slenderness, slenderness)]
@@ -47,21 +44,29 @@ class Thickness(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """Coefficients of the volume balance; all arrays (n, m), face i is the one after cell i around the film."""
+    """Coefficients of the volume balance, (n, m) arrays; face i is the one after cell i around the film."""
 
     around: Array  # conductance of face i, between cells i and i + 1 (cyclic)
     carried: Array  # Couette flow through face i at full content, signed
-    along: Array  # conductance between cells j and j + 1; the last column is the end at zeta > 0
-    start: Array  # conductance of the end at zeta < 0, (n,); zero of a mirror
-    squeeze: Array  # volume that a full cell takes up: integral of dh/dt over it
-    missing: Array  # factor of the missing content in what the cell takes up: squeeze of a film without history
-    free: NDArray[np.bool_]  # cells that are not in a groove
+    along: Array  # conductances along; the first and last column are the ends, zero of a mirror, (n, m + 1)
+    inverse: Array  # integral of dtheta/h over the width of a cell
+    gain: Array  # volume that a full cell takes up
+    most: Array  # part of it that a deficit of 1 takes away
+    known: Array  # pressure above the cavity's in the cells of grooves; -1 elsewhere
+
+
+@inlined_kernel
+def new_balance(known: Array) -> Balance:
+    """Make the arrays."""
+    n, m = known.shape
+    around, carried, along = np.empty((n, m)), np.empty((n, m)), np.empty((n, m + 1))
+    return Balance(around, carried, along, np.empty((n, m)), np.empty((n, m)), np.empty((n, m)), known)
 
 
 def make_balance(
     mesh: SurfaceMesh, film: Thickness, velocity: tuple[float, float] = (0.0, 0.0), speed: float = 0.5
 ) -> Balance:
-    """Integrate the film over cells and faces.
+    """Integrate the film over cells and faces; grooves are at the cavity's pressure, the content is a steady one.
 
     Parameters
     ----------
@@ -72,30 +77,19 @@ def make_balance(
     speed : float
         Mean surface speed over R*omega: half of the journal's in the bearing's frame.
     """
-    theta, zeta = mesh.theta[:, None], mesh.zeta
-    low, high = mesh.faces[:-1, None], mesh.faces[1:, None]
-    free = mesh.groove < 0
-    left, right = (_powers(film, a, b, zeta) for a, b in ((low, theta), (theta, high)))
-    # in a groove the pressure is known up to its edge
-    left, right = left * free, right * free
-    cube = right[1] + np.roll(left[1], -1, axis=0)
-    square = right[0] + np.roll(left[0], -1, axis=0)
-    open_face = cube > 0.0
-    safe = np.where(open_face, cube, 1.0)
-    around = np.where(open_face, mesh.height / (12.0 * safe), 0.0)
-    carried = np.where(open_face, speed * mesh.height * square / safe, 0.0)
-    vx, vy = velocity
-    sines, cosines = np.sin(mesh.faces), np.cos(mesh.faces)
-    rate = -vx * np.diff(sines) + vy * np.diff(cosines)
-    squeeze = rate[:, None] * mesh.height * np.ones_like(around)
-    return Balance(around, carried, *_axial(mesh, film, free), squeeze=squeeze, missing=squeeze, free=free)
+    balance = new_balance(np.where(mesh.groove < 0, -1.0, 0.0))
+    fill_balance(*mesh.geometry, *film, speed, packed(balance))
+    rate = -velocity[0] * mesh.lines[:, 1] - velocity[1] * mesh.lines[:, 2]
+    squeeze = np.outer(rate, mesh.height)
+    squeeze += _LEAK * (np.abs(balance.carried).max() + np.abs(squeeze).max())
+    return balance._replace(gain=squeeze, most=squeeze)
 
 
 def cell_volumes(mesh: SurfaceMesh, film: Thickness) -> Array:
     """Volumes of the gap in the cells: exact around, where the middle of a cell stands for its length."""
-    sines, cosines = np.diff(np.sin(mesh.faces))[:, None], -np.diff(np.cos(mesh.faces))[:, None]
+    width, sines, cosines = mesh.lines[:, :3].T
     x, y = film.x + film.tilt_x * mesh.zeta, film.y + film.tilt_y * mesh.zeta
-    return np.asarray((mesh.width[:, None] - x * sines - y * cosines) * mesh.height)
+    return np.asarray((width[:, None] - np.outer(sines, x) - np.outer(cosines, y)) * mesh.height)
 
 
 def with_history(balance: Balance, volumes: Array, oil: Array, time: float) -> Balance:
@@ -112,35 +106,90 @@ def with_history(balance: Balance, volumes: Array, oil: Array, time: float) -> B
     time : float
         Length of the step in units of 1/omega.
     """
-    return balance._replace(squeeze=(volumes - oil) / time, missing=volumes / time)
+    return balance._replace(gain=(volumes - oil) / time, most=volumes / time)
 
 
-def _powers(film: Thickness, low: Array, high: Array, zeta: Array) -> Array:
-    """Integrals of h^-2 and h^-3 from low to high, (2, n, m)."""
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    total = np.zeros((2, *np.broadcast_shapes(middle.shape, zeta.shape)))
-    for node, weight in ((-_GAUSS, 5.0 / 9.0), (0.0, 8.0 / 9.0), (_GAUSS, 5.0 / 9.0)):
-        h = film.at(middle + node * half, zeta)
-        total += weight * half * np.stack([h**-2, h**-3])
-    return total
+@lazy_kernel
+def fill_balance(
+    lines: Array, ends: Array, zeta: Array, x: float, y: float, tilt_x: float, tilt_y: float, speed: float,
+    balance: Balance,
+) -> None:  # fmt: skip
+    """Fill conductances, carried flow and the integral of 1/h.
+
+    Parameters
+    ----------
+    lines, ends, zeta : arrays
+        See `SurfaceMesh`; the bearing's half where the ends begin at 0.
+    x, y, tilt_x, tilt_y : float
+        See `Thickness`.
+    speed : float
+        As for `make_balance`.
+    balance : Balance
+        With `known`.
+    """
+    around, carried, along, known = balance.around, balance.carried, balance.along, balance.known
+    n, m = known.shape
+    powers, tilted = np.empty((n, NODES)), tilt_x != 0.0 or tilt_y != 0.0
+    along[:] = 0.0
+    for j in range(m):
+        middle, length = zeta[j], ends[j + 1] - ends[j]
+        if j == 0 or tilted:
+            _integrate(lines, x + tilt_x * middle, y + tilt_y * middle, powers)
+        for i in range(n):
+            after = (i + 1) % n
+            square, cube = 0.0, 0.0  # in a groove the pressure is known up to its edge
+            if known[i, j] < 0.0:
+                square, cube = powers[i, 2], powers[i, 3]
+            if known[after, j] < 0.0:
+                square, cube = square + powers[after, 0], cube + powers[after, 1]
+            balance.inverse[i, j] = powers[i, 4]
+            around[i, j], carried[i, j] = 0.0, 0.0
+            if cube > 0.0:
+                around[i, j] = length / (12.0 * cube)
+                carried[i, j] = speed * length * square / cube
+        for side in range(2):  # resistances of the halves along, first
+            if tilted:
+                place = 0.5 * (middle + ends[j + side])
+                _integrate(lines, x + tilt_x * place, y + tilt_y * place, powers)
+            for i in range(n):
+                if known[i, j] < 0.0:
+                    along[i, j + side] += 12.0 * abs(ends[j + side] - middle) / powers[i, 5]
+    for i in range(n):
+        if ends[0] == 0.0:
+            along[i, 0] = 0.0
+        for j in range(m + 1):
+            along[i, j] = 1.0 / along[i, j] if along[i, j] > 0.0 else 0.0  # a groove is closed at the bearing's end
 
 
-def _axial(mesh: SurfaceMesh, film: Thickness, free: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Conductances along the bearing, and of its end at zeta < 0."""
-    shape = free.shape
-    resistance = []
-    for low, high in ((mesh.ends[:-1], mesh.zeta), (mesh.zeta, mesh.ends[1:])):
-        middle, half = mesh.theta[:, None], 0.5 * mesh.width[:, None]
-        cube = np.zeros(shape)
-        for node, weight in ((-_GAUSS, 5.0 / 9.0), (0.0, 8.0 / 9.0), (_GAUSS, 5.0 / 9.0)):
-            cube += weight * half * film.at(middle + node * half, 0.5 * (low + high)) ** 3
-        resistance.append(np.where(free, 12.0 * (high - low) / cube, 0.0))
-    lower, upper = resistance
-    between = upper.copy()
-    between[:, :-1] += lower[:, 1:]
-    along = np.where(between > 0.0, 1.0 / np.where(between > 0.0, between, 1.0), 0.0)
-    along[:, -1] *= free[:, -1]  # a groove is closed at the bearing's end
-    start = np.zeros(shape[0])
-    if not mesh.half:
-        start = np.where(free[:, 0], 1.0 / np.where(free[:, 0], lower[:, 0], 1.0), 0.0)
-    return along, start
+@kernel
+def _integrate(lines: Array, x: float, y: float, out: Array) -> None:
+    """Fill ``out`` (n, 6): integrals over the halves of a line of h^-2 and h^-3, over all of it of h^-1 and h^3."""
+    for i in range(len(out)):
+        for k in range(NODES):
+            out[i, k] = 0.0
+        for k in range(NODES):
+            weight = lines[i, 0] * (4.0 if k % 3 == 1 else 2.5) / 18.0
+            h = 1.0 - x * lines[i, 3 + k] - y * lines[i, 3 + NODES + k]
+            g = 1.0 / h
+            half = 0 if k < 3 else 2
+            out[i, half] += weight * g * g
+            out[i, half + 1] += weight * g * g * g
+            out[i, 4] += weight * g
+            out[i, 5] += weight * h * h * h
+
+
+@lazy_kernel
+def fill_contents(balance: Balance, z: Array, out: Array) -> None:
+    """Fill ``out`` (n, m) with the content at the centres of cells, the mean of what the faces carry.
+
+    ``z``, of `linkages.laws.film.surface.cavity.solve`, has for each cell the content at its face downstream.
+    """
+    n, m = z.shape
+    for i in range(n):
+        for j in range(m):
+            inflow, outflow = abs(balance.carried[i - 1, j]), abs(balance.carried[i, j])
+            forward, own = balance.carried[i, j] >= 0.0, min(z[i, j], 0.0)
+            other = min(z[i - 1, j] if forward else z[(i + 1) % n, j], 0.0)
+            up, down = (inflow, outflow) if forward else (outflow, inflow)
+            mean = (up * other + down * own) / (up + down) if up + down > 0.0 else own
+            out[i, j] = 1.0 + (mean if own < 0.0 else 0.0)

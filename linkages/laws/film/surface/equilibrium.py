@@ -15,7 +15,7 @@ import numpy as np
 from linkages.arrays import Array
 
 #: Force on the journal at (x, y) with the velocity (vx, vy).
-Force = Callable[[float, float, float, float], tuple[float, float]]
+FilmForce = Callable[[float, float, float, float], tuple[float, float]]
 
 _NEAR = 1e-8  # of the load: accuracy of the equilibrium
 _STEPS = 60
@@ -40,7 +40,7 @@ class Stability(NamedTuple):
 
 
 def equilibrium(
-    force: Force, load: float, least: Callable[[float, float], float], start: tuple[float, float] | None = None
+    force: FilmForce, load: float, least: Callable[[float, float], float], start: tuple[float, float] | None = None
 ) -> tuple[float, float]:
     """Find the place where the film carries the load along x.
 
@@ -70,7 +70,7 @@ def equilibrium(
 
 
 def _newton(
-    force: Force, load: float, least: Callable[[float, float], float], x: float, y: float
+    force: FilmForce, load: float, least: Callable[[float, float], float], x: float, y: float
 ) -> tuple[float, float] | None:
     """Damped Newton's method on the relative residual."""
 
@@ -107,7 +107,7 @@ def _newton(
     return None
 
 
-def coefficients(force: Force, x: float, y: float, least: float, part: float = _DIFFERENCE) -> Coefficients:
+def coefficients(force: FilmForce, x: float, y: float, least: float, part: float = _DIFFERENCE) -> Coefficients:
     """Differentiate a film's force at a place by central differences.
 
     Parameters

@@ -11,14 +11,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array
-from linkages.laws.film.surface.balance import Balance, Thickness, cell_volumes, make_balance, with_history
-from linkages.laws.film.surface.complementarity import Boundary, State, solve
+from linkages.kernel import Array, lazy_kernel
+from linkages.kernel.by_reference import packed
+from linkages.laws.film.surface.balance import (
+    Balance,
+    Thickness,
+    cell_volumes,
+    fill_contents,
+    make_balance,
+    with_history,
+)
+from linkages.laws.film.surface.cavity import RULES, solve
 from linkages.laws.film.surface.grooves import Groove
 from linkages.laws.film.surface.surface_mesh import SurfaceMesh
-
-#: Rules of cavitation of the solver.
-RULES = ("guembel", "reynolds", "mass-conserving")
 
 
 class Pressures(NamedTuple):
@@ -54,10 +59,9 @@ class SurfaceFilm(NamedTuple):
     moment: tuple[float, float]  # of the pressure on the journal about the bearing's middle
     end_flow: float  # out of both ends
     groove_flow: tuple[float, ...]  # net, out of each groove into the film
-    storage: float  # volume that the film takes up: integral of content times dh/dt, or its growth since `history`
     shear: float  # integral of content/h: torque of a relative speed of 1, without the pressure's part
     imbalance: float  # largest volume that a cell gains, over the largest flow through a face
-    state: State  # guess for a neighbouring film
+    solution: Array  # of `linkages.laws.film.surface.cavity.solve`: guess for a neighbouring film
 
 
 def solve_film(
@@ -69,7 +73,7 @@ def solve_film(
     velocity: tuple[float, float] = (0.0, 0.0),
     speed: float = 0.5,
     pressures: Pressures = AMBIENT,
-    guess: State | None = None,
+    guess: Array | None = None,
     history: tuple[Array, float] | None = None,
 ) -> SurfaceFilm:
     """Solve Reynolds' equation on the surface.
@@ -82,11 +86,12 @@ def solve_film(
     grooves : tuple of Groove
         With their supply pressures [Pa].
     rule : str
-        One of `RULES`.
+        One of `linkages.laws.film.surface.cavity.RULES`.
     velocity, speed
         As for `make_balance`.
     pressures : Pressures
-    guess : State, optional
+    guess : array, optional
+        `solution` of a neighbouring film.
     history : ((n, m) array, float), optional
         Oil in the cells (`oil_volumes`) a time before, and this time in units of 1/omega: the film content follows from
         it, for mass-conserving cavitation. Default: the content of a steady state.
@@ -107,90 +112,78 @@ def solve_film(
     balance = make_balance(mesh, thickness, velocity, speed)
     if history is not None:
         balance = with_history(balance, cell_volumes(mesh, thickness), *history)
-    cavity = pressures.cavity / pressures.unit
-    known = np.array([*(groove.pressure / pressures.unit for groove in grooves), 0.0]) - cavity
-    boundary = Boundary(-cavity, np.where(balance.free, 0.0, known[mesh.groove]))
-    state = solve(balance, boundary, rule=rule, guess=guess)
-    p = state.p
-    content = np.maximum(1.0 - state.deficit, 0.0) if rule == "mass-conserving" else np.ones_like(p)
-    p = np.maximum(p, 0.0)  # guembel drops what lies below the cavity's pressure
-    flows = _flows(balance, boundary, p, content)
-    return _integrate(mesh, thickness, balance, state, p + cavity, content, flows, len(grooves), rule)
-
-
-class _Flows(NamedTuple):
-    """Volume flow through faces: after each cell around and along, and through the end at zeta < 0."""
-
-    around: Array
-    along: Array
-    start: Array
-
-
-def _flows(balance: Balance, boundary: Boundary, p: Array, content: Array) -> _Flows:
-    upstream = np.where(balance.carried >= 0.0, content, np.roll(content, -1, axis=0))
-    around = balance.carried * upstream - balance.around * (np.roll(p, -1, axis=0) - p)
-    following = np.concatenate([p[:, 1:], np.full((len(p), 1), boundary.end)], axis=1)
-    return _Flows(around, balance.along * (p - following), balance.start * (boundary.end - p[:, 0]))
-
-
-def _integrate(
-    mesh: SurfaceMesh,
-    thickness: Thickness,
-    balance: Balance,
-    state: State,
-    pressure: Array,
-    content: Array,
-    flows: _Flows,
-    grooves: int,
-    rule: str,
-) -> SurfaceFilm:
-    sides = 2.0 if mesh.half else 1.0
-    sines, cosines = np.diff(np.sin(mesh.faces)), -np.diff(np.cos(mesh.faces))
-    weights = sides * mesh.height
-    fx, fy = float(sines @ pressure @ weights), float(cosines @ pressure @ weights)
-    # the pressure pushes the journal from its surface inwards: -n(theta) p
-    moment = (0.0, 0.0)
-    if not mesh.half:
-        arms = weights * mesh.zeta
-        moment = float(cosines @ pressure @ arms), -float(sines @ pressure @ arms)
-    out = flows.around - np.roll(flows.around, 1, axis=0) + flows.along
-    out[:, 1:] -= flows.along[:, :-1]
-    out[:, 0] -= flows.start
-    stored = balance.squeeze - (1.0 - content) * balance.missing
-    gain = np.where(balance.free, out + stored, 0.0)
+    end = -pressures.cavity / pressures.unit
+    supply = np.array([groove.pressure / pressures.unit + end for groove in grooves])
+    balance = balance._replace(known=mesh.pressures(supply))
+    solution = solve(balance, end, rule=rule, guess=guess)
+    z = solution if rule == "mass-conserving" else np.maximum(solution, 0.0)
+    fx, fy, mx, my, shear, flow = integrate_film(*mesh.geometry, packed(balance), end, z)
+    p, content = np.maximum(z, 0.0), 1.0 + np.minimum(z, 0.0)
+    out, largest = outflows(balance, end, p, content)
+    gain = np.where(mesh.groove < 0, out + balance.gain - (1.0 - content) * balance.most, 0.0)
     if rule == "reynolds":  # volume appears where the film cavitates
-        gain = np.where(state.deficit > 0.0, 0.0, gain)
-    largest = max(float(np.abs(flows.around).max()), float(np.abs(flows.along).max()), 1e-300)
-    theta, zeta = mesh.theta[:, None], mesh.zeta
-    inverse = content_at_centres(balance, content) / thickness.at(theta, zeta)
+        gain[solution < 0.0] = 0.0
+    sides = 2.0 if mesh.half else 1.0
     return SurfaceFilm(
         mesh,
         thickness,
-        pressure,
+        p - end,
         content,
-        (-fx, -fy),
-        moment,
-        sides * float(flows.along[:, -1].sum() - flows.start.sum()),
-        tuple(sides * float(out[mesh.groove == k].sum()) for k in range(grooves)),
-        sides * float(stored[balance.free].sum()),
-        float(mesh.width @ inverse @ weights),
+        (fx, fy),
+        (mx, my),
+        flow,
+        tuple(sides * float(out[mesh.groove == k].sum()) for k in range(len(grooves))),
+        shear,
         float(np.abs(gain).max()) / largest,
-        state,
+        solution,
     )
+
+
+def outflows(balance: Balance, end: float, p: Array, content: Array) -> tuple[Array, float]:
+    """Volume that leaves each cell by pressure and transport of the content, (n, m); largest flow through a face."""
+    upstream = np.where(balance.carried >= 0.0, content, np.roll(content, -1, axis=0))
+    around = balance.carried * upstream - balance.around * (np.roll(p, -1, axis=0) - p)
+    along = -balance.along * np.diff(p, axis=1, prepend=end, append=end)
+    out = around - np.roll(around, 1, axis=0) + np.diff(along, axis=1)
+    return out, max(float(np.abs(around).max()), float(np.abs(along).max()), 1e-300)
+
+
+@lazy_kernel
+def integrate_film(
+    lines: Array, ends: Array, zeta: Array, balance: Balance, end: float, z: Array
+) -> tuple[float, float, float, float, float, float]:
+    """Integrate a solution of `linkages.laws.film.surface.cavity.solve`, without a pressure below the cavity's.
+
+    Returns
+    -------
+    fx, fy, mx, my : float
+        Force and moment on the journal, see `SurfaceFilm`.
+    shear : float
+        Integral of content/h over the surface.
+    flow : float
+        Out of both ends.
+    """
+    n, m = z.shape
+    content = np.empty((n, m))
+    fill_contents(balance, z, content)
+    fx, fy, mx, my, shear, flow = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        for j in range(m):
+            area, p = ends[j + 1] - ends[j], max(z[i, j], 0.0)
+            across, side = p * area * lines[i, 1], p * area * lines[i, 2]
+            fx, fy = fx - across, fy - side  # the pressure pushes the journal from its surface inwards
+            mx, my = mx + zeta[j] * side, my - zeta[j] * across
+            shear += content[i, j] * area * balance.inverse[i, j]
+        first, last = max(z[i, 0], 0.0), max(z[i, m - 1], 0.0)
+        flow += balance.along[i, m] * (last - end) + balance.along[i, 0] * (first - end)
+    if ends[0] == 0.0:  # the mirrored half
+        return 2.0 * fx, 2.0 * fy, 0.0, 0.0, 2.0 * shear, 2.0 * flow
+    return fx, fy, mx, my, shear, flow
 
 
 def oil_volumes(film: SurfaceFilm) -> Array:
     """Volume of oil in each cell, (n, m)."""
     return film.content * cell_volumes(film.mesh, film.thickness)
-
-
-def content_at_centres(balance: Balance, content: Array) -> Array:
-    """Content at the centres of cells: a cell's own number is the one at its face downstream."""
-    upstream = np.where(balance.carried >= 0.0, content, np.roll(content, -1, axis=0))
-    carried, full = balance.carried * upstream, balance.carried
-    total = full + np.roll(full, 1, axis=0)
-    mean = (carried + np.roll(carried, 1, axis=0)) / np.where(total == 0.0, 1.0, total)
-    return np.where(balance.free & (content < 1.0) & (total != 0.0), np.clip(mean, 0.0, 1.0), content)
 
 
 def largest_pressure(film: SurfaceFilm) -> float:
@@ -226,15 +219,10 @@ def friction_torque(film: SurfaceFilm, relative: float = 1.0) -> float:
     The shear of the sliding surfaces is that of `content`/h; the pressure's part, the integral of h/2 dp/dtheta, is
     (e x F)/2 where h does not depend on z.
     """
-    thickness, (fx, fy) = film.thickness, film.force
-    pressed = 0.5 * (thickness.x * fy - thickness.y * fx)
-    if thickness.tilt_x or thickness.tilt_y:
-        mesh = film.mesh
-        weights = (2.0 if mesh.half else 1.0) * mesh.height * mesh.zeta
-        sines, cosines = np.diff(np.sin(mesh.faces)), -np.diff(np.cos(mesh.faces))
-        px, py = float(sines @ film.pressure @ weights), float(cosines @ film.pressure @ weights)
-        pressed += 0.5 * (thickness.tilt_y * px - thickness.tilt_x * py)
-    return film.shear * relative + pressed
+    thickness, (fx, fy), (mx, my) = film.thickness, film.force, film.moment
+    return film.shear * relative + 0.5 * (
+        thickness.x * fy - thickness.y * fx - thickness.tilt_x * mx - thickness.tilt_y * my
+    )
 
 
 def attitude(film: SurfaceFilm) -> float:

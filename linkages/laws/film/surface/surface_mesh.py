@@ -7,7 +7,7 @@ The surface is theta in [0, 2 pi) (positive in the sense of rotation) times zeta
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -17,6 +17,11 @@ from numpy.typing import NDArray
 from linkages.kernel import Array
 from linkages.laws.film.surface.grooves import Groove, check_areas
 
+#: Gauss points of a cell around, three in each half; columns of `SurfaceMesh.lines`.
+NODES = 6
+LINE = 3 + 2 * NODES
+
+_ROOT = math.sqrt(0.6)
 _TURN = 2.0 * math.pi
 _SAMPLES = 4096  # of the density of lines
 _LEAST = 3  # cells of a segment between two edges
@@ -32,8 +37,9 @@ class SurfaceMesh(NamedTuple):
     faces: Array  # theta of the faces, one more than cells, over one turn [rad], (n + 1,)
     ends: Array  # zeta of the faces, (m + 1,)
     theta: Array  # centres, (n,)
-    zeta: Array  # centres, (m,)
+    zeta: Array  # of the centres, (m,)
     groove: NDArray[np.int64]  # number of the groove that covers a cell, -1 without one, (n, m)
+    lines: Array  # width, integrals of cos and sin, cosines and sines at the Gauss points of each line, (n, LINE)
 
     @property
     def width(self) -> Array:
@@ -44,6 +50,15 @@ class SurfaceMesh(NamedTuple):
     def height(self) -> Array:
         """Lengths of the cells along, (m,)."""
         return np.diff(self.ends)
+
+    @property
+    def geometry(self) -> tuple[Array, Array, Array]:
+        """Return what the kernels read."""
+        return self.lines, self.ends, self.zeta
+
+    def pressures(self, grooves: Array) -> Array:
+        """Pressures of the cells in grooves, of those of all grooves; -1 elsewhere, (n, m)."""
+        return np.append(grooves, -1.0)[self.groove]
 
 
 def surface_mesh(
@@ -93,7 +108,8 @@ def surface_mesh(
         near = [np.exp(-np.abs(np.remainder(theta - side + math.pi, _TURN) - math.pi) / _REACH) for side in sides]
         return graded + _CROWD * sum(near, np.zeros_like(theta)) * graded
 
-    faces = _faces(edges, dense, around)
+    faces, _ = _placed(edges, dense, around)
+    theta = 0.5 * (faces[1:] + faces[:-1])
     shares = {-0.5, 0.5} | {share for groove in grooves for share in groove.reach}
     marks = sorted({round(share, 13) for share in shares})
     if half:
@@ -103,23 +119,31 @@ def surface_mesh(
         near = [np.exp(-np.abs(share - mark) / _REACH * 2.0) for mark in marks if mark != 0.0 or not half]
         return 1.0 + _CROWD * sum(near, np.zeros_like(share))
 
-    ends = 2.0 * slenderness * _faces(marks, crowded, along if half else 2 * along)
-    theta, zeta = 0.5 * (faces[1:] + faces[:-1]), 0.5 * (ends[1:] + ends[:-1])
+    ends, zeta = (2.0 * slenderness * places for places in _placed(marks, crowded, along if half else 2 * along))
+    inner = ~np.isin(ends, 2.0 * slenderness * np.array(marks))
+    ends[inner] = (0.5 * (zeta[1:] + zeta[:-1]))[inner[1:-1]]  # midway: a parabola is exact at the centres
     number = np.full((theta.size, zeta.size), -1, dtype=np.int64)
     for k, groove in enumerate(grooves):
         number[groove.covers(theta[:, None], zeta / (2.0 * slenderness))] = k
-    return SurfaceMesh(slenderness, half, faces, ends, theta, zeta, number)
+    return SurfaceMesh(slenderness, half, faces, ends, theta, zeta, number, _lines(faces))
 
 
-def _faces(edges: Sequence[float], dense: object, count: int) -> Array:
-    """Place faces on all edges and, by a density, `count` cells or a few more between them."""
-    assert callable(dense)
+def _lines(faces: Array) -> Array:
+    """Return the numbers of each line of cells that the kernels read, see `SurfaceMesh`."""
+    width, inner = np.diff(faces), np.array([-_ROOT, 0.0, _ROOT])
+    places = 0.25 * np.concatenate([inner - 1.0, inner + 1.0])  # from the middle, in widths
+    nodes = 0.5 * (faces[1:] + faces[:-1])[:, None] + width[:, None] * places
+    return np.column_stack([width, np.diff(np.sin(faces)), -np.diff(np.cos(faces)), np.cos(nodes), np.sin(nodes)])
+
+
+def _placed(edges: Sequence[float], dense: Callable[[Array], Array], count: int) -> tuple[Array, Array]:
+    """Place faces on all edges and, by a density, `count` cells or a few more between them; their centres by it too."""
     fine = np.unique(np.concatenate([np.linspace(edges[0], edges[-1], _SAMPLES), edges]))
     middle = 0.5 * (fine[1:] + fine[:-1])
     total = np.concatenate(([0.0], np.cumsum(dense(middle) * np.diff(fine))))
-    at = np.interp(edges, fine, total)
     parts = []
-    for low, high in pairwise(at):
+    for low, high in pairwise(np.interp(edges, fine, total)):
         cells = max(_LEAST, round(count * (high - low) / total[-1]))
-        parts.append(np.interp(np.linspace(low, high, cells + 1)[:-1], total, fine))
-    return np.concatenate([*parts, [edges[-1]]])
+        parts.append(np.interp(np.linspace(low, high, 2 * cells + 1)[:-1], total, fine))
+    places = np.concatenate(parts)
+    return np.append(places[0::2], edges[-1]), places[1::2]

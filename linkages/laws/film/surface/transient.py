@@ -27,10 +27,10 @@ _HALVINGS = 8  # of an iteration that does not reduce the residual
 _DIFFERENCE = 1e-6  # step of the differences, in units of the clearance
 _SHARE = 0.5  # of the thinnest film that an iteration may use up
 
-Pair = tuple[float, float]
+InPlane = tuple[float, float]
 
 
-class Bearing(NamedTuple):
+class FilmSurface(NamedTuple):
     """What does not change during a motion."""
 
     mesh: SurfaceMesh  # of the grooves; graded for no eccentricity
@@ -42,13 +42,13 @@ class Moment(NamedTuple):
     """State of film and journal at a time."""
 
     time: float
-    place: Pair  # eccentricity in units of the clearance
-    velocity: Pair  # of the journal's centre, in units of c*omega
+    place: InPlane  # eccentricity in units of the clearance
+    velocity: InPlane  # of the journal's centre, in units of c*omega
     oil: Array  # volume of oil in the cells, (n, m)
     film: SurfaceFilm | None = None  # none at the start, where the pressure is not computed
 
     @property
-    def force(self) -> Pair:
+    def force(self) -> InPlane:
         """Force of the film on the journal; zero at the start."""
         return (0.0, 0.0) if self.film is None else self.film.force
 
@@ -67,22 +67,22 @@ class Journal(NamedTuple):
     """
 
     mass: float
-    load: Callable[[float], Pair]
+    load: Callable[[float], InPlane]
     speed: Callable[[float], float]
 
 
-def at_rest(bearing: Bearing, place: Pair, content: float | Array = 1.0) -> Moment:
+def at_rest(bearing: FilmSurface, place: InPlane, content: float | Array = 1.0) -> Moment:
     """Start from a given film content, a number or an (n, m) array in [0, 1]."""
     volumes = cell_volumes(bearing.mesh, Thickness(*place))
     return Moment(0.0, place, (0.0, 0.0), np.where(bearing.mesh.groove < 0, content, 1.0) * volumes)
 
 
-def follow(bearing: Bearing, start: Moment, orbit: Iterable[tuple[float, Pair, float]]) -> Iterator[Moment]:
+def follow(bearing: FilmSurface, start: Moment, orbit: Iterable[tuple[float, InPlane, float]]) -> Iterator[Moment]:
     """Solve the film along a given orbit.
 
     Parameters
     ----------
-    bearing : Bearing
+    bearing : FilmSurface
     start : Moment
         From `at_rest`, or the last one of another motion.
     orbit : iterable of (float, (float, float), float)
@@ -101,9 +101,9 @@ def follow(bearing: Bearing, start: Moment, orbit: Iterable[tuple[float, Pair, f
     Examples
     --------
     >>> import math
-    >>> from linkages.laws.film.surface import Bearing, Groove, at_rest, follow, surface_mesh
+    >>> from linkages.laws.film.surface import FilmSurface, Groove, at_rest, follow, surface_mesh
     >>> grooves = (Groove(math.pi, 0.35, 0.8),)
-    >>> bearing = Bearing(surface_mesh(1.0, grooves, around=36, along=4), grooves)
+    >>> bearing = FilmSurface(surface_mesh(1.0, grooves, around=36, along=4), grooves)
     >>> orbit = [(0.1 * k, (0.5 * math.cos(0.02 * k), 0.5 * math.sin(0.02 * k)), 1.0) for k in range(1, 101)]
     >>> forces = [moment.force for moment in follow(bearing, at_rest(bearing, (0.5, 0.0)), orbit)]
     """
@@ -113,7 +113,7 @@ def follow(bearing: Bearing, start: Moment, orbit: Iterable[tuple[float, Pair, f
         yield state
 
 
-def move(bearing: Bearing, start: Moment, journal: Journal, times: Iterable[float]) -> Iterator[Moment]:
+def move(bearing: FilmSurface, start: Moment, journal: Journal, times: Iterable[float]) -> Iterator[Moment]:
     """Integrate the motion of a loaded journal together with its film (implicit Euler).
 
     Parameters
@@ -152,7 +152,7 @@ def filling_time(film: SurfaceFilm) -> float:
     return sides * float(missing.sum()) / inflow if inflow > 0.0 else float("inf")
 
 
-def _step(bearing: Bearing, before: Moment, time: float, place: Pair, speed: float) -> Moment:
+def _step(bearing: FilmSurface, before: Moment, time: float, place: InPlane, speed: float) -> Moment:
     """Solve the film at a place of the journal after `before`."""
     past = time - before.time
     if not past > 0.0:
@@ -163,7 +163,7 @@ def _step(bearing: Bearing, before: Moment, time: float, place: Pair, speed: flo
         bearing.grooves,
         speed=0.5 * speed,
         pressures=bearing.pressures,
-        guess=None if before.film is None else before.film.state,
+        guess=None if before.film is None else before.film.solution,
         history=(before.oil, past),
     )
     velocity = (place[0] - before.place[0]) / past, (place[1] - before.place[1]) / past
@@ -171,7 +171,7 @@ def _step(bearing: Bearing, before: Moment, time: float, place: Pair, speed: flo
 
 
 def _moved(
-    bearing: Bearing, before: Moment, journal: Journal, time: float, slope: Array | None
+    bearing: FilmSurface, before: Moment, journal: Journal, time: float, slope: Array | None
 ) -> tuple[Moment, Array]:
     """Solve one step for the place by Newton's method, with Broyden's corrections of the Jacobian `slope`."""
     past, load, speed = time - before.time, np.array(journal.load(time)), journal.speed(time)

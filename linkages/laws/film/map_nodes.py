@@ -1,10 +1,15 @@
-"""Quasi-static film of a bearing with grooves at one place of the journal: values of a map's nodes.
+"""Film of a bearing at one place of the journal: values of a map's nodes, without grooves and with them.
 
-With mass conservation the film content is the one of the steady whirl at this place (deps = 0), stationary seen from
-the eccentricity. It gives the sources of the pressure: the wedge in the full film, none in the cavity, and where the
-cavity ends the volume that the arriving film lacks. The pressure obeys Reynolds' condition with these sources and the
-squeeze motion. A content that followed every motion at once would make the force fall with the velocity in some states:
-a journal would jump.
+Without groove the negative pressure of the whole film is dropped, or Reynolds' condition holds. The ring is closed:
+only the open ends hold the pressure at ambient. Under Reynolds' condition the middle of a long bearing (from L/D of
+about 2 on) fills all around, and with L/D its force tends to the force of the full film without cavitation, of which
+the open ends shift the pressure and nothing else.
+
+With grooves and mass conservation the film content is the one of the steady whirl at this place (deps = 0), stationary
+seen from the eccentricity. It gives the sources of the pressure: the wedge in the full film, none in the cavity, and
+where the cavity ends the volume that the arriving film lacks. The pressure obeys Reynolds' condition with these sources
+and the squeeze motion. A content that followed every motion at once would make the force fall with the velocity in some
+states: a journal would jump.
 
 In a steady rotation (y = +-pi/2) and small motions about it the force is the one of the film whose content follows the
 motion: stiffness and damping are those of `linkages.bearing`. Its weight is sin(y)^8, and less at places where its
@@ -27,20 +32,21 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.kernel import Array
+from linkages.kernel.by_reference import packed
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.map_table import CHANNELS
-from linkages.laws.film.surface.balance import Balance, Thickness, make_balance
-from linkages.laws.film.surface.complementarity import Boundary, solve
+from linkages.laws.film.surface.balance import Balance, Thickness, fill_contents, make_balance
+from linkages.laws.film.surface.cavity import solve
 from linkages.laws.film.surface.grooves import Groove
-from linkages.laws.film.surface.obstacle import obstacle
-from linkages.laws.film.surface.surface_film import content_at_centres
-from linkages.laws.film.surface.surface_mesh import SurfaceMesh, surface_mesh
+from linkages.laws.film.surface.surface_film import integrate_film
+from linkages.laws.film.surface.surface_mesh import surface_mesh
 
 #: Cells around the film and along half its length.
 CELLS = (80, 6)
+#: The same of a film without groove, by rule of cavitation.
+PLAIN_CELLS = {"guembel": (320, 28), "reynolds": (240, 20)}
 #: Eccentricity ratio below which the film content fades towards the content of a full film.
 CENTRE = 0.1
 #: Least share of the cavity that counts as full for the force.
@@ -48,6 +54,8 @@ REST = 0.3
 _SOFT = 0.05  # width in cos^2(y) of the transition to a film that opens
 _LEAN = 0.05  # width in sin(y) of the transition between the contents of the two senses of whirl
 _NEAR = 0.2  # deps over ew/2 of the differences about a steady rotation
+_CENTRED = 1e-9  # eccentricity ratio below which the wedge is that of the centre
+_TURNS = 6  # most lines by which the film turns from one direction of a map to the next
 _NARROW = 8  # power of sin(y): weight of these differences in other motions
 
 _TURN = 2.0 * math.pi
@@ -75,22 +83,22 @@ class _Place:
     ) -> None:
         self.eps, self.slenderness = eps, slenderness
         self.grooves = tuple(groove._replace(angle=groove.angle - alpha) for groove in grooves)
-        self.mesh: SurfaceMesh = surface_mesh(slenderness, self.grooves, (eps, 0.0), *cells)
-        self.thickness = Thickness(eps, 0.0)
+        self.mesh = surface_mesh(slenderness, self.grooves, (eps, 0.0), *cells)
         self.closing = self.balance(velocity=(1.0, 0.0), speed=0.0)
-        self.whirl = self.balance(velocity=(0.0, -1.0), speed=0.0).squeeze  # outflow of a full film, for ew/2 = 1
-        if eps > 0.0:
+        self.whirl = self.balance(velocity=(0.0, -1.0), speed=0.0).gain  # outflow of a full film, for ew/2 = 1
+        if eps > _CENTRED:
             self.whirl = self.outflow(self.balance((0.0, 0.0), 1.0 / eps), np.ones_like(self.whirl))
-        self.sides = 2.0 if self.mesh.half else 1.0
+        self.share = (2.0 if self.mesh.half else 1.0) / (2.0 * slenderness)
 
     def balance(self, velocity: tuple[float, float], speed: float) -> Balance:
-        return make_balance(self.mesh, self.thickness, velocity, speed)
+        return make_balance(self.mesh, Thickness(self.eps, 0.0), velocity, speed)
 
     def steady(self, sign: float) -> tuple[Array, Array]:
         """Volume that leaves the cells in the steady whirl with ew/2 = 1 or -1 without pressure; film content."""
         balance = self.balance((0.0, 0.0), sign / self.eps)
-        content = 1.0 - solve(balance, Boundary(0.0, np.zeros_like(balance.along))).deficit
-        return self.outflow(balance, content), content_at_centres(balance, content)
+        z, content = solve(balance), np.empty_like(self.whirl)
+        fill_contents(packed(balance), z, content)
+        return self.outflow(balance, 1.0 + np.minimum(z, 0.0)), content
 
     def near_steady(self, half_ew: float, own: Array) -> tuple[float, Array]:
         """Expand the force of a film whose content follows the motion, about a steady rotation.
@@ -116,35 +124,108 @@ class _Place:
 
     def _following(self, deps: float, half_ew: float) -> Array:
         """Force of a film whose content follows the motion at once, (2,)."""
-        balance = self.balance((deps, 0.0), half_ew / self.eps)
-        return np.array(self.force(solve(balance, Boundary(0.0, np.zeros_like(balance.along))).p))
+        return self.integrals(solve(self.balance((deps, 0.0), half_ew / self.eps)))[:2]
 
-    @staticmethod
-    def outflow(balance: Balance, content: Array) -> Array:
+    def outflow(self, balance: Balance, content: Array) -> Array:
         """Volume that leaves the cells by transport of the content."""
         flow = balance.carried * np.where(balance.carried >= 0.0, content, np.roll(content, -1, axis=0))
-        return np.where(balance.free, flow - np.roll(flow, 1, axis=0), 0.0)
+        return np.where(self.mesh.groove < 0, flow - np.roll(flow, 1, axis=0), 0.0)
 
-    def pressure(self, deps: float, half_ew: float, share: float, whirl: Array, wet: NDArray[np.bool_]) -> Array:
-        """Pressure where a share of the wedge has the cavity of the steady whirl, the rest none; `wet` is a guess."""
-        loss = deps * self.closing.squeeze + share * abs(half_ew) * whirl + (1.0 - share) * half_ew * self.whirl
-        return obstacle(self.closing.around, self.closing.along, self.closing.start, -loss, self.closing.free, wet)
+    def pressure(
+        self, deps: float, half_ew: float, rule: str = "reynolds", guess: Array | None = None, *,
+        share: float = 0.0, whirl: Array | float = 0.0,
+    ) -> Array:  # fmt: skip
+        """Solve where a share of the wedge has the cavity of the steady whirl, the rest none."""
+        loss = deps * self.closing.gain + share * abs(half_ew) * whirl + (1.0 - share) * half_ew * self.whirl
+        return solve(self.closing._replace(gain=loss), rule=rule, guess=guess)
 
-    def force(self, p: Array) -> tuple[float, float]:
-        """Force on the journal over L/R."""
-        weights = self.sides * self.mesh.height / (2.0 * self.slenderness)
-        sines, cosines = np.diff(np.sin(self.mesh.faces)), -np.diff(np.cos(self.mesh.faces))
-        return -float(sines @ p @ weights), -float(cosines @ p @ weights)
-
-    def flow(self, p: Array) -> float:
-        """Volume flow out of the ends."""
-        return self.sides * float(self.closing.along[:, -1] @ p[:, -1] + self.closing.start @ p[:, 0])
+    def integrals(self, p: Array) -> Array:
+        """Force on the journal (2) over L/R, flow out of the ends."""
+        fx, fy, _, _, _, flow = integrate_film(*self.mesh.geometry, packed(self.closing), 0.0, p)
+        return np.array([0.5 * fx / self.slenderness, 0.5 * fy / self.slenderness, flow])
 
     def extent(self, content: Array) -> float:
         """Integral of content/h over L/R."""
-        h = self.thickness.at(self.mesh.theta[:, None], self.mesh.zeta)
-        weights = self.sides * self.mesh.height / (2.0 * self.slenderness)
-        return float(self.mesh.width @ (content / h) @ weights)
+        return self.share * float(np.sum(content * self.closing.inverse, axis=0) @ self.mesh.height)
+
+    def pressed(self, p: Array) -> float:
+        """Axial mean of the integral of dtheta/h over the film that carries pressure; edges lie between two centres."""
+        following, inverse = np.roll(p, -1, axis=0), self.closing.inverse
+        total, span = np.maximum(p, 0.0) + np.maximum(following, 0.0), np.abs(p) + np.abs(following)
+        part = np.divide(total, span, out=np.zeros_like(p), where=span > 0.0)
+        return self.share * float(
+            np.sum(part * 0.5 * (inverse + np.roll(inverse, -1, axis=0)), axis=0) @ self.mesh.height
+        )
+
+
+def solve_plain(eps: float, slenderness: float, cavitation: str, angles: Array) -> Array:
+    """Solve the film without groove at one eps for directions y = ``angles`` of the motion, in small steps.
+
+    Parameters
+    ----------
+    eps, slenderness : float
+        Eccentricity ratio; L/D.
+    cavitation : str
+        guembel or reynolds.
+    angles : (ny,) array
+
+    Returns
+    -------
+    (ny, 4) array
+        The quantities of `linkages.laws.film.map_table`.
+    """
+    place = _Place(eps, slenderness, (), 0.0, PLAIN_CELLS[cavitation])
+    parts = [place.pressure(*motion, "guembel") for motion in ((1.0, 0.0), (0.0, 1.0))]
+    q, out, p, guess = 1.0 - eps * eps, np.empty((len(angles), CHANNELS)), None, None
+    for row, y in zip(out, angles, strict=True):
+        deps, half_ew = math.cos(y), math.sin(y) / q**0.25
+        if cavitation == "guembel":
+            p = deps * parts[0] + half_ew * parts[1]
+        else:
+            before, p = p, np.maximum(place.pressure(deps, half_ew, guess=guess), 0.0)
+            guess = p if before is None else _turned(before, p)
+        f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
+        force, scale = place.integrals(p), math.hypot(f_n, f_t)
+        row[:] = force[0] / scale, force[1] / scale, place.pressed(p) * math.sqrt(q), force[2]
+    return out
+
+
+def _turned(before: Array, now: Array) -> Array:
+    """Guess the film of the next direction: turned as far as since the one before, -1 where there is no pressure."""
+
+    def alike(turn: int) -> int:
+        return int(np.count_nonzero((np.roll(before, turn, 0) > 0.0) == (now > 0.0)))
+
+    guess = np.roll(now, max(range(-_TURNS, _TURNS + 1), key=alike), 0)
+    return np.where(guess > 0.0, guess, -1.0)
+
+
+def finite_force(
+    eps: float, slenderness: float, deps: float, half_ew: float, cavitation: str = "guembel",
+    grooves: Sequence[Groove] = (), cells: tuple[int, int] = PLAIN_CELLS["guembel"],
+) -> tuple[float, float]:  # fmt: skip
+    """Force of the finite film in one motion.
+
+    Parameters
+    ----------
+    eps, slenderness : float
+        Eccentricity ratio, below 1; L/D.
+    deps, half_ew : float
+        See `linkages.laws.film`.
+    cavitation : str
+        guembel or reynolds.
+    grooves : sequence of Groove
+        With angles from the eccentricity.
+    cells : (int, int)
+
+    Returns
+    -------
+    f_n, f_t : float
+        In units of mu*L*R^3/c^2.
+    """
+    place = _Place(eps, slenderness, grooves, 0.0, cells)
+    f_n, f_t, _ = place.integrals(place.pressure(deps, half_ew, cavitation))
+    return float(f_n), float(f_t)
 
 
 def solve_grooved(
@@ -183,12 +264,12 @@ def solve_grooved(
     if cavitation == "mass-conserving" and eps > 0.0:
         seen = eps * eps / (eps * eps + CENTRE**2)
         steady = {sign: place.steady(sign) for sign in steady}
-    out, wet = np.empty((len(angles), CHANNELS)), np.ones(full.shape, dtype=bool)
+    out, p = np.empty((len(angles), CHANNELS)), None
     near = {}
     if seen > 0.0:
         for sign, (whirl, _) in steady.items():
-            own = place.force(place.pressure(0.0, sign, (1.0 - REST) * seen, whirl, wet))
-            near[sign] = place.near_steady(sign, np.array(own))
+            p = place.pressure(0.0, sign, guess=p, share=(1.0 - REST) * seen, whirl=whirl)
+            near[sign] = place.near_steady(sign, place.integrals(p)[:2])
     for row, y in zip(out, angles, strict=True):
         deps, half_ew = math.cos(y), math.sin(y) / math.sqrt(root_q)
         opening = max(-math.cos(y), 0.0) ** 2
@@ -198,8 +279,8 @@ def solve_grooved(
         content = 0.5 * ((1.0 + lean) * steady[1.0][1] + (1.0 - lean) * steady[-1.0][1])
         f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
         scale = math.hypot(f_n, f_t)
-        p = place.pressure(deps, half_ew, (1.0 - REST) * share, whirl, wet)
-        f_n, f_t = place.force(p)
+        p = place.pressure(deps, half_ew, guess=p, share=(1.0 - REST) * share, whirl=whirl)
+        f_n, f_t, flow = place.integrals(p)
         if seen > 0.0:
             weight, coefficients = near[math.copysign(1.0, half_ew)]
             weight *= seen * math.sin(y) ** _NARROW
@@ -208,9 +289,10 @@ def solve_grooved(
                 small = abs(half_ew) * powers @ coefficients
                 f_n, f_t = f_n + weight * (small[0] - f_n), f_t + weight * (small[1] - f_t)
         if share > 0.0:  # no cavity is closed for the flow: what it takes up does not leave at the ends
-            p = place.pressure(deps, half_ew, share, whirl, wet)
+            p = place.pressure(deps, half_ew, guess=p, share=share, whirl=whirl)
+            flow = place.integrals(p)[2]
         extent = place.extent(share * content + (1.0 - share) * full)
-        row[:] = f_n / scale, f_t / scale, extent * root_q, place.flow(p)
+        row[:] = f_n / scale, f_t / scale, extent * root_q, flow
     return out
 
 
@@ -225,10 +307,6 @@ def static_part(
         Force over R L, flow over c^3/mu, zero, for grooves of this pressure.
     """
     place = _Place(eps, slenderness, grooves, alpha, cells)
-    known = np.array([*(groove.pressure for groove in place.grooves), 0.0])
-    state = solve(
-        place.closing._replace(squeeze=np.zeros_like(place.whirl)),
-        Boundary(0.0, np.where(place.closing.free, 0.0, known[place.mesh.groove])),
-        rule="guembel",
-    )
-    return np.array([*place.force(state.p), place.flow(state.p), 0.0])
+    known = place.mesh.pressures(np.array([groove.pressure for groove in place.grooves]))
+    p = solve(place.closing._replace(gain=np.zeros_like(known), known=known), rule="guembel")
+    return np.append(place.integrals(p), 0.0)
