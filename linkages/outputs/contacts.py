@@ -46,7 +46,7 @@ def _ratio_at(seen: Snapshot, k: int, clearance: float) -> float:
     return 1.0 + contact[PENETRATION] / clearance
 
 
-@formula("bodies")
+@formula()
 def _power(output: np.record, seen: Snapshot) -> float:
     return _power_at(seen, output.at)
 
@@ -59,7 +59,7 @@ def _power_at(seen: Snapshot, k: int) -> float:
     return contact[FX] * (vx + wb * ey) + contact[FY] * (vy - wb * ex) + contact[COUPLE] * (wj - wb)
 
 
-@formula("bodies")
+@formula()
 def _thickness(output: np.record, seen: Snapshot) -> float:
     law = seen.model.laws[output.at]
     if law.tilt == 0.0:
@@ -69,7 +69,7 @@ def _thickness(output: np.record, seen: Snapshot) -> float:
     return tilted_gap(law, math.hypot(ex, ey), math.atan2(ey, ex) - angle)
 
 
-@formula("bodies")
+@formula()
 def _moment(output: np.record, seen: Snapshot) -> float:
     motion, _ = contact_motion(seen.model.ends[output.at], seen.state.pose, seen.state.vel)
     ex, ey, vx, vy, wb, wj, angle, _ = motion
@@ -80,7 +80,7 @@ def _moment(output: np.record, seen: Snapshot) -> float:
     return (m_n * nx - m_t * ny, m_n * ny + m_t * nx, math.hypot(m_n, m_t))[output.column]
 
 
-@formula("bodies")
+@formula()
 def _flow(output: np.record, seen: Snapshot) -> float:
     k, model = output.at, seen.model
     if model.ends[k].kind == HISTORY:
@@ -90,7 +90,7 @@ def _flow(output: np.record, seen: Snapshot) -> float:
     return end_flow(model.laws[k], model.tables[k], ex, ey, vx, vy, wb, wj, angle)
 
 
-@formula("bodies")
+@formula()
 def _guide(output: np.record, seen: Snapshot) -> float:
     slot, pose, largest, power, offset = output.marker, seen.state.pose, -np.inf, 0.0, 0.0
     nx, ny = turned(pose, slot.body, slot.x, slot.y)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from linkages.integrate.stepper import copy
-from linkages.kernel import Array, Indices, Records, kernel
+from linkages.kernel import Array, Records, kernel
 from linkages.kernel.by_reference import packed
 from linkages.outputs.quantity import OutputFormula, Snapshot
 from linkages.outputs.registry import FORMULAS
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import WIDTH
-from linkages.planar.kinematics import body_accelerations, body_motions, body_states
+from linkages.planar.kinematics import body_accelerations, body_states
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.newton_euler import inertial_forces
@@ -63,8 +63,6 @@ def tabulate(
         copy(a[i], w.a)
         for k in range(contacts.shape[1]):
             copy(contacts[i, k], seen.contacts[k])
-        body_states(seen.model.bodies, w.q, w.v, w.pose, w.vel)
-        body_accelerations(seen.model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
         _complete(seen, with_forces, times[i], powered)
         for k in range(len(outputs)):
             out[k, i] = output_value(outputs[k], seen)
@@ -72,13 +70,10 @@ def tabulate(
 
 @kernel
 def add_moved(
-    outputs: Records, with_forces: bool, needed: Indices, seen: Snapshot, times: Array, q: Array, v: Array, a: Array,
-    contacts: Array, dq: Array, dv: Array, da: Array, dcontacts: Array, h: float, weight: float, out: Array,
+    outputs: Records, with_forces: bool, seen: Snapshot, times: Array, q: Array, v: Array, a: Array, contacts: Array,
+    dq: Array, dv: Array, da: Array, dcontacts: Array, h: float, weight: float, out: Array,
 ) -> None:  # fmt: skip
-    """Add the outputs of `tabulate`, at h times a change of coordinates and contacts, times a weight, to ``out``.
-
-    ``needed``: see `bodies_needed`.
-    """
+    """Add the outputs of `tabulate`, at h times a change of coordinates and contacts, times a weight, to ``out``."""
     w, powered = seen.state, np.zeros((3, len(seen.model.powered_bodies)))
     for i in range(len(times)):
         for k in range(len(w.q)):
@@ -86,7 +81,6 @@ def add_moved(
         for k in range(contacts.shape[1]):
             for j in range(WIDTH):
                 seen.contacts[k, j] = contacts[i, k, j] + h * dcontacts[i, k, j]
-        body_motions(seen.model.bodies, needed, w.q, w.v, w.a, w.pose, w.vel, w.acc)
         _complete(seen, with_forces, times[i], powered)
         for k in range(len(outputs)):
             out[k, i] += weight * output_value(outputs[k], seen)
@@ -94,9 +88,11 @@ def add_moved(
 
 @kernel
 def _complete(seen: Snapshot, with_forces: bool, t: float, powered: Array) -> None:
-    """Fill loads and forces of a snapshot whose bodies and contacts are set; ``powered`` (3, np) is to work in."""
+    """Fill bodies, loads and forces of a snapshot with coordinates and contacts; ``powered`` (3, np) is to work in."""
     model, w = seen.model, seen.state
     bodies = model.bodies
+    body_states(bodies, w.q, w.v, w.pose, w.vel)
+    body_accelerations(bodies, w.pose, w.vel, w.v, w.a, w.acc)
     loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
     if len(loads[0]):
         load_outputs(loads, t, w.pose, w.vel, seen.loads)
@@ -112,18 +108,6 @@ def _complete(seen: Snapshot, with_forces: bool, t: float, powered: Array) -> No
         if len(model.rows):
             row_reactions(model, w)
         joint_forces(model, w, seen.contacts, seen.forces, seen.efforts)
-
-
-def bodies_needed(model: Arrays, outputs: Records) -> Indices:
-    """Return 1 for each body whose motion outputs need, else 0, (nb,): a point needs its body and all parents."""
-    parents = model.bodies.records["mount"]["body"]
-    if len(model.loads) or any(outputs[name].any() for name in ("bodies", "loads", "forces")):
-        return np.ones(len(parents), np.int64)
-    needed = np.zeros(len(parents), np.int64)
-    for body in outputs["marker"]["body"][outputs["body"] == 1]:
-        while body > 0:
-            needed[body], body = 1, parents[body]
-    return needed
 
 
 def make_snapshot(model: Arrays, n: int) -> Snapshot:

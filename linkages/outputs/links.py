@@ -16,7 +16,7 @@ from linkages.planar.markers import arm, marker_velocity, turned
 from linkages.system import System
 
 
-@formula("bodies")
+@formula()
 def _frame(output: np.record, seen: Snapshot) -> float:
     pose, marker = seen.state.pose, output.marker
     rx, ry = arm(pose, marker)
@@ -24,7 +24,7 @@ def _frame(output: np.record, seen: Snapshot) -> float:
     return deflection(output.at, output.other, x, y, output.constant, pose)
 
 
-@formula("bodies")
+@formula()
 def _deflection(output: np.record, seen: Snapshot) -> float:
     model, w = seen.model, seen.state
     beams = model.beams[output.at : output.other]

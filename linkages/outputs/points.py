@@ -13,14 +13,14 @@ from linkages.planar.markers import arm, marker_acceleration, marker_velocity
 from linkages.system import System
 
 
-@formula("body")
+@formula()
 def _position(output: np.record, seen: Snapshot) -> float:
     b, pose = output.marker.body, seen.state.pose
     rx, ry = arm(pose, output.marker)
     return (pose[b, 0] + rx, pose[b, 1] + ry, pose[b, 2] + output.constant)[output.column]
 
 
-@formula("body")
+@formula()
 def _velocity(output: np.record, seen: Snapshot) -> float:
     b, vel = output.marker.body, seen.state.vel
     rx, ry = arm(seen.state.pose, output.marker)
@@ -28,7 +28,7 @@ def _velocity(output: np.record, seen: Snapshot) -> float:
     return (vx, vy, vel[b, 0])[output.column]
 
 
-@formula("body")
+@formula()
 def _acceleration(output: np.record, seen: Snapshot) -> float:
     b, acc = output.marker.body, seen.state.acc
     rx, ry = arm(seen.state.pose, output.marker)

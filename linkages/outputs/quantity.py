@@ -14,9 +14,9 @@ from linkages.planar.record_types import MARKER
 from linkages.planar.workspace import Workspace
 from linkages.system import System
 
-#: Data that a formula can read in addition to coordinates and contacts: the motion of the marker's body alone, the
-#: motion of other bodies, `linkages.planar.loads.LOAD_OUTPUTS`, forces in joints and efforts of drives.
-READS = ("body", "bodies", "loads", "forces")
+#: Data that a formula can read in addition to the motion of bodies and contacts: `linkages.planar.loads.LOAD_OUTPUTS`;
+#: forces in joints and efforts of drives.
+READS = ("loads", "forces")
 
 #: Components of vectors.
 X, Y = 0, 1

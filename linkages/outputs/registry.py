@@ -71,18 +71,21 @@ def _find(system: System, name: str, ideal: bool) -> Callable[[System], tuple[An
     """Return a function that makes the `OUTPUT` with a name, for systems with the elements of this one."""
     plain = name.removesuffix(JITTER)
     owner, quantity, thing = _look_up(system, plain, ideal)
-    reads, jitter = quantity.formula.reads, plain != name
-    if jitter and ("body" not in reads or ideal):
+    jitter = plain != name
+    if jitter and (owner not in POINTS or ideal):
         raise _wrong(system, name, "jitter exists only for the motion of a link or frame")
     if jitter and not _determinate(system):
         raise _wrong(system, name, "the prescribed drives do not determine an ideal motion")
-    first, last = (FORMULAS[quantity.formula], quantity.column), (jitter, *(part in reads for part in READS))
+    first, last = (
+        (FORMULAS[quantity.formula], quantity.column),
+        (jitter, *(part in quantity.formula.reads for part in READS)),
+    )
     return lambda one: (*first, *owner.element(one, thing), *last)
 
 
 def has_jitter(system: System, name: str) -> bool:
     """Check whether an output has a jitter: it belongs to a point, and the drives determine the motion."""
-    return "body" in _look_up(system, name, ideal=False)[1].formula.reads and _determinate(system)
+    return _look_up(system, name, ideal=False)[0] in POINTS and _determinate(system)
 
 
 def unit(system: System, name: str) -> str:

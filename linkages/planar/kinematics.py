@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.kernel import Array, Indices, inlined_kernel, kernel
+from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.planar.bodies import COS, SIN, Bodies, make_motion, make_pose
 from linkages.planar.flexible_kinematics import (
     add_modal_force,
@@ -61,17 +61,6 @@ def body_accelerations(bodies: Bodies, pose: Array, vel: Array, v: Array, a: Arr
     """Set the accelerations (nb, 3) of all frames: angular acceleration [rad/s2], acceleration of the origin [m/s2]."""
     _set_world_motion(acc)
     _accelerations(bodies, pose, vel, v, a, acc)
-
-
-@kernel
-def body_motions(
-    bodies: Bodies, needed: Indices, q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array
-) -> None:
-    """Set poses, velocities and accelerations of some bodies: 1 in ``needed`` (nb,), of their parents too."""
-    _set_world_pose(pose)
-    _set_world_motion(vel)
-    _set_world_motion(acc)
-    _motions(bodies, needed, q, v, a, pose, vel, acc)
 
 
 @inlined_kernel
@@ -160,21 +149,10 @@ def body_acceleration(bodies: Bodies, i: int, pose: Array, vel: Array, v: Array,
     acc[i, 0], acc[i, 1], acc[i, 2] = alpha, ax, ay
 
 
-@inlined_kernel
-def _body_motion(
-    bodies: Bodies, i: int, needed: Indices, q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array
-) -> None:
-    """Set pose, velocity and acceleration of body i from its parent's, if they are needed."""
-    if needed[i]:
-        _body_state(bodies, i, q, v, pose, vel)
-        body_acceleration(bodies, i, pose, vel, v, a, acc)
-
-
 _positions = forward(_body_position, moving=False)
 _velocities = forward(_body_velocity, moving=False)
 _states = forward(_body_state, moving=False)
 _accelerations = forward(body_acceleration, moving=False)
-_motions = forward(_body_motion, moving=False)
 
 
 @inlined_kernel

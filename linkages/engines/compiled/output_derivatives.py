@@ -12,7 +12,7 @@ from linkages.kernel import Array, kernel
 from linkages.kernel.block import Duplicate, contents
 from linkages.kernel.compile import bound
 from linkages.outputs.columns import Columns, columns
-from linkages.outputs.evaluation import add_moved, bodies_needed, make_snapshot
+from linkages.outputs.evaluation import add_moved, make_snapshot
 from linkages.outputs.registry import JITTER, names, packer
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import EX, EY
@@ -42,7 +42,7 @@ class OutputTable:
         self._read = packer(system, self.names)
         self._numbers = Duplicate((system.arrays, self._read(system)))
         model, self._records = self._numbers.value
-        self._needed, self._seen = bodies_needed(model, self._records), make_snapshot(model, system.tree.size)
+        self._seen = make_snapshot(model, system.tree.size)
         self._first = len(self._numbers.initial) - len(contents((self._records,)).words)  # place of the records
         self._with_forces = bool(self._records["forces"].any())
         self._add: Callable[..., None] | None = None
@@ -67,15 +67,7 @@ class OutputTable:
         rates = np.concatenate([arrays.rates, records.rates])
         h = 1.0 / _largest(change[0] / min(1.0, model.size), change[3], model.laws["clearance"], 1.0 / near.magnitude)
         result, initial = np.zeros((len(self.names), len(times))), self._numbers.initial[places]
-        given = (
-            self._records,
-            self._with_forces,
-            self._needed,
-            self._seen,
-            np.asarray(times, np.float64),
-            *state,
-            *change,
-        )
+        given = (self._records, self._with_forces, self._seen, np.asarray(times, np.float64), *state, *change)
         if self._add is None:
             self._add = cast(Callable[..., None], bound(add_moved, *given, h, 1.0, result))
         for place, weight in zip(*PAIRS, strict=True):
