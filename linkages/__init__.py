@@ -123,7 +123,9 @@ _FORMER = {"study": "assess", "Study": "Assessment"}
 
 
 def __getattr__(name: str) -> Any:
-    """Return a public name, loaded on first use; a former name with a line of notice."""
-    if name in _FORMER:
-        print(f"notice: linkages.{name} is now linkages.{_FORMER[name]}", file=sys.stderr)
-    return _loaded(_FORMER.get(name, name))
+    """Return a public name, loaded on first use; a former name with a line of notice, once."""
+    if name not in _FORMER:
+        return _loaded(name)
+    print(f"notice: linkages.{name} is now linkages.{_FORMER[name]}", file=sys.stderr)
+    globals()[name] = found = _loaded(_FORMER[name])
+    return found

@@ -18,22 +18,14 @@ import numpy as np
 from linkages.arrays import Array
 from linkages.engines.assessment import simulate
 from linkages.errors import InputError, Status
-from linkages.live.view import (
-    columns_of,
-    drawing_of,
-    frames_of,
-    ideal_of,
-    numbers_for,
-    poses_of,
-    shown_part,
-    view,
-    warnings_for,
-)
+from linkages.live.view import columns_of, drawing_of, frames_of, ideal_of, numbers_for, poses_of, shown_part, view
 from linkages.model.capabilities import Analysis
 from linkages.plots.drawing.drawing import Drawing
+from linkages.report.terminal import format_warnings
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
+from linkages.results.warnings import warnings_of_run
 from linkages.system import System
 
 _PERIODS = 3  # of a run from where the one before ended
@@ -156,7 +148,11 @@ class Session:
 
     def warnings(self) -> list[str]:
         """Return the warnings about the run that was shown last."""
-        return [] if self._result is None else warnings_for(self._result.assessment)
+        if self._result is None:
+            return []
+        shown = self._result.assessment
+        found = warnings_of_run(shown.system, shown.sound, shown.contacts)
+        return [line for line in format_warnings(found) if line]
 
     def restart(self) -> None:
         """Forget where the journals were: the next run starts as its file says."""

@@ -22,13 +22,11 @@ from linkages.plots.curves import columns, curves, short
 from linkages.plots.drawing import draw, svg
 from linkages.plots.drawing.drawing import Drawing
 from linkages.plots.drawing.svg import scale
-from linkages.report.terminal import format_warnings
 from linkages.report.words import motion_lines, output_unit
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import link_columns, numbers
 from linkages.results.extremes import peaks
 from linkages.results.trajectory import Trajectory
-from linkages.results.warnings import warnings_of_run
 from linkages.system import System
 
 _FRAMES = 121  # poses of the moving picture; the page interpolates
@@ -97,12 +95,6 @@ def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, A
     told = {"motion": assessment.motion.content, "start_up": assessment.start_up, "duration": float(run.time[-1])}
     lines = motion_lines(peaks | told | {"report": report, "windows": windows})
     return {"motion": lines, "table": _table(assessment, peaks, exact)}
-
-
-def warnings_for(assessment: Assessment) -> list[str]:
-    """Return the warnings about a run as lines of text; some of them take longer than the run."""
-    found = warnings_of_run(assessment.system, assessment.sound, assessment.contacts)
-    return [line for line in format_warnings(found) if line]
 
 
 def drawing_of(system: System) -> tuple[Drawing, dict[str, Any]]:

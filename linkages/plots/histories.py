@@ -106,7 +106,10 @@ def _compare(
     """
     errors = errors or assessment.noise
     run, ideal = assessment.run, assessment.ideal
-    perfectly = "ideal joints, rigid links" if assessment.system.tree.flexible else "ideal joints"
+    flexible = bool(assessment.system.tree.flexible)
+    perfectly = "ideal joints, rigid links" if flexible else "ideal joints"
+    imperfect = ["clearance"] * bool(assessment.system.experiment.play) + ["flexible links"] * flexible
+    really = f"with {' and '.join(imperfect)}" if imperfect else "integrated"
     times, both = run.time[run.time <= ideal.time[-1]], [name for name in labels if name in ideal.columns]
     exact = ideal.evaluate(times) if ideal.evaluate else {n: np.interp(times, ideal.time, ideal[n]) for n in both}
     heights = [height for name in labels for height in ((3, 1) if name in both else (3,))]
@@ -121,7 +124,7 @@ def _compare(
         drawn, factor = _shown(assessment, name, values if unbounded else np.concatenate([values, perfect]))
         if name in both:
             top.plot(ideal.time, factor * perfect, color=_IDEAL, lw=2.2, alpha=0.8, label=perfectly)
-        top.plot(run.time, factor * values, color=_RUN, lw=0.9, label=_run_label(assessment))
+        top.plot(run.time, factor * values, color=_RUN, lw=0.9, label=really)
         top.set_ylabel(axis_label(label, drawn))
         if unbounded:  # at a dead point of the ideal linkage
             top.set_ylim(-1.1 * factor * largest, 1.1 * factor * largest)
@@ -150,13 +153,6 @@ def _shown(assessment: Assessment, name: str, values: np.ndarray) -> tuple[str, 
     """Choose the drawn unit of a column, and the factor from the SI unit."""
     si, largest = unit(assessment.system, name), float(np.abs(values).max())
     return ("deg", 180.0 / np.pi) if si == "rad" and largest >= _SMALL else engineering(si, largest)
-
-
-def _run_label(assessment: Assessment) -> str:
-    """Return the label of the run: its differences from the ideal motion."""
-    parts = ["clearance"] if assessment.system.experiment.play else []
-    parts += ["flexible links"] if assessment.system.tree.flexible else []
-    return f"with {' and '.join(parts)}" if parts else "integrated"
 
 
 def _limits_after_start(times: np.ndarray, values: np.ndarray) -> tuple[float, float]:

@@ -34,34 +34,18 @@ SUSTAINED = 2.0
 
 @dataclass(frozen=True)
 class Impact:
-    """One contact of one joint, SI units; of a stop of a revolute joint angles and torques, for lengths and forces.
-
-    Attributes
-    ----------
-    joint : str
-    start : float
-        Start of the contact.
-    approach_speed, tangential_speed : float
-        Rate of the eccentricity and sliding speed at the start.
-    duration : float
-        Time until separation, or until the run ends.
-    peak_force, peak_penetration : float
-        Peaks over continuous time. The force is the resultant of normal force, friction and (mixed joint) film.
-    separation_speed : float
-        Rate of the eccentricity at separation; NaN if the run ends earlier.
-    peak_normal_force : float
-        Peak over continuous time of the force along the line of centres (at a corner: along the wall's normal). NaN
-        if unknown, in folders written by older versions.
-    """
+    """One contact of one joint, SI units; of a stop of a revolute joint angles and torques, for lengths and forces."""
 
     joint: str
-    start: float
-    approach_speed: float
-    tangential_speed: float
-    duration: float
-    peak_force: float
-    peak_penetration: float
-    separation_speed: float
+    start: float  # start of the contact
+    approach_speed: float  # rate of the eccentricity at the start
+    tangential_speed: float  # sliding speed at the start
+    duration: float  # time until separation, or until the run ends
+    peak_force: float  # over continuous time: resultant of normal force, friction and (mixed joint) film
+    peak_penetration: float  # over continuous time
+    separation_speed: float  # rate of the eccentricity at separation; NaN if the run ends earlier
+    # peak over continuous time of the force along the line of centres (at a corner: along the wall's normal).
+    # NaN if unknown, in folders written by older versions
     peak_normal_force: float = math.nan
 
 

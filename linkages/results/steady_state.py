@@ -22,7 +22,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -131,13 +130,9 @@ def drive_period(system: System, name: str, end: float) -> float | None:
     """
     drive = system.experiment.drives[name]
     if drive.varies or system.mechanism.joint[name].type != "revolute":
-        return repeats(partial(_history, system, name), end)
+        k = system.tree.driven.index(name)
+        return repeats(lambda times: np.stack(system.motions(times), axis=-1)[:, k], end)
     return 2.0 * np.pi / abs(drive.speed) if drive.speed else None
-
-
-def _history(system: System, name: str, times: Array) -> Array:
-    """Compute coordinate, rate and acceleration of a prescribed drive at times, (nt, 3)."""
-    return np.stack(system.motions(times), axis=-1)[:, system.tree.driven.index(name)]
 
 
 def repeats(history: Callable[[Array], Array], end: float) -> float | None:
