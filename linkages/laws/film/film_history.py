@@ -158,17 +158,20 @@ def solve_history(
     """
     sheet = sheet_of(table)
     n, m = sheet.supply.shape
-    balance = new_balance(np.empty((n, m)))
+    lines, ends, supplies, often = sheet.lines, sheet.ends, sheet.supply, 1.0 / sheet.step
+    known = np.empty((n, m))
+    balance = new_balance(known)
     missing = oil[MISSING : MISSING + n * m].reshape(n, m)
     z = oil[MISSING + n * m : MISSING + 2 * n * m].reshape(n, m)
     for i in range(n):
-        growth = -vx * sheet.lines[i, 1] - vy * sheet.lines[i, 2]
+        gap = often * (lines[i, 0] - x * lines[i, 1] - y * lines[i, 2])
+        growth = -vx * lines[i, 1] - vy * lines[i, 2]
+        most = max(gap + growth, _LEAST * gap)
         for j in range(m):
-            share, rate = sheet.supply[i, j], _gap_volume(sheet, i, j, x, y) / sheet.step
-            grown = (sheet.ends[j + 1] - sheet.ends[j]) * growth
-            balance.known[i, j] = supply * share if share >= 0.0 else -1.0
-            balance.gain[i, j] = grown + missing[i, j] / sheet.step
-            balance.most[i, j] = max(rate + grown, _LEAST * rate)
+            share, length = supplies[i, j], ends[j + 1] - ends[j]
+            known[i, j] = supply * share if share >= 0.0 else -1.0
+            balance.gain[i, j] = length * growth + often * missing[i, j]
+            balance.most[i, j] = length * most
     film = reference(balance)
     fill_balance(sheet.lines, sheet.ends, sheet.zeta, x, y, 0.0, 0.0, 0.5 * spin, film)
     settle(film, 0.0, True, z)

@@ -128,7 +128,7 @@ def fill_balance(
         With `known`.
     """
     around, carried, along, known = balance.around, balance.carried, balance.along, balance.known
-    n, m = known.shape
+    inverse, (n, m) = balance.inverse, known.shape
     powers, tilted = np.empty((n, NODES)), tilt_x != 0.0 or tilt_y != 0.0
     along[:] = 0.0
     for j in range(m):
@@ -142,7 +142,7 @@ def fill_balance(
                 square, cube = powers[i, 2], powers[i, 3]
             if known[after, j] < 0.0:
                 square, cube = square + powers[after, 0], cube + powers[after, 1]
-            balance.inverse[i, j] = powers[i, 4]
+            inverse[i, j] = powers[i, 4]
             around[i, j], carried[i, j] = 0.0, 0.0
             if cube > 0.0:
                 around[i, j] = length / (12.0 * cube)
@@ -153,7 +153,7 @@ def fill_balance(
                 _integrate(lines, x + tilt_x * place, y + tilt_y * place, powers)
             for i in range(n):
                 if known[i, j] < 0.0:
-                    along[i, j + side] += 12.0 * abs(ends[j + side] - middle) / powers[i, 5]
+                    along[i, j + side] += abs(ends[j + side] - middle) * powers[i, 5]
     for i in range(n):
         if ends[0] == 0.0:
             along[i, 0] = 0.0
@@ -163,7 +163,7 @@ def fill_balance(
 
 @kernel
 def _integrate(lines: Array, x: float, y: float, out: Array) -> None:
-    """Fill ``out`` (n, 6): integrals over the halves of a line of h^-2 and h^-3, over all of it of h^-1 and h^3."""
+    """Fill ``out`` (n, 6): integrals over the halves of lines of h^-2 and h^-3, over all of h^-1, 12/that of h^3."""
     for i in range(len(out)):
         for k in range(NODES):
             out[i, k] = 0.0
@@ -176,6 +176,7 @@ def _integrate(lines: Array, x: float, y: float, out: Array) -> None:
             out[i, half + 1] += weight * g * g * g
             out[i, 4] += weight * g
             out[i, 5] += weight * h * h * h
+        out[i, 5] = 12.0 / out[i, 5]
 
 
 @lazy_kernel
@@ -184,12 +185,13 @@ def fill_contents(balance: Balance, z: Array, out: Array) -> None:
 
     ``z``, of `linkages.laws.film.surface.cavity.solve`, has for each cell the content at its face downstream.
     """
-    n, m = z.shape
+    carried, (n, m) = balance.carried, z.shape
     for i in range(n):
         for j in range(m):
-            inflow, outflow = abs(balance.carried[i - 1, j]), abs(balance.carried[i, j])
-            forward, own = balance.carried[i, j] >= 0.0, min(z[i, j], 0.0)
-            other = min(z[i - 1, j] if forward else z[(i + 1) % n, j], 0.0)
-            up, down = (inflow, outflow) if forward else (outflow, inflow)
-            mean = (up * other + down * own) / (up + down) if up + down > 0.0 else own
-            out[i, j] = 1.0 + (mean if own < 0.0 else 0.0)
+            out[i, j] = 1.0
+            if z[i, j] < 0.0:
+                inflow, outflow = abs(carried[i - 1, j]), abs(carried[i, j])
+                forward = carried[i, j] >= 0.0
+                other = min(z[i - 1, j] if forward else z[(i + 1) % n, j], 0.0)
+                up, down = (inflow, outflow) if forward else (outflow, inflow)
+                out[i, j] += (up * other + down * z[i, j]) / (up + down) if up + down > 0.0 else z[i, j]

@@ -113,13 +113,15 @@ def _is_wrong(z: float, full: bool, largest: float) -> bool:
 @kernel
 def _order(balance: Balance, full: Full, place: Indices) -> int:
     """Place the lines of cells from one that does not depend on the line before, or fold the ring; return the width."""
+    known, carried = balance.known, balance.carried
     n, m = full.shape
     for first in range(n):
         apart = True
         for j in range(m):
-            here, before = balance.known[first, j] < 0.0, balance.known[first - 1, j] < 0.0
-            some = full[first, j] or full[first - 1, j] or balance.carried[first - 1, j] != 0.0
-            apart = apart and not (here and before and some)
+            here, before = known[first, j] < 0.0, known[first - 1, j] < 0.0
+            if here and before and (full[first, j] or full[first - 1, j] or carried[first - 1, j] != 0.0):
+                apart = False
+                break
         if apart:
             for k in range(n):
                 place[(first + k) % n] = k
@@ -133,6 +135,7 @@ def _order(balance: Balance, full: Full, place: Indices) -> int:
 def _assemble(balance: Balance, end: float, full: Full, place: Indices, width: int, band: Array, right: Array) -> None:
     """Fill the banded matrix and the right-hand side for a set of full cells; others have the unknown -d."""
     around, carried, along, known = balance.around, balance.carried, balance.along, balance.known
+    gain, most = balance.gain, balance.most
     n, m = known.shape
     for i in range(n):
         last, after = i - 1 if i > 0 else n - 1, i + 1 if i + 1 < n else 0
@@ -144,38 +147,58 @@ def _assemble(balance: Balance, end: float, full: Full, place: Indices, width: i
                 band[r, width], right[r] = 1.0, known[i, j]
                 continue
             inflow, outflow = carried[last, j], carried[i, j]
-            right[r] = inflow - outflow - balance.gain[i, j]
+            right[r] = inflow - outflow - gain[i, j]
             if full[i, j]:
                 band[r, width] = around[i, j] + around[last, j] + along[i, j] + along[i, j + 1]
             else:
-                band[r, width] = balance.most[i, j] + max(outflow, 0.0) + max(-inflow, 0.0)
+                band[r, width] = most[i, j] + max(outflow, 0.0) + max(-inflow, 0.0)
             # the neighbours: conductance, and the flow that they carry into this cell
-            _couple(balance, full, place, width, band, right, i, last, j, j, around[last, j], max(inflow, 0.0))
-            _couple(balance, full, place, width, band, right, i, after, j, j, around[i, j], max(-outflow, 0.0))
+            _couple(
+                known,
+                full,
+                band,
+                right,
+                r,
+                width + (place[last] - place[i]) * m,
+                last,
+                j,
+                around[last, j],
+                max(inflow, 0.0),
+            )
+            _couple(
+                known,
+                full,
+                band,
+                right,
+                r,
+                width + (place[after] - place[i]) * m,
+                after,
+                j,
+                around[i, j],
+                max(-outflow, 0.0),
+            )
             if j > 0:
-                _couple(balance, full, place, width, band, right, i, i, j, j - 1, along[i, j], 0.0)
+                _couple(known, full, band, right, r, width - 1, i, j - 1, along[i, j], 0.0)
             else:
                 right[r] += along[i, 0] * end
             if j + 1 < m:
-                _couple(balance, full, place, width, band, right, i, i, j, j + 1, along[i, j + 1], 0.0)
+                _couple(known, full, band, right, r, width + 1, i, j + 1, along[i, j + 1], 0.0)
             else:
                 right[r] += along[i, m] * end
 
 
 @inlined_kernel
 def _couple(
-    balance: Balance, full: Full, place: Indices, width: int, band: Array, right: Array, i: int, other: int, j: int,
-    beside: int, conductance: float, carried: float,
+    known: Array, full: Full, band: Array, right: Array, r: int, k: int, i: int, j: int, conductance: float,
+    carried: float,
 ) -> None:  # fmt: skip
-    """Add the entry of a neighbour to the row of cell (i, j), or its known pressure to the right-hand side."""
-    m = full.shape[1]
-    r = place[i] * m + j
-    if balance.known[other, beside] >= 0.0:
-        right[r] += conductance * balance.known[other, beside]
+    """Add the entry of a neighbour (i, j) to column k of row r, or its known pressure to the right-hand side."""
+    if known[i, j] >= 0.0:
+        right[r] += conductance * known[i, j]
     else:
-        entry = conductance if full[other, beside] else carried
+        entry = conductance if full[i, j] else carried
         if entry != 0.0:
-            band[r, width + place[other] * m + beside - r] -= entry
+            band[r, k] -= entry
 
 
 @kernel

@@ -164,7 +164,7 @@ def integrate_film(
         Out of both ends.
     """
     n, m = z.shape
-    content = np.empty((n, m))
+    content, inverse, along = np.empty((n, m)), balance.inverse, balance.along
     fill_contents(balance, z, content)
     fx, fy, mx, my, shear, flow = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n):
@@ -173,9 +173,9 @@ def integrate_film(
             across, side = p * area * lines[i, 1], p * area * lines[i, 2]
             fx, fy = fx - across, fy - side  # the pressure pushes the journal from its surface inwards
             mx, my = mx + zeta[j] * side, my - zeta[j] * across
-            shear += content[i, j] * area * balance.inverse[i, j]
+            shear += content[i, j] * area * inverse[i, j]
         first, last = max(z[i, 0], 0.0), max(z[i, m - 1], 0.0)
-        flow += balance.along[i, m] * (last - end) + balance.along[i, 0] * (first - end)
+        flow += along[i, m] * (last - end) + along[i, 0] * (first - end)
     if ends[0] == 0.0:  # the mirrored half
         return 2.0 * fx, 2.0 * fy, 0.0, 0.0, 2.0 * shear, 2.0 * flow
     return fx, fy, mx, my, shear, flow
