@@ -30,7 +30,7 @@ import numpy as np
 import linkages
 from linkages.engines.compiled import designs
 from linkages.engines.compiled.runner import Runner
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 
 OUTPUTS = ("A.force", "B.force", "slider7.ax")
 MASS, OIL, LENGTH = "sdf.links.link2.mass", "joints.A.viscosity", "sdf.frames.link2_C.pose.x"

@@ -16,15 +16,15 @@ import numpy as np
 from tqdm import tqdm
 
 from linkages import load
+from linkages.base.errors import Status
 from linkages.engines.assessment import simulate
-from linkages.errors import Status
 from linkages.explore.flow import lasting
 from linkages.explore.lyapunov import largest_exponent
 from linkages.explore.sections import horizon, stroboscopic
 from linkages.explore.spectra import spectrum
 from linkages.explore.sweep import sweep
-from linkages.files.shipped import data_folder
-from linkages.outputs.registry import unit
+from linkages.input.files.shipped import data_folder
+from linkages.results.outputs.registry import unit
 
 FILE = data_folder() / "slider_crank_dry.toml"
 RPM = np.pi / 30.0  # rad/s
@@ -69,7 +69,7 @@ def tables():
 
 def draw(result, exponents, folder: Path) -> None:
     """Draw the figures of docs/nonlinear.md."""
-    from linkages.plots import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
+    from linkages.show.plots import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
 
     system = load(FILE)
     units = {name: unit(system, name) for name in NAMES}

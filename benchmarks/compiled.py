@@ -20,13 +20,13 @@ import numpy as np
 import seven_bar_reference
 
 from linkages import load
+from linkages.base.kernel import kernel
+from linkages.base.kernel.by_reference import reference
 from linkages.engines.compiled.equations import derivatives, residual
 from linkages.engines.compiled.jacobian import jacobian
 from linkages.engines.compiled.runner import Runner
 from linkages.engines.compiled.simulation import simulate
-from linkages.files.shipped import data_folder
-from linkages.kernel import kernel
-from linkages.kernel.by_reference import reference
+from linkages.input.files.shipped import data_folder
 
 LINKS = (10, 20, 50, 100)
 TIME = 0.01  # s

@@ -18,8 +18,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from browser import started
 
 import linkages
-from linkages.live.session import Session
-from linkages.plots.curves import script
+from linkages.show.live.session import Session
+from linkages.show.plots.curves import script
 
 OWN = """
 let plots = null;

@@ -14,7 +14,7 @@ from sevenbar_drake import one_run
 
 from linkages import load
 from linkages.engines.assessment import simulate
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 from linkages.results.assessment import touching
 from linkages.results.impacts import impacts
 

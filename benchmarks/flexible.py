@@ -18,7 +18,7 @@ from unittest.mock import patch
 import numpy as np
 
 from linkages import load, simulate
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 from linkages.three_rrr import modes as modes_module
 from linkages.three_rrr.branch import AssemblyBranch, follow, start_assembly
 from linkages.three_rrr.direct import assemblies, count
@@ -89,7 +89,7 @@ def main() -> None:
 def draw(rows: np.ndarray, path: Path) -> None:
     from matplotlib.figure import Figure
 
-    from linkages.plots.style import COLORS, figure_style
+    from linkages.show.plots.style import COLORS, figure_style
 
     elements, dense, sparse = rows.T
     with figure_style():

@@ -1,7 +1,7 @@
 """Estimate the gain of four designs side by side in vector registers: ``python benchmarks/lanes.py [--groups N]``.
 
 Four designs of the press (``seven_bar.toml``, 2 s) would be integrated at once, with one design in each lane of
-`linkages.kernel.simd`. The script measures the parts of the present run and the part of each that lanes can share:
+`linkages.base.kernel.simd`. The script measures the parts of the present run and the part of each that lanes can share:
 
 - the balance of forces is measured in lanes; the kinematics count with the same gain, although their sines and cosines
   are functions that lanes do not have;
@@ -23,14 +23,14 @@ from batch import MASS, OIL, table
 from compiled import TIME, leave
 
 import linkages
+from linkages.base.kernel import kernel
+from linkages.base.kernel.by_reference import packed, reference
+from linkages.base.kernel.simd import WIDTH, lane_array
 from linkages.engines.compiled.equations import set_state
 from linkages.engines.compiled.runner import Runner
 from linkages.engines.compiled.simulation import simulate
-from linkages.kernel import kernel
-from linkages.kernel.by_reference import packed, reference
-from linkages.kernel.simd import WIDTH, lane_array
-from linkages.planar.kinematics import body_states
-from linkages.planar.newton_euler import force_residual
+from linkages.mechanics.planar.kinematics import body_states
+from linkages.mechanics.planar.newton_euler import force_residual
 
 COUNT, REPEAT = 20_000, 9
 

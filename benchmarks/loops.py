@@ -18,7 +18,7 @@ import numpy as np
 from compiled import each, evaluate
 
 from linkages import load, simulate
-from linkages.outputs.columns import columns
+from linkages.results.outputs.columns import columns
 
 LOOPS = (1, 2, 5, 10, 20, 40)
 DURATION = 0.3  # s: ends before all windows are flat

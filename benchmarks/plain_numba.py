@@ -1,6 +1,6 @@
 """Compare a run with kernels that numba's documented interface compiles alone: ``python benchmarks/plain_numba.py``.
 
-As with a version of numba that has lost one of the private names of `linkages.kernel.private`: same digits, a longer
+As with a version of numba that has lost one of the private names of `kernel.private`: same digits, a longer
 first compilation. A test compares kernels of every kind (tests/test_private_names.py); this is a whole run, whose
 plain compilation takes minutes.
 """
@@ -16,7 +16,7 @@ import time
 
 RUN = """
 import linkages
-from linkages.kernel import private
+from linkages.base.kernel import private
 system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.02})
 run = linkages.simulate(system, "compiled")
 print(private.problem or "none", run.status.value, *(run[name].tobytes().hex() for name in run.columns), sep="\\n")

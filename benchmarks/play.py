@@ -17,10 +17,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from browser import started
 
 import linkages
-from linkages.live.answers import Answers
-from linkages.live.controls import controls
-from linkages.live.server import LiveServer
-from linkages.live.session import Session
+from linkages.show.live.answers import Answers
+from linkages.show.live.controls import controls
+from linkages.show.live.server import LiveServer
+from linkages.show.live.session import Session
 
 #: Machine, values at the start, the slider that is moved, and the targets: median and 95th percentile [ms].
 CASES = {

@@ -20,7 +20,7 @@ from linkages import load
 from linkages.engines.drake import build_diagram
 from linkages.engines.drake.simulation import _Watch
 from linkages.engines.drake.steps import Steps
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 
 
 def one_run(system):

@@ -39,10 +39,10 @@ from seven_bar_reference import free_motion, orbit_error, reference
 from tqdm import tqdm
 
 from linkages import load
+from linkages.base.errors import Status
 from linkages.engines.compiled.runner import STATUS, Runner, join
-from linkages.errors import Status
-from linkages.files.shipped import data_folder
-from linkages.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.input.files.shipped import data_folder
+from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
 
 TIMES = np.linspace(0.0, 1.0, 501)  # s, of codes with dense output
 FEWEST = 200

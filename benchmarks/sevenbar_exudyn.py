@@ -18,9 +18,9 @@ from numba import njit
 from seven_bar_reference import orbit_error, reference
 
 from linkages import load
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 from linkages.laws.journal import clearance_force
-from linkages.planar.kinematics import body_states
+from linkages.mechanics.planar.kinematics import body_states
 
 GRADED = 1e-3  # s
 DECADES, PER_DECADE = 5, 20  # its parts, steps in each

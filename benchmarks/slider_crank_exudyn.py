@@ -23,7 +23,7 @@ import numpy as np
 
 from linkages import load, simulate
 from linkages.engines.compiled.runner import Runner
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 
 sys.exudynFast = True
 CRANK, LENGTH, HEIGHT = 0.15, 0.3, 0.008  # m

@@ -24,10 +24,10 @@ import numpy as np
 import tomlkit
 
 from linkages import assess, load, summarize
+from linkages.base.errors import AssemblyError, Status
 from linkages.cli.new import described_files, write_files
 from linkages.engines.assessment import simulate
-from linkages.errors import AssemblyError, Status
-from linkages.files.shipped import find_file
+from linkages.input.files.shipped import find_file
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.system import System
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-from linkages.files.table_keys import table_keys
+from linkages.input.files.table_keys import table_keys
 from optim import ALGORITHMS, Ending, minimise
 
 HERE = Path(__file__).parent

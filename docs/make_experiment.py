@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from linkages.model.experiment import described
+from linkages.input.model.experiment import described
 
 _HEAD = """# Keys of experiment files
 

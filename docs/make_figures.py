@@ -17,7 +17,7 @@ import linkages
 from linkages.laws.film.surface.balance import Thickness
 from linkages.laws.film.surface.surface_film import solve_film
 from linkages.laws.film.surface.surface_mesh import surface_mesh
-from linkages.plots import COLORS, figure_style
+from linkages.show.plots import COLORS, figure_style
 
 FIGURES = Path(__file__).parent / "figures"
 

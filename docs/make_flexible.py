@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import linkages
-from linkages.plots import COLORS, LINES, figure_style
+from linkages.show.plots import COLORS, LINES, figure_style
 
 FIGURE = Path(__file__).parent / "figures" / "flexible_stiffness.png"
 STEEL = 2e11  # Pa, as in the file

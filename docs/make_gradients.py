@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 import linkages
-from linkages.plots.shown import ShownFigure
-from linkages.plots.style import COLORS, figure_style
+from linkages.show.plots.shown import ShownFigure
+from linkages.show.plots.style import COLORS, figure_style
 
 FIGURE = Path(__file__).parent / "figures" / "gradients.png"
 PATH, OUTPUT = "joints.B.clearance", "B.force"

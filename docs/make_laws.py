@@ -16,7 +16,7 @@ from linkages.laws import CONTACTS, PARAMETERS
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.contact.material import contact_modulus, hertz_stiffness, kelvin_voigt_damping
 from linkages.laws.table import MOTIONS, RATIOS, bearing_ratio, markdown
-from linkages.plots.style import COLORS, LINES
+from linkages.show.plots.style import COLORS, LINES
 
 HERE = Path(__file__).parent
 #: Chen et al. (2025), Tables 4-5, clearance 0.3 mm; mass and speed of the impact do not matter, but for Kelvin-Voigt.

@@ -14,10 +14,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from browser import started
 
 import linkages
-from linkages.live.answers import Answers
-from linkages.live.controls import controls
-from linkages.live.server import LiveServer
-from linkages.live.session import Session
+from linkages.show.live.answers import Answers
+from linkages.show.live.controls import controls
+from linkages.show.live.server import LiveServer
+from linkages.show.live.session import Session
 
 FIGURES = Path(__file__).parent / "figures"
 FINITE = {f"joints.{name}.film": "finite" for name in "AB"}

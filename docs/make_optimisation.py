@@ -6,7 +6,7 @@ from pathlib import Path
 
 from make_experiment import rows
 
-from linkages.files.table_keys import table_keys
+from linkages.input.files.table_keys import table_keys
 from optim.problem.schema import StudyFile
 
 PAGE = Path(__file__).with_name("study_files.md")

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from linkages.outputs.registry import table
+from linkages.results.outputs.registry import table
 
 PAGE = Path(__file__).with_name("outputs.md")
 START, END = "<!-- outputs: docs/make_outputs.py -->\n", "<!-- outputs end -->\n"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import linkages
-from linkages.plots.attractors import branches_figure
+from linkages.show.plots.attractors import branches_figure
 
 FIGURES = Path(__file__).parent / "figures"
 INERTIA = "<inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia>"

@@ -7,8 +7,8 @@ import numpy as np
 from PIL import Image
 
 import linkages
-from linkages.plots.drawing import Drawing, draw
-from linkages.plots.drawing.raster import picture
+from linkages.show.plots.drawing import Drawing, draw
+from linkages.show.plots.drawing.raster import picture
 
 FIGURES = Path(__file__).parent / "figures"
 _FRAME = 50  # duration of a frame [ms]

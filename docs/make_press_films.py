@@ -17,8 +17,8 @@ from replication.measured import keep, read
 
 import linkages
 from linkages.laws.viscosity import iso_vg_viscosity
-from linkages.plots import COLORS, LINES, figure_style
 from linkages.results.steady_state import common_period
+from linkages.show.plots import COLORS, LINES, figure_style
 
 NAME, JOINTS, PERIODS, SAMPLES = "press_films", ("A", "B"), 10, 180
 PAGE = Path(__file__).with_name("press_films.md")

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from replication.measured import keep, read
 from replication.transient_film_runs import CELLS, FREQUENCIES, PRESSURES, STROKES, TURNS, measure
 
-from linkages.plots import COLORS, LINES, figure_style
+from linkages.show.plots import COLORS, LINES, figure_style
 
 NAME = "transient_film"
 PAGE = Path(__file__).with_name("transient_film.md")

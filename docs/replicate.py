@@ -7,7 +7,7 @@ from importlib import import_module
 
 from replication.verdicts import HEAD, SOURCES, rows
 
-from linkages.errors import nearest
+from linkages.base.errors import nearest
 
 
 def main(names: list[str]) -> int:

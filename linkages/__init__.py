@@ -2,31 +2,20 @@
 
 Each folder imports only from those above it:
 
-| folder    | what lives there                                                                            |
-|-----------|---------------------------------------------------------------------------------------------|
-| arrays    | types of arrays                                                                             |
-| errors    | bad input, failed runs, named statuses with remedies                                        |
-| brief     | short texts of objects, counts, cells of tables |
-| signals   | SIGINT and SIGTERM                                                                          |
-| disk      | atomic writing of files, verified cache on disk                           |
-| arguments | arguments of public functions, converted and checked                                        |
-| kernel    | how functions are compiled                                                                  |
-| flexible  | beam elements, component modes, generalised-alpha                                           |
-| files     | SDFormat, TOML, shipped files, atomic writing                            |
-| laws      | force laws of a joint with clearance: contact, film, friction                               |
-| integrate | integrators and the location of events                                                      |
-| planar    | kernels on plain arrays: markers, kinematics, dynamics, closure, contacts, loads, reactions |
-| model     | `Mechanism` and `Experiment`: validated input                                   |
-| system    | `System`: the numeric model, built once from both                                           |
-| outputs   | one registry of named outputs                                                               |
-| results   | trajectories, extremes, impacts, summaries                                                  |
-| engines   | the compiled and the Drake engine; runs that belong together                                |
-| explore   | sections, sweeps, exponents, spectra, comparison of the engines                             |
-| three_rrr | the flexible 3-RRR parallel robot                                                           |
-| plots     | figures and animations                                                                      |
-| report    | a folder of results as one page                                                             |
-| live      | a page on which values are changed and the motion is seen at once                           |
-| cli       | the command line                                                                            |
+| folder    | what lives there                                                                              |
+|-----------|-----------------------------------------------------------------------------------------------|
+| base      | what every room uses: arrays, errors, checked arguments, files, interrupts, the compiler      |
+| laws      | force laws of a joint with clearance: contact, film, friction, wear                           |
+| mechanics | kernels on plain arrays: integrators, elastic bodies, planar multibody dynamics               |
+| input     | SDFormat and TOML: read, imported, written; `Mechanism` and `Experiment`: validated input     |
+| system    | `System`: the numeric model, built once from both                                             |
+| results   | named outputs; trajectories, extremes, impacts, summaries                                     |
+| engines   | the compiled and the Drake engine; runs that belong together                                  |
+| explore   | periodic motions, sections, sweeps, exponents, linear models, derivatives, bearings, wear life |
+| three_rrr | the flexible 3-RRR parallel robot                                                             |
+| show      | figures and animations, report pages, the live page                                           |
+| plots     | public path of the figures                                                                    |
+| cli       | the command line                                                                              |
 
 Conventions: SI units; angles counter-clockwise about the plane's normal; a joint's coordinate is zero in the reference
 configuration (the pose of the SDF file); joint forces act on the joint's child (the journal); eccentricity points
@@ -49,9 +38,9 @@ import lazy_loader  # noqa: E402
 
 # ruff: noqa: F401 - for type checkers, names that are loaded on first use below
 if TYPE_CHECKING:
+    from linkages.base.errors import AssemblyError, InputError, RunError, Status
     from linkages.engines.assessment import assess, ideal, simulate
     from linkages.engines.compiled.batch import Batch, simulate_batch
-    from linkages.errors import AssemblyError, InputError, RunError, Status
     from linkages.explore.bearing import bearing
     from linkages.explore.bearing_heat import warm_bearing
     from linkages.explore.compare import compare
@@ -65,12 +54,10 @@ if TYPE_CHECKING:
     from linkages.explore.spectra import spectrum
     from linkages.explore.sweep import sweep
     from linkages.explore.wear.life import wear_life
-    from linkages.files.shipped import find_file
+    from linkages.input.files.shipped import find_file
+    from linkages.input.model.experiment import Experiment, load_experiment
+    from linkages.input.model.mechanism import Mechanism, load_mechanism
     from linkages.laws.heat import Heat
-    from linkages.live.widget import play
-    from linkages.model.experiment import Experiment, load_experiment
-    from linkages.model.mechanism import Mechanism, load_mechanism
-    from linkages.report.terminal import format_summary
     from linkages.results.assessment import Assessment
     from linkages.results.derivatives import Direction
     from linkages.results.extremes import extremes, integral
@@ -78,6 +65,8 @@ if TYPE_CHECKING:
     from linkages.results.steady_state import Motion, motion_of
     from linkages.results.summary import summarize
     from linkages.results.trajectory import Trajectory, load_trajectory
+    from linkages.show.live.widget import play
+    from linkages.show.report.terminal import format_summary
     from linkages.system.ideal_motion import IdealMotion
     from linkages.system.system import System, load
 
@@ -87,7 +76,7 @@ _loaded, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "engines.assessment": ("assess", "ideal", "simulate"),
         "engines.compiled.batch": ("Batch", "simulate_batch"),
-        "errors": ("AssemblyError", "InputError", "RunError", "Status"),
+        "base.errors": ("AssemblyError", "InputError", "RunError", "Status"),
         "explore.bearing": ("bearing",),
         "explore.bearing_heat": ("warm_bearing",),
         "explore.compare": ("compare",),
@@ -101,12 +90,12 @@ _loaded, __dir__, __all__ = lazy_loader.attach(
         "explore.spectra": ("spectrum",),
         "explore.sweep": ("sweep",),
         "explore.wear.life": ("wear_life",),
-        "files.shipped": ("find_file",),
+        "input.files.shipped": ("find_file",),
         "laws.heat": ("Heat",),
-        "live.widget": ("play",),
-        "model.experiment": ("Experiment", "load_experiment"),
-        "model.mechanism": ("Mechanism", "load_mechanism"),
-        "report.terminal": ("format_summary",),
+        "show.live.widget": ("play",),
+        "input.model.experiment": ("Experiment", "load_experiment"),
+        "input.model.mechanism": ("Mechanism", "load_mechanism"),
+        "show.report.terminal": ("format_summary",),
         "results.assessment": ("Assessment",),
         "results.derivatives": ("Direction",),
         "results.extremes": ("extremes", "integral"),

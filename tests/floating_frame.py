@@ -1,7 +1,7 @@
 """A rod with component modes between a driven crank and a slider, its inertia summed over points of the rod.
 
 Every point moves by the exact kinematics of its section, so that nothing of higher order in the modal coordinates is left
-out. It shares with the package only the shapes, H and K of `linkages.flexible.component_modes`, not its integrals.
+out. It shares with the package only the shapes, H and K of `linkages.mechanics.flexible.component_modes`, not its integrals.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from linkages.flexible.component_modes import ComponentModes
+from linkages.mechanics.flexible.component_modes import ComponentModes
 
 
 def slider_crank(

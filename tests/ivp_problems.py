@@ -19,14 +19,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.integrate.driver import DONE, driver
-from linkages.integrate.explicit import explicit
-from linkages.integrate.implicit import implicit
-from linkages.integrate.shifted import row_times
-from linkages.integrate.stepper import accept
-from linkages.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
-from linkages.kernel import kernel
-from linkages.kernel.by_reference import reference
+from linkages.base.kernel import kernel
+from linkages.base.kernel.by_reference import reference
+from linkages.mechanics.integrate.driver import DONE, driver
+from linkages.mechanics.integrate.explicit import explicit
+from linkages.mechanics.integrate.implicit import implicit
+from linkages.mechanics.integrate.shifted import row_times
+from linkages.mechanics.integrate.stepper import accept
+from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 
 EMPTY = (np.zeros(0),)
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from linkages.base.kernel import kernel
+from linkages.base.kernel.by_reference import reference
 from linkages.engines.compiled.equations import derivatives, residual
 from linkages.engines.compiled.jacobian import jacobian
-from linkages.kernel import kernel
-from linkages.kernel.by_reference import reference
 
 
 @kernel

@@ -23,7 +23,7 @@ from processes import COMMAND, begun, processor_time, without_progress
 
 from linkages.cli import commands
 from linkages.cli.main import parser
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 
 STUDY = """experiment = "slider_crank_dry.toml"
 set = { duration = 2e-3 }
@@ -227,7 +227,7 @@ def mutated(mutator: Mutator, folder: Path) -> str:
     name = mutator.dice.choice(list(LINES))
     words = damaged(mutator, name)
     with inputs(folder), pytest.MonkeyPatch.context() as patch:
-        patch.setattr("linkages.live.server.LiveServer.serve_forever", lambda self, **_: None)
+        patch.setattr("linkages.show.live.server.LiveServer.serve_forever", lambda self, **_: None)
         patch.setattr("webbrowser.open", lambda address: True)
         try:
             status, _, errors = command(*words)

@@ -24,8 +24,8 @@ from mutants import MACHINES, Mutator, write
 
 import linkages
 import optim
+from linkages.base.errors import InputError, RunError
 from linkages.cli.main import main
-from linkages.errors import InputError, RunError
 
 SILENT = 10.0  # s of the processor that a command may print nothing
 OPEN = 1e-6  # of the linkage's size: a loop that is farther open was not closed

@@ -13,9 +13,9 @@ from typing import Any
 
 from shipped import BENT, NAMES
 
-from linkages.files.shipped import data_folder
-from linkages.files.toml import leaves
-from linkages.model.experiment import keys
+from linkages.input.files.shipped import data_folder
+from linkages.input.files.toml import leaves
+from linkages.input.model.experiment import keys
 from optim.problem.shipped import studies_folder
 
 MACHINES = [path for path in sorted(data_folder().glob("*.sdf")) if not path.stem.startswith("three_rrr")]

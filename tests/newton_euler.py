@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages import System
-from linkages.planar.contacts import CLEARANCE_OUTPUTS
-from linkages.planar.kinematics import body_accelerations, body_states
-from linkages.planar.loads import load_wrenches
+from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.mechanics.planar.kinematics import body_accelerations, body_states
+from linkages.mechanics.planar.loads import load_wrenches
 from linkages.system.tree import Tree
 
 Array = NDArray[np.float64]
@@ -30,7 +30,7 @@ def free_bodies(system: System, times: Array, q: Array, v: Array, a: Array, cont
     q, v, a : (nt, n) arrays
         Coordinates of the system's tree, their rates and accelerations.
     contacts : (nt, nc, WIDTH) array, optional
-        `linkages.planar.contacts.CLEARANCE_OUTPUTS`; without it clearance joints count as ideal.
+        `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS`; without it clearance joints count as ideal.
     """
     tree, (nt, nb) = system.tree, (len(times), len(system.tree.bodies.records))
     pose, vel, acc, applied = (np.zeros((nt, nb, width)) for width in (5, 3, 3, 3))

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 
 import linkages
-from linkages.files.shipped import data_folder
-from linkages.outputs import registry
+from linkages.input.files.shipped import data_folder
+from linkages.results.outputs import registry
 
 #: Experiments with flexible links, for which Drake uses another model; the others, with rigid links. The
 #: flexible robot has a separate command, and separate tests as a linkage (flexible/test_robot.py).

@@ -10,7 +10,7 @@ from shipped import shipped
 import linkages
 import optim
 from linkages import InputError, Status, three_rrr
-from linkages.arguments import Count, Lines, Matrix, Names, Vector, Whole, validated
+from linkages.base.arguments import Count, Lines, Matrix, Names, Vector, Whole, validated
 from linkages.results.trajectory import sample
 from optim.evaluate.requests import Statistics
 

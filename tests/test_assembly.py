@@ -7,7 +7,7 @@ from reference_machines import parallelogram_sdf
 from shipped import NAMES, shipped
 
 from linkages import AssemblyError, InputError, Status, ideal
-from linkages.outputs.columns import columns
+from linkages.results.outputs.columns import columns
 from linkages.system.assembly import independent
 
 SPEED = 7.0

@@ -11,11 +11,11 @@ from pydrake.multibody.plant import MultibodyPlant
 import linkages
 from linkages import InputError, load_experiment, load_mechanism
 from linkages.cli.main import main
-from linkages.flexible.beam import Beam
-from linkages.flexible.component_modes import component_modes
-from linkages.model.beam_interfaces import interfaces
-from linkages.model.check import check
-from linkages.model.link_tables import LinkModel
+from linkages.input.model.beam_interfaces import interfaces
+from linkages.input.model.check import check
+from linkages.input.model.link_tables import LinkModel
+from linkages.mechanics.flexible.beam import Beam
+from linkages.mechanics.flexible.component_modes import component_modes
 
 LENGTH, AREA, DENSITY = 0.3, 6.4e-5, 7870.0
 MASS = DENSITY * AREA * LENGTH

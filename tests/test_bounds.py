@@ -15,7 +15,7 @@ for file, values in (("slider_crank_flexible.toml", {"duration": 0.01}), ("six_b
 """
 BEYOND = """
 import numpy as np
-from linkages.kernel import kernel
+from linkages.base.kernel import kernel
 @kernel
 def entry(values, k):
     return values[k]

@@ -7,7 +7,7 @@ import pytest
 
 import linkages
 import optim
-from linkages.errors import UnknownNameError
+from linkages.base.errors import UnknownNameError
 
 LINE = 200  # characters: one line of a terminal, or two
 

@@ -18,12 +18,12 @@ from machines import LUBRICATED, four_bar, slider_crank
 from mutant_commands import subparsers
 from processes import without_progress
 
+from linkages.base.kernel import precompiled
+from linkages.base.kernel.folder import temporary_folder
 from linkages.cli import commands, doctor, progress
 from linkages.cli.main import exit_status, main
 from linkages.engines import drop
-from linkages.kernel import precompiled
-from linkages.kernel.folder import temporary_folder
-from linkages.outputs.registry import names
+from linkages.results.outputs.registry import names
 from linkages.system import load
 
 TOML = "duration = 0.02\n" + LUBRICATED
@@ -207,7 +207,7 @@ def test_help_imports_nothing_that_computes():
 
 ANNOUNCED = """
 from linkages.cli import progress
-from linkages.kernel import kernel
+from linkages.base.kernel import kernel
 
 for _ in range(2):
     progress.announce_compilation()
@@ -438,7 +438,7 @@ def test_doctor_tells_what_is_wrong_and_exits_with_1(monkeypatch, capsys, tmp_pa
 
 def test_doctor_knows_compilers_without_a_cache_or_switched_off(monkeypatch):
     for place in (None, temporary_folder() / "compiled"):
-        monkeypatch.setattr("linkages.kernel.folder.folder", lambda place=place: place)
+        monkeypatch.setattr("linkages.base.kernel.folder.folder", lambda place=place: place)
         assert "NUMBA_CACHE_DIR" in doctor.compile_cache().remedy
     monkeypatch.setattr("numba.config.DISABLE_JIT", True)
     assert doctor.compile_cache().remedy == "unset NUMBA_DISABLE_JIT"
@@ -450,7 +450,7 @@ def test_a_compilation_is_a_stage_of_any_command(monkeypatch):
     monkeypatch.setattr(precompiled, "counts", lambda: (compiled.pop(0), 0))
     told = [progress._compilation(counted) for _ in range(4)]
     assert [text.endswith(("3 kernels", "5 kernels")) for text in told] == [True, False, True, False]
-    monkeypatch.setitem(sys.modules, "linkages.kernel.precompiled", types.ModuleType("imported half-way"))
+    monkeypatch.setitem(sys.modules, "linkages.base.kernel.precompiled", types.ModuleType("imported half-way"))
     assert progress._compilation(counted) == ""
 
 

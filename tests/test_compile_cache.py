@@ -14,15 +14,15 @@ import numba
 import pytest
 
 import linkages
-from linkages.disk import keep, kept
-from linkages.kernel import kernel
-from linkages.kernel.compile import Kernel
-from linkages.kernel.fingerprint import fingerprint, toolchain
+from linkages.base.disk import keep, kept
+from linkages.base.kernel import kernel
+from linkages.base.kernel.compile import Kernel
+from linkages.base.kernel.fingerprint import fingerprint, toolchain
 
 SCRIPT = """
 import sys
 import numpy as np
-from linkages.kernel import kernel, precompiled
+from linkages.base.kernel import kernel, precompiled
 
 @kernel
 def double(x):
@@ -69,7 +69,7 @@ def test_processes_that_fill_an_empty_cache_at_once_compile_once_between_them(st
 RECORDS = """
 import sys
 import numpy as np
-from linkages.kernel import kernel, precompiled, record_type
+from linkages.base.kernel import kernel, precompiled, record_type
 
 @kernel
 def last(record):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import config
 
-from linkages.kernel import kernel
+from linkages.base.kernel import kernel
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 

@@ -10,7 +10,7 @@ import linkages
 from linkages import load
 from linkages.cli.main import main
 from linkages.explore.range_of_motion import movable, travel
-from linkages.plots.histories import forces_figure
+from linkages.show.plots.histories import forces_figure
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
 FOUR_BAR = next(text for text in re.findall("```toml\n(.*?)```", PAGE, re.DOTALL) if "Flexible four-bar" in text)

@@ -13,10 +13,10 @@ from linkages import InputError, load
 from linkages.cli.main import main
 from linkages.cli.options import seconds
 from linkages.cli.sweep import parse_range
-from linkages.files.description import described
-from linkages.files.drafting import body
-from linkages.files.formula import parse
-from linkages.files.unit_conversion import si, without_units
+from linkages.input.files.description import described
+from linkages.input.files.drafting import body
+from linkages.input.files.formula import parse
+from linkages.input.files.unit_conversion import si, without_units
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
 TEXTS = {

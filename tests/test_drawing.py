@@ -14,16 +14,16 @@ from linkages import Status, Trajectory
 from linkages.cli.main import main
 from linkages.explore.range_of_motion import movable, travel
 from linkages.explore.transmission import dyads
-from linkages.files.shipped import find_file
-from linkages.model.experiment import nothing_done
-from linkages.model.load_tables import Gear
-from linkages.model.plausibility import doubts
-from linkages.model.skeleton import COLORS, skeleton
-from linkages.plots import orbit, pose
-from linkages.plots.drawing import draw, page, svg
-from linkages.plots.drawing.raster import picture
-from linkages.plots.drawing.shapes import placed
-from linkages.plots.drawing.svg import pixels
+from linkages.input.files.shipped import find_file
+from linkages.input.model.experiment import nothing_done
+from linkages.input.model.load_tables import Gear
+from linkages.input.model.plausibility import doubts
+from linkages.input.model.skeleton import COLORS, skeleton
+from linkages.show.plots import orbit, pose
+from linkages.show.plots.drawing import draw, page, svg
+from linkages.show.plots.drawing.raster import picture
+from linkages.show.plots.drawing.shapes import placed
+from linkages.show.plots.drawing.svg import pixels
 from linkages.system import System, load
 
 

@@ -8,9 +8,9 @@ import pytest
 from joint_records import joint
 from numba import config, types
 
-from linkages.kernel import address, caller, kernel
-from linkages.kernel.by_reference import packed, reference
-from linkages.kernel.dual import (
+from linkages.base.kernel import address, caller, kernel
+from linkages.base.kernel.by_reference import packed, reference
+from linkages.base.kernel.dual import (
     DIRECTIONS,
     DualArray,
     dual_array,
@@ -22,7 +22,7 @@ from linkages.kernel.dual import (
     slope,
     with_number,
 )
-from linkages.kernel.simd import lane, lanes, lanes_at, put_lanes, with_lane
+from linkages.base.kernel.simd import lane, lanes, lanes_at, put_lanes, with_lane
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.films import film_force

@@ -9,8 +9,8 @@ from shipped import BENT, NAMES
 
 from linkages import InputError, find_file, load, load_experiment
 from linkages.cli.main import main
+from linkages.input.model.experiment import keys
 from linkages.laws.friction import friction_coefficient
-from linkages.model.experiment import keys
 
 GOOD = """
 duration = 1.0              # s, assumed

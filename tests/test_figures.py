@@ -11,9 +11,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 import linkages
 import optim
 from linkages.cli.main import main
-from linkages.plots.histories import forces_figure, output_figure, write_figures
-from linkages.plots.mode_figures import bode_figure
-from linkages.plots.style import engineering, figure_style, write_png
+from linkages.show.plots.histories import forces_figure, output_figure, write_figures
+from linkages.show.plots.mode_figures import bode_figure
+from linkages.show.plots.style import engineering, figure_style, write_png
 
 SHIPPED = (
     "seven_bar", "seven_bar_dry", "seven_bar_mixed", "seven_bar_rig", "four_bar_dry", "five_bar_dry", "six_bar_dry",

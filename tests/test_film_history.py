@@ -25,7 +25,7 @@ from linkages.laws.film.film_history import (
 from linkages.laws.film.surface import FilmSurface, Groove, Journal, at_rest, follow, move, surface_mesh
 from linkages.laws.film.surface.balance import Thickness, make_balance
 from linkages.laws.film.surface.surface_film import outflows, solve_film
-from linkages.live.session import Session
+from linkages.show.live.session import Session
 
 CELLS = (36, 4)
 GROOVES = (Groove(math.pi, math.radians(20.0), 0.8),)

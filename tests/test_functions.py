@@ -8,11 +8,11 @@ from machines import four_bar
 from test_loads import GOOD, RNG, direction, slope, states, wrenches_along
 
 from linkages import InputError, ideal, load, simulate
-from linkages.files.formula import FUNCTIONS, parse
-from linkages.model.functions import formula, program, table_over
-from linkages.planar.jets import CODES
-from linkages.planar.loads import load_wrenches
-from linkages.planar.motion import Motions, evaluate_motions, function_jet, monotone_table
+from linkages.input.files.formula import FUNCTIONS, parse
+from linkages.input.model.functions import formula, program, table_over
+from linkages.mechanics.planar.jets import CODES
+from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.motion import Motions, evaluate_motions, function_jet, monotone_table
 
 #: Every function and operator, smooth and defined for a and b between 0.2 and 0.8.
 FORMULAS = (

@@ -14,9 +14,9 @@ from pydrake.multibody.tree import BodyIndex
 from linkages import InputError, load_mechanism
 from linkages.cli.main import main
 from linkages.engines.assessment import simulate
-from linkages.files.sdf import read_sdf
-from linkages.files.sdf_text import sdf_text
-from linkages.files.shipped import data_folder
+from linkages.input.files.sdf import read_sdf
+from linkages.input.files.sdf_text import sdf_text
+from linkages.input.files.shipped import data_folder
 
 GOOD = four_bar()
 

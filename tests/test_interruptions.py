@@ -21,15 +21,15 @@ from processes import finish, start, strike
 
 import linkages
 from linkages import load_trajectory
+from linkages.base.errors import InputError
+from linkages.base.signals import deferred, interruptible
 from linkages.cli.main import exit_status, main
 from linkages.engines.budget import WINDOW
 from linkages.engines.compiled import runner
 from linkages.engines.compiled.binding import integrate
 from linkages.engines.compiled.job import make_given, make_job
-from linkages.errors import InputError
-from linkages.integrate.driver import PAUSED
-from linkages.outputs.registry import pack
-from linkages.signals import deferred, interruptible
+from linkages.mechanics.integrate.driver import PAUSED
+from linkages.results.outputs.registry import pack
 
 needs_proc = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="looks at processes in /proc")
 

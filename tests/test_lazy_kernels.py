@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numba import config
 
-from linkages.kernel import kernel, lazy_kernel
+from linkages.base.kernel import kernel, lazy_kernel
 
 compiled = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -105,7 +105,7 @@ def test_threads_may_meet_a_lazy_kernel_at_once():
 
 
 MODULE = """
-from linkages.kernel import kernel, lazy_kernel
+from linkages.base.kernel import kernel, lazy_kernel
 
 @lazy_kernel
 def added(x: float) -> float:
@@ -117,7 +117,7 @@ def early(x, asked):
 """
 SCRIPT = """
 import sys
-from linkages.kernel import precompiled
+from linkages.base.kernel import precompiled
 from module import early
 print(early(1.0, sys.argv[1] == "lazy"), precompiled.counts()[0])
 """
@@ -143,8 +143,6 @@ def test_lazy_code_is_compiled_when_asked_for_kept_on_disk_and_no_part_of_its_ca
 
 
 def test_without_the_compiler_it_is_the_function(tmp_path):
-    text = (
-        "from linkages.kernel import lazy_kernel\ndef f(x: float) -> float:\n    return x\nassert lazy_kernel(f) is f"
-    )
+    text = "from linkages.base.kernel import lazy_kernel\ndef f(x: float) -> float:\n    return x\nassert lazy_kernel(f) is f"
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
     subprocess.run([sys.executable, "-c", text], env=environment, check=True)

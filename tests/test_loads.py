@@ -8,14 +8,14 @@ from machines import bar, circle_intersection, four_bar, joint, model
 from scipy.interpolate import PPoly
 
 from linkages import InputError, ideal, load
+from linkages.base.kernel import kernel
+from linkages.base.kernel.by_reference import packed, reference
+from linkages.base.kernel.dual import DualArray, dual_array
 from linkages.cli.main import main
-from linkages.kernel import kernel
-from linkages.kernel.by_reference import packed, reference
-from linkages.kernel.dual import DualArray, dual_array
-from linkages.planar.kinematics import body_states
-from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
-from linkages.planar.motion import Motions, constant_rate, function_jet, monotone_table
-from linkages.planar.newton_euler import generalised_force
+from linkages.mechanics.planar.kinematics import body_states
+from linkages.mechanics.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
+from linkages.mechanics.planar.motion import Motions, constant_rate, function_jet, monotone_table
+from linkages.mechanics.planar.newton_euler import generalised_force
 
 RNG = np.random.default_rng(7)
 

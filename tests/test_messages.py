@@ -10,12 +10,12 @@ import linkages
 from linkages import AssemblyError, InputError, Status, Trajectory, assess, load, summarize
 from linkages.cli.main import report_failures
 from linkages.cli.options import load_system
-from linkages.files.shipped import find_file
+from linkages.input.files.shipped import find_file
+from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES, described, value_unit
 from linkages.laws import CONTACTS
-from linkages.model.experiment import BENDING_QUANTITIES, QUANTITIES, described, value_unit
-from linkages.plots import histories, section_figure
-from linkages.report.terminal import format_table
-from linkages.report.words import output_unit
+from linkages.show.plots import histories, section_figure
+from linkages.show.report.terminal import format_table
+from linkages.show.report.words import output_unit
 
 DRIVEN = "duration = 1.0\n[drives.O]\nspeed = 1.0\n"
 

@@ -24,8 +24,8 @@ from linkages import (
 from linkages.cli.main import main
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.explore.sections import horizon
-from linkages.plots import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
 from linkages.results.trajectory import sample
+from linkages.show.plots import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
 
 # A bar that hangs on the tip of a turning crank, with a damper to the world. SI units.
 CRANK, LENGTH, MASS, SPEED, GRAVITY = 0.2, 0.4, 0.5, 5.0, 9.81

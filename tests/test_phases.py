@@ -9,8 +9,8 @@ from scipy.special import beta
 from shipped import shipped
 
 from linkages import Status, Trajectory, assess, phases
-from linkages.plots.journals import finely
 from linkages.results.impacts import FREE, HERTZ, IMPACT, SUSTAINED_CONTACT
+from linkages.show.plots.journals import finely
 
 
 def journal(stiffness, load, damping, gap, speed, duration):

@@ -7,19 +7,19 @@ from newton_euler import free_bodies
 from pydrake.multibody.plant import MultibodyPlant
 
 from linkages import simulate
+from linkages.base.kernel.by_reference import packed
 from linkages.engines.drake.plant import add_tree, state_place
-from linkages.integrate.factor import solve_semidefinite
-from linkages.kernel.by_reference import packed
-from linkages.outputs.columns import columns
-from linkages.planar.closure import closure_jacobian
-from linkages.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
-from linkages.planar.contacts import WIDTH, clearance_wrenches
-from linkages.planar.driven import constrained_dynamics
-from linkages.planar.kinematics import body_accelerations, body_positions, body_states, body_velocities
-from linkages.planar.markers import turned
-from linkages.planar.motion import Motions, constant_rate, ramped_rate, table
-from linkages.planar.projection import correct
-from linkages.planar.workspace import make_workspace
+from linkages.mechanics.integrate.factor import solve_semidefinite
+from linkages.mechanics.planar.closure import closure_jacobian
+from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
+from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
+from linkages.mechanics.planar.driven import constrained_dynamics
+from linkages.mechanics.planar.kinematics import body_accelerations, body_positions, body_states, body_velocities
+from linkages.mechanics.planar.markers import turned
+from linkages.mechanics.planar.motion import Motions, constant_rate, ramped_rate, table
+from linkages.mechanics.planar.projection import correct
+from linkages.mechanics.planar.workspace import make_workspace
+from linkages.results.outputs.columns import columns
 from linkages.system.spanning import spanning_tree
 
 RNG = np.random.default_rng(1)

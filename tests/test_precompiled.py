@@ -8,11 +8,11 @@ import time
 
 import pytest
 
-from linkages.kernel import precompiled
+from linkages.base.kernel import precompiled
 
 KERNELS = """
 import time
-from linkages.kernel import kernel
+from linkages.base.kernel import kernel
 
 {kernels}
 
@@ -26,7 +26,7 @@ def plan(wanted):
 KERNELS = KERNELS.format(kernels="\n".join(f"@kernel\ndef f{k}(x):\n    return x + {k}\n" for k in range(4)))
 SCRIPT = """
 import sys, time
-from linkages.kernel import precompiled
+from linkages.base.kernel import precompiled
 import kernels
 
 print("begun", flush=True)
@@ -71,7 +71,7 @@ def test_what_is_expected_is_compiled_beside_on_an_empty_cache_and_nothing_is_st
 
 HOLDING = """
 import sys, time
-from linkages.kernel import external, folder, locks
+from linkages.base.kernel import external, folder, locks
 import numba, kernels
 
 name = external.name_of(kernels.f0.py_func, (numba.float64,))
@@ -81,7 +81,7 @@ sys.stdin.read()
 """
 PUT_OFF = """
 import sys, threading, time
-from linkages.kernel import precompiled
+from linkages.base.kernel import precompiled
 import kernels
 
 kernels.plan = lambda: [lambda: kernels.f0(1.5), lambda: kernels.f1(1.5), lambda: print("done", flush=True)]
@@ -133,7 +133,7 @@ def _runs(pid: int) -> bool:
 
 
 RAN = """
-from linkages.kernel import external
+from linkages.base.kernel import external
 read, names = external.read, set()
 def noted(name):
     stored = read(name)

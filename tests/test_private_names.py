@@ -11,7 +11,7 @@ import pytest
 
 import linkages
 import optim
-from linkages.kernel import private
+from linkages.base.kernel import private
 
 PUBLIC = {"numba", "numba.extending", "numba.types", "numba.typed", "numba.experimental"}
 PACKAGES = [Path(package.__file__).parent for package in (linkages, optim)]
@@ -76,8 +76,8 @@ import numpy as np
 from ivp_problems import VAN_DER_POL, take_steps
 import linkages
 from linkages.engines.drake.joint_forces import Rooms, joint_forces, placed
-from linkages.integrate.stepper import make_stepper
-from linkages.planar.contacts import PENETRATION, WIDTH
+from linkages.mechanics.integrate.stepper import make_stepper
+from linkages.mechanics.planar.contacts import PENETRATION, WIDTH
 
 system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
 n = system.tree.size
@@ -94,7 +94,7 @@ import numba.core.runtime.nrt
 del numba.core.runtime.nrt.rtsys  # as in a version of numba that has another name for it
 """
 PLAIN = """
-from linkages.kernel import private
+from linkages.base.kernel import private
 assert private.problem
 print(*found)
 """

@@ -17,7 +17,7 @@ from scipy.interpolate import Akima1DInterpolator
 import linkages
 from linkages import InputError, RunError, Status, Trajectory, extremes, integral, load_trajectory
 from linkages.cli.main import main
-from linkages.files.writing import json_text
+from linkages.input.files.writing import json_text
 from linkages.results.akima import interpolated
 from linkages.results.extremes import peaks
 from linkages.results.impacts import read_impacts

@@ -4,7 +4,7 @@ import json
 
 import linkages
 from linkages.cli.main import main
-from linkages.model.experiment import value_unit
+from linkages.input.model.experiment import value_unit
 
 _RUN = ("sensitivity", "slider_crank_lubricated.toml", "--duration", "0.002", "--output", "slider.ax", "--quiet")
 

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import kernel
-from linkages.kernel.by_reference import packed, reference
-from linkages.kernel.simd import WIDTH, LaneArray, lane, lane_array, lanes, lanes_at, put_lanes, with_lane
+from linkages.base.kernel import kernel
+from linkages.base.kernel.by_reference import packed, reference
+from linkages.base.kernel.simd import WIDTH, LaneArray, lane, lane_array, lanes, lanes_at, put_lanes, with_lane
 
 
 class Given(NamedTuple):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import linkages
-from linkages.report.words import beyond
 from linkages.results.steady_state import classify, common_period
+from linkages.show.report.words import beyond
 
 PHASES = 48
 TURN = 2.0 * np.pi

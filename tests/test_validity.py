@@ -16,11 +16,11 @@ from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.map_nodes import finite_force
 from linkages.laws.table import bearing_ratio
 from linkages.laws.viscosity import density, iso_vg_viscosity
-from linkages.report.terminal import format_summary
 from linkages.results.film_error import film_error
 from linkages.results.impacts import Impact
 from linkages.results.joint_validity import outside
 from linkages.results.trajectory import Trajectory
+from linkages.show.report.terminal import format_summary
 
 RADIUS, LENGTH, CLEARANCE = 0.015, 0.04, 3e-4  # of the press, joints A and B
 FINITE = {"joints.A.film": "finite", "joints.B.film": "finite"}

@@ -18,9 +18,9 @@ from linkages.explore.wear.content import content
 from linkages.explore.wear.jump import worn
 from linkages.explore.wear.life import wear_life
 from linkages.explore.wear.measure import BlockStart, CycleBlock, _settled, depths_of, wearing
+from linkages.input.model.check import DEEPEST
 from linkages.laws.wear.profile import node_depths
-from linkages.model.check import DEEPEST
-from linkages.report.page_tables import number
+from linkages.show.report.page_tables import number
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from linkages.plots.style import COLORS
+from linkages.show.plots.style import COLORS
 
 Columns = dict[str, NDArray[np.float64]]
 

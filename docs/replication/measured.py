@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from linkages.files.writing import whole
+from linkages.input.files.writing import whole
 
 
 def path_of(name: str) -> Path:

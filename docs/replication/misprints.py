@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydantic import Field
 
-from linkages.files.toml import Table, read_toml, validate
+from linkages.input.files.toml import Table, read_toml, validate
 from replication.claims import table
 
 DATA = Path(__file__).with_name("misprints.toml")

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from linkages import InputError
-from linkages.files.toml import Finite, Table, read_toml, validate
-from linkages.files.versions import versions
-from linkages.files.writing import whole
+from linkages.input.files.toml import Finite, Table, read_toml, validate
+from linkages.input.files.versions import versions
+from linkages.input.files.writing import whole
 from optim import Study, read_store
 
 Array = NDArray[np.float64]

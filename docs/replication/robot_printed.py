@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.flexible.rotation import TRIANGLE, rotations
+from linkages.mechanics.flexible.rotation import TRIANGLE, rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import RobotMotion, pivots, turned

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.files.shipped import find_file
-from linkages.flexible.response import quasi_static as solve
+from linkages.input.files.shipped import find_file
+from linkages.mechanics.flexible.response import quasi_static as solve
 from linkages.three_rrr.analysis import RobotResults, analyse
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.response import Response, recursion

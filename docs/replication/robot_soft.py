@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.flexible.rotation import TRIANGLE, rotations
+from linkages.mechanics.flexible.rotation import TRIANGLE, rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import RobotMotion
 from linkages.three_rrr.modes import modes

@@ -6,11 +6,11 @@ import argparse
 import math
 from typing import TYPE_CHECKING, Any
 
+from linkages.base.errors import InputError, nearest
 from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import add_pictures, number, print_results
 from linkages.cli.progress import progress_bar
-from linkages.errors import InputError, nearest
-from linkages.files.writing import write_json
+from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.bearing import BearingPoint
@@ -124,8 +124,8 @@ def run(options: argparse.Namespace) -> int:
     with out as folder:
         write_json(folder / "bearing.json", content)
         if not options.no_plots and point.film is not None:
-            from linkages.plots.bearings import chart_figure, pressure_figure
-            from linkages.plots.style import write_png
+            from linkages.show.plots.bearings import chart_figure, pressure_figure
+            from linkages.show.plots.style import write_png
 
             write_png(pressure_figure(point), folder / "bearing_pressure.png")
             write_png(chart_figure(point, chart(point.case, progress_bar("chart"))), folder / "bearing_chart.png")

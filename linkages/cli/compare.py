@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from linkages.cli.folders import output_folder
 from linkages.cli.options import add_file, add_number, add_settings, load_system, print_results
 from linkages.cli.progress import stages
-from linkages.files.writing import write_json
+from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.compare import Comparison
@@ -53,9 +53,9 @@ def run(options: argparse.Namespace) -> int:
 def format_comparison(result: Comparison, system: System) -> str:
     """Format a comparison as lines of text."""
     from linkages.explore.compare import revolutions
-    from linkages.outputs.registry import unit
-    from linkages.report.terminal import format_warnings
     from linkages.results.divergence import PARTED
+    from linkages.results.outputs.registry import unit
+    from linkages.show.report.terminal import format_warnings
 
     experiment = system.experiment
     turns = revolutions(experiment, result.until)

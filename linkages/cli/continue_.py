@@ -8,6 +8,7 @@ import math
 import sys
 from typing import TYPE_CHECKING, Any
 
+from linkages.base.errors import InputError, Status
 from linkages.cli.folders import output_folder
 from linkages.cli.options import (
     add_file,
@@ -22,8 +23,7 @@ from linkages.cli.options import (
     value_of,
 )
 from linkages.cli.progress import stages
-from linkages.errors import InputError, Status
-from linkages.files.writing import write_json
+from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.periodic.branches import Branch, Branches
@@ -68,8 +68,8 @@ def run(options: argparse.Namespace) -> int:
     """Follow the branches; return the exit status."""
     from linkages.explore.periodic.branches import branches
     from linkages.explore.sweep import sweep
-    from linkages.model.experiment import value_unit
-    from linkages.outputs.registry import unit
+    from linkages.input.model.experiment import value_unit
+    from linkages.results.outputs.registry import unit
 
     if options.sweep != 0 and options.sweep < 2:
         raise InputError("--sweep", str(options.sweep), "must be 2 or more")
@@ -93,8 +93,8 @@ def run(options: argparse.Namespace) -> int:
     with out as folder:
         write_json(folder / "branches.json", content(found, units), None)
         if not options.no_plots:
-            from linkages.plots.attractors import branches_figure
-            from linkages.plots.style import axis_label, engineering, write_png
+            from linkages.show.plots.attractors import branches_figure
+            from linkages.show.plots.style import axis_label, engineering, write_png
 
             shown, factor = engineering(value_unit(path), max(abs(low), abs(high)))
             figure = branches_figure(found, units, axis_label(path, shown), factor, points)

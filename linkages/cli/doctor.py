@@ -17,9 +17,9 @@ from functools import partial
 from math import sqrt
 from pathlib import Path
 
+from linkages.base.errors import Status
 from linkages.engines import ENGINES
-from linkages.errors import Status
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 
 HELP = "check the installation: versions, caches, data, a self-check"
 
@@ -128,7 +128,7 @@ def compile_cache() -> CheckResult:
     """Check the cache of compiled code: without it each start compiles for up to a minute."""
     import numba
 
-    from linkages.kernel import folder, private
+    from linkages.base.kernel import folder, private
 
     if getattr(numba.config, "DISABLE_JIT", False):
         return CheckResult("compile cache", "the compiler is off", "unset NUMBA_DISABLE_JIT")
@@ -155,7 +155,7 @@ def threads() -> CheckResult:
     """Check the number of threads for batches of runs."""
     import numba
 
-    from linkages.kernel.precompiled import processors
+    from linkages.base.kernel.precompiled import processors
 
     available = processors()
     used = numba.get_num_threads()

@@ -26,12 +26,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Draw; return the exit status."""
-    from linkages.files.shipped import find_file
-    from linkages.model.experiment import COMMAND_LINE, nothing_done
-    from linkages.model.mechanism import faults_of_values, load_mechanism
-    from linkages.plots.drawing import draw, page, svg
-    from linkages.plots.drawing.raster import picture
-    from linkages.plots.style import write_png
+    from linkages.input.files.shipped import find_file
+    from linkages.input.model.experiment import COMMAND_LINE, nothing_done
+    from linkages.input.model.mechanism import faults_of_values, load_mechanism
+    from linkages.show.plots.drawing import draw, page, svg
+    from linkages.show.plots.drawing.raster import picture
+    from linkages.show.plots.style import write_png
     from linkages.system import System, load
 
     file, values = find_file(options.file, ".toml", ".sdf"), set_values(options)

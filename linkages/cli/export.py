@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from linkages.files.table_formats import FORMATS
+from linkages.input.files.table_formats import FORMATS
 
 HELP = "write a run's trajectory for other programs: csv, mat, parquet, netcdf"
 
@@ -25,7 +25,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the file; return the exit status."""
-    from linkages.files.writing import whole
+    from linkages.input.files.writing import whole
     from linkages.results.trajectory import load_trajectory
 
     run = load_trajectory(options.folder / "trajectory.npz")

@@ -6,8 +6,8 @@ import argparse
 import os
 from pathlib import Path
 
-from linkages.errors import InputError
-from linkages.files.writing import OutputFolder
+from linkages.base.errors import InputError
+from linkages.input.files.writing import OutputFolder
 
 #: Files of each command, its reports and exports; the first one identifies the command.
 _WRITTEN = {

@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from linkages.errors import AssemblyError, InputError
+from linkages.base.errors import AssemblyError, InputError
 
 if TYPE_CHECKING:
-    from linkages.files.foreign import Entry
-    from linkages.model.mechanism import Mechanism
+    from linkages.input.files.foreign import Entry
+    from linkages.input.model.mechanism import Mechanism
 
 HELP = "convert SDFormat or URDF of another program to a mechanism (.sdf)"
 
@@ -35,12 +35,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the mechanism; return the exit status."""
-    from linkages.brief import counted
-    from linkages.files.foreign import MARK
-    from linkages.files.importing import USUAL_GRAVITY, import_model
-    from linkages.files.sdf_text import sdf_text
-    from linkages.files.writing import errors_of_writing, whole
-    from linkages.model.mechanism import mechanism_of_text, planar
+    from linkages.base.brief import counted
+    from linkages.input.files.foreign import MARK
+    from linkages.input.files.importing import USUAL_GRAVITY, import_model
+    from linkages.input.files.sdf_text import sdf_text
+    from linkages.input.files.writing import errors_of_writing, whole
+    from linkages.input.model.mechanism import mechanism_of_text, planar
     from linkages.system.reference_configuration import Drawn, closed_within_limits
 
     out: Path = options.out
@@ -85,8 +85,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _mobility(machine: Mechanism, entries: list[Entry]) -> str:
     """Describe the degrees of freedom, with the gears of the entries and without."""
-    from linkages.model.experiment import nothing_done
-    from linkages.model.load_tables import Gear
+    from linkages.input.model.experiment import nothing_done
+    from linkages.input.model.load_tables import Gear
     from linkages.system import System
 
     gears = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from linkages.errors import InputError, nearest
+from linkages.base.errors import InputError, nearest
 
 HELP = "list the keys of an experiment file and the outputs of a run, with units and meanings"
 
@@ -30,8 +30,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print keys and outputs; return the exit status."""
-    from linkages.model.experiment import described
-    from linkages.outputs.registry import table
+    from linkages.input.model.experiment import described
+    from linkages.results.outputs.registry import table
 
     keys, outputs = [*described()], [(name, f"{meaning} [{unit}]") for name, meaning, unit in table()]
     if options.path:

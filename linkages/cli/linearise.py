@@ -6,10 +6,10 @@ import argparse
 import math
 from typing import TYPE_CHECKING, Any
 
+from linkages.base.errors import InputError
 from linkages.cli.folders import output_folder
 from linkages.cli.options import add_file, add_names, add_pictures, add_settings, load_system, print_results, seconds
-from linkages.errors import InputError
-from linkages.files.writing import write_json
+from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.linearisation import StateSpace
@@ -64,8 +64,8 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "linear.json", result)
         found.save(folder / "linear.npz")
         if not options.no_plots and response.size:
-            from linkages.plots.mode_figures import bode_figure
-            from linkages.plots.style import write_png
+            from linkages.show.plots.mode_figures import bode_figure
+            from linkages.show.plots.style import write_png
 
             write_png(bode_figure(found, frequencies, response), folder / "bode.png")
     print_results(options, format_model(result), out)

@@ -7,11 +7,11 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.brief import cell
+from linkages.base.brief import cell
 from linkages.cli.folders import output_folder
 from linkages.cli.options import print_results, set_values
 from linkages.cli.progress import progress_bar
-from linkages.files.writing import write_json
+from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.modes import Modes, ModesOver
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def run_linkage(options: argparse.Namespace, path: Path) -> int:
     """Compute the modes of an experiment's linkage; return the exit status."""
     from linkages.explore.modes import modes, modes_over
-    from linkages.model.experiment import COMMAND_LINE
+    from linkages.input.model.experiment import COMMAND_LINE
     from linkages.system import load
 
     system = load(path, set_values(options), COMMAND_LINE)
@@ -35,8 +35,8 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
     with out as folder:
         write_json(folder / "modes.json", result)
         if not options.no_plots:
-            from linkages.plots.mode_figures import frequencies_figure, shapes_figure
-            from linkages.plots.style import write_png
+            from linkages.show.plots.mode_figures import frequencies_figure, shapes_figure
+            from linkages.show.plots.style import write_png
 
             write_png(shapes_figure(found, count), folder / "mode_shapes.png")
             if over is not None:
@@ -57,7 +57,7 @@ def _times(system: System, count: int) -> list[float]:
 def content(system: System, found: Modes, over: ModesOver | None, count: int) -> dict[str, Any]:
     """Return the content of ``modes.json``: SI units, frequencies in Hz; docs/modes.md explains it."""
     from linkages.explore.modes import ModeShapes
-    from linkages.files.versions import versions
+    from linkages.input.files.versions import versions
     from linkages.system.linear_systems import LEFT_OUT
 
     pose, experiment = found.system, system.experiment

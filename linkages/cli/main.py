@@ -17,10 +17,10 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from linkages.base.errors import InputError, RunError, Status, nearest, shortened
+from linkages.base.signals import interruptible
 from linkages.cli import Command, commands
 from linkages.cli.progress import be_quiet, heartbeat
-from linkages.errors import InputError, RunError, Status, nearest, shortened
-from linkages.signals import interruptible
 
 if TYPE_CHECKING:
     from linkages.results.trajectory import Trajectory
@@ -129,7 +129,7 @@ def _version() -> str:
 def exit_status(run: Callable[..., int], *arguments: object, alone: bool = False) -> int:
     """Run a command and return its exit status; bad input, failed runs and interruptions become one line of text.
 
-    With `alone` the process has nothing else to do: see `linkages.signals.interruptible`.
+    With `alone` the process has nothing else to do: see `linkages.base.signals.interruptible`.
     """
     atexit.register(gc.freeze)  # a process that ends need not search its objects for cycles: 0.2 s
     with interruptible(alone) as received:

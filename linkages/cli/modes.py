@@ -8,11 +8,11 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from linkages.base.errors import InputError, Status
 from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import add_pictures, add_set, print_results
 from linkages.cli.progress import progress_bar
-from linkages.errors import InputError, Status
-from linkages.files.writing import write_json
+from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.three_rrr.analysis import RobotResults
@@ -63,7 +63,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Analyse the linkage or the robot; return the exit status."""
     from linkages.cli.linkage_modes import run_linkage
-    from linkages.files.shipped import find_file
+    from linkages.input.files.shipped import find_file
 
     path = find_file(options.file, ".toml")
     is_robot = _is_robot(path)
@@ -84,8 +84,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _is_robot(path: Path) -> bool:
     """Check whether a file has keys that only robots have."""
-    from linkages.files.toml import read_toml
-    from linkages.model.experiment import Experiment
+    from linkages.input.files.toml import read_toml
+    from linkages.input.model.experiment import Experiment
     from linkages.three_rrr.robot import Robot
 
     return bool(set(read_toml(path)[0]) & (set(Robot.model_fields) - set(Experiment.model_fields)))
@@ -119,11 +119,11 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
     with out as folder:
         write_json(folder / "modes.json", summary)
         if not options.no_plots:
-            from linkages.plots.three_rrr.figures import write_figures
+            from linkages.show.plots.three_rrr.figures import write_figures
 
             write_figures(results, folder, progress_bar("figures"))
         if not options.no_animation:
-            from linkages.plots.three_rrr.robot_lines import write_animation
+            from linkages.show.plots.three_rrr.robot_lines import write_animation
 
             write_animation(results, folder / "animation.html")
     print_results(options, format_table(summary), out)

@@ -8,9 +8,9 @@ import re
 from importlib.resources import files
 from pathlib import Path
 
-from linkages.brief import counted
-from linkages.errors import InputError, nearest
-from linkages.files.writing import errors_of_writing, whole
+from linkages.base.brief import counted
+from linkages.base.errors import InputError, nearest
+from linkages.input.files.writing import errors_of_writing, whole
 
 HELP = "write a commented mechanism (.sdf) and experiment (.toml) to start with"
 
@@ -79,7 +79,7 @@ def template_files(name: str, model: str) -> tuple[str, str]:
     The model "lubricated" or "dry" gives a four-bar with clearance, "flexible" a slider-crank with a flexible rod.
     """
     mechanism = "slider_crank.sdf" if model == "flexible" else "four_bar.sdf"
-    templates = files("linkages") / "templates"
+    templates = files("linkages.cli") / "templates"
     texts = ((templates / file).read_text(encoding="utf-8") for file in (mechanism, f"{model}.toml"))
     machine, experiment = (text.replace("@NAME@", name) for text in texts)
     return machine, experiment
@@ -89,13 +89,13 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
     """Return the texts of a described mechanism and its experiment, and their main facts."""
     import tomlkit
 
-    from linkages.files.description import described
-    from linkages.files.description_tables import KEYS
-    from linkages.files.reading import read_whole
-    from linkages.files.sdf_text import sdf_text
-    from linkages.files.toml import read_toml
-    from linkages.model.experiment import Experiment, experiment_of
-    from linkages.model.mechanism import mechanism_of_text
+    from linkages.input.files.description import described
+    from linkages.input.files.description_tables import KEYS
+    from linkages.input.files.reading import read_whole
+    from linkages.input.files.sdf_text import sdf_text
+    from linkages.input.files.toml import read_toml
+    from linkages.input.model.experiment import Experiment, experiment_of
+    from linkages.input.model.mechanism import mechanism_of_text
     from linkages.system import System
 
     data, sources = read_toml(source)

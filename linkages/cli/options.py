@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from linkages.base.errors import InputError
 from linkages.cli.folders import add_out
-from linkages.errors import InputError
-from linkages.files.unit_conversion import is_quantity, read, read_either, si
+from linkages.input.files.unit_conversion import is_quantity, read, read_either, si
 
 if TYPE_CHECKING:
-    from linkages.files.writing import OutputFolder
-    from linkages.model.experiment import Experiment
+    from linkages.input.files.writing import OutputFolder
+    from linkages.input.model.experiment import Experiment
     from linkages.system import System
 
 
@@ -95,8 +95,8 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
     `defaults` are values by dotted path that override the file, unless the command line does.
     """
-    from linkages.files.shipped import find_file
-    from linkages.model.experiment import COMMAND_LINE
+    from linkages.input.files.shipped import find_file
+    from linkages.input.model.experiment import COMMAND_LINE
     from linkages.system import load
 
     values = {**(defaults or {}), **set_values(options)}
@@ -162,7 +162,7 @@ def path_and_parts(text: str, form: str) -> tuple[str, list[str]]:
 
 def value_of(where: str, text: str, path: str) -> float:
     """Read a finite number in the SI unit of a path, or with its unit; `where` names it in an InputError."""
-    from linkages.model.experiment import value_unit
+    from linkages.input.model.experiment import value_unit
 
     return number(where, text, value_unit(path), read_either)
 

@@ -6,10 +6,10 @@ import argparse
 import webbrowser
 from pathlib import Path
 
+from linkages.base.errors import InputError
 from linkages.cli.folders import possible_folder
 from linkages.cli.options import add_file, add_number, add_set, load_system, path_and_range, seconds, set_values
 from linkages.cli.progress import end_heartbeat
-from linkages.errors import InputError
 
 HELP = "change values on a live page, and see motion, orbits and forces at once"
 
@@ -42,11 +42,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C; returns the exit status."""
-    from linkages.kernel.precompiled import tell
-    from linkages.live.answers import Answers
-    from linkages.live.controls import controls
-    from linkages.live.server import LiveServer
-    from linkages.live.session import Session
+    from linkages.base.kernel.precompiled import tell
+    from linkages.show.live.answers import Answers
+    from linkages.show.live.controls import controls
+    from linkages.show.live.server import LiveServer
+    from linkages.show.live.session import Session
 
     if not 0 <= options.port <= 65535:
         raise InputError("--port", str(options.port), "must be from 0 to 65535")

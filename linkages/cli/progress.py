@@ -80,7 +80,7 @@ def heartbeat() -> Iterator[None]:
 
 def _compilation(counted: list[int]) -> str:
     """Return the stage of a command that has compiled kernels since the last call; its count is kept in the list."""
-    counts = getattr(sys.modules.get("linkages.kernel.precompiled"), "counts", None)
+    counts = getattr(sys.modules.get("linkages.base.kernel.precompiled"), "counts", None)
     if counts is None:  # nothing computes, or the module is being imported
         return ""
     compiled, _ = counts()
@@ -184,7 +184,7 @@ def stages(options: argparse.Namespace, total: float, unit: str) -> Callable[[st
 @cache
 def announce_compilation() -> None:
     """Report compilation and the number of compiled kernels, because the first run would be silent."""
-    from linkages.kernel.precompiled import tell
+    from linkages.base.kernel.precompiled import tell
 
     due = 0.0
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from linkages.brief import cell
+from linkages.base.brief import cell
 from linkages.cli.folders import output_folder
 from linkages.cli.options import add_file, add_names, add_pictures, add_settings, load_system, print_results
 from linkages.cli.progress import stages
-from linkages.files.writing import write_json
+from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.sensitivity import Sensitivities
@@ -58,8 +58,8 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "sensitivity.json", found.derivatives)
         write_json(folder / "details.json", _details(found))
         if not options.no_plots:
-            from linkages.plots.style import write_png
-            from linkages.plots.tornado import tornado_figure
+            from linkages.show.plots.style import write_png
+            from linkages.show.plots.tornado import tornado_figure
 
             write_png(tornado_figure(found), folder / "tornado.png")
     print_results(options, format_sensitivities(found, system), out)
@@ -76,9 +76,9 @@ def _details(found: Sensitivities) -> dict[str, Any]:
 
 def format_sensitivities(found: Sensitivities, system: System) -> str:
     """Format the derivatives of peaks: for each output the values, the strongest first."""
-    from linkages.model.experiment import value_unit
-    from linkages.outputs.registry import unit
-    from linkages.report.terminal import format_warnings
+    from linkages.input.model.experiment import value_unit
+    from linkages.results.outputs.registry import unit
+    from linkages.show.report.terminal import format_warnings
 
     lines = [system.experiment.title or system.experiment.source.stem, "derivatives of peaks, and changes by 1 %"]
     for key in (key for key in found.numbers if key.endswith(".peak")):

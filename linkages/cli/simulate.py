@@ -7,12 +7,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from linkages.base.errors import InputError
 from linkages.cli.folders import output_folder
 from linkages.cli.options import add_file, add_pictures, add_settings, load_system, written
 from linkages.cli.progress import begin_stage, stages
 from linkages.engines import DEFAULT, ENGINES, engine
-from linkages.errors import InputError
-from linkages.files.writing import write_json
+from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.results.assessment import Assessment
@@ -60,10 +60,10 @@ def run(options: argparse.Namespace) -> int:
     """Run the experiment; return the exit status."""
     from linkages.cli.main import report_failures
     from linkages.engines.assessment import assess, estimate_error
-    from linkages.model.plausibility import doubts
-    from linkages.report.terminal import format_judgement, format_table
+    from linkages.input.model.plausibility import doubts
     from linkages.results.impacts import write_impacts
     from linkages.results.summary import judge, unjudged
+    from linkages.show.report.terminal import format_judgement, format_table
 
     if options.exaggerate is not None and not options.exaggerate >= 0.0:
         raise InputError("--exaggerate", str(options.exaggerate), "must be zero or positive")
@@ -108,8 +108,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _draw(result: Assessment, folder: Path, errors: dict[str, float | None]) -> None:
     """Write the figures."""
-    from linkages.plots.drawing import draw, svg
-    from linkages.plots.histories import write_figures
+    from linkages.show.plots.drawing import draw, svg
+    from linkages.show.plots.histories import write_figures
 
     write_figures(result, folder, errors)
     (folder / "drawing.svg").write_text(svg(draw(result.system)), encoding="utf-8")
@@ -135,7 +135,7 @@ def _details(result: Assessment, summary: dict[str, Any]) -> str:
 
 def _animate(result: Assessment, path: Path, exaggerate: float | None) -> None:
     """Write the animation; reject an exaggeration for which the loops do not close."""
-    from linkages.plots.animation.recording import write_animation
+    from linkages.show.plots.animation.recording import write_animation
 
     try:
         write_animation(result, path, exaggerate)

@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.brief import counted
+from linkages.base.brief import counted
+from linkages.base.errors import InputError, Status
 from linkages.cli.folders import output_folder
 from linkages.cli.options import (
     add_drive,
@@ -24,8 +25,7 @@ from linkages.cli.options import (
     value_of,
 )
 from linkages.cli.progress import stages
-from linkages.errors import InputError, Status
-from linkages.files.writing import write_json
+from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.explore.sweep import Sweep, SweepPoint
@@ -58,8 +58,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the sweep; return the exit status."""
     from linkages.explore.sweep import sweep
-    from linkages.model.experiment import value_unit
-    from linkages.outputs.registry import unit
+    from linkages.input.model.experiment import value_unit
+    from linkages.results.outputs.registry import unit
 
     path, values = parse_range(options.vary)
     system = load_system(options)
@@ -76,8 +76,8 @@ def run(options: argparse.Namespace) -> int:
         _write_table(result, folder / "sweep.csv")
         write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
-            from linkages.plots.attractors import bifurcation_figure
-            from linkages.plots.style import axis_label, engineering, write_png
+            from linkages.show.plots.attractors import bifurcation_figure
+            from linkages.show.plots.style import axis_label, engineering, write_png
 
             shown, factor = engineering(value_unit(path), max(map(abs, values)))
             write_png(bifurcation_figure(result, units, axis_label(path, shown), scale=factor), folder / "sweep.png")
@@ -151,7 +151,7 @@ def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
 
 def format_sweep(result: Sweep, units: dict[str, str]) -> str:
     """Format the peaks of at most a dozen values as lines of text, with the horizon of reproducible digits."""
-    from linkages.model.experiment import value_unit
+    from linkages.input.model.experiment import value_unit
 
     count = len(result.points)
     shown = sorted({round(k * (count - 1) / 11) for k in range(12)}) if count > 12 else range(count)

@@ -6,11 +6,11 @@ import argparse
 import sys
 from typing import Any
 
+from linkages.base.errors import InputError, Status
 from linkages.cli.folders import output_folder
 from linkages.cli.options import add_drive, add_file, add_pictures, add_settings, load_system, print_results
 from linkages.cli.progress import stages
-from linkages.errors import InputError, Status
-from linkages.files.writing import write_json
+from linkages.input.files.writing import write_json
 
 HELP = "wear of journals and bearings over many revolutions: profiles, clearance, forces"
 
@@ -73,11 +73,11 @@ def run(options: argparse.Namespace) -> int:
     with out as folder:
         write_json(folder / "wear.json", found, None)
         if not options.no_plots:
-            from linkages.plots.wear_figures import write_figures
+            from linkages.show.plots.wear_figures import write_figures
 
             write_figures(found, folder)
         if not options.no_animation:
-            from linkages.plots.wear_figures import write_animation
+            from linkages.show.plots.wear_figures import write_animation
 
             write_animation(found, folder / "wear.html")
     print_results(options, format_life(found), out)

@@ -21,7 +21,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Protocol, cast
 
-from linkages.errors import InputError, nearest
+from linkages.base.errors import InputError, nearest
 
 if TYPE_CHECKING:  # the command line imports this module for the names of the engines, and must start fast
     from linkages.results.trajectory import TimeReport, Trajectory

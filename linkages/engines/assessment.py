@@ -7,18 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from linkages.arguments import Names, validated
-from linkages.arrays import Array
+from linkages.base.arguments import Names, validated
+from linkages.base.arrays import Array
+from linkages.base.errors import AssemblyError, InputError, Status
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
 from linkages.engines.heat import settle
 from linkages.engines.methods import expect_run
-from linkages.errors import AssemblyError, InputError, Status
-from linkages.model.link_tables import MOST_SEGMENTS
-from linkages.outputs.columns import columns
-from linkages.outputs.registry import unit
+from linkages.input.model.link_tables import MOST_SEGMENTS
 from linkages.results.assessment import Assessment
 from linkages.results.derivatives import Wrt
+from linkages.results.outputs.columns import columns
+from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion, check_duration

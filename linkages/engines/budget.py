@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from linkages.outputs.registry import count
+from linkages.results.outputs.registry import count
 from linkages.system import System
 
 #: Most steps of one run, and largest memory of the trajectory's columns [bytes].

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from linkages.errors import RunError, Status
+from linkages.base.errors import RunError, Status
 from linkages.laws.heat import NEAR
 from linkages.results.assessment import Assessment
 from linkages.results.film_heat import heated, joint_heat

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from linkages.errors import notice
-from linkages.kernel.precompiled import expect
-from linkages.model.experiment_tables import IMPLICIT
+from linkages.base.errors import notice
+from linkages.base.kernel.precompiled import expect
+from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.system import System
 
 #: Explicit and implicit methods of each engine by their names in experiments; the first of a tuple is the default.

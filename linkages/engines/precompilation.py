@@ -1,4 +1,4 @@
-"""Plans of `linkages.kernel.precompiled` for the kernels that the engines will call, found by a run of the drop test.
+"""Plans of `precompiled` for the kernels that the engines will call, found by a run of the drop test.
 
 The compiled types of kernels do not depend on the mechanism. Plans do not assemble the linkage of the drop test, and
 kernels that need the assembled linkage come last: the calling process assembles its linkage in the meantime.
@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numba import types
 
+from linkages.base.kernel.by_reference import packed, reference_type
 from linkages.engines.drop import drop
-from linkages.kernel.by_reference import packed, reference_type
-from linkages.outputs.columns import columns
-from linkages.planar.contacts import WIDTH
+from linkages.mechanics.planar.contacts import WIDTH
+from linkages.results.outputs.columns import columns
 from linkages.system import System
 
 
@@ -27,7 +27,7 @@ def compiled(implicit: bool) -> list[Callable[[], Any]]:
     from linkages.engines.compiled.methods import attempt_dormand_prince_5_4, attempt_radau_iia_5
     from linkages.engines.compiled.model import Equations, make_work
     from linkages.engines.compiled.simulation import simulate
-    from linkages.integrate.stepper import make_stepper
+    from linkages.mechanics.integrate.stepper import make_stepper
 
     method = "radau_iia_5" if implicit else "dormand_prince_5_4"
     # accurate runs divide steps at kinks, by kernels that others do not need

@@ -8,9 +8,9 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import nullcontext
 from typing import TypeVar, cast
 
-from linkages.errors import RunError
-from linkages.kernel.precompiled import processors
-from linkages.signals import stopping
+from linkages.base.errors import RunError
+from linkages.base.kernel.precompiled import processors
+from linkages.base.signals import stopping
 
 _LOOK = 1.0  # interval between two calls of the observer [s]
 

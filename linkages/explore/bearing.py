@@ -14,9 +14,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from linkages.arguments import validated, whole
-from linkages.arrays import Array
-from linkages.errors import InputError, RunError, nearest
+from linkages.base.arguments import validated, whole
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError, RunError, nearest
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import FILMS
 from linkages.laws.film.surface.balance import Thickness

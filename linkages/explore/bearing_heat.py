@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from linkages.errors import InputError, RunError
+from linkages.base.errors import InputError, RunError
 from linkages.explore.bearing import CELLS, COARSE, BearingPoint, bearing
 from linkages.laws.heat import Heat, root
 

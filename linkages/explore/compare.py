@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from linkages.arguments import validated
-from linkages.brief import Brief
+from linkages.base.arguments import validated
+from linkages.base.brief import Brief
 from linkages.engines.assessment import simulate
-from linkages.model.capabilities import Analysis
-from linkages.model.experiment import Experiment
+from linkages.input.model.capabilities import Analysis
+from linkages.input.model.experiment import Experiment
 from linkages.results.assessment import touching
 from linkages.results.divergence import dense, horizon
 from linkages.results.impacts import Impact, impacts

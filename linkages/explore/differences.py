@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
 
 
 def extrapolated(f: Callable[[float], Array], step: float) -> tuple[Array, Array]:

@@ -7,14 +7,14 @@ from functools import partial
 
 import numpy as np
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError, RunError, Status, nearest
 from linkages.engines.budget import WINDOW
 from linkages.engines.compiled.replay import Steps, record_memory, recorded
 from linkages.engines.compiled.runner import STATUS, Runner, join
-from linkages.errors import InputError, RunError, Status, nearest
-from linkages.integrate.driver import DONE, PAUSED, Record
-from linkages.outputs.columns import Columns
-from linkages.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.mechanics.integrate.driver import DONE, PAUSED, Record
+from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.results.outputs.columns import Columns
 from linkages.results.steady_state import drive_period
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
@@ -34,7 +34,7 @@ class Flow:
     def __init__(self, system: System) -> None:
         self.system = system
         self.runner = Runner(system)
-        self.memory = self.runner.memory  # of the contacts, (nc, 2 or more); see `linkages.planar.contacts.APPROACH`
+        self.memory = self.runner.memory  # of the contacts, (nc, 2 or more); see `APPROACH`
         self.y, self.scale = self.runner.start, self.runner.scale
         self.t, self.status = 0.0, Status.OK
         self.step = 0.0  # size of the next attempted step [s]
@@ -115,7 +115,7 @@ class Flow:
         return np.concatenate([q[0, model.free], v[0, model.free], y[2 * len(model.free) :]])
 
     def columns(self, piece: Steps, times: Array, names: Sequence[str] | None = None) -> Columns:
-        """Compute all or the named outputs (see `linkages.outputs.registry`) at times within `piece`."""
+        """Compute all or the named outputs (see `linkages.results.outputs.registry`) at times within `piece`."""
         return self.runner.outputs(piece, times, names)
 
     def sampled(self, piece: Steps, names: Sequence[str]) -> Trajectory:

@@ -17,14 +17,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arguments import Names, validated
-from linkages.arrays import Array
-from linkages.brief import Brief, counted
-from linkages.errors import InputError, nearest
+from linkages.base.arguments import Names, validated
+from linkages.base.arrays import Array
+from linkages.base.brief import Brief, counted
+from linkages.base.errors import InputError, nearest
 from linkages.explore.differences import extrapolated
 from linkages.explore.local_coordinates import LocalCoordinates
 from linkages.explore.operating_point import LinearisationPoint, Observed, at_rest
-from linkages.outputs.registry import pack, unit
+from linkages.results.outputs.registry import pack, unit
 from linkages.system import System
 from linkages.system.linear_systems import disturbed
 from linkages.system.linear_systems import inputs as inputs_of
@@ -117,7 +117,7 @@ def linearise(
     system : System
         Its prescribed drives must stand still; drives by torque or force may act.
     outputs : sequence of str, optional
-        Outputs (see `linkages.outputs.registry`); default: the experiment's, else all independent coordinates.
+        Outputs (see `linkages.results.outputs.registry`); default: the experiment's, else all independent coordinates.
     inputs : sequence of str, optional
         Inputs, see `linkages.system.linear_systems.inputs`; default: all.
     time : float

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
+from linkages.base.kernel import Indices
 from linkages.engines.compiled.linear import Closure
-from linkages.kernel import Indices
 from linkages.system import System
 
 _PREFERRED = 1e-3  # weight in the choice of dependent coordinates of those with a drive: they stay independent

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.arguments import Count, Whole, validated
-from linkages.arrays import Array
-from linkages.brief import Brief, counted
-from linkages.errors import InputError
+from linkages.base.arguments import Count, Whole, validated
+from linkages.base.arrays import Array
+from linkages.base.brief import Brief, counted
+from linkages.base.errors import InputError
 from linkages.explore.flow import Flow, lasting, period_of
-from linkages.model.capabilities import Analysis
+from linkages.input.model.capabilities import Analysis
 from linkages.system import System
 
 _ACCURACY = 1e-4  # accuracy of the two trajectories over their distance

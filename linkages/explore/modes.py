@@ -15,15 +15,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.arguments import validated
-from linkages.arrays import Array
+from linkages.base.arguments import validated
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError
 from linkages.engines.compiled.linear import linearised
 from linkages.engines.compiled.runner import Runner
-from linkages.errors import InputError
-from linkages.flexible.modes import ModesAt, track
-from linkages.model.skeleton import skeleton
-from linkages.planar.bodies import ELASTIC, STIFFNESS, make_motion
-from linkages.planar.kinematics import body_velocities, poses_at
+from linkages.input.model.skeleton import skeleton
+from linkages.mechanics.flexible.modes import ModesAt, track
+from linkages.mechanics.planar.bodies import ELASTIC, STIFFNESS, make_motion
+from linkages.mechanics.planar.kinematics import body_velocities, poses_at
 from linkages.system import System
 from linkages.system.flexible_link import FlexibleLink
 from linkages.system.linear_systems import StaticSystem, static_systems

@@ -7,17 +7,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError, RunError, Status
 from linkages.engines.compiled.linear import slopes
 from linkages.engines.compiled.model import per_length
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import Runner
-from linkages.errors import InputError, RunError, Status
 from linkages.explore.flow import Flow, expect_valid
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
-from linkages.model.capabilities import Analysis
-from linkages.outputs.columns import columns
-from linkages.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.input.model.capabilities import Analysis
+from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.results.outputs.columns import columns
 from linkages.system import System
 
 _AT_REST = 1e-9  # rate of a state over its scale and the largest pole, below which the state is an equilibrium

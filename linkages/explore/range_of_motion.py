@@ -8,13 +8,13 @@ from functools import partial
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.errors import AssemblyError, InputError, Status
+from linkages.base.arrays import Array
+from linkages.base.errors import AssemblyError, InputError, Status
 from linkages.explore.transmission import DrivenMotion, Transmission, transmissions
-from linkages.model.experiment import nothing_done
-from linkages.model.load_tables import Gear
-from linkages.model.mechanism import Mechanism
-from linkages.planar.kinematics import state_tables
+from linkages.input.model.experiment import nothing_done
+from linkages.input.model.load_tables import Gear
+from linkages.input.model.mechanism import Mechanism
+from linkages.mechanics.planar.kinematics import state_tables
 from linkages.system import System
 from linkages.system.assembly import independent
 from linkages.system.ideal_motion import IdealMotion
@@ -28,7 +28,7 @@ class Travel:
 
     drive: str  # name of the driven joint
     values: Array  # (n,) increasing coordinate of the drive over its range of motion [rad or m]
-    # (n, nb, 5) poses of the bodies of the system's tree, as in `linkages.planar.kinematics.body_positions`
+    # (n, nb, 5) poses of the bodies of the system's tree, as in `linkages.mechanics.planar.kinematics.body_positions`
     pose: Array
     full: bool  # whether the drive turns fully
     ends: tuple[Status, Status]  # reasons of both ends: LOCKED at a dead point, OK at the limit of the search

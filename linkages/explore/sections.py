@@ -7,19 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.arguments import Count, Names, Whole, validated
-from linkages.arrays import Array
-from linkages.brief import Brief, counted
+from linkages.base.arguments import Count, Names, Whole, validated
+from linkages.base.arrays import Array
+from linkages.base.brief import Brief, counted
+from linkages.base.errors import RunError, Status
 from linkages.engines.compiled.designs import Systems
 from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.statistics import STATISTICS
-from linkages.errors import RunError, Status
 from linkages.explore.compare import looser
 from linkages.explore.flow import Flow, lasting, period_of
-from linkages.outputs.columns import Columns
-from linkages.outputs.registry import pack
 from linkages.results.divergence import PARTED, configuration, dense
 from linkages.results.extremes import extremes
+from linkages.results.outputs.columns import Columns
+from linkages.results.outputs.registry import pack
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
@@ -74,7 +74,7 @@ def stroboscopic(
     ----------
     system : System
     names : sequence of str
-        Outputs (see `linkages.outputs.registry`).
+        Outputs (see `linkages.results.outputs.registry`).
     revolutions, transient : int
         Recorded revolutions, and discarded ones before them.
     drive : str, optional

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from linkages.arguments import Names, validated
-from linkages.brief import Brief, counted
+from linkages.base.arguments import Names, validated
+from linkages.base.brief import Brief, counted
+from linkages.base.errors import InputError, RunError, Status
 from linkages.engines.assessment import simulate, tightened
 from linkages.engines.compiled.batch import simulate_batch
 from linkages.engines.compiled.neighbours import magnitude_of
-from linkages.errors import InputError, RunError, Status
-from linkages.outputs.registry import default_outputs
 from linkages.results.derivatives import MEANING, OK
+from linkages.results.outputs.registry import default_outputs
 from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics
 from linkages.results.trajectory import TimeReport, Trajectory
 from linkages.results.validity import warning

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import get_window, welch
 
-from linkages.arguments import validated
-from linkages.arrays import Array
-from linkages.brief import Brief
-from linkages.errors import InputError
+from linkages.base.arguments import validated
+from linkages.base.arrays import Array
+from linkages.base.brief import Brief
+from linkages.base.errors import InputError
 from linkages.results.divergence import dense
 from linkages.results.trajectory import Trajectory
 

@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-from linkages.arguments import Count, Names, Whole, validated, vector
-from linkages.arrays import Array
-from linkages.brief import Brief, counted
+from linkages.base.arguments import Count, Names, Whole, validated, vector
+from linkages.base.arrays import Array
+from linkages.base.brief import Brief, counted
+from linkages.base.errors import InputError, Status
 from linkages.engines.threads import in_threads
-from linkages.errors import InputError, Status
 from linkages.explore.sections import Section, checked, horizon, sections
-from linkages.model.experiment import ARGUMENT
+from linkages.input.model.experiment import ARGUMENT
 from linkages.system import System
 
 
@@ -77,7 +77,7 @@ def sweep(
         Dotted path of the variable, of the experiment or, with ``sdf.``, of the machine.
     values : sequence of float
     names : sequence of str
-        Recorded outputs; see `linkages.outputs.registry`.
+        Recorded outputs; see `linkages.results.outputs.registry`.
     revolutions, transient : int
         Recorded revolutions, and discarded ones before them.
     drive : str, optional

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from linkages.kernel import address, caller, kernel
+from linkages.base.kernel import address, caller, kernel
 from linkages.laws.parameters import Parameter, named_record, set_parameters
 
 _F = types.float64

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.film_history import film_with_history

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.kernel import kernel
+from linkages.base.kernel import kernel
 from linkages.laws.contact.material import modulus_of
 
 _LOW, _HIGH = -6.0, 10.0  # range of the fit of ln F_5/2

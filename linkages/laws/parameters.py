@@ -17,15 +17,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import from_dtype
 
-from linkages.kernel import record_type
+from linkages.base.kernel import record_type
 
 #: The kinds of laws that declare parameters.
 KINDS = ("contact", "friction", "film")
 #: Most parameters of one law.
 SLOTS = 8
 
-#: One contact. Fields that choose a law hold the address of its compiled function (`linkages.kernel.address`), valid
-#: only in this process: records are always computed from the experiment, never stored.
+#: One contact. Fields that choose a law hold the address of its compiled function (`linkages.base.kernel.address`),
+#: valid only in this process: records are always computed from the experiment, never stored.
 PARAMETERS = record_type(
     clearance="f8",  # radial clearance c [m]
     radius="f8",  # bearing radius R [m]

@@ -2,6 +2,7 @@
 
 | module            | responsibility                                                            |
 |-------------------|---------------------------------------------------------------------------|
+| outputs           | one registry of named outputs; numbers from states                        |
 | trajectory        | outputs over time, status, provenance, gaps of loops; save and load       |
 | derivatives       | derivatives of outputs with respect to values                             |
 | extremes          | smallest and largest values over continuous time, integrals               |

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.kernel import Array
+from linkages.base.kernel import Array
 
 _FLAT = 1e-9  # relative to the largest weight: smaller weights are rounding errors
 

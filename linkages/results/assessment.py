@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from linkages.brief import Brief
-from linkages.planar.record_types import STOP
+from linkages.base.brief import Brief
+from linkages.mechanics.planar.record_types import STOP
 from linkages.results.characteristics import peak_columns
 from linkages.results.divergence import apart
 from linkages.results.film_heat import JointHeat

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from linkages.outputs.joints import turns
-from linkages.outputs.registry import unit
 from linkages.results.extremes import extremes, integral, peaks
 from linkages.results.impacts import Impact
+from linkages.results.outputs.joints import turns
+from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 

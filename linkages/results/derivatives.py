@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from linkages.arguments import number, several
-from linkages.arrays import Array
-from linkages.errors import InputError, nearest
-from linkages.outputs.columns import Columns
+from linkages.base.arguments import number, several
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError, nearest
+from linkages.results.outputs.columns import Columns
 
 #: Status of derivatives: known up to the end of the run; up to a contact that begins without speed; up to the horizon
 #: of predictability; up to a step whose equations are singular. Of a row of a batch: not known, because a value has no

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.errors import InputError
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError
 from linkages.results.akima import interpolated
 from linkages.results.trajectory import Trajectory
 from linkages.system import System

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.arguments import Names, numbers, validated
-from linkages.arrays import Array
-from linkages.errors import InputError
-from linkages.integrate.parabola import parabola_top
-from linkages.integrate.peak_search import (
+from linkages.base.arguments import Names, numbers, validated
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError
+from linkages.mechanics.integrate.parabola import parabola_top
+from linkages.mechanics.integrate.peak_search import (
     FEW,
     MOST,
     TIMES,
@@ -199,8 +199,8 @@ def refine(
 ) -> list[tuple[float, float]]:
     """Compute time and value of the maximum in each bracket, over continuous time.
 
-    See `linkages.integrate.peak_search`. Without `Trajectory.evaluate` (a loaded trajectory) the parabola alone refines
-    the samples.
+    See `linkages.mechanics.integrate.peak_search`. Without `Trajectory.evaluate` (a loaded trajectory) the parabola
+    alone refines the samples.
 
     Parameters
     ----------

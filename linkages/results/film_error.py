@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array
+from linkages.base.kernel import Array
 from linkages.laws.film.films import film_force
 from linkages.laws.film.map_nodes import finite_force
 

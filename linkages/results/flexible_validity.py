@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.planar.record_types import SECTION
+from linkages.mechanics.planar.record_types import SECTION
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import Rules, Violation

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arguments import Names, validated
-from linkages.arrays import Array
-from linkages.files.magnitudes import decimal
+from linkages.base.arguments import Names, validated
+from linkages.base.arrays import Array
+from linkages.input.files.magnitudes import decimal
 from linkages.results.extremes import Bracket, refine
 from linkages.results.trajectory import Trajectory
 

@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.files.raw_model import BearingSize
+from linkages.input.files.raw_model import BearingSize
+from linkages.input.model.experiment_tables import ContactTable, JointModel
+from linkages.input.model.mechanism import Joint
 from linkages.laws import CONTACTS, FILMS
 from linkages.laws.contact.material import contact_modulus
 from linkages.laws.film.map_nodes import CENTRE
 from linkages.laws.viscosity import DENSITY_15, density
-from linkages.model.experiment_tables import ContactTable, JointModel
-from linkages.model.mechanism import Joint
 from linkages.results.film_error import film_error
 from linkages.results.flexible_validity import FLEXIBLE_RULES, flexible_cases
 from linkages.results.impacts import Impact

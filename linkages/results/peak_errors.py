@@ -21,9 +21,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.outputs.registry import unit
+from linkages.base.arrays import Array
 from linkages.results.extremes import Bracket, refine, vertex
+from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 

@@ -6,9 +6,9 @@ from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from linkages.errors import Status
-from linkages.files.toml import Finite, NonNegative, Table, leaves
-from linkages.model.experiment import Experiment
+from linkages.base.errors import Status
+from linkages.input.files.toml import Finite, NonNegative, Table, leaves
+from linkages.input.model.experiment import Experiment
 
 _Number = Finite | None  # null if meaningless
 _Status = Annotated[str, Field(pattern=f"^({'|'.join(status.value for status in Status)})$")]

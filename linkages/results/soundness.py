@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.planar.arrays import Arrays
-from linkages.planar.closure import jacobian_at
-from linkages.planar.contacts import WIDTH
-from linkages.planar.kinematics import body_positions
-from linkages.planar.reactions import joint_forces
-from linkages.planar.workspace import make_workspace
+from linkages.base.arrays import Array
+from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.closure import jacobian_at
+from linkages.mechanics.planar.contacts import WIDTH
+from linkages.mechanics.planar.kinematics import body_positions
+from linkages.mechanics.planar.reactions import joint_forces
+from linkages.mechanics.planar.workspace import make_workspace
 from linkages.results.akima import interpolated
 from linkages.results.characteristics import effort_of
 from linkages.results.trajectory import Trajectory

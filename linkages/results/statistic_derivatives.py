@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.outputs.columns import Columns
+from linkages.base.arrays import Array
 from linkages.results.extremes import Extremes, averages, extremes, integral
+from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Trajectory
 
 _ROOTS, _SHARES = np.polynomial.legendre.leggauss(3)

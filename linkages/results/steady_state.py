@@ -26,9 +26,9 @@ from typing import Any
 
 import numpy as np
 
-from linkages.arguments import validated
-from linkages.arrays import Array
-from linkages.errors import Status
+from linkages.base.arguments import validated
+from linkages.base.arrays import Array
+from linkages.base.errors import Status
 from linkages.results.akima import interpolated
 from linkages.results.divergence import configuration
 from linkages.results.trajectory import Trajectory

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from linkages.arguments import validated
-from linkages.errors import Status
-from linkages.files.versions import versions
+from linkages.base.arguments import validated
+from linkages.base.errors import Status
+from linkages.input.files.versions import versions
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.peak_errors import errors

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arguments import Dense, inside, validated
-from linkages.arrays import Array, Records
-from linkages.brief import Brief, counted
-from linkages.errors import InputError, RunError, Status, UnknownNameError, nearest_names
-from linkages.files import table_formats
-from linkages.files.reading import read_arrays
-from linkages.files.writing import whole
-from linkages.outputs.columns import Columns
-from linkages.planar.closure import LOOSE, loop_errors
+from linkages.base.arguments import Dense, inside, validated
+from linkages.base.arrays import Array, Records
+from linkages.base.brief import Brief, counted
+from linkages.base.errors import InputError, RunError, Status, UnknownNameError, nearest_names
+from linkages.input.files import table_formats
+from linkages.input.files.reading import read_arrays
+from linkages.input.files.writing import whole
+from linkages.mechanics.planar.closure import LOOSE, loop_errors
 from linkages.results.derivatives import NONE, Derivatives
+from linkages.results.outputs.columns import Columns
 from linkages.system.tree import Tree
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Trajectory(Brief):
     time : (nt,) array
         Sample times [s]: every step of the integrator.
     columns : dict of (nt,) arrays
-        Columns by name; see `linkages.outputs.registry`.
+        Columns by name; see `linkages.results.outputs.registry`.
     status : Status
         OK, or why the run ended before its duration.
     provenance : dict

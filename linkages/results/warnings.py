@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from linkages.errors import Status
+from linkages.base.errors import Status
 from linkages.results.assessment import Assessment
 from linkages.results.film_heat import heat_warnings
 from linkages.results.impacts import Impact

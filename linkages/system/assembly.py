@@ -9,21 +9,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arrays import Array, Indices, Records
-from linkages.errors import AssemblyError, InputError, Status, listed
-from linkages.model.experiment import Experiment
-from linkages.planar.articulated_body import articulated_inertias
-from linkages.planar.closure import close, closure_quality, consistent_rates, jacobian_at
-from linkages.planar.kinematics import body_positions
-from linkages.planar.loads import Loads
-from linkages.planar.loop_dynamics import row_responses
-from linkages.planar.motion import Motions
-from linkages.planar.record_types import ANGLE, PRISMATIC
+from linkages.base.arrays import Array, Indices, Records
+from linkages.base.errors import AssemblyError, InputError, Status, listed
+from linkages.input.model.experiment import Experiment
+from linkages.mechanics.planar.articulated_body import articulated_inertias
+from linkages.mechanics.planar.closure import close, closure_quality, consistent_rates, jacobian_at
+from linkages.mechanics.planar.kinematics import body_positions
+from linkages.mechanics.planar.loads import Loads
+from linkages.mechanics.planar.loop_dynamics import row_responses
+from linkages.mechanics.planar.motion import Motions
+from linkages.mechanics.planar.record_types import ANGLE, PRISMATIC
 from linkages.system.load_records import check_loads
 from linkages.system.tree import ROWS, Tree, without
 
 #: Ratio of singular values below which a position counts as singular. At an exact dead point Newton's method computes a
-#: ratio of about the square root of `linkages.planar.closure.TOLERANCE`.
+#: ratio of about the square root of `linkages.mechanics.planar.closure.TOLERANCE`.
 SINGULAR = 1e-6
 _CONTINUATION = 0.05  # largest step of a drive from the reference configuration to its start angle [rad or m]
 _FARTHEST = 1e3  # largest start value of a drive [rad or m]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arrays import Array
-from linkages.errors import AssemblyError, InputError, Status
-from linkages.planar.closure import close, consistent_rates
-from linkages.planar.closure_rows import add_row_wrench
-from linkages.planar.kinematics import body_accelerations, body_states, poses_at
-from linkages.planar.loads import load_wrenches
-from linkages.planar.newton_euler import generalised_force, inertial_forces
+from linkages.base.arrays import Array
+from linkages.base.errors import AssemblyError, InputError, Status
+from linkages.mechanics.planar.closure import close, consistent_rates
+from linkages.mechanics.planar.closure_rows import add_row_wrench
+from linkages.mechanics.planar.kinematics import body_accelerations, body_states, poses_at
+from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.newton_euler import generalised_force, inertial_forces
 from linkages.system.assembly import Assembly, independent
 from linkages.system.equilibrium import ideal_forces
 from linkages.system.tree import without

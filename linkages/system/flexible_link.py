@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from linkages.arrays import Array, Records
-from linkages.files.raw_model import LinkBeam
-from linkages.flexible.component_modes import ComponentModes, component_modes
-from linkages.model.beam_interfaces import distinct, parts, substructures
-from linkages.model.experiment import Experiment
-from linkages.model.mechanism import Joint, Link, Mechanism
-from linkages.planar.bodies import DAMPING, ELASTIC, MATRIX, SHAPE, STIFFNESS
-from linkages.planar.record_types import STATION, STATION_MODE
+from linkages.base.arrays import Array, Records
+from linkages.input.files.raw_model import LinkBeam
+from linkages.input.model.beam_interfaces import distinct, parts, substructures
+from linkages.input.model.experiment import Experiment
+from linkages.input.model.mechanism import Joint, Link, Mechanism
+from linkages.mechanics.flexible.component_modes import ComponentModes, component_modes
+from linkages.mechanics.planar.bodies import DAMPING, ELASTIC, MATRIX, SHAPE, STIFFNESS
+from linkages.mechanics.planar.record_types import STATION, STATION_MODE
 
 if TYPE_CHECKING:
-    from linkages.model.link_tables import LinkModel
+    from linkages.input.model.link_tables import LinkModel
 
 
 _SAME = 1e-9  # abscissas closer than this, relative to the beam's length, coincide
@@ -99,7 +99,7 @@ class FlexibleLink:
         return [f"{self.name}.{mode}" for mode in self.modes.names]
 
     def fill(self, shapes: Array) -> None:
-        """Fill the lines of the body in `linkages.planar.bodies.Bodies.shapes`."""
+        """Fill the lines of the body in `linkages.mechanics.planar.bodies.Bodies.shapes`."""
         modes, nf = self.modes, len(self.modes.names)
         (a0, b0, h0), (a1, b1, h1), rest, twist = modes.moments()
         shapes[SHAPE, :nf] = np.stack([a0, b0, a1, b1], axis=-1)

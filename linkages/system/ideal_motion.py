@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.arguments import Vector, inside, shaped, validated
-from linkages.arrays import Array
-from linkages.errors import AssemblyError, InputError, Status
-from linkages.planar.closure import closure_quality, follow
-from linkages.planar.singularities import GAP, WEIGHTS
+from linkages.base.arguments import Vector, inside, shaped, validated
+from linkages.base.arrays import Array
+from linkages.base.errors import AssemblyError, InputError, Status
+from linkages.mechanics.planar.closure import closure_quality, follow
+from linkages.mechanics.planar.singularities import GAP, WEIGHTS
 from linkages.system.assembly import coordinate_scale
 from linkages.system.system import System
 
@@ -178,7 +178,7 @@ class IdealMotion:
         return q, v, a
 
     def _interpolate(self, time: float, quality: float, q: Array, v: Array, a: Array) -> None:
-        """Replace a state by one between others before and behind, as `linkages.planar.singularities` does in runs.
+        """Replace a state by one between others before and behind, as `singularities` does in runs.
 
         The state is kept if the neighbours are equally close to a singular position, or if no branch continues.
         """

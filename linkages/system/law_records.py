@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arrays import Array, Indices, Records
-from linkages.files.raw_model import BearingSize
+from linkages.base.arrays import Array, Indices, Records
+from linkages.input.files.raw_model import BearingSize
+from linkages.input.model.experiment_tables import JointModel
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.film.closed_form import THINNEST
 from linkages.laws.film.film_history import LARGEST, history_table
@@ -21,7 +22,6 @@ from linkages.laws.mixed import fill_mixed
 from linkages.laws.parameters import MODELS, SHEAR
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.laws.wear.force import worn_address
-from linkages.model.experiment_tables import JointModel
 
 
 class ContactLaws(NamedTuple):

@@ -8,10 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.errors import InputError
-from linkages.planar.loads import Loads
-from linkages.planar.motion import Motions, raised
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError
+from linkages.mechanics.planar.loads import Loads
+from linkages.mechanics.planar.motion import Motions, raised
 from linkages.system.assembly import Assembly
 from linkages.system.deflection import deflected
 from linkages.system.ideal_motion import IdealMotion

@@ -12,18 +12,29 @@ from typing import Any
 
 import numpy as np
 
-from linkages.arrays import Records
-from linkages.errors import InputError
-from linkages.files.formula import Formula
-from linkages.model.experiment import Experiment
-from linkages.model.experiment_tables import ContactTable, FrictionTable, JointModel
-from linkages.model.functions import TIME, program, table_over
-from linkages.model.load_tables import LoadFunction
-from linkages.planar.bodies import make_motion, make_pose
-from linkages.planar.kinematics import body_states
-from linkages.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
-from linkages.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
-from linkages.planar.record_types import ANGLE, COORDINATE_SPRING, CORNER, ENDS, FORCE, LOAD, PUSH, SIGNAL, SPRING, STOP
+from linkages.base.arrays import Records
+from linkages.base.errors import InputError
+from linkages.input.files.formula import Formula
+from linkages.input.model.experiment import Experiment
+from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
+from linkages.input.model.functions import TIME, program, table_over
+from linkages.input.model.load_tables import LoadFunction
+from linkages.mechanics.planar.bodies import make_motion, make_pose
+from linkages.mechanics.planar.kinematics import body_states
+from linkages.mechanics.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
+from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
+from linkages.mechanics.planar.record_types import (
+    ANGLE,
+    COORDINATE_SPRING,
+    CORNER,
+    ENDS,
+    FORCE,
+    LOAD,
+    PUSH,
+    SIGNAL,
+    SPRING,
+    STOP,
+)
 from linkages.system.tree import Tree
 
 #: Scale of contact depths: relative to the linkage's length, for a revolute joint an angle [rad].
@@ -33,7 +44,7 @@ _COINCIDENT = 1e-9  # relative to the linkage's size: closer points define no di
 
 
 def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | None = None) -> Loads:
-    """Pack the loads for `linkages.planar.loads`: records, signals, and the functions of forces and torques.
+    """Pack the loads for `linkages.mechanics.planar.loads`: records, signals, and the functions of forces and torques.
 
     `added` has constants to add to functions, by the functions' index (`LOAD` has it as ``motion``).
     """

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.files.raw_model import Pose, RawModel, rotation
-from linkages.files.rigid import moved
-from linkages.model.mechanism import planar
-from linkages.planar.kinematics import poses_at
-from linkages.planar.record_types import ANGLE
+from linkages.base.arrays import Array
+from linkages.input.files.raw_model import Pose, RawModel, rotation
+from linkages.input.files.rigid import moved
+from linkages.input.model.mechanism import planar
+from linkages.mechanics.planar.kinematics import poses_at
+from linkages.mechanics.planar.record_types import ANGLE
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree
 

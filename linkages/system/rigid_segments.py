@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.errors import AssemblyError, Status
-from linkages.model.segment_model import SegmentChain, chains
-from linkages.model.segment_model import segmented as cut
-from linkages.planar.closure import close, consistent_rates
+from linkages.base.arrays import Array
+from linkages.base.errors import AssemblyError, Status
+from linkages.input.model.segment_model import SegmentChain, chains
+from linkages.input.model.segment_model import segmented as cut
+from linkages.mechanics.planar.closure import close, consistent_rates
 from linkages.system.assembly import Assembly
 from linkages.system.system import System
 from linkages.system.tree import Tree, without

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from linkages.arrays import Array, Records
-from linkages.errors import InputError
-from linkages.files.raw_model import Chains
-from linkages.kernel.by_reference import packed
-from linkages.model.mechanism import Joint, Mechanism
-from linkages.planar import record_types as types
-from linkages.planar.bodies import STRAIGHT, Bodies, make_shapes
+from linkages.base.arrays import Array, Records
+from linkages.base.errors import InputError
+from linkages.base.kernel.by_reference import packed
+from linkages.input.files.raw_model import Chains
+from linkages.input.model.mechanism import Joint, Mechanism
+from linkages.mechanics.planar import record_types as types
+from linkages.mechanics.planar.bodies import STRAIGHT, Bodies, make_shapes
 from linkages.system.flexible_link import FlexibleLink, section_at
 from linkages.system.tree import TYPES, Edge, Tree
 
@@ -196,7 +196,7 @@ class _Builder:
         self.drawn.append(flexible.origin + s * flexible.direction)
 
     def _row(self, parent: int, at: Array, **values: Any) -> None:
-        """Add a record of `linkages.planar.record_types.BODY`, mounted at a place on its parent."""
+        """Add a record of `linkages.mechanics.planar.record_types.BODY`, mounted at a place on its parent."""
         if self.rows:
             self.rows[parent]["carries"] = 1
         self.rows.append(_USUAL | {"mount": (parent, *at)} | values)

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arrays import Records
+from linkages.base.arrays import Records
+from linkages.input.model.check import without_deformation
+from linkages.input.model.experiment import ARGUMENT, Experiment, load_experiment
+from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inertial, load_mechanism
 from linkages.laws import Registered, registered, restore
-from linkages.model.check import without_deformation
-from linkages.model.experiment import ARGUMENT, Experiment, load_experiment
-from linkages.model.mechanism import Mechanism, faults_of_values, is_inertial, load_mechanism
-from linkages.planar.arrays import Arrays
-from linkages.planar.record_types import BEAM, STATION, STATION_MODE
+from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.record_types import BEAM, STATION, STATION_MODE
 from linkages.system.assembly import Assembly, assemble, balanced, independent
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arrays import Array, Records
-from linkages.kernel.by_reference import packed
-from linkages.kernel.simd import LaneArray
-from linkages.model.functions import OF_JOINTS
-from linkages.model.load_tables import Gear
-from linkages.model.mechanism import Mechanism
-from linkages.planar import record_types as types
-from linkages.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
-from linkages.planar.closure import closure_error
-from linkages.planar.workspace import Workspace, make_workspace
+from linkages.base.arrays import Array, Records
+from linkages.base.kernel.by_reference import packed
+from linkages.base.kernel.simd import LaneArray
+from linkages.input.model.functions import OF_JOINTS
+from linkages.input.model.load_tables import Gear
+from linkages.input.model.mechanism import Mechanism
+from linkages.mechanics.planar import record_types as types
+from linkages.mechanics.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
+from linkages.mechanics.planar.closure import closure_error
+from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system.flexible_link import FlexibleLink, section_at
 
 #: Closure rows of a cut joint.
@@ -306,7 +306,7 @@ class Tree:
         return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0))) or 1.0 if len(points) else 1.0
 
     def marker(self, link: str, point: Array, beside: Array | float = 0.0) -> tuple[int, float, float]:
-        """Return the marker (`linkages.planar.record_types.MARKER`) of a reference point on `link` [m], or `beside` it.
+        """Return the marker (`MARKER`) of a reference point on `link` [m], or `beside` it.
 
         On a flexible link the section at the point carries it.
         """
@@ -335,7 +335,7 @@ class Tree:
         return self.marker(point.link, point.origin)
 
     def coordinate(self, name: str) -> tuple[tuple[Any, ...], float]:
-        """Return the term (`linkages.planar.record_types.TERM`) of a joint's coordinate, and its sign."""
+        """Return the term (`linkages.mechanics.planar.record_types.TERM`) of a joint's coordinate, and its sign."""
         joint = self.mechanism.joint[name]
         ends = self.marker(joint.parent, joint.on_parent), self.marker(joint.child, joint.on_child)
         if joint.type == "prismatic":
@@ -343,7 +343,7 @@ class Tree:
         return (types.ANGLE, *ends, 0.0, 0.0), joint.sign
 
     def signal(self, name: str) -> tuple[Any, ...]:
-        """Return the `linkages.planar.record_types.SIGNAL` record of a position or speed, as ``slider.x``."""
+        """Return the `linkages.mechanics.planar.record_types.SIGNAL` record of a position or speed, as ``slider.x``."""
         owner, _, part = name.rpartition(".")
         if part in OF_JOINTS:
             term, scale = self.coordinate(owner)

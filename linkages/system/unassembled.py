@@ -10,17 +10,17 @@ from typing import Any, TypeVar, TypeVarTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arrays import Array, Records
-from linkages.brief import Brief, counted
-from linkages.errors import InputError
-from linkages.model.capabilities import Analysis, check_analysis
-from linkages.model.check import check
-from linkages.model.experiment import Experiment
-from linkages.model.experiment_tables import Drive, FilmHistory, JointModel
-from linkages.model.mechanism import Mechanism
-from linkages.planar.loads import Loads
-from linkages.planar.motion import Motions
-from linkages.planar.record_types import HISTORY, ORIENTED, REVOLUTE, WORN
+from linkages.base.arrays import Array, Records
+from linkages.base.brief import Brief, counted
+from linkages.base.errors import InputError
+from linkages.input.model.capabilities import Analysis, check_analysis
+from linkages.input.model.check import check
+from linkages.input.model.experiment import Experiment
+from linkages.input.model.experiment_tables import Drive, FilmHistory, JointModel
+from linkages.input.model.mechanism import Mechanism
+from linkages.mechanics.planar.loads import Loads
+from linkages.mechanics.planar.motion import Motions
+from linkages.mechanics.planar.record_types import HISTORY, ORIENTED, REVOLUTE, WORN
 from linkages.system.flexible_link import flexible_link
 from linkages.system.law_records import ContactLaws, contact_laws
 from linkages.system.load_records import pack_loads, unilateral_ends, unilateral_models
@@ -196,7 +196,7 @@ class Unassembled(Brief):
         return model.model_copy(update={"history": history})
 
     def check_analysis(self, analysis: Analysis) -> None:
-        """Refuse an analysis that does not support a model of this system, see `linkages.model.capabilities`."""
+        """Refuse an analysis that does not support a model of this system, see `linkages.input.model.capabilities`."""
         check_analysis(self.experiment, analysis)
 
     @cached_property

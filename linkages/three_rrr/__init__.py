@@ -1,8 +1,8 @@
-"""The planar 3-RRR parallel robot: rigid kinematics, and elastodynamics with the elements of `linkages.flexible`.
+"""The planar 3-RRR parallel robot: rigid kinematics, and elastodynamics with the elements of `flexible`.
 
-It reads mechanisms through `linkages.model` and draws nothing; `verify` alone imports the Drake engine. The source is
-Lu, Shi, Gao and Dan, "Elastic-dynamics of planar flexile parallel mechanism", Transactions of the Chinese Society for
-Agricultural Machinery 41(6), 2010, pp. 208-215 ("the paper"); equation numbers are its own.
+It reads mechanisms through `linkages.input.model` and draws nothing; `verify` alone imports the Drake engine. The
+source is Lu, Shi, Gao and Dan, "Elastic-dynamics of planar flexile parallel mechanism", Transactions of the Chinese
+Society for Agricultural Machinery 41(6), 2010, pp. 208-215 ("the paper"); equation numbers are its own.
 
 | module          | responsibility                                                                            |
 |-----------------|-------------------------------------------------------------------------------------------|

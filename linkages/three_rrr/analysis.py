@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.arguments import Count, validated
-from linkages.arrays import Array
+from linkages.base.arguments import Count, validated
+from linkages.base.arrays import Array
 from linkages.three_rrr.branch import AssemblyBranch, follow, start_assembly
 from linkages.three_rrr.direct import Assemblies, assemblies
 from linkages.three_rrr.finite_elements import FiniteElementModel
@@ -35,7 +35,7 @@ class RobotResults:
     motion: RobotMotion
     loop_error: float
     frequencies: Array  # (N, n) rising at each pose
-    tracked: Array  # modes followed from the first pose, see `linkages.flexible.modes.track`
+    tracked: Array  # modes followed from the first pose, see `linkages.mechanics.flexible.modes.track`
     shapes: Array
     mac: Array
     # (N, m) the lowest frequencies with free roots, the paper's 24 numbers, the three zeros of the rigid

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
-from linkages.arguments import Vector, fitting, shaped, validated
-from linkages.arrays import Array
-from linkages.errors import InputError, RunError, Status
+from linkages.base.arguments import Vector, fitting, shaped, validated
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError, RunError, Status
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import CrankMotion, RobotMotion, arms, determinants, motion, newton, radius, turned

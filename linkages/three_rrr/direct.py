@@ -22,8 +22,8 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder, polydiv, polymul, polypow
 from numpy.typing import NDArray
 
-from linkages.arguments import Count, validated
-from linkages.arrays import Array
+from linkages.base.arguments import Count, validated
+from linkages.base.arrays import Array
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import arms, determinants, loop_errors, newton, unit
 

@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from linkages.arrays import Array
-from linkages.flexible.beam import Beam, chain_dofs
-from linkages.flexible.rotation import BEAM, TRIANGLE, functions, rotated
-from linkages.flexible.triangle import Triangle
+from linkages.base.arrays import Array
+from linkages.mechanics.flexible.beam import Beam, chain_dofs
+from linkages.mechanics.flexible.rotation import BEAM, TRIANGLE, functions, rotated
+from linkages.mechanics.flexible.triangle import Triangle
 from linkages.three_rrr.geometry import LEGS
 from linkages.three_rrr.kinematics import RobotMotion, arms, legwise, motion, turned, unit
 from linkages.three_rrr.robot import KINDS, Kind, Robot
@@ -45,7 +45,7 @@ class LinkElements:
     def gather(self, full: Array, rotation: Array) -> Array:
         """Displacements (N, n, 6) of each element in its own axes, from the robot's (N, full) in plane axes.
 
-        The rotations (N, 6, 6) are from plane to element axes, see `linkages.flexible.rotation.rotations`.
+        The rotations (N, 6, 6) are from plane to element axes, see `linkages.mechanics.flexible.rotation.rotations`.
         """
         return np.einsum("nij,nej->nei", rotation, np.where(self.dofs < 0, 0.0, full[:, self.dofs]))
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.errors import InputError, nearest
-from linkages.flexible.triangle import signed_area
-from linkages.model.mechanism import Joint, Mechanism
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError, nearest
+from linkages.input.model.mechanism import Joint, Mechanism
+from linkages.mechanics.flexible.triangle import signed_area
 
 LEGS = (1, 2, 3)
 _SMALLEST = 1e-9  # lengths below this fraction of the base count as zero

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
 from linkages.three_rrr.geometry import Geometry
 
 #: Crank angles, their rates and accelerations (N, 3) [rad, rad/s, rad/s2] at times (N,) [s].

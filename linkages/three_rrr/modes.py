@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.flexible.modes import ModesAt, dense_modes, sparse_modes, track
+from linkages.base.arrays import Array
+from linkages.mechanics.flexible.modes import ModesAt, dense_modes, sparse_modes, track
 from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import RobotMotion
@@ -50,7 +50,7 @@ def modes(
 def tracked_modes(
     model: FiniteElementModel, branch: AssemblyBranch, state: RobotMotion, values: Array, shapes: Array, count: int
 ) -> tuple[Array, Array, Array]:
-    """Follow the lowest modes from pose to pose, see `linkages.flexible.modes.track`.
+    """Follow the lowest modes from pose to pose, see `linkages.mechanics.flexible.modes.track`.
 
     From rising frequencies (N, n) and shapes (N, size, n) at the poses of a state, with n a few more than `count` for
     modes that cross; the branch supplies poses in between. Returns frequencies (N, count) [Hz], shapes (N, size,

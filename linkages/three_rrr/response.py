@@ -8,10 +8,10 @@ from typing import Literal
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.errors import InputError
-from linkages.flexible import response as flexible
-from linkages.flexible.modes import continued, dense_modes
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError
+from linkages.mechanics.flexible import response as flexible
+from linkages.mechanics.flexible.modes import continued, dense_modes
 from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import RobotMotion
@@ -107,7 +107,7 @@ def march(
     radius: float = 0.9,
     velocity_dependent: bool = False,
 ) -> Iterator[Response]:
-    """Response by the generalised-alpha method, see `linkages.flexible.response.generalised_alpha`, part by part.
+    """Response by the generalised-alpha method, see `generalised_alpha`, part by part.
 
     The times (N,) are equally spaced [s]; the parts follow each other, together at all of them. The start is "rest" (no
     displacement and no rate) or "quasi-static". The radius is the spectral radius at infinite frequency: 1 keeps all

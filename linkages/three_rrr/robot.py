@@ -10,12 +10,12 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
 
-from linkages.arrays import Array
-from linkages.errors import InputError
-from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history, read_toml, validate
-from linkages.model.mechanism import Mechanism, load_mechanism
-from linkages.planar import motion
-from linkages.planar.motion import Motions
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError
+from linkages.input.files.toml import Finite, NonNegative, Positive, Table, check_history, read_toml, validate
+from linkages.input.model.mechanism import Mechanism, load_mechanism
+from linkages.mechanics.planar import motion
+from linkages.mechanics.planar.motion import Motions
 from linkages.three_rrr.geometry import LEGS, Geometry, from_mechanism
 from linkages.three_rrr.kinematics import CrankMotion
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from linkages.arguments import Vector, validated
-from linkages.arrays import Array
-from linkages.flexible.modes import eigenvalues
-from linkages.flexible.response import quasi_static as solve
+from linkages.base.arguments import Vector, validated
+from linkages.base.arrays import Array
+from linkages.mechanics.flexible.modes import eigenvalues
+from linkages.mechanics.flexible.response import quasi_static as solve
 from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.modes import frequencies

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.errors import InputError
-from linkages.flexible.rotation import TRIANGLE, rotations
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError
+from linkages.mechanics.flexible.rotation import TRIANGLE, rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.response import Response
 from linkages.three_rrr.robot import KINDS
@@ -51,9 +51,9 @@ class PlatformStress:
 def link_stress(model: FiniteElementModel, response: Response, points: int = 17) -> list[LinkStress]:
     """Stress in all six links, at `points` places in each element.
 
-    Internal forces follow from equilibrium within each element, see `linkages.flexible.beam.Beam.internal_forces`. They
-    are exact for quasi-static loads with one element in each link. The paper's section 3.3 takes the shape functions'
-    derivatives alone, and lacks E in the axial part.
+    Internal forces follow from equilibrium within each element, see
+    `linkages.mechanics.flexible.beam.Beam.internal_forces`. They are exact for quasi-static loads with one element in
+    each link. The paper's section 3.3 takes the shape functions' derivatives alone, and lacks E in the axial part.
     """
     state = response.motion
     displacement = model.expand(state, response.u)

@@ -1,16 +1,16 @@
 """Velocity-dependent terms of the elastic motion: gyroscopic, centrifugal and geometric stiffness.
 
 They make the equations M U'' + G U' + (K + K_c + K_g) U = F. G and K_c come from the rotation of the rods (see
-`linkages.flexible.beam.Beam.velocity_terms`), K_g from their mean axial forces. The triangle's shapes are alike
-along x and y, so that it has no such terms. The paper has none of them.
+`linkages.mechanics.flexible.beam.Beam.velocity_terms`), K_g from their mean axial forces. The triangle's shapes are
+alike along x and y, so that it has no such terms. The paper has none of them.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.flexible.rotation import rotations
+from linkages.base.arrays import Array
+from linkages.mechanics.flexible.rotation import rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import RobotMotion, legwise, turned
 

@@ -15,9 +15,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
 from scipy.linalg import subspace_angles
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
 from linkages.engines.drake.plant import add_tree
-from linkages.model.mechanism import load_mechanism
+from linkages.input.model.mechanism import load_mechanism
 from linkages.system.spanning import spanning_tree
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import LEGS, drawn_angles

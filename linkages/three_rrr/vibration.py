@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.arguments import validated
-from linkages.arrays import Array
+from linkages.base.arguments import validated
+from linkages.base.arrays import Array
 from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.modes import frequencies

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.arrays import Indices
+from linkages.base.arrays import Indices
 from optim.algorithms.nlp import Array, Ending, Problem, Result, Values
 
 

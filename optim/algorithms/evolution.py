@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 from scipy.optimize import Bounds, NonlinearConstraint, differential_evolution
 
-from linkages.files.toml import NonNegative, Table
+from linkages.input.files.toml import NonNegative, Table
 from optim.algorithms.archive import Archive
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
 from optim.algorithms.sampling import latin_hypercube

@@ -24,8 +24,8 @@ import numpy as np
 import pygad
 from pydantic import Field
 
-from linkages.arrays import Indices
-from linkages.files.toml import NonNegative, Positive, Table
+from linkages.base.arrays import Indices
+from linkages.input.files.toml import NonNegative, Positive, Table
 from optim.algorithms.archive import Archive
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
 from optim.algorithms.pareto import pareto_front, ranks

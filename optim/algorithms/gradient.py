@@ -25,7 +25,7 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field
 
-from linkages.files.toml import Positive, Table
+from linkages.input.files.toml import Positive, Table
 from optim.algorithms.archive import Archive
 from optim.algorithms.derivatives import DIFFERENCES, SOURCES, Source
 from optim.algorithms.line_search import Restored, search

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arguments import shaped
-from linkages.arrays import Array
-from linkages.errors import InputError
+from linkages.base.arguments import shaped
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError
 
 
 class Ending(enum.StrEnum):

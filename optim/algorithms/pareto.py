@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.arguments import Matrix, Vector, fitting, validated
-from linkages.arrays import Indices
+from linkages.base.arguments import Matrix, Vector, fitting, validated
+from linkages.base.arrays import Indices
 from optim.algorithms.nlp import Array, Values
 
 

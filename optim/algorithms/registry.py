@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages import InputError
-from linkages.arguments import Whole, validated
-from linkages.errors import nearest
-from linkages.files.toml import Table, validate
+from linkages.base.arguments import Whole, validated
+from linkages.base.errors import nearest
+from linkages.input.files.toml import Table, validate
 from optim.algorithms.archive import Archive, by_feasibility
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
 from optim.algorithms.sampling import latin_hypercube

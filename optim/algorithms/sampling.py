@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
 
 
 def latin_hypercube(count: int, size: int, rng: np.random.Generator) -> Array:

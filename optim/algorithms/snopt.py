@@ -14,7 +14,7 @@ from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoD
 from pydrake.solvers import MathematicalProgram, SnoptSolver, SolverOptions
 
 from linkages import RunError
-from linkages.files.toml import Positive, Table
+from linkages.input.files.toml import Positive, Table
 from optim.algorithms.archive import Archive
 from optim.algorithms.derivatives import DIFFERENCES, SOURCES, Source
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result

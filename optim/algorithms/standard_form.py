@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.arrays import Indices
+from linkages.base.arrays import Indices
 from optim.algorithms.archive import Archive
 from optim.algorithms.derivatives import jacobian
 from optim.algorithms.nlp import Array, Problem

@@ -13,12 +13,12 @@ from linkages import InputError
 from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import written
 from linkages.cli.progress import progress_bar
-from linkages.files.writing import errors_of_writing, write_json
+from linkages.input.files.writing import errors_of_writing, write_json
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from linkages.arrays import Array
+    from linkages.base.arrays import Array
     from optim.evaluate.evaluator import Evaluator
     from optim.problem.study import Study
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from linkages import InputError
 from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import add_pictures, print_results
-from linkages.files.writing import write_json
+from linkages.input.files.writing import write_json
 
 HELP = "show or export what an optimisation has computed; which variables matter"
 

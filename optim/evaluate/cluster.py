@@ -12,7 +12,7 @@ from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
 
 from linkages import InputError, RunError
-from linkages.files.versions import versions
+from linkages.input.files.versions import versions
 
 _ANSWER, _WORKER = 10.0, 10.0  # seconds to wait for the scheduler, and for a first worker
 _RETRIES = 5  # deaths of its worker that a request survives

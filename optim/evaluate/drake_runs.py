@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from linkages import AssemblyError, Status, System, Trajectory, extremes, ideal, simulate
-from linkages.outputs.columns import Columns
-from linkages.outputs.registry import JITTER
 from linkages.results.extremes import averages
+from linkages.results.outputs.columns import Columns
+from linkages.results.outputs.registry import JITTER
 from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each
 from optim.problem.study import Array
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages import Status
-from linkages.brief import Brief, counted
+from linkages.base.brief import Brief, counted
 from optim.problem.study import Array
 
 OK = Status.OK.value
@@ -31,8 +31,8 @@ class Evaluations(Brief):
     objectives : (m, no) array
     constraints : (m, nc) array
     status : tuple of str
-        "ok", or why the design has no values: a `linkages.errors.Status`, `NO_VALUE`, or `INFEASIBLE`; such a design
-        has the values of the constraints that need no run.
+        "ok", or why the design has no values: a `linkages.base.errors.Status`, `NO_VALUE`, or `INFEASIBLE`; such a
+        design has the values of the constraints that need no run.
     reason : tuple of str
         One line; empty if ok.
     """

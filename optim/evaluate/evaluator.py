@@ -9,8 +9,8 @@ from functools import partial
 
 import numpy as np
 
-from linkages.arguments import Count, Lines, fitting, validated
-from linkages.outputs.registry import IDEAL
+from linkages.base.arguments import Count, Lines, fitting, validated
+from linkages.results.outputs.registry import IDEAL
 from optim.evaluate.evaluations import NO_VALUE, OK, Evaluations
 from optim.evaluate.requests import STATISTICS, Request, RequestEngine, Statistics, joined, run_compiled, run_parts
 from optim.problem.schema import LIFE, StudyQuantity, Term

@@ -12,9 +12,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from linkages import Direction, InputError, RunError, Status, Trajectory, simulate
-from linkages.arguments import Count, Vector, fitting, validated
+from linkages.base.arguments import Count, Vector, fitting, validated
 from linkages.engines.threads import in_threads
-from linkages.outputs.registry import IDEAL
+from linkages.results.outputs.registry import IDEAL
 from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
 from optim.evaluate.evaluations import Evaluations
 from optim.evaluate.limits import limits, scales

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from linkages import AssemblyError, Status, System, ideal
-from linkages.integrate.peak_search import average
-from linkages.outputs.columns import Columns
-from linkages.outputs.registry import IDEAL, TURNING
+from linkages.mechanics.integrate.peak_search import average
+from linkages.results.outputs.columns import Columns
+from linkages.results.outputs.registry import IDEAL, TURNING
 from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each
 from optim.problem.study import Array
 

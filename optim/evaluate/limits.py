@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages import RunError
-from linkages.arguments import Vector, fitting, validated
+from linkages.base.arguments import Vector, fitting, validated
 from optim.algorithms.nlp import Problem, Values
 from optim.evaluate.evaluations import Evaluations
 from optim.problem.study import Array, Study

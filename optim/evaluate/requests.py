@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from linkages import AssemblyError, InputError, RunError, Status, System
-from linkages.arguments import shaped
+from linkages.base.arguments import shaped
 from optim.evaluate.evaluations import NO_VALUE, OK
 from optim.problem.study import Array, OperatingPoint
 
@@ -33,7 +33,7 @@ class Request:
     limits : (2, np) array
         Least and greatest values in the study.
     outputs : tuple of str
-        Names of `linkages.outputs.registry`.
+        Names of `linkages.results.outputs.registry`.
     windows : (nw, 2) array
         Times [s].
     threads : int or None

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from linkages import Experiment, InputError, System, load
-from linkages.errors import nearest
-from linkages.files.formula import Formula, parse
-from linkages.files.toml import leaves, read_toml, validate
-from linkages.files.unit_conversion import is_quantity, read_either
-from linkages.model.experiment import value_unit
-from linkages.outputs.registry import check_output
+from linkages.base.errors import nearest
+from linkages.input.files.formula import Formula, parse
+from linkages.input.files.toml import leaves, read_toml, validate
+from linkages.input.files.unit_conversion import is_quantity, read_either
+from linkages.input.model.experiment import value_unit
+from linkages.results.outputs.registry import check_output
 from optim.problem.schema import LIFE, PointTable, StudyFile, StudyWindow, Term
 from optim.problem.shipped import find_experiment
 from optim.problem.study import Array, OperatingPoint, Study

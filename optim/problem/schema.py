@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from linkages.files.formula import CONSTANTS, FUNCTIONS
-from linkages.files.toml import Finite, NonNegative, Positive, Table
+from linkages.input.files.formula import CONSTANTS, FUNCTIONS
+from linkages.input.files.toml import Finite, NonNegative, Positive, Table
 
 FunctionalName = Literal["peak", "max", "min", "range", "mean", "rms", "integral"]
 Aggregate = Literal["max", "mean", "min"]

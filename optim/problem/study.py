@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from linkages import System
-from linkages.arrays import Array
-from linkages.brief import Brief, counted
-from linkages.files.formula import Formula
-from linkages.model.experiment import value_unit
+from linkages.base.arrays import Array
+from linkages.base.brief import Brief, counted
+from linkages.input.files.formula import Formula
+from linkages.input.model.experiment import value_unit
 from optim.problem.schema import Constraint, Objective, StudyFile
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from linkages import InputError
-from linkages.files.table_formats import write_csv, write_parquet
-from linkages.files.writing import whole
-from linkages.model.experiment import value_unit
+from linkages.input.files.table_formats import write_csv, write_parquet
+from linkages.input.files.writing import whole
+from linkages.input.model.experiment import value_unit
 from optim.evaluate.evaluations import INFEASIBLE
 from optim.store.store import Store
 

@@ -12,9 +12,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from linkages.files.writing import whole
-from linkages.model.experiment import value_unit
-from linkages.plots.style import COLORS, axis_label, figure_style, stacked_axes, typeset, write_png
+from linkages.input.files.writing import whole
+from linkages.input.model.experiment import value_unit
+from linkages.show.plots.style import COLORS, axis_label, figure_style, stacked_axes, typeset, write_png
 from optim.algorithms import pareto
 from optim.algorithms.nlp import Values
 from optim.evaluate.limits import FEASIBLE

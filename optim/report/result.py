@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from linkages.brief import cell, counted
-from linkages.files.writing import whole
+from linkages.base.brief import cell, counted
+from linkages.input.files.writing import whole
 from optim.algorithms.nlp import Ending
 from optim.problem.study import Study
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError
-from linkages.arguments import Vector, fitting, validated
-from linkages.brief import cell
+from linkages.base.arguments import Vector, fitting, validated
+from linkages.base.brief import cell
 from optim.algorithms.derivatives import jacobian
 from optim.evaluate.evaluations import finite
 from optim.evaluate.evaluator import Evaluator

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError
-from linkages.arguments import Vector, Whole, fitting, validated
-from linkages.errors import nearest
-from linkages.files.toml import Table
-from linkages.files.versions import versions
+from linkages.base.arguments import Vector, Whole, fitting, validated
+from linkages.base.errors import nearest
+from linkages.input.files.toml import Table
+from linkages.input.files.versions import versions
 from optim.algorithms import pareto
 from optim.algorithms.derivatives import DIFFERENCES
 from optim.algorithms.nlp import Values

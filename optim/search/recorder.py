@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError, RunError
-from linkages.files.toml import leaves
-from linkages.files.writing import locked
+from linkages.input.files.toml import leaves
+from linkages.input.files.writing import locked
 from optim.algorithms.nlp import Problem, Progress, Report, Result, Values
 from optim.evaluate.evaluations import Evaluations
 from optim.problem.study import Array

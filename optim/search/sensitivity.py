@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.stats import bootstrap, qmc
 
 from linkages import InputError, RunError
-from linkages.arguments import Whole, validated
-from linkages.files.versions import versions
+from linkages.base.arguments import Whole, validated
+from linkages.input.files.versions import versions
 from optim.evaluate.evaluations import finite
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError
-from linkages.errors import nearest
+from linkages.base.errors import nearest
 from optim.problem.study import Array, Study
 
 

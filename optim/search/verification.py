@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from linkages import System
-from linkages.arguments import Count, validated
-from linkages.brief import cell
+from linkages.base.arguments import Count, validated
+from linkages.base.brief import cell
 from optim.evaluate.drake_runs import run_on_drake
 from optim.evaluate.evaluations import INFEASIBLE, OK, finite
 from optim.evaluate.evaluator import Evaluator

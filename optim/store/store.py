@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError
-from linkages.files.writing import whole
+from linkages.input.files.writing import whole
 from optim.evaluate.evaluations import OK, Evaluations
 from optim.evaluate.limits import FEASIBLE
 from optim.problem.study import Array

@@ -10,8 +10,8 @@ from shipped import run, shipped
 
 from linkages import Direction, InputError, Status, extremes, ideal, load, simulate, simulate_batch
 from linkages.engines.compiled.statistics import STATISTICS
-from linkages.outputs.registry import default_outputs, has_jitter
 from linkages.results.extremes import averages
+from linkages.results.outputs.registry import default_outputs, has_jitter
 from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
 
 

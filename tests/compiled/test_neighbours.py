@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import linkages
+from linkages.base.kernel.block import contents
 from linkages.engines.compiled.model import start_state
 from linkages.engines.compiled.neighbours import Neighbours, neighbours
 from linkages.engines.compiled.runner import Runner, join
 from linkages.engines.compiled.sensitivity import Differentiation
 from linkages.engines.compiled.start_derivatives import start_derivatives
 from linkages.engines.compiled.variation import ANY, INERTIAL, QUADRATIC
-from linkages.kernel.block import contents
 
 LINEAR = [
     "joints.A.clearance",

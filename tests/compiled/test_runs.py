@@ -16,14 +16,14 @@ from shipped import shipped
 
 import linkages
 from linkages import simulate
+from linkages.base.errors import notice
+from linkages.base.kernel import kernel
+from linkages.base.kernel.by_reference import packed, reference
 from linkages.engines.compiled.replay import replay
 from linkages.engines.compiled.runner import Runner, join
 from linkages.engines.drop import drop
 from linkages.engines.methods import method
-from linkages.errors import notice
-from linkages.integrate.stepper import COUNT, make_stepper
-from linkages.kernel import kernel
-from linkages.kernel.by_reference import packed, reference
+from linkages.mechanics.integrate.stepper import COUNT, make_stepper
 
 
 @pytest.mark.parametrize("method", ["dormand_prince_5_4", "radau_iia_5"])
@@ -101,7 +101,7 @@ import ctypes
 import numpy as np
 from numba import types
 import linkages
-from linkages.kernel import address
+from linkages.base.kernel import address
 from linkages.laws import FILMS, PARAMETERS
 from linkages.laws.film.films import film_force
 

@@ -8,8 +8,8 @@ from machines import bar, joint, model, solid
 from scipy.integrate import simpson
 
 from linkages import InputError, load
+from linkages.input.model.load_tables import JointFriction
 from linkages.laws.friction import friction_coefficient
-from linkages.model.load_tables import JointFriction
 
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\n"
 CART, BLOCK = solid("cart", 3.0), solid("block", 2.0)

@@ -7,7 +7,7 @@ from machines import bar, four_bar, joint, model, solid
 from scipy.integrate import simpson
 
 from linkages import assess, ideal, summarize
-from linkages.report.terminal import format_summary
+from linkages.show.report.terminal import format_summary
 
 #: A block of 2 kg on a slide along x, drawn at the origin.
 BLOCK = model("block", solid("block", 2.0) + joint("slide", "world", "block", "prismatic", "1 0 0"))

@@ -11,7 +11,7 @@ from shipped import NAMES, run, shipped
 
 from linkages import Status, extremes, ideal, impacts, simulate
 from linkages.cli.main import main
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 from linkages.results.assessment import touching
 
 #: Films only: seconds to simulate, a revolution; how Drake's own error is a few times 1e-7 at most.

@@ -12,10 +12,10 @@ from shipped import shipped
 
 from linkages import Status, assess, ideal, simulate, summarize
 from linkages.cli.main import main
-from linkages.report.terminal import format_summary
 from linkages.results.peak_errors import SAFETY, noise
 from linkages.results.soundness import CHANGE_POINT, NEAR, singular_positions
 from linkages.results.warnings import rough
+from linkages.show.report.terminal import format_summary
 
 #: Drawn at 1 rad and driven at 6 rad/s: flat at pi and 2 pi.
 DRIVEN = """duration = {}

@@ -13,15 +13,15 @@ from shipped import shipped
 
 from linkages import AssemblyError, IdealMotion, Status, Trajectory, assess, load
 from linkages.engines.drake.visuals import visuals
-from linkages.plots.animation.captions import Label, add_captions
-from linkages.plots.animation.guide_view import guide_frames
-from linkages.plots.animation.journal_view import journal_frames
-from linkages.plots.animation.magnified import strongest
-from linkages.plots.animation.recording import frames, write_animation
-from linkages.plots.animation.surroundings import Surroundings
-from linkages.plots.histories import forces_figure
-from linkages.plots.journals import guides_figure
-from linkages.plots.style import engineering
+from linkages.show.plots.animation.captions import Label, add_captions
+from linkages.show.plots.animation.guide_view import guide_frames
+from linkages.show.plots.animation.journal_view import journal_frames
+from linkages.show.plots.animation.magnified import strongest
+from linkages.show.plots.animation.recording import frames, write_animation
+from linkages.show.plots.animation.surroundings import Surroundings
+from linkages.show.plots.histories import forces_figure
+from linkages.show.plots.journals import guides_figure
+from linkages.show.plots.style import engineering
 from linkages.system.rigid_segments import segmented
 
 DRY = """duration = 0.01
@@ -43,7 +43,7 @@ def dry(tmp_path_factory):
 AFTER = """
 import gc, sys, threading, linkages
 from pathlib import Path
-from linkages.plots.animation.recording import write_animation
+from linkages.show.plots.animation.recording import write_animation
 gc.disable()
 system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.02})
 write_animation(linkages.assess(system, "compiled", error_estimate=False), Path(sys.argv[1]))

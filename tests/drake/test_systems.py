@@ -17,7 +17,7 @@ from linkages.engines.drake import add_linkage, build_diagram, steps
 from linkages.engines.drake.clearance import JOINT_OUTPUTS
 from linkages.engines.drake.plant import tree_sdf
 from linkages.engines.drake.steps import StepControl
-from linkages.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
 
 
 def test_both_ports_share_one_evaluation_of_the_laws(seven_bar, monkeypatch):

@@ -9,8 +9,8 @@ from floating_frame import slider_crank
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from linkages.flexible.beam import Beam
-from linkages.flexible.component_modes import component_modes
+from linkages.mechanics.flexible.beam import Beam
+from linkages.mechanics.flexible.component_modes import component_modes
 
 OMEGA, CRANK, ROD = 150.0, 0.15, 0.30  # rad/s, m: the test set's slider-crank
 AXIAL = 1e3  # E A L^2 / E I of the cantilever: elements of a thinner one lock until they are short

@@ -9,9 +9,9 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from linkages.errors import InputError
-from linkages.flexible.beam import Beam, chain
-from linkages.flexible.modes import eigenvalues
+from linkages.base.errors import InputError
+from linkages.mechanics.flexible.beam import Beam, chain
+from linkages.mechanics.flexible.modes import eigenvalues
 
 D, L, E, RHO, NU = 0.04, 0.422, 2.06e11, 7850.0, 0.3
 AREA, INERTIA = np.pi * D**2 / 4, np.pi * D**4 / 64

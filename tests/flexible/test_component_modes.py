@@ -7,9 +7,9 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from linkages.errors import InputError
-from linkages.flexible.beam import Beam
-from linkages.flexible.component_modes import ComponentModes, component_modes
+from linkages.base.errors import InputError
+from linkages.mechanics.flexible.beam import Beam
+from linkages.mechanics.flexible.component_modes import ComponentModes, component_modes
 
 AXIAL, BENDING, DENSITY = 1.28e7, 2e11 * 0.008**4 / 12, 0.50368  # steel, 8 mm by 8 mm
 

@@ -9,16 +9,16 @@ from shipped import shipped
 from spun_beams import SPIN, SPUN, spun, tip_of
 
 from linkages import InputError, Status, modes, simulate, simulate_batch
+from linkages.base.kernel.by_reference import packed
 from linkages.engines.compiled.runner import Runner
-from linkages.kernel.by_reference import packed
-from linkages.outputs.columns import columns
-from linkages.planar.bodies import make_motion, make_pose
-from linkages.planar.closure import closure_jacobian
-from linkages.planar.closure_rows import row_rate
-from linkages.planar.contacts import WIDTH
-from linkages.planar.kinematics import body_accelerations, body_positions, body_states, body_velocities
-from linkages.planar.singularities import smooth_dynamics
-from linkages.planar.workspace import make_workspace
+from linkages.mechanics.planar.bodies import make_motion, make_pose
+from linkages.mechanics.planar.closure import closure_jacobian
+from linkages.mechanics.planar.closure_rows import row_rate
+from linkages.mechanics.planar.contacts import WIDTH
+from linkages.mechanics.planar.kinematics import body_accelerations, body_positions, body_states, body_velocities
+from linkages.mechanics.planar.singularities import smooth_dynamics
+from linkages.mechanics.planar.workspace import make_workspace
+from linkages.results.outputs.columns import columns
 
 FLEXIBLE = """duration = {duration}
 [drives.O]

@@ -7,8 +7,8 @@ import pytest
 from scipy import sparse
 from scipy.optimize import brentq
 
-from linkages.flexible.beam import Beam, chain
-from linkages.flexible.modes import ModesAt, dense_modes, eigenvalues, mac, sparse_modes, track
+from linkages.mechanics.flexible.beam import Beam, chain
+from linkages.mechanics.flexible.modes import ModesAt, dense_modes, eigenvalues, mac, sparse_modes, track
 
 
 def test_dense_and_sparse_modes_of_a_free_beam_agree() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from linkages.errors import InputError
-from linkages.flexible.response import generalised_alpha, modal_step
+from linkages.base.errors import InputError
+from linkages.mechanics.flexible.response import generalised_alpha, modal_step
 
 
 @pytest.mark.parametrize("radius", [0.0, 0.5, 0.9, 1.0])

@@ -7,7 +7,7 @@ from shipped import shipped
 
 from linkages import Status, ideal, modes, simulate
 from linkages.engines.compiled.runner import Runner
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 from linkages.three_rrr.branch import follow, start_assembly
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import from_mechanism

@@ -15,7 +15,7 @@ from numpy.polynomial import legendre
 
 from linkages.engines.compiled.runner import Runner, join
 from linkages.engines.compiled.simulation import Replay
-from linkages.flexible.component_modes import _constants, _Series
+from linkages.mechanics.flexible.component_modes import _constants, _Series
 from linkages.system import flexible_link
 
 #: At t = 0: rod's angle [rad] and elastic coordinates [m]: two sines, middle and end of the bar; their rates.

@@ -10,11 +10,11 @@ from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 from spun_beams import SPIN, SPUN, spun, tip_of
 
 from linkages import InputError, simulate
-from linkages.model.beam_interfaces import interfaces
-from linkages.outputs.columns import columns
-from linkages.planar.bodies import make_pose
-from linkages.planar.contacts import WIDTH
-from linkages.planar.kinematics import body_positions
+from linkages.input.model.beam_interfaces import interfaces
+from linkages.mechanics.planar.bodies import make_pose
+from linkages.mechanics.planar.contacts import WIDTH
+from linkages.mechanics.planar.kinematics import body_positions
+from linkages.results.outputs.columns import columns
 from linkages.system.rigid_segments import segmented
 
 LENGTH = 0.4

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from linkages.flexible.triangle import Triangle
+from linkages.mechanics.flexible.triangle import Triangle
 
 E, RHO, NU = 2.06e11, 7850.0, 0.3
 

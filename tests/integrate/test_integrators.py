@@ -21,11 +21,11 @@ from ivp_problems import (
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj
 
-from linkages.integrate.driver import COLLAPSED, DONE, PAUSED, Options
-from linkages.integrate.factor import back_substitute, decompose, factorise
-from linkages.integrate.shifted import invert
-from linkages.integrate.stepper import make_stepper
-from linkages.kernel.simd import lane_array
+from linkages.base.kernel.simd import lane_array
+from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Options
+from linkages.mechanics.integrate.factor import back_substitute, decompose, factorise
+from linkages.mechanics.integrate.shifted import invert
+from linkages.mechanics.integrate.stepper import make_stepper
 
 METHODS = [pytest.param(True, id="radau"), pytest.param(False, id="dormand-prince")]
 IMPLICIT = {"radau": True, "dormand-prince": False}

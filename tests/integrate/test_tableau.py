@@ -9,9 +9,9 @@ from itertools import combinations_with_replacement
 import numpy as np
 import pytest
 
-from linkages.integrate.controller import ELEMENTARY_3, PI_5_4, controller
-from linkages.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
-from linkages.kernel import kernel
+from linkages.base.kernel import kernel
+from linkages.mechanics.integrate.controller import ELEMENTARY_3, PI_5_4, controller
+from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 
 
 def trees(vertices):

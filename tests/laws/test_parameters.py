@@ -11,11 +11,11 @@ from numba import config
 
 import linkages
 from linkages import InputError, laws
+from linkages.input.model.experiment import described, value_unit
 from linkages.laws import CONTACTS, FRICTIONS, Parameter
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.declared import BUILT_IN_PARAMETERS, REGISTRIES
 from linkages.laws.parameters import SLOTS
-from linkages.model.experiment import described, value_unit
 
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 B = "joints.B.contact"

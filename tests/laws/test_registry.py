@@ -16,6 +16,7 @@ from numba import config
 from pydantic import TypeAdapter, ValidationError
 
 import linkages
+from linkages.input.model.experiment_tables import ContactName
 from linkages.laws import (
     CONTACTS,
     FRICTIONS,
@@ -29,7 +30,6 @@ from linkages.laws import (
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.films import film_force
 from linkages.laws.friction import friction_coefficient
-from linkages.model.experiment_tables import ContactName
 
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 

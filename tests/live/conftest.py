@@ -5,10 +5,10 @@ import threading
 import pytest
 
 import linkages
-from linkages.live.answers import Answers
-from linkages.live.controls import controls
-from linkages.live.server import LiveServer
-from linkages.live.session import Session
+from linkages.show.live.answers import Answers
+from linkages.show.live.controls import controls
+from linkages.show.live.server import LiveServer
+from linkages.show.live.session import Session
 
 
 @pytest.fixture

@@ -102,7 +102,9 @@ def test_the_numbers_of_the_page_are_those_of_simulate(page, tmp_path):
 @pytest.mark.parametrize("kind", ["save", "export"])
 def test_enter_writes_the_file_and_escape_does_not(page, tmp_path, monkeypatch, kind):
     done = subprocess.CompletedProcess([], 0, "", "")
-    monkeypatch.setattr("linkages.live.answers.subprocess.run", lambda *_, **__: done)  # the run of an export is slow
+    monkeypatch.setattr(
+        "linkages.show.live.answers.subprocess.run", lambda *_, **__: done
+    )  # the run of an export is slow
     page.button(kind)
     page.one("dialog input").send_keys("not", Keys.ESCAPE)
     page.wait(lambda: not page.one("dialog").is_displayed())

@@ -14,10 +14,10 @@ import time
 import pytest
 
 import linkages
-import linkages.live.session
+import linkages.show.live.session
 from linkages.cli import progress
 from linkages.cli.main import main
-from linkages.live.server import LiveServer, _Handler
+from linkages.show.live.server import LiveServer, _Handler
 
 
 def ask(server, method="POST", path=None, body=b'{"values": {}}', headers=None):
@@ -176,7 +176,7 @@ def test_pages_do_not_overtake_each_other(serve):
     for thread in threads:
         thread.join()
     for page, clearance in pages.items():
-        alone = linkages.live.session.Session(linkages.load(linkages.find_file("seven_bar.toml")))
+        alone = linkages.show.live.session.Session(linkages.load(linkages.find_file("seven_bar.toml")))
         alone.compute({"joints.A.clearance": clearance})
         assert tables[page][0]["status"] == "ok"
         assert tables[page][1] == json.loads(json.dumps(alone.numbers()))

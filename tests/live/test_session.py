@@ -10,10 +10,10 @@ import linkages
 from linkages import InputError
 from linkages.cli.main import main
 from linkages.cli.options import path_and_range
-from linkages.live.answers import Answers
-from linkages.live.controls import controls
-from linkages.live.session import Session, checked
-from linkages.plots.drawing import draw
+from linkages.show.live.answers import Answers
+from linkages.show.live.controls import controls
+from linkages.show.live.session import Session, checked
+from linkages.show.plots.drawing import draw
 
 
 def loaded(name, **overrides):

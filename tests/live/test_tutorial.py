@@ -3,7 +3,7 @@
 import pytest
 
 import linkages
-from linkages.live.session import Session
+from linkages.show.live.session import Session
 
 
 def peaks(name, values, runs=15):

@@ -4,7 +4,7 @@ import anywidget
 import pytest
 
 import linkages
-from linkages.live.answers import front_end
+from linkages.show.live.answers import front_end
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from linkages.files.formula import Formula, parse
+from linkages.input.files.formula import Formula, parse
 
 NAMES = {"a": 1.25, "L_2": -0.5, "x": 3.0}
 

@@ -8,9 +8,9 @@ import pytest
 
 import linkages
 from linkages import InputError
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 from linkages.laws.viscosity import iso_vg_viscosity
-from linkages.outputs.registry import names
+from linkages.results.outputs.registry import names
 from optim import Evaluator
 from optim.problem.load import load_study
 from optim.problem.schema import StudyFile
@@ -273,7 +273,7 @@ def test_the_example_of_the_documentation(tmp_path):
 
 
 def test_every_key_says_what_it_means():
-    from linkages.files.table_keys import table_keys
+    from linkages.input.files.table_keys import table_keys
 
     assert all(meaning for _, meaning in table_keys(StudyFile))
 

@@ -11,7 +11,7 @@ import toy_optimisation as toy
 from toy_optimisation import run
 
 from linkages import InputError, RunError
-from linkages.files.writing import locked
+from linkages.input.files.writing import locked
 from optim import ALGORITHMS, Stopped, find_study, load_study, optimise
 from optim.evaluate.evaluations import Evaluations
 from optim.search.optimise import identity_of, settings_of
@@ -213,7 +213,7 @@ def toy_count(path):
         return store.count()[0]
 
 
-HOLDER = "import sys, time; from pathlib import Path; from linkages.files.writing import locked; p = Path(sys.argv[1]);\nwith locked(p.with_name(p.name + '.lock'), p): print('held', flush=True); time.sleep(60)"
+HOLDER = "import sys, time; from pathlib import Path; from linkages.input.files.writing import locked; p = Path(sys.argv[1]);\nwith locked(p.with_name(p.name + '.lock'), p): print('held', flush=True); time.sleep(60)"
 
 
 def test_one_process_at_a_time(begun):

@@ -10,8 +10,8 @@ from shipped import NAMES, points, run_compiled, shipped
 
 import linkages
 from linkages import InputError, Status
-from linkages.outputs import registry
-from linkages.outputs.columns import columns
+from linkages.results.outputs import registry
+from linkages.results.outputs.columns import columns
 
 
 def fine(times):

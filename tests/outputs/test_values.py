@@ -8,7 +8,7 @@ from shipped import points, run_compiled, shipped
 
 import linkages
 from linkages import InputError
-from linkages.outputs.columns import columns
+from linkages.results.outputs.columns import columns
 
 
 def test_jitter_is_the_run_less_the_ideal_motion(system):

@@ -9,7 +9,7 @@ from replication.claims import table
 from replication.misprints import DATA, Misprints
 from replication.verdicts import HEAD, Claim, Number, Printed, parts, rows
 
-from linkages.files.toml import read_toml, validate
+from linkages.input.files.toml import read_toml, validate
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGES = {"replication.md": ("press", "patent"), "replication_3rrr.md": ("robot",)}

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from browser import find_browser, open_page, picture
 
-from linkages.model.skeleton import COLORS
-from linkages.plots.animation.magnified import GAP, REACH
-from linkages.report import load_results, write_report
+from linkages.input.model.skeleton import COLORS
 from linkages.results.trajectory import load_trajectory
+from linkages.show.plots.animation.magnified import GAP, REACH
+from linkages.show.report import load_results, write_report
 
 pytestmark = [
     pytest.mark.slow,

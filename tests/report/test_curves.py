@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from linkages.plots.curves import drawn_errors, resolved, seen
-from linkages.report import load_results
-from linkages.report.page import curves_of
 from linkages.results.trajectory import load_trajectory
+from linkages.show.plots.curves import drawn_errors, resolved, seen
+from linkages.show.report import load_results
+from linkages.show.report.page import curves_of
 
 
 def test_a_thinned_curve_keeps_its_ends_and_every_peak():

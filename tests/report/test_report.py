@@ -19,12 +19,12 @@ from flexible_machines import bent_machine
 
 from linkages import InputError, assess, summarize
 from linkages.cli.main import main
-from linkages.model.experiment import load_experiment
-from linkages.plots.histories import links_figure
-from linkages.report import load_results
-from linkages.report.page import render
-from linkages.report.words import answer, change, commands, experiment_file, question
+from linkages.input.model.experiment import load_experiment
 from linkages.results.trajectory import load_trajectory
+from linkages.show.plots.histories import links_figure
+from linkages.show.report import load_results
+from linkages.show.report.page import render
+from linkages.show.report.words import answer, change, commands, experiment_file, question
 
 
 class Reader(HTMLParser):

@@ -5,7 +5,7 @@ from browser import find_browser, open_page
 
 import linkages
 from linkages.cli.main import main
-from linkages.plots import write_animation
+from linkages.show.plots import write_animation
 
 SIZES = [(800, 900), (1280, 900)]
 needs_browser = pytest.mark.skipif(find_browser() is None, reason="no Chromium with its driver")

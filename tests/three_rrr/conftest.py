@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 from linkages.three_rrr.analysis import RobotResults, analyse
 from linkages.three_rrr.branch import AssemblyBranch, follow, start_assembly
 from linkages.three_rrr.kinematics import RobotMotion

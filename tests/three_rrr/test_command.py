@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from linkages.cli.main import main
-from linkages.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder
 from linkages.three_rrr import verify as verification
 from linkages.three_rrr.branch import follow
 from linkages.three_rrr.direct import assemblies, count

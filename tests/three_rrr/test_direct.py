@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from linkages.errors import InputError, Status
+from linkages.base.errors import InputError, Status
 from linkages.three_rrr.branch import BranchError, start_assembly
 from linkages.three_rrr.direct import assemblies, count, count_roots, polynomial
 from linkages.three_rrr.geometry import Geometry

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from linkages.plots.three_rrr import figures
-from linkages.plots.three_rrr.robot_lines import animation_data, displaced_lines, shape_lines, write_animation
+from linkages.show.plots.three_rrr import figures
+from linkages.show.plots.three_rrr.robot_lines import animation_data, displaced_lines, shape_lines, write_animation
 from linkages.three_rrr.analysis import RobotResults
 from linkages.three_rrr.direct import assemblies, drive_map
 from linkages.three_rrr.kinematics import determinants
@@ -83,7 +83,7 @@ def test_animation_needs_no_network(results: RobotResults, tmp_path: Path) -> No
 
 def test_the_library_loads_without_drake_and_matplotlib() -> None:
     code = (
-        "import sys, linkages.plots.three_rrr.robot_lines, linkages.three_rrr.speed, linkages.three_rrr.direct;"
+        "import sys, linkages.show.plots.three_rrr.robot_lines, linkages.three_rrr.speed, linkages.three_rrr.direct;"
         "sys.exit(any(name in sys.modules for name in ('pydrake', 'matplotlib')))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

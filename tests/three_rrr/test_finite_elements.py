@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linkages.flexible.modes import dense_modes, mac
-from linkages.flexible.rotation import rotations
+from linkages.mechanics.flexible.modes import dense_modes, mac
+from linkages.mechanics.flexible.rotation import rotations
 from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import Geometry

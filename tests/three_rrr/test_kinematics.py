@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from linkages.errors import Status
+from linkages.base.errors import Status
 from linkages.three_rrr.branch import AssemblyBranch, BranchError, follow, shortest, travel
 from linkages.three_rrr.direct import assemblies, count
 from linkages.three_rrr.kinematics import RobotMotion, determinants, inverse, jacobians, loop_errors, pivots, unit

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linkages.errors import InputError
-from linkages.flexible.modes import dense_modes
-from linkages.flexible.response import BATCH
+from linkages.base.errors import InputError
+from linkages.mechanics.flexible.modes import dense_modes
+from linkages.mechanics.flexible.response import BATCH
 from linkages.three_rrr.branch import AssemblyBranch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.response import generalised_alpha, quasi_static, quasi_static_response, recursion

@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from linkages.arguments import Count, Lines, Names, validated
-from linkages.brief import Brief, counted
+from linkages.base.arguments import Count, Lines, Names, validated
+from linkages.base.brief import Brief, counted
+from linkages.base.errors import InputError, Status
+from linkages.base.kernel import Array, Indices
 from linkages.engines.compiled.batch_derivatives import STATISTICS_WITH_RATES, differentiate_runs
 from linkages.engines.compiled.designs import designs_of
 from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.statistics import STATISTICS
-from linkages.errors import InputError, Status
-from linkages.files.table_formats import needed
-from linkages.kernel import Array, Indices
-from linkages.model.capabilities import Analysis
-from linkages.outputs.registry import default_outputs, pack
+from linkages.input.files.table_formats import needed
+from linkages.input.model.capabilities import Analysis
 from linkages.results.derivatives import Wrt
+from linkages.results.outputs.registry import default_outputs, pack
 from linkages.system import System
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class Batch(Brief):
         Dotted paths that differ between the runs.
     values : (m, nv) array
     outputs : tuple of str
-        See `linkages.outputs.registry`.
+        See `linkages.results.outputs.registry`.
     windows : (nw, 2) array
         Times [s].
     statistics : dict of (m, nw, no) arrays
@@ -171,7 +171,7 @@ def simulate_batch(
     values : (m, nv) array_like
         One line for each run; default a single run with the nominal values.
     outputs : sequence of str, optional
-        Names of `linkages.outputs.registry`; default the experiment's outputs, forces and eccentricities of the
+        Names of `linkages.results.outputs.registry`; default the experiment's outputs, forces and eccentricities of the
         contacts, torques of the drives.
     windows : (nw, 2) array_like, optional
         Times between which outputs are summarised [s]; default the whole run.

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.base.errors import InputError, Status
+from linkages.base.kernel import Array
 from linkages.engines.compiled.neighbours import neighbours
 from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.simulation import simulate
 from linkages.engines.threads import in_threads
-from linkages.errors import InputError, Status
-from linkages.kernel import Array
 from linkages.results.derivatives import NO_RUN, REFUSED, Direction
 from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
 

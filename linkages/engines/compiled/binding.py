@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
+from linkages.base.kernel.simd import lane
 from linkages.engines.budget import WINDOW
 from linkages.engines.compiled.equations import derivatives, is_solved, outside, set_state, solve_state
 from linkages.engines.compiled.job import ACCURACY, END, LEAST, LONGEST, MOST, Job
@@ -13,12 +15,10 @@ from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.projection import project_state
 from linkages.engines.compiled.replay import STAGES, Steps, record_memory, recorded, replay
 from linkages.engines.compiled.sampling import asked, knows_outputs, look
-from linkages.integrate.driver import DONE, PAUSED, Options, Record, driver, joined, without_last
-from linkages.integrate.stepper import Stepper, copy, restart
-from linkages.kernel import Array, Indices, kernel, lazy_kernel
-from linkages.kernel.simd import lane
-from linkages.planar.closure import LOOSE, loop_error
-from linkages.planar.contacts import (
+from linkages.mechanics.integrate.driver import DONE, PAUSED, Options, Record, driver, joined, without_last
+from linkages.mechanics.integrate.stepper import Stepper, copy, restart
+from linkages.mechanics.planar.closure import LOOSE, loop_error
+from linkages.mechanics.planar.contacts import (
     APPROACH,
     CLOSING,
     PENETRATION,
@@ -28,7 +28,7 @@ from linkages.planar.contacts import (
     start_films,
 )
 
-#: Status of a run whose journal left its film; `linkages.integrate.driver` has the others.
+#: Status of a run whose journal left its film; `linkages.mechanics.integrate.driver` has the others.
 LEFT = 3
 #: Status of a run whose loops came apart; its last state is the first one with open loops.
 OPEN = 4

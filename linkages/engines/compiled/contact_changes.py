@@ -1,7 +1,7 @@
 """Contacts at a state, and how their results change with values of the system and along columns.
 
 A law is differentiated at a fixed motion by central differences, within the part in which it is smooth. Changes of the
-motion count by the partial derivatives of the force, see `linkages.planar.contact_partials`.
+motion count by the partial derivatives of the force, see `linkages.mechanics.planar.contact_partials`.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.base.kernel import Array, inlined_kernel, kernel
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.variation import Variation, move
-from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.laws.parameters import MODELS
-from linkages.planar.contact_partials import (
+from linkages.mechanics.planar.contact_partials import (
     CHANGES,
     DELTA,
     DEPTH_FROM,
@@ -32,7 +32,7 @@ from linkages.planar.contact_partials import (
     inside,
     is_bounded,
 )
-from linkages.planar.contacts import APPROACH, BRISTLE, contact_action, contact_motion
+from linkages.mechanics.planar.contacts import APPROACH, BRISTLE, contact_action, contact_motion
 
 _DRY = MODELS["dry"]
 
@@ -47,7 +47,7 @@ _SLOW = 1e-10  # least distance from a kink at zero speed [m/s]
 
 
 class Contacts(NamedTuple):
-    """The nc contacts at a state and their changes; forces in the order of `linkages.planar.contact_partials`."""
+    """The nc contacts at a state and their changes; forces in the order of `contact_partials`."""
 
     motion: Array  # (nc, MOTION)
     force: Array  # and the other results, (nc, RESULTS)

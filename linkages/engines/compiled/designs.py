@@ -15,13 +15,13 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.base.errors import AssemblyError, InputError
+from linkages.base.kernel import Array, Indices
+from linkages.base.kernel.block import Block, Contents, contents
 from linkages.engines.budget import most
 from linkages.engines.compiled.job import END, Given, Job, make_given, make_job
 from linkages.engines.compiled.statistics import run_rows
-from linkages.errors import AssemblyError, InputError
-from linkages.kernel import Array, Indices
-from linkages.kernel.block import Block, Contents, contents
-from linkages.outputs.registry import pack, packer
+from linkages.results.outputs.registry import pack, packer
 from linkages.system import System
 
 

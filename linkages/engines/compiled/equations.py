@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 
+from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
-from linkages.planar.arrays import Arrays
-from linkages.planar.closure_rows import add_row_wrench, row_acceleration
-from linkages.planar.contacts import BRISTLE, BRISTLE_RATE, EX, EY, FX, FY, clearance_wrenches
-from linkages.planar.kinematics import body_accelerations, body_states
-from linkages.planar.loads import load_wrenches
-from linkages.planar.motion import evaluate_motions
-from linkages.planar.newton_euler import force_residual
-from linkages.planar.record_types import REVOLUTE
-from linkages.planar.singularities import smooth_dynamics
-from linkages.planar.workspace import Workspace
+from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration
+from linkages.mechanics.planar.contacts import BRISTLE, BRISTLE_RATE, EX, EY, FX, FY, clearance_wrenches
+from linkages.mechanics.planar.kinematics import body_accelerations, body_states
+from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.motion import evaluate_motions
+from linkages.mechanics.planar.newton_euler import force_residual
+from linkages.mechanics.planar.record_types import REVOLUTE
+from linkages.mechanics.planar.singularities import smooth_dynamics
+from linkages.mechanics.planar.workspace import Workspace
 
 
 @inlined_kernel
@@ -104,7 +104,7 @@ def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
 
 @kernel
 def arrive(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> float:
-    """Fill the work at a state whose derivatives are known, as at the end of a step; see `linkages.integrate.implicit`.
+    """Fill the work at a state whose derivatives are known, as at the end of a step; see `implicit`.
 
     Accelerations are therefore not solved for, unless they are interpolated near a singularity. Where loops are closed
     by multipliers the work is not solved, as these are unknown; the state is projected onto the closed loops anyway.
@@ -176,8 +176,8 @@ def rate_residuals(model: Arrays, w: Workspace, dy: Array, out: Array) -> None:
 def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> None:
     """Fill ``out`` with the residuals of the equations of rates and bristles for the derivatives ``dy``.
 
-    See `linkages.integrate.implicit`. Without loops that are closed by multipliers, the residual of the rates is the
-    force residual of the free coordinates [N, N m]: the mass matrix times f - dy, found without the mass matrix.
+    See `linkages.mechanics.integrate.implicit`. Without loops that are closed by multipliers, the residual of the rates
+    is the force residual of the free coordinates [N, N m]: the mass matrix times f - dy, found without the mass matrix.
     """
     model, work = equations.model, equations.work
     n = len(model.free)

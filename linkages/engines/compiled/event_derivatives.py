@@ -6,16 +6,16 @@ import math
 
 import numpy as np
 
+from linkages.base.kernel import Array, kernel
 from linkages.engines.compiled.contact_changes import Contacts, gap_laws, note_contacts, result_change
 from linkages.engines.compiled.equations import derivatives, set_state
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.step_derivatives import Column, Run, linearise
 from linkages.engines.compiled.variation import Variation
-from linkages.integrate.factor import back_substitute, factorise
-from linkages.integrate.stepper import copy
-from linkages.kernel import Array, kernel
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import (
+from linkages.mechanics.integrate.factor import back_substitute, factorise
+from linkages.mechanics.integrate.stepper import copy
+from linkages.mechanics.planar.contact_partials import (
     APPROACHING,
     DELTA,
     DEPTH_FROM,
@@ -26,8 +26,8 @@ from linkages.planar.contact_partials import (
     OUTPUTS,
     deeper,
 )
-from linkages.planar.contact_partials import CLOSING as CLOSES
-from linkages.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action, contact_motion
+from linkages.mechanics.planar.contact_partials import CLOSING as CLOSES
+from linkages.mechanics.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action, contact_motion
 
 _MILD = 1e-5  # turn of the fastest body between the states that give rates of contacts [rad]
 

@@ -13,16 +13,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from linkages.base.kernel import Array, kernel
 from linkages.engines.compiled.contact_changes import Contacts, has_force, law_changes
 from linkages.engines.compiled.equations import rate_residuals, set_drive_forces, set_state
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.neighbours import PAIRS
 from linkages.engines.compiled.variation import ANY, INERTIAL, QUADRATIC, STILL, Variation, move
-from linkages.kernel import Array, kernel
-from linkages.planar.contact_partials import APPROACHING, MOTION, OUTPUTS
-from linkages.planar.contacts import add_contact, contact_motion
-from linkages.planar.loads import load_wrenches
-from linkages.planar.newton_euler import generalised_force
+from linkages.mechanics.planar.contact_partials import APPROACHING, MOTION, OUTPUTS
+from linkages.mechanics.planar.contacts import add_contact, contact_motion
+from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.newton_euler import generalised_force
 
 _STEP = 1e-3  # of central differences, in parts of a value, or of 1 rad of a drive
 #: Places of central differences; weights of the second order, exact for polynomials of that order; of the fourth one.

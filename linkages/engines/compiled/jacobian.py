@@ -11,21 +11,28 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope, with_number
 from linkages.engines.compiled.equations import is_solved, set_residuals, solve_state
 from linkages.engines.compiled.model import Equations, Scratch
-from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
-from linkages.kernel.dual import DIRECTIONS, put_slopes, seeded, slope, with_number
-from linkages.planar.arrays import Arrays
-from linkages.planar.articulated_body import acceleration_response
-from linkages.planar.closure_rows import row_acceleration
-from linkages.planar.composite_inertia import mass_matrix
-from linkages.planar.contact_partials import BRISTLE_RATE, COUPLE, FORCE_X, FORCE_Y, RESULT_PLACES, contact_partials
-from linkages.planar.contacts import ContactMotion, add_contact, contact_motion
-from linkages.planar.kinematics import body_states, body_velocities
-from linkages.planar.loads import load_wrenches
-from linkages.planar.loop_dynamics import row_responses, solve_rows
-from linkages.planar.singularities import solve_neighbour
-from linkages.planar.workspace import Workspace
+from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.articulated_body import acceleration_response
+from linkages.mechanics.planar.closure_rows import row_acceleration
+from linkages.mechanics.planar.composite_inertia import mass_matrix
+from linkages.mechanics.planar.contact_partials import (
+    BRISTLE_RATE,
+    COUPLE,
+    FORCE_X,
+    FORCE_Y,
+    RESULT_PLACES,
+    contact_partials,
+)
+from linkages.mechanics.planar.contacts import ContactMotion, add_contact, contact_motion
+from linkages.mechanics.planar.kinematics import body_states, body_velocities
+from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.loop_dynamics import row_responses, solve_rows
+from linkages.mechanics.planar.singularities import solve_neighbour
+from linkages.mechanics.planar.workspace import Workspace
 
 
 @lazy_kernel

@@ -6,16 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.base.kernel import Array, Indices, Records
 from linkages.engines.budget import least_advance, most
 from linkages.engines.compiled.kinks import kinks
 from linkages.engines.compiled.model import KINKS, Equations, error_scale, make_memory, make_work, start_state
 from linkages.engines.methods import method
-from linkages.integrate.stepper import Stepper, make_stepper
-from linkages.kernel import Array, Indices, Records
-from linkages.model.experiment_tables import IMPLICIT
-from linkages.planar.arrays import Arrays
-from linkages.planar.contacts import landing
-from linkages.planar.workspace import Workspace, make_workspace
+from linkages.input.model.experiment_tables import IMPLICIT
+from linkages.mechanics.integrate.stepper import Stepper, make_stepper
+from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.contacts import landing
+from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
 _TRAVEL = 0.1  # largest travel of the fastest drive in a step of a prescribed motion [rad or m]
@@ -38,11 +38,11 @@ class Given(NamedTuple):
 
     start: Array  # state at t = 0, (ny,)
     tolerance: Array  # of each entry of the state, per step, (ny,)
-    landing: Array  # see `linkages.planar.contacts.landing`, (nc,)
+    landing: Array  # see `linkages.mechanics.planar.contacts.landing`, (nc,)
     kinks: Array  # at which steps end, (nc, KINKS) or none; see `linkages.engines.compiled.kinks.kinks`
     limits: Array  # by the indices above, (5,)
     windows: Array  # times [s], (nw, 2)
-    outputs: Records  # of `linkages.outputs.quantity.OUTPUT`, (no,)
+    outputs: Records  # of `linkages.results.outputs.quantity.OUTPUT`, (no,)
     rows: Records  # closure rows of the linkage with every joint ideal
     closing: Indices  # coordinates of joints that no drive prescribes
     model: Arrays

@@ -11,16 +11,16 @@ import math
 
 import numpy as np
 
+from linkages.base.kernel import Array, kernel
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import KINKS, RATIOS, SPEEDS, Equations
-from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import Array, kernel
 from linkages.laws import FRICTIONS
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.contact.contact_laws import CONTACTS, push
-from linkages.planar.contact_partials import DEPTH_FROM, DEPTH_TO, PUSH_FROM, RATIO_FROM, SLIDING_FROM
-from linkages.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
+from linkages.mechanics.integrate.stepper import Stepper, copy
+from linkages.mechanics.planar.contact_partials import DEPTH_FROM, DEPTH_TO, PUSH_FROM, RATIO_FROM, SLIDING_FROM
+from linkages.mechanics.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
 from linkages.system import System
 
 _TRIES = 40

@@ -6,16 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.base.kernel import Array, kernel
+from linkages.base.kernel.by_reference import reference
 from linkages.engines.compiled.equations import derivatives, set_state
 from linkages.engines.compiled.jacobian import exact_jacobian
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.runner import Runner
-from linkages.kernel import Array, kernel
-from linkages.kernel.by_reference import reference
-from linkages.planar.closure import free_jacobian
-from linkages.planar.closure_rows import row_acceleration
-from linkages.planar.composite_inertia import mass_matrix
-from linkages.planar.kinematics import body_accelerations, body_velocities
+from linkages.mechanics.planar.closure import free_jacobian
+from linkages.mechanics.planar.closure_rows import row_acceleration
+from linkages.mechanics.planar.composite_inertia import mass_matrix
+from linkages.mechanics.planar.kinematics import body_accelerations, body_velocities
 
 
 class Closure(NamedTuple):

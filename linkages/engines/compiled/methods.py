@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from linkages.base.kernel import Array, kernel, lazy_kernel
 from linkages.engines.compiled.equations import arrive, derivatives, residual
 from linkages.engines.compiled.jacobian import jacobian
 from linkages.engines.compiled.model import Equations
-from linkages.integrate.explicit import explicit
-from linkages.integrate.implicit import implicit
-from linkages.integrate.stepper import Stepper
-from linkages.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
-from linkages.kernel import Array, kernel, lazy_kernel
+from linkages.mechanics.integrate.explicit import explicit
+from linkages.mechanics.integrate.implicit import implicit
+from linkages.mechanics.integrate.stepper import Stepper
+from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 
 _radau_iia_5 = implicit(RADAU_IIA_5, derivatives, residual, jacobian, arrive)
 _dormand_prince_5_4 = explicit(DORMAND_PRINCE_5_4, derivatives)
@@ -19,7 +19,7 @@ _dormand_prince_5_4 = explicit(DORMAND_PRINCE_5_4, derivatives)
 def attempt_radau_iia_5(
     equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
 ) -> tuple[float, float]:
-    """Attempt a step of Radau IIA of order 5, see `linkages.integrate.implicit`."""
+    """Attempt a step of Radau IIA of order 5, see `linkages.mechanics.integrate.implicit`."""
     return _radau_iia_5(equations, s, t, h, y, exact)
 
 
@@ -27,7 +27,7 @@ def attempt_radau_iia_5(
 def attempt_dormand_prince_5_4(
     equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
 ) -> tuple[float, float]:
-    """Attempt a step of the pair of Dormand and Prince, see `linkages.integrate.explicit`."""
+    """Attempt a step of the pair of Dormand and Prince, see `linkages.mechanics.integrate.explicit`."""
     return _dormand_prince_5_4(equations, s, t, h, y, exact)
 
 

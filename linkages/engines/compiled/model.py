@@ -9,15 +9,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, Indices
-from linkages.kernel.dual import dual_array
+from linkages.base.kernel import Array, Indices
+from linkages.base.kernel.dual import dual_array
 from linkages.laws.film.film_history import memory_of
-from linkages.planar.arrays import Arrays
-from linkages.planar.contact_partials import MOTION, PARTIALS, RESULTS, no_bounds
-from linkages.planar.contacts import OIL, WIDTH
-from linkages.planar.loads import LOAD_OUTPUTS
-from linkages.planar.record_types import HISTORY, REVOLUTE, STOP
-from linkages.planar.workspace import Workspace, make_workspace
+from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.contact_partials import MOTION, PARTIALS, RESULTS, no_bounds
+from linkages.mechanics.planar.contacts import OIL, WIDTH
+from linkages.mechanics.planar.loads import LOAD_OUTPUTS
+from linkages.mechanics.planar.record_types import HISTORY, REVOLUTE, STOP
+from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
 #: Clearances that count as the length of a linkage, at most: with oil, in dry contact.
@@ -51,7 +51,7 @@ class Scratch(NamedTuple):
     In the two workspaces what follows from coordinates and rates, or from rates alone, is dual; the rest is the work's.
     """
 
-    partials: Array  # of the contacts, (nc, RESULTS, PARTIALS); see `linkages.planar.contact_partials`
+    partials: Array  # of the contacts, (nc, RESULTS, PARTIALS); see `linkages.mechanics.planar.contact_partials`
     motions: Array  # changes of the contacts' motions with the state, (nc, MOTION, ny)
     bounds: Array  # of the contacts' speeds, (nc, BOUNDS); see the same, infinite without any
     mass: Array  # mass matrix of all coordinates, (n, n); rows and columns of driven ones are 0
@@ -85,13 +85,13 @@ class Work(NamedTuple):
 
     dynamics: Workspace
     solved: Array  # time and state at which everything is known; NaN if it is not, (1 + ny,)
-    contacts: Array  # `linkages.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
-    memory: Array  # `linkages.planar.contacts.APPROACH`, see `make_memory`
+    contacts: Array  # `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
+    memory: Array  # `linkages.mechanics.planar.contacts.APPROACH`, see `make_memory`
     modes: Indices  # 1 in contact, -1 free, (nc,)
     value: Array  # for prescribed motions and torques
     rate: Array
     second: Array
-    forces: Array  # result for joints, (nj, 3); see `linkages.outputs.quantity.Snapshot`
+    forces: Array  # result for joints, (nj, 3); see `linkages.results.outputs.quantity.Snapshot`
     efforts: Array  # for drives, (nd,)
     applied: Array  # for loads, (nl, 4)
     scratch: Scratch

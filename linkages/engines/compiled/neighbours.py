@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.errors import AssemblyError, InputError
-from linkages.kernel import Array, Indices
-from linkages.kernel.block import Contents, contents
-from linkages.model.experiment import value_unit
-from linkages.planar.arrays import Arrays
+from linkages.base.errors import AssemblyError, InputError
+from linkages.base.kernel import Array, Indices
+from linkages.base.kernel.block import Contents, contents
+from linkages.input.model.experiment import value_unit
+from linkages.mechanics.planar.arrays import Arrays
 from linkages.results.derivatives import Direction
 from linkages.system import System
 from linkages.system.system import keeps_start
@@ -191,7 +191,7 @@ class Neighbours:
         return np.tensordot(weights, [one - here for one in found], 1)
 
     def rates(self, make: Callable[[System], Any]) -> Rates:
-        """Differentiate the numbers of a named tuple that is made from a system; see `linkages.kernel.block.contents`.
+        """Differentiate the numbers of a named tuple that is made from a system; see `contents`.
 
         Raises
         ------

@@ -7,15 +7,15 @@ from typing import cast
 
 import numpy as np
 
+from linkages.base.kernel import Array, kernel
+from linkages.base.kernel.block import Duplicate, contents
+from linkages.base.kernel.compile import bound
 from linkages.engines.compiled.neighbours import PAIRS, Neighbours
-from linkages.kernel import Array, kernel
-from linkages.kernel.block import Duplicate, contents
-from linkages.kernel.compile import bound
-from linkages.outputs.columns import Columns, columns
-from linkages.outputs.evaluation import add_moved, make_snapshot
-from linkages.outputs.registry import JITTER, names, packer
-from linkages.planar.arrays import Arrays
-from linkages.planar.contacts import EX, EY
+from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.contacts import EX, EY
+from linkages.results.outputs.columns import Columns, columns
+from linkages.results.outputs.evaluation import add_moved, make_snapshot
+from linkages.results.outputs.registry import JITTER, names, packer
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.rigid_segments import Segmented

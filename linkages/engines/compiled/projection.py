@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from linkages.base.kernel import Array, lazy_kernel
 from linkages.engines.compiled.model import Equations
-from linkages.kernel import Array, lazy_kernel
-from linkages.planar.projection import project
+from linkages.mechanics.planar.projection import project
 
 _CLOSED = 1e-14  # closure error that is left, in parts of the linkage's length
 

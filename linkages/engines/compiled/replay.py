@@ -11,16 +11,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.base.kernel import Array, Indices, kernel
 from linkages.engines.compiled.equations import derivatives, is_solved, solve_state
 from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.projection import project_state
-from linkages.integrate.implicit import set_last_step
-from linkages.integrate.stepper import OF, Stepper, copy, restart
-from linkages.kernel import Array, Indices, kernel
 from linkages.laws.film.film_history import MISSING, remembered_cells
-from linkages.planar.contacts import APPROACH, OIL
-from linkages.planar.motion import last_start
+from linkages.mechanics.integrate.implicit import set_last_step
+from linkages.mechanics.integrate.stepper import OF, Stepper, copy, restart
+from linkages.mechanics.planar.contacts import APPROACH, OIL
+from linkages.mechanics.planar.motion import last_start
 
 _MOST = 1000  # attempts within one step of a run, where Newton's method does not converge over all of it
 _APART = 0.1  # of a step: what others are away, at least, of which states lie on one curve with its own

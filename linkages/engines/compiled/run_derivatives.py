@@ -7,18 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.base.kernel import Array, Indices, kernel
 from linkages.engines.compiled.contact_changes import gap_laws, result_change
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.event_derivatives import begin_or_end, motions_along
 from linkages.engines.compiled.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.replay import remember, replay
 from linkages.engines.compiled.step_derivatives import Column, Run, advance, close_columns, linearise
-from linkages.integrate.factor import back_substitute, factorise
-from linkages.integrate.stepper import copy
-from linkages.kernel import Array, Indices, kernel
-from linkages.planar.contact_partials import RESULT_PLACES, RESULTS
-from linkages.planar.contacts import EX, EY, PENETRATION
-from linkages.planar.motion import last_start
+from linkages.mechanics.integrate.factor import back_substitute, factorise
+from linkages.mechanics.integrate.stepper import copy
+from linkages.mechanics.planar.contact_partials import RESULT_PLACES, RESULTS
+from linkages.mechanics.planar.contacts import EX, EY, PENETRATION
+from linkages.mechanics.planar.motion import last_start
 
 #: Status of the columns after a step: known; not known, because a step was singular or Newton's method failed; not
 #: known, because a contact began without speed.

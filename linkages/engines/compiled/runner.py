@@ -10,6 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from linkages.base.errors import AssemblyError, Status
+from linkages.base.kernel import Array, Indices
+from linkages.base.kernel.by_reference import Packed, packed
+from linkages.base.signals import arrival, deferred
 from linkages.engines.compiled.binding import LEFT, OPEN, check, evaluate, run
 from linkages.engines.compiled.job import END, Job, make_given, make_job
 from linkages.engines.compiled.kinks import kinks
@@ -17,16 +21,12 @@ from linkages.engines.compiled.model import Equations, error_scale, make_memory
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.sampling import tabulate_run
 from linkages.engines.methods import expect_run
-from linkages.errors import AssemblyError, Status
-from linkages.integrate.driver import COLLAPSED, DONE, PAUSED, Record
-from linkages.kernel import Array, Indices
-from linkages.kernel.by_reference import Packed, packed
-from linkages.outputs.columns import Columns
-from linkages.outputs.registry import names as all_names
-from linkages.outputs.registry import pack
-from linkages.outputs.segment_outputs import whole_columns
-from linkages.planar.contacts import WIDTH
-from linkages.signals import arrival, deferred
+from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Record
+from linkages.mechanics.planar.contacts import WIDTH
+from linkages.results.outputs.columns import Columns
+from linkages.results.outputs.registry import names as all_names
+from linkages.results.outputs.registry import pack
+from linkages.results.outputs.segment_outputs import whole_columns
 from linkages.system import System
 from linkages.system.rigid_segments import Segmented
 
@@ -123,7 +123,7 @@ class Runner:
         return out
 
     def outputs(self, steps: Steps, times: Array, names: Sequence[str] | None = None) -> Columns:
-        """Compute outputs at times within steps of a run, as `linkages.outputs.columns.columns`.
+        """Compute outputs at times within steps of a run, as `linkages.results.outputs.columns.columns`.
 
         Raises
         ------

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from linkages.base.errors import AssemblyError, InputError, Status
+from linkages.base.kernel import Array, Indices
+from linkages.base.kernel.precompiled import processors
 from linkages.engines.compiled.designs import Bench, Designs
 from linkages.engines.compiled.job import Given
 from linkages.engines.compiled.runner import STATUS
 from linkages.engines.compiled.statistics import NO_IDEAL, STATISTICS
 from linkages.engines.threads import in_threads
-from linkages.errors import AssemblyError, InputError, Status
-from linkages.integrate.driver import DONE
-from linkages.kernel import Array, Indices
-from linkages.kernel.precompiled import processors
+from linkages.mechanics.integrate.driver import DONE
 from linkages.system.ideal_motion import cause
 
 _AT_ONCE = 16  # most runs in one call of compiled code

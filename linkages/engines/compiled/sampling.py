@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from linkages.base.kernel import Array, kernel
+from linkages.base.kernel.by_reference import reference
 from linkages.engines.compiled.job import Job
 from linkages.engines.compiled.replay import Steps, replay
-from linkages.integrate.stepper import restart
-from linkages.kernel import Array, kernel
-from linkages.kernel.by_reference import reference
-from linkages.outputs.evaluation import output_value
-from linkages.outputs.quantity import Snapshot
-from linkages.planar.ideal import ideal_state
-from linkages.planar.loads import load_outputs
-from linkages.planar.newton_euler import inertial_forces
-from linkages.planar.reactions import joint_forces, row_reactions
+from linkages.mechanics.integrate.stepper import restart
+from linkages.mechanics.planar.ideal import ideal_state
+from linkages.mechanics.planar.loads import load_outputs
+from linkages.mechanics.planar.newton_euler import inertial_forces
+from linkages.mechanics.planar.reactions import joint_forces, row_reactions
+from linkages.results.outputs.evaluation import output_value
+from linkages.results.outputs.quantity import Snapshot
 
 
 class Sampler(NamedTuple):

@@ -8,7 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.arguments import Dense
+from linkages.base.arguments import Dense
+from linkages.base.kernel import Array, Indices
+from linkages.base.kernel.by_reference import packed
 from linkages.engines.compiled.job import make_given
 from linkages.engines.compiled.kinks import friction_speeds, kinks
 from linkages.engines.compiled.neighbours import neighbours
@@ -26,15 +28,13 @@ from linkages.engines.compiled.run_derivatives import (
 from linkages.engines.compiled.runner import Runner
 from linkages.engines.compiled.step_derivatives import Column, Run, make_column
 from linkages.engines.compiled.variation import vary
-from linkages.integrate.stepper import make_stepper
-from linkages.kernel import Array, Indices
-from linkages.kernel.by_reference import packed
-from linkages.model.capabilities import Analysis
-from linkages.outputs.columns import Columns
-from linkages.outputs.registry import pack
-from linkages.planar.contact_partials import FRICTION_SPEED
-from linkages.planar.contacts import WIDTH
+from linkages.input.model.capabilities import Analysis
+from linkages.mechanics.integrate.stepper import make_stepper
+from linkages.mechanics.planar.contact_partials import FRICTION_SPEED
+from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
+from linkages.results.outputs.columns import Columns
+from linkages.results.outputs.registry import pack
 
 _FELT = 0.01  # part of its scale by which an error of a run may change the state while derivatives have a meaning
 

@@ -9,20 +9,20 @@ from typing import Any
 
 import numpy as np
 
+from linkages.base.errors import Status
+from linkages.base.kernel import Array
+from linkages.base.kernel.by_reference import packed
+from linkages.base.signals import deferred
 from linkages.engines.budget import WINDOW, Budget
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.engines.compiled.sensitivity import Differentiation
 from linkages.engines.methods import method
-from linkages.errors import Status
-from linkages.integrate.driver import PAUSED
-from linkages.kernel import Array
-from linkages.kernel.by_reference import packed
-from linkages.model.capabilities import Analysis
-from linkages.outputs.columns import Columns
+from linkages.input.model.capabilities import Analysis
+from linkages.mechanics.integrate.driver import PAUSED
 from linkages.results.derivatives import Direction
+from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Loops, Trajectory, sample
-from linkages.signals import deferred
 from linkages.system import System
 from linkages.system.ideal_motion import cause
 

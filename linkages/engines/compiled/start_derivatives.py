@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.base.kernel import Array, Records
+from linkages.base.kernel.block import Duplicate
 from linkages.engines.compiled.model import start_state
 from linkages.engines.compiled.neighbours import PAIRS, Neighbours
-from linkages.kernel import Array, Records
-from linkages.kernel.block import Duplicate
-from linkages.planar.bodies import Bodies
-from linkages.planar.closure import close, consistent_rates
+from linkages.mechanics.planar.bodies import Bodies
+from linkages.mechanics.planar.closure import close, consistent_rates
 from linkages.system import System
 from linkages.system.system import keeps_start
 from linkages.system.tree import without

@@ -9,16 +9,27 @@ import math
 
 import numpy as np
 
+from linkages.base.kernel import Array, Indices, kernel
+from linkages.base.kernel.by_reference import reference
 from linkages.engines.compiled.binding import integrate
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.job import Job
 from linkages.engines.compiled.replay import Steps, recorded, remember
 from linkages.engines.compiled.sampling import Sampler, asked, knows_outputs, look, sample
-from linkages.integrate.driver import DONE, PAUSED
-from linkages.integrate.peak_search import FEW, MOST, TIMES, VALUES, above, average, begin, candidates, next_time, take
-from linkages.integrate.stepper import copy
-from linkages.kernel import Array, Indices, kernel
-from linkages.kernel.by_reference import reference
+from linkages.mechanics.integrate.driver import DONE, PAUSED
+from linkages.mechanics.integrate.peak_search import (
+    FEW,
+    MOST,
+    TIMES,
+    VALUES,
+    above,
+    average,
+    begin,
+    candidates,
+    next_time,
+    take,
+)
+from linkages.mechanics.integrate.stepper import copy
 
 #: Statistics of each window and output. To add one: its name here, at the end, and its formula in `summarise`.
 STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms", "last")
@@ -157,7 +168,7 @@ def _refine(sampler: Sampler, k: int, sign: float, floor: float, search: Array) 
 
 @kernel
 def restore(memory: Indices, initial: Indices, columns: Indices, words: Indices) -> None:
-    """Restore a `linkages.kernel.block.Block`, with these words at some places of its memory."""
+    """Restore a `linkages.base.kernel.block.Block`, with these words at some places of its memory."""
     for k in range(len(memory)):
         memory[k] = initial[k]
     for k in range(len(columns)):
@@ -180,7 +191,7 @@ def run_rows(
     Parameters
     ----------
     job : Job
-        In a `linkages.kernel.block.Block`.
+        In a `linkages.base.kernel.block.Block`.
     memory, initial : (n,) arrays
         Of the block.
     columns : (k,) array

@@ -1,7 +1,8 @@
 """A step of a finished run, differentiated: columns of derivatives of the state.
 
-The equations of each step are differentiated at its stages (`linkages.integrate.sensitivity`). The run has recorded the
-stages; otherwise the step is repeated from the recorded state, to a smaller residual. The sizes of the steps are fixed.
+The equations of each step are differentiated at its stages (`linkages.mechanics.integrate.sensitivity`). The run has
+recorded the stages; otherwise the step is repeated from the recorded state, to a smaller residual. The sizes of the
+steps are fixed.
 """
 
 from __future__ import annotations
@@ -11,6 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.base.kernel import Array, Indices, kernel
+from linkages.base.kernel.simd import LaneArray as Lanes
+from linkages.base.kernel.simd import lane, lane_array, lanes
 from linkages.engines.compiled.contact_changes import Contacts, make_contacts, note_contacts
 from linkages.engines.compiled.equations import derivatives, set_state, solve_state
 from linkages.engines.compiled.forcing import add_forcing
@@ -20,17 +24,14 @@ from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import STAGES, Steps, around, recorded, remember
 from linkages.engines.compiled.variation import Variation, move
-from linkages.integrate.implicit import set_last_step
-from linkages.integrate.sensitivity import collocation_sensitivity, explicit_sensitivity
-from linkages.integrate.stepper import INVERTED, Stepper, copy, restart
-from linkages.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
-from linkages.kernel import Array, Indices, kernel
-from linkages.kernel.simd import LaneArray as Lanes
-from linkages.kernel.simd import lane, lane_array, lanes
-from linkages.planar.arrays import Arrays
-from linkages.planar.closure_rows import row_rate, row_value
-from linkages.planar.contacts import PENETRATION
-from linkages.planar.projection import correct
+from linkages.mechanics.integrate.implicit import set_last_step
+from linkages.mechanics.integrate.sensitivity import collocation_sensitivity, explicit_sensitivity
+from linkages.mechanics.integrate.stepper import INVERTED, Stepper, copy, restart
+from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
+from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.closure_rows import row_rate, row_value
+from linkages.mechanics.planar.contacts import PENETRATION
+from linkages.mechanics.planar.projection import correct
 
 _MOST = 1000  # attempts within one step
 _STEEP = 0.3  # ratio of the depths at the ends of a step below which the step is graded

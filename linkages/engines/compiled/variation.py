@@ -12,17 +12,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from linkages.base.kernel import Array, Indices, kernel
+from linkages.base.kernel.block import Duplicate
+from linkages.base.kernel.by_reference import Packed, packed
 from linkages.engines.compiled.job import Given, model_of
 from linkages.engines.compiled.model import Equations, make_memory, make_work
 from linkages.engines.compiled.neighbours import Neighbours, unscaled
 from linkages.engines.compiled.start_derivatives import start_derivatives
-from linkages.kernel import Array, Indices, kernel
-from linkages.kernel.block import Duplicate
-from linkages.kernel.by_reference import Packed, packed
 from linkages.laws import PARAMETERS
-from linkages.outputs.registry import pack
-from linkages.planar.arrays import Arrays
-from linkages.planar.record_types import BODY, ENDS
+from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.record_types import BODY, ENDS
+from linkages.results.outputs.registry import pack
 from linkages.system import System
 
 #: Effect of a value beside that on laws of contacts: none; on inertial forces alone; the residual of the equations is a

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
+from linkages.base.errors import Status
 from linkages.engines.budget import Budget
 from linkages.engines.drake.drives import Drives
 from linkages.engines.drake.steps import StepControl, is_collapse
-from linkages.errors import Status
 from linkages.results.trajectory import TimeReport
 from linkages.system import System
 

@@ -16,12 +16,12 @@ from pydrake.systems.framework import (
     WitnessFunctionDirection,
 )
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
+from linkages.base.kernel import bound
 from linkages.engines.drake.joint_forces import Rooms, joint_forces, placed
 from linkages.engines.drake.plant import StatePlace
-from linkages.kernel import bound
-from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, approach_at_start, landing
-from linkages.planar.record_types import WORN
+from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, approach_at_start, landing
+from linkages.mechanics.planar.record_types import WORN
 from linkages.system import System
 
 #: Entries of each contact's block of the output port "joints": `CLEARANCE_OUTPUTS`, and quantities derived from them.

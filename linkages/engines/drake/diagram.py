@@ -12,12 +12,12 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import Adder, ConstantVectorSource
 
+from linkages.base.errors import InputError, Status
 from linkages.engines.drake.advance import advance
 from linkages.engines.drake.clearance import BristledJoints, ClearanceJoints
 from linkages.engines.drake.drives import Drives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
-from linkages.errors import InputError, Status
-from linkages.model.capabilities import Analysis
+from linkages.input.model.capabilities import Analysis
 from linkages.results.trajectory import TimeReport
 from linkages.system import System
 from linkages.system.rigid_segments import segmented
@@ -130,7 +130,8 @@ def add_linkage(
     AssemblyError
         If the linkage cannot be assembled.
     InputError
-        If Drake does not support a model (`linkages.model.capabilities`), or the diagram has a linkage of this name.
+        If Drake does not support a model (`linkages.input.model.capabilities`), or the diagram has a linkage of this
+        name.
     """
     name = _free_name(builder, system) if name is None else name
     if _is_taken(builder, name):

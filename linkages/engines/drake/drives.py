@@ -7,11 +7,11 @@ from functools import partial
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
+from linkages.base.kernel import bound
 from linkages.engines.drake.joint_forces import Rooms, drive_forces, placed
 from linkages.engines.drake.plant import StatePlace
-from linkages.kernel import bound
-from linkages.planar.closure import LOOSE, loop_errors
+from linkages.mechanics.planar.closure import LOOSE, loop_errors
 from linkages.system import System
 
 

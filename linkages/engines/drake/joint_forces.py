@@ -10,16 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, Indices, kernel
-from linkages.kernel.by_reference import packed
-from linkages.planar.arrays import Arrays
-from linkages.planar.contacts import WIDTH, clearance_wrenches
-from linkages.planar.driven import constrained_dynamics
-from linkages.planar.kinematics import body_states
-from linkages.planar.loads import load_wrenches
-from linkages.planar.motion import evaluate_motions
-from linkages.planar.newton_euler import generalised_force
-from linkages.planar.workspace import Workspace
+from linkages.base.kernel import Array, Indices, kernel
+from linkages.base.kernel.by_reference import packed
+from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
+from linkages.mechanics.planar.driven import constrained_dynamics
+from linkages.mechanics.planar.kinematics import body_states
+from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.motion import evaluate_motions
+from linkages.mechanics.planar.newton_euler import generalised_force
+from linkages.mechanics.planar.workspace import Workspace
 from linkages.system import System
 
 
@@ -66,11 +66,11 @@ def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, re
     work : Workspace
         Used up.
     memory : (nc, 2) array
-        See `linkages.planar.contacts.APPROACH`.
+        See `linkages.mechanics.planar.contacts.APPROACH`.
     state : (nx,) array
         Of the plant.
     result : (size + WIDTH nc,) array
-        Filled with generalised forces, then `linkages.planar.contacts.CLEARANCE_OUTPUTS` of each contact.
+        Filled with generalised forces, then `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS` of each contact.
     """
     model, bodies = place.model, place.model.bodies
     _enter(place, work, state)

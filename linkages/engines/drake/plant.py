@@ -15,11 +15,11 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, PlanarJoint
 
-from linkages.arrays import Array, Indices
+from linkages.base.arrays import Array, Indices
+from linkages.base.errors import InputError
 from linkages.engines.drake.visuals import visuals
-from linkages.errors import InputError
-from linkages.files.raw_model import Pose
-from linkages.files.xml import parse_xml
+from linkages.input.files.raw_model import Pose
+from linkages.input.files.xml import parse_xml
 from linkages.system.tree import Tree
 
 

@@ -10,15 +10,15 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
+from linkages.base.errors import Status
 from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.engines.drake.steps import StepControl, is_collapse
 from linkages.engines.drake.steps import longest_step as longest_step  # part of the engine's interface
 from linkages.engines.methods import expect_run
-from linkages.errors import Status
-from linkages.outputs.columns import Columns, columns
-from linkages.planar.contacts import WIDTH
+from linkages.mechanics.planar.contacts import WIDTH
+from linkages.results.outputs.columns import Columns, columns
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause

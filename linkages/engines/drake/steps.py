@@ -18,9 +18,9 @@ import numpy as np
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import Context, EventStatus
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
 from linkages.engines.methods import method
-from linkages.model.experiment_tables import IMPLICIT
+from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.system import System
 
 _SMALLEST = 1e-11  # step over the duration below which the run has collapsed

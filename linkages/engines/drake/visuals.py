@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.files.raw_model import Pose
-from linkages.model.mechanism import Link, Mechanism
-from linkages.model.skeleton import skeleton
+from linkages.base.arrays import Array
+from linkages.input.files.raw_model import Pose
+from linkages.input.model.mechanism import Link, Mechanism
+from linkages.input.model.skeleton import skeleton
 
 _WIDTH = 0.02  # width of a bar over the size of the linkage
 _BLOCK = 0.06  # side of a block over the size of the linkage, for a link with one joint

@@ -7,17 +7,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from linkages.arguments import Names, validated
-from linkages.brief import Brief, counted
-from linkages.errors import InputError, Status
+from linkages.base.arguments import Names, validated
+from linkages.base.brief import Brief, counted
+from linkages.base.errors import InputError, Status
 from linkages.explore.periodic.continuation import Settings, Solution, forced, rescaled, solve
 from linkages.explore.periodic.motion import PeriodicMotion, made
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
 from linkages.explore.periodic.return_map import ReturnMap, least_clearance
 from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE, check_settings
 from linkages.explore.periodic.tracing import INTERRUPTED, Bifurcation, PointFacts, Trace, doubled, trace, turned
-from linkages.model.experiment import ARGUMENT
-from linkages.outputs.registry import pack
+from linkages.input.model.experiment import ARGUMENT
+from linkages.results.outputs.registry import pack
 from linkages.system import System
 
 _FIRST, _LEAST = 0.2, 1e-4  # first and smallest step, over the largest
@@ -99,7 +99,7 @@ def branches(
     start : float, optional
         Value of the first motion; default: `low`.
     outputs : sequence of str
-        Outputs that each motion keeps, see `linkages.outputs.registry`.
+        Outputs that each motion keeps, see `linkages.results.outputs.registry`.
     periods : int
         Number of common periods of the drives in one period of the first motion.
     transient : int

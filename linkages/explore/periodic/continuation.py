@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.errors import RunError
+from linkages.base.arrays import Array
+from linkages.base.errors import RunError
 
 _ROUNDS = 12  # Newton iterations
 _HALVINGS = 5  # of a Newton step that increases the residual

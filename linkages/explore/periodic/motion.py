@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.arguments import validated
-from linkages.brief import Brief, counted
+from linkages.base.arguments import validated
+from linkages.base.brief import Brief, counted
 from linkages.explore.periodic.continuation import Settings, Solution, forced, solve
 from linkages.explore.periodic.multipliers import Multipliers
 from linkages.explore.periodic.return_map import Passage, ReturnMap, least_clearance

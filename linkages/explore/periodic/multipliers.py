@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
 
 FOLD, BRANCH_POINT, DOUBLING, NEIMARK_SACKER, GRAZING = (
     "fold", "branch point", "period doubling", "Neimark-Sacker", "grazing",

@@ -13,22 +13,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError
 from linkages.engines.compiled.linear import closure_at
 from linkages.engines.compiled.model import per_length
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.sensitivity import differentiate
-from linkages.errors import InputError
 from linkages.explore.differences import extrapolated
 from linkages.explore.flow import Flow
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
 from linkages.explore.periodic.continuation import Return
 from linkages.explore.periodic.multipliers import Multipliers, multipliers
 from linkages.explore.sections import Section, recorded
-from linkages.model.capabilities import Analysis
-from linkages.outputs.registry import pack
-from linkages.planar.contacts import CLEARANCE_OUTPUTS
-from linkages.planar.record_types import REVOLUTE
+from linkages.input.model.capabilities import Analysis
+from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.mechanics.planar.record_types import REVOLUTE
+from linkages.results.outputs.registry import pack
 from linkages.results.steady_state import common_period
 from linkages.system import System
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from linkages.errors import InputError
+from linkages.base.errors import InputError
 
 #: Accuracy of the runs, and tolerance of the residual over the usual change of a state (some clearances). A run's steps
 #: change with its start, so the return map is not smooth below about a thousand times the accuracy.

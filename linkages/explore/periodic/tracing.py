@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
 from linkages.explore.periodic.continuation import ResidualFunction, Settings, Solution, follow, locate, packed, step
 from linkages.explore.periodic.multipliers import FOLD, GRAZING, Multipliers, crossing, kind
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from linkages.disk import keep, kept
-from linkages.errors import Status
+from linkages.base.disk import keep, kept
+from linkages.base.errors import Status
 from linkages.explore.wear.measure import BlockStart, CycleBlock, Removed, measure
-from linkages.files.versions import versions
-from linkages.files.writing import errors_of_writing
+from linkages.input.files.versions import versions
+from linkages.input.files.writing import errors_of_writing
 from linkages.system import System
 
 

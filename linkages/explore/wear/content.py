@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from linkages.explore.wear.stages import SIDES, Life
-from linkages.files.versions import versions
-from linkages.outputs.registry import unit
+from linkages.input.files.versions import versions
+from linkages.results.outputs.registry import unit
 
 
 def content(life: Life) -> dict[str, Any]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.arrays import Array
-from linkages.errors import RunError
+from linkages.base.arrays import Array
+from linkages.base.errors import RunError
 from linkages.explore.wear.measure import LoadSamples, Removed, Wearing, depths_of, equal_works
 from linkages.laws.wear.archard import FRACTION, wear_away
 

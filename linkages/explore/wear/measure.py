@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError, Status
 from linkages.engines.compiled.replay import Steps
-from linkages.errors import InputError, Status
 from linkages.explore.flow import Flow, lasting, period_of
+from linkages.input.model.capabilities import Analysis
 from linkages.laws.wear.archard import SAMPLE, fill_moments
 from linkages.laws.wear.profile import depth_of
-from linkages.model.capabilities import Analysis
-from linkages.outputs.registry import JITTER, has_jitter
 from linkages.results.extremes import peaks
+from linkages.results.outputs.registry import JITTER, has_jitter
 from linkages.system import System
 
 #: Removed area per angle over the radius [m], bearing then journal, (2, n), of each wearing joint.

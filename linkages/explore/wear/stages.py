@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from linkages.arrays import Array
-from linkages.brief import Brief, counted
-from linkages.errors import InputError, Status, nearest
+from linkages.base.arrays import Array
+from linkages.base.brief import Brief, counted
+from linkages.base.errors import InputError, Status, nearest
 from linkages.explore.wear.jump import worn
 from linkages.explore.wear.measure import (
     CycleBlock,

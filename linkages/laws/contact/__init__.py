@@ -1,4 +1,4 @@
-"""Normal contact of a journal in a bearing; imports only `linkages.kernel` and the record of a joint.
+"""Normal contact of a journal in a bearing; imports only `linkages.base.kernel` and the record of a joint.
 
 | module         | content                                                                 |
 |----------------|-------------------------------------------------------------------------|

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from linkages.kernel import kernel
+from linkages.base.kernel import kernel
 
 #: Default bound of |ddelta/ddelta0|.
 CLIP = 1.0

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from linkages.kernel import address, caller, inlined_kernel, kernel
+from linkages.base.kernel import address, caller, inlined_kernel, kernel
 from linkages.laws.contact.contact_forces import (
     CLIP,
     GRAZING,

@@ -1,4 +1,4 @@
-"""Films of a journal bearing as dimensionless forces; imports nothing of ours but `linkages.kernel`.
+"""Films of a journal bearing as dimensionless forces; imports nothing of ours but `linkages.base.kernel`.
 
 | module         | what it holds                                                           |
 |----------------|-------------------------------------------------------------------------|

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from linkages.kernel import inlined_kernel, kernel
+from linkages.base.kernel import inlined_kernel, kernel
 
 #: Films are evaluated at min(eps, EPS_MAX): beyond it they cancel to round-off and lose their sign.
 EPS_MAX = 1.0 - 1e-6

@@ -30,8 +30,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
-from linkages.kernel.by_reference import reference
+from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel.by_reference import reference
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.film_map import GROOVED_LIMIT
 from linkages.laws.film.surface.balance import fill_balance, new_balance

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array
+from linkages.base.kernel import Array
 from linkages.laws.film.map_nodes import CELLS, has_angle, is_symmetric, solve_grooved, solve_plain, static_part
 from linkages.laws.film.map_table import CHANNELS, MapHead, fit, place, ratios
 from linkages.laws.film.surface.grooves import Groove

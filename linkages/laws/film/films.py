@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from linkages.kernel import Array, address, caller, inlined_kernel
+from linkages.base.kernel import Array, address, caller, inlined_kernel
 from linkages.laws.film.closed_form import (
     EPS_MAX,
     half_film_long,

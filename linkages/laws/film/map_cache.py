@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from linkages.disk import cache_directory, keep, kept
-from linkages.kernel import Array
+from linkages.base.disk import cache_directory, keep, kept
+from linkages.base.kernel import Array
 from linkages.laws.film.film_map import VERSION, MapCase, build_map
 from linkages.laws.film.map_table import CHANNELS
 

@@ -33,8 +33,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from linkages.kernel import Array
-from linkages.kernel.by_reference import packed
+from linkages.base.kernel import Array
+from linkages.base.kernel.by_reference import packed
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.map_table import CHANNELS
 from linkages.laws.film.surface.balance import Balance, Thickness, fill_contents, make_balance

@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.laws.film.closed_form import half_film_long
 
 #: Quantities of a node: normal and tangential force, extent, flow; of the static part: force, flow, and a zero.

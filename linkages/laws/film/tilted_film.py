@@ -24,8 +24,8 @@ import math
 import numpy as np
 from numpy.polynomial import legendre
 
-from linkages.kernel import Array, kernel, lazy_kernel
-from linkages.kernel.dual import room
+from linkages.base.kernel import Array, kernel, lazy_kernel
+from linkages.base.kernel.dual import room
 from linkages.laws.film.closed_form import THINNEST
 from linkages.laws.parameters import SHEAR
 

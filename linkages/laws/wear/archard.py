@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, kernel
+from linkages.base.kernel import Array, kernel
 from linkages.laws.wear.overlap import Place, overlap
 from linkages.laws.wear.profile import depth_of
 

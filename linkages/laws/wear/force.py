@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numba import types
 
-from linkages.kernel import Array, address, caller, kernel
-from linkages.kernel.dual import room
+from linkages.base.kernel import Array, address, caller, kernel
+from linkages.base.kernel.dual import room
 from linkages.laws.journal import dry_force, film_action
 from linkages.laws.mixed import asperity_force, dry_weight, mix
 from linkages.laws.parameters import MODELS, RECORD

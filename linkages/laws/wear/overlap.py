@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.base.kernel import Array, inlined_kernel, kernel
 from linkages.laws.wear.profile import add_spread, cell_of, depth_at, depth_in
 
 _X, _W = np.polynomial.legendre.leggauss(3)

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.base.kernel import Array, inlined_kernel, kernel
 
 
 @inlined_kernel

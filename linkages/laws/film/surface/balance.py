@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
-from linkages.kernel.by_reference import packed
+from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel.by_reference import packed
 from linkages.laws.film.surface.surface_mesh import NODES, SurfaceMesh
 
 #: Volume that a full cell loses, in parts of the largest flow: a ring that nothing feeds is empty then. Without it the

@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
-from linkages.kernel.by_reference import packed
+from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel.by_reference import packed
 from linkages.laws.film.surface.balance import Balance
 
 #: Rules of cavitation. guembel: the whole film, whose pressure below the cavity's is dropped.

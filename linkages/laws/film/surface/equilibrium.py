@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.arrays import Array
+from linkages.base.arrays import Array
 
 #: Force on the journal at (x, y) with the velocity (vx, vy).
 FilmForce = Callable[[float, float, float, float], tuple[float, float]]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.kernel import Array
+from linkages.base.kernel import Array
 
 _TURN = 2.0 * math.pi
 _LEAST = 1e-9  # least extent [rad] and length: meshes round their edges to 1e-13

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, lazy_kernel
-from linkages.kernel.by_reference import packed
+from linkages.base.kernel import Array, lazy_kernel
+from linkages.base.kernel.by_reference import packed
 from linkages.laws.film.surface.balance import (
     Balance,
     Thickness,

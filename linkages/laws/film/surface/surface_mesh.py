@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.kernel import Array
+from linkages.base.kernel import Array
 from linkages.laws.film.surface.grooves import Groove, check_areas
 
 #: Gauss points of a cell around, three in each half; columns of `SurfaceMesh.lines`.

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array
+from linkages.base.kernel import Array
 from linkages.laws.film.surface.balance import Thickness, cell_volumes
 from linkages.laws.film.surface.grooves import Groove
 from linkages.laws.film.surface.surface_film import AMBIENT, Pressures, SurfaceFilm, oil_volumes, solve_film

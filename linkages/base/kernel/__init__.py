@@ -1,0 +1,36 @@
+"""How functions are compiled: `kernel` and its relatives, named tuples by reference, calls by address, SIMD lanes.
+
+| module       | responsibility                                                                 |
+|--------------|--------------------------------------------------------------------------------|
+| compile      | `kernel`, `inlined_kernel`, `lazy_kernel`: the compiler of all numerical kernels |
+| external     | external functions: compiled or loaded once, called at their address           |
+| by_reference | named tuples passed by reference                                               |
+| block        | a named tuple and its arrays in one piece of memory                            |
+| dual         | dual numbers: a number and its derivatives, as a type of numba                 |
+| dual_lanes   | duals side by side                                                             |
+| simd         | SIMD lanes: one operation for several numbers                                  |
+| fingerprint  | the fingerprint of a function: code, constants, functions it calls             |
+| folder       | the folder of compiled code                                                    |
+| cache        | compiled code on disk, by fingerprint                                          |
+| locks        | which process compiles which kernel                                            |
+| precompiled  | kernels compiled in advance by parallel processes                              |
+| private      | numba's private names, with reason and fallback; its layout of arrays          |
+"""
+
+from linkages.base.arrays import Array, Indices, Records, record_type
+from linkages.base.kernel import dual_lanes as _dual_lanes  # noqa: F401 - teaches simd
+from linkages.base.kernel.compile import bound, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel.external import address, caller
+
+__all__ = [
+    "Array",
+    "Indices",
+    "Records",
+    "address",
+    "bound",
+    "caller",
+    "inlined_kernel",
+    "kernel",
+    "lazy_kernel",
+    "record_type",
+]

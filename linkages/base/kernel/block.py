@@ -1,0 +1,136 @@
+"""A named tuple and the contents of its arrays in one block of memory, which one copy restores.
+
+Many runs of one linkage differ in numbers only. `contents` lists the numbers of a named tuple; a `Block` knows where
+each of them is in memory, so that compiled code can write other ones there.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from linkages.base.arrays import Array, Indices
+from linkages.base.kernel.by_reference import Packed, lay, packed, reference_to
+
+
+class Contents(NamedTuple):
+    """All numbers of a named tuple, 8 bytes each, (n,); and its structure: types, shapes of arrays, truth values."""
+
+    words: Indices
+    structure: tuple[Any, ...]
+
+
+def contents(value: Any) -> Contents:
+    """List the numbers of a named tuple of arrays, numbers, named tuples and packed ones, in this order."""
+    parts: list[bytes] = []
+    structure: list[Any] = []
+    _gather(value, parts, structure)
+    return Contents(np.frombuffer(b"".join(parts), np.int64), tuple(structure))
+
+
+def _gather(value: Any, parts: list[bytes], structure: list[Any]) -> None:
+    if isinstance(value, np.ndarray):
+        parts.append(value.tobytes())
+        structure.append((value.shape, value.itemsize))
+    elif isinstance(value, Packed):
+        _gather(value.unpacked, parts, structure)
+    elif isinstance(value, tuple):
+        for item in value:
+            _gather(item, parts, structure)
+    elif isinstance(value, bool | np.bool_):
+        structure.append(bool(value))
+    else:
+        parts.append(np.array(value, np.float64 if isinstance(value, float) else np.int64).tobytes())
+        structure.append(type(value))
+
+
+class Block(Packed):
+    """A copy of a named tuple in one block of memory.
+
+    Parameters
+    ----------
+    value : named tuple
+        Of contiguous arrays of numbers of 8 bytes, numbers, named tuples and packed ones.
+
+    Attributes
+    ----------
+    memory : (nw,) array of int
+        The block of memory.
+    initial : (nw,) array of int
+        Its first contents: ``memory[:] = initial`` restores them.
+    where : (n,) array of int
+        Index in the memory of each of the numbers that `contents` lists.
+    """
+
+    def __init__(self, value: Any) -> None:
+        self.unpacked, self._numba_type_ = value, reference_to(value)
+        words, moved, where = bytearray(), list[tuple[int, int]](), list[Indices]()
+        _place(value, words, moved, where)
+        words.extend(bytes(-len(words) % 8))
+        self.where = np.concatenate(where) if where else np.zeros(0, np.int64)
+        self.memory = np.frombuffer(words, np.int64).copy()
+        self.place = self.memory.ctypes.data
+        for address, start in moved:
+            self.memory[address // 8] = self.place + start
+        self.initial = self.memory.copy()
+
+
+def _place(value: Any, words: bytearray, moved: list[tuple[int, int]], where: list[Indices]) -> int:
+    """Add a value and the contents of its arrays to the words; return where the value begins."""
+    words.extend(bytes(-len(words) % 8))
+    begin, spots = len(words), list[tuple[int, Any]]()
+    lay(value, words, spots)
+    for spot, item in spots:
+        if isinstance(item, Packed):
+            moved.append((spot, _place(item.unpacked, words, moved, where)))
+        elif isinstance(item, np.ndarray):
+            words.extend(bytes(-len(words) % 8))
+            start = len(words)
+            words.extend(item.tobytes())
+            moved.append((spot, start))
+            where.append(np.arange(start // 8, len(words) // 8))
+        else:
+            where.append(np.array([spot // 8]))
+    return begin
+
+
+class Duplicate:
+    """A copy of a named tuple whose arrays are parts of one array.
+
+    Parameters
+    ----------
+    value : named tuple
+        As for `contents`; its numbers outside arrays are copied as they are.
+
+    Attributes
+    ----------
+    value : named tuple
+        The copy.
+    numbers : (n,) array
+        Its numbers in the order of `contents`, as floats: other numbers written here are those of the copy's arrays.
+    initial : (n,) array
+        Its first numbers.
+    """
+
+    def __init__(self, value: Any) -> None:
+        self.initial = contents(value).words.view(np.float64)
+        self.numbers = self.initial.copy()
+        self.value, _ = _part_of(self.numbers, value, 0)
+
+
+def _part_of(numbers: Array, value: Any, start: int) -> tuple[Any, int]:
+    """Return the copy of a value whose arrays are parts of the numbers from a place on, and the next place."""
+    if isinstance(value, np.ndarray):
+        end = start + value.nbytes // 8
+        return numbers[start:end].view(value.dtype).reshape(value.shape).view(type(value)), end
+    if isinstance(value, Packed):
+        copy, end = _part_of(numbers, value.unpacked, start)
+        return packed(copy), end
+    if isinstance(value, tuple):
+        parts = []
+        for item in value:
+            part, start = _part_of(numbers, item, start)
+            parts.append(part)
+        return (type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)), start
+    return value, start if isinstance(value, bool | np.bool_) else start + 1

@@ -1,0 +1,1 @@
+"""Input: files are read, imported and written (`files`), and become a validated machine and experiment (`model`)."""

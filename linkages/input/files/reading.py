@@ -1,0 +1,43 @@
+"""Complete reading of files: texts that users write, archives (``.npz``) that runs wrote."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.base.errors import InputError, unreadable
+
+_MOST = 10_000_000  # largest file size [bytes]; typical files have thousands
+
+
+def read_whole(path: Path) -> bytes:
+    """Read a file that a user wrote; InputError if it cannot be read, or is too large (`/dev/zero`)."""
+    try:
+        with open(path, "rb") as file:
+            data = file.read(_MOST + 1)
+    except OSError as problem:
+        raise unreadable(path, problem) from None
+    except ValueError as problem:  # a name with a null character
+        raise InputError(path, "", f"cannot be read ({problem})") from None
+    if len(data) > _MOST:
+        raise InputError(path, "", f"is larger than {_MOST // 1_000_000} MB; give a mechanism or an experiment")
+    return data
+
+
+def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
+    """Read all arrays of an archive, without pickle, and verify their checksums; ValueError for any defect."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = {name: archive.read(name) for name in archive.namelist()}
+        return {
+            name.removesuffix(".npy"): np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)
+            for name, data in members.items()
+        }
+    except OSError as problem:
+        raise ValueError(problem.strerror or str(problem)) from None
+    except Exception as problem:  # zipfile, zlib and NumPy raise a dozen types, some of them undocumented
+        raise ValueError(f"it is damaged: {str(problem) or type(problem).__name__}") from None

@@ -1,0 +1,62 @@
+"""Which model does not support which analysis: one table, one check; all others support each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from enum import StrEnum
+from typing import NamedTuple
+
+from linkages.base.errors import InputError
+from linkages.input.model.experiment import Experiment
+
+
+class Analysis(StrEnum):
+    """What is done with a system; the values are for messages."""
+
+    DRAKE = "Drake"
+    DERIVATIVES = "derivatives"
+    PERIODIC = "the return map"
+    EXPONENT = "the Lyapunov exponent"
+    WEAR = "wear over a service life"
+    LINEAR = "the linear model"
+    LIVE = "the live page"
+    EQUILIBRIUM = 'start = "equilibrium"'
+
+
+class Unsupported(NamedTuple):
+    """A model of a part that some analyses do not support."""
+
+    key: str  # path in the experiment, with the part's name as {}
+    parts: Callable[[Experiment], Iterable[str]]  # names of the parts that have this model
+    problems: Mapping[Analysis, str]  # what is wrong, and the remedy
+
+
+_CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
+
+#: The table. A film with history runs on the compiled engine alone: single runs, batches and sweeps, with errors.
+UNSUPPORTED = (
+    Unsupported(
+        "joints.{}.history",
+        lambda experiment: [name for name in experiment.play if experiment.joints[name].has_history],
+        {analysis: _CONTENT.format(analysis) for analysis in Analysis}
+        | {Analysis.EQUILIBRIUM: 'has no equilibrium that start = "equilibrium" could find; use "centred"'},
+    ),
+    Unsupported(
+        "links.{}.stiffening",
+        lambda experiment: [name for name in experiment.flexible if not experiment.links[name].stiffening],
+        {Analysis.DRAKE: "is false, but Drake's rigid segments always stiffen; remove it, or use the compiled engine"},
+    ),
+)
+
+
+def check_analysis(experiment: Experiment, analysis: Analysis) -> None:
+    """Check that the models of all parts support an analysis.
+
+    Raises
+    ------
+    InputError
+        One line with the part's key, the reason and the remedy.
+    """
+    for model in UNSUPPORTED:
+        for name in model.parts(experiment) if analysis in model.problems else ():
+            raise InputError(experiment.source, model.key.format(name), model.problems[analysis])

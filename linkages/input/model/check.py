@@ -1,0 +1,336 @@
+"""Consistency of a mechanism and an experiment: all names exist, all values suit their objects."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+
+from linkages.base.errors import InputError, nearest
+from linkages.input.files.table_keys import unit_of
+from linkages.input.files.toml import Table
+from linkages.input.files.unit_conversion import SLIDING, read
+from linkages.input.model.beam_interfaces import check_links
+from linkages.input.model.capabilities import Analysis, check_analysis
+from linkages.input.model.experiment import (
+    BENDING_QUANTITIES,
+    FRAME_BENDING,
+    LINK_BENDING,
+    PIN_QUANTITIES,
+    QUANTITIES,
+    Experiment,
+)
+from linkages.input.model.experiment_tables import ContactTable, Drive, JointModel
+from linkages.input.model.functions import OF_JOINTS, OF_POINTS
+from linkages.input.model.load_tables import (
+    ForceTable,
+    Gear,
+    JointFriction,
+    LineContact,
+    LoadFunction,
+    Spring,
+    Stop,
+    Torque,
+    TorsionSpring,
+)
+from linkages.input.model.mechanism import Frame, Mechanism
+from linkages.laws import CONTACTS
+from linkages.laws.film.closed_form import THINNEST
+
+#: Deepest wear, relative to the bearing's radius, for which the overlap geometry is valid.
+DEEPEST = 0.2
+
+_RECORDED = ("force", "fx", "fy", "moment", "torque", "power", "eccentricity_ratio", "ex", "ey")
+_SAME = 1e-9  # distance below which a frame coincides with a joint [m]
+
+#: Names of the predefined windows.
+OWN_WINDOWS = ("whole", "report", "steady", "later")
+
+
+def without_deformation(mechanism: Mechanism, experiment: Experiment, replaced: Iterable[str]) -> Experiment:
+    """Remove the deformation outputs of links that became rigid by values replaced at these paths."""
+    tables = {path.partition(".")[0] for path in replaced}
+    rigid = {name for name, link in experiment.links.items() if not link.bends}
+    if "links" not in tables or "outputs" in tables or not rigid:
+        return experiment
+
+    def gone(name: str) -> bool:
+        point, _, quantity = name.rpartition(".")
+        return quantity in BENDING_QUANTITIES and point in mechanism.point and mechanism.point[point].link in rigid
+
+    kept = [name for name in experiment.outputs if not gone(name)]
+    return experiment if kept == experiment.outputs else experiment.replaced({"outputs": kept})
+
+
+def check(mechanism: Mechanism, experiment: Experiment) -> None:
+    """Reject an experiment with names that the mechanism lacks, or values that do not suit it."""
+    for kind in ("drives", "joints"):
+        for name in getattr(experiment, kind):
+            if name not in mechanism.joint:
+                has_none = f"{mechanism.source.name} has no such joint; {nearest(name, mechanism.joint)}"
+                raise InputError(experiment.source, f"{kind}.{name}", has_none)
+    for name, drive in experiment.drives.items():
+        _Check(mechanism, experiment, f"drives.{name}").drive(name, drive)
+    for name in experiment.play:
+        _Check(mechanism, experiment, f"joints.{name}").play(name, experiment.joints[name])
+    if experiment.start == "equilibrium":
+        check_analysis(experiment, Analysis.EQUILIBRIUM)
+    check_links(mechanism, experiment)
+    taken = {"world", *mechanism.point, *mechanism.joint}
+    for table, name in experiment.named:
+        load = _Check(mechanism, experiment, f"{table}.{name}")
+        if name in taken:
+            load.refuse("", "is also the name of a link, frame, joint or load; choose another one")
+        if "." in name:
+            load.refuse("", "has a dot in its name; choose another one")
+        taken.add(name)
+        checks: dict[str, Callable[[Any], None]] = {
+            "forces": load.force,
+            "torques": load.torque,
+            "springs": load.spring,
+            "torsion_springs": load.torsion_spring,
+            "frictions": load.friction,
+            "gears": load.gear,
+            "stops": load.stop,
+            "contacts": load.line_contact,
+        }
+        checks[table](getattr(experiment, table)[name])
+    for name, window in experiment.windows.items():
+        part = _Check(mechanism, experiment, f"windows.{name}")
+        if name in OWN_WINDOWS:
+            part.refuse("", "is the name of a predefined window; choose another one")
+        if window.end > experiment.duration:
+            part.refuse("end", f"is {window.end:g} s, after the duration of {experiment.duration:g} s")
+    if experiment.report_from is not None and experiment.report_from >= experiment.duration:
+        problem = f"is {experiment.report_from:g} s; it must be before the duration of {experiment.duration:g} s"
+        _Check(mechanism, experiment, "report_from").refuse("", problem)
+    for output in experiment.outputs:
+        _Check(mechanism, experiment, f'outputs: "{output}"').output(output)
+
+
+@dataclass(frozen=True)
+class _Check:
+    """Checks of the experiment's value at the dotted path `where`."""
+
+    mechanism: Mechanism
+    experiment: Experiment
+    where: str
+
+    def drive(self, name: str, drive: Drive) -> None:
+        if self.mechanism.joint[name].type == "fixed":
+            self.refuse("", "a fixed joint cannot be driven")
+        if name in self.experiment.play:
+            self.refuse("", "a joint with clearance cannot be driven; make it ideal")
+        if (drive.force, drive.forces) != (None, None) and self.mechanism.joint[name].type == "revolute":
+            self.refuse("force", "belongs to a prismatic joint; this one is revolute: give a torque")
+        self.units(Drive, self.slides(name))
+        self.covers(drive.times)
+
+    def slides(self, joint: str) -> bool:
+        """Tell whether a joint is prismatic."""
+        return self.mechanism.joint[joint].type == "prismatic"
+
+    def units(self, table: type[Table], slides: bool) -> None:
+        """Check the units of a table's values for a coordinate that is a displacement, or an angle."""
+        start = f"{self.where}."
+        for path, text in self.experiment.texts.items():
+            key = path.removeprefix(start)
+            if path.startswith(start) and key in table.model_fields:
+                unit = unit_of(table.model_fields[key])
+                try:
+                    read(text, SLIDING.get(unit, unit) if slides else unit)
+                except ValueError as problem:
+                    self.refuse(key, str(problem))
+
+    def play(self, name: str, model: JointModel) -> None:
+        """Check a clearance joint against its bearing or slot."""
+        joint, clearance = self.mechanism.joint[name], model.clearance or 0.0
+        if self.experiment.start == "equilibrium" and any(model.offset):
+            self.refuse("offset", 'is given, but start = "equilibrium" computes it; remove one of them')
+        if joint.type == "fixed":
+            self.refuse("", "a fixed joint cannot have clearance")
+        if joint.bearing is None and joint.slot is None:
+            part = "bearing" if joint.type == "revolute" else "slot"
+            where = f'in <joint name="{name}"> of {self.mechanism.source.name}'
+            self.refuse("model", f'"{model.model}" needs a <linkages:{part}> {where}')
+        if joint.bearing is not None:
+            radius = joint.bearing.radius
+            if clearance >= radius:
+                least = f"it must be smaller than the bearing's radius of {radius:g} m"
+                self.refuse("clearance", f"is {clearance:g} m; {least}")
+            if radius - clearance == radius:
+                self.refuse("clearance", f"is {clearance:g} m, a rounding error for a radius of {radius:g} m")
+            if sum(x * x for x in model.offset) >= clearance**2:
+                self.refuse("offset", "must lie inside the clearance circle")
+            self.tilt(model, clearance, joint.bearing.length)
+            if model.wear is not None and max(sum(model.wear.depths, [0.0])) > DEEPEST * radius:
+                self.refuse("wear", f"depths must not exceed {DEEPEST:g} of the bearing's radius of {radius:g} m")
+            return
+        if model.model != "dry":
+            self.refuse("model", f'is "{model.model}"; a guide with clearance is "dry"')
+        if model.wear is not None:
+            self.refuse("wear", "applies to a journal in a bearing; a guide does not wear")
+        self.plain(model.contact)
+
+    def tilt(self, model: JointModel, clearance: float, length: float) -> None:
+        """Check that the ends of a tilted journal do not touch the bearing at t = 0."""
+        most = 2.0 * clearance / length
+        slope = math.hypot(*model.tilt)
+        if not model.is_tilted:
+            return
+        if slope >= most * (1.0 - THINNEST):
+            self.refuse("tilt", f"is {slope:g}; a centred journal touches the bearing at {most:g} (2 c/L) and above")
+        if math.hypot(*model.offset) + 0.5 * length * slope >= clearance * (1.0 - THINNEST):
+            self.refuse("offset", "must leave room for the tilt: an end of the journal touches the bearing")
+
+    def plain(self, contact: ContactTable | None) -> None:
+        """Check the law of a contact other than a journal in a bearing."""
+        if contact is None:
+            return
+        law = CONTACTS[contact.law]
+        if law.conformal or ("stiffness" in law.needs and contact.stiffness is None):
+            self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
+
+    def friction(self, friction: JointFriction) -> None:
+        self.moving(friction.joint)
+        if friction.joint in self.experiment.play:
+            self.refuse(
+                "joint", f'"{friction.joint}" has clearance; give it a table [joints.{friction.joint}.friction]'
+            )
+        self.units(JointFriction, self.slides(friction.joint))
+
+    def moving(self, name: str) -> str:
+        """Return the name of a joint; refuse an unknown or fixed one."""
+        self.known("joint", name, self.mechanism.joint)
+        if self.mechanism.joint[name].type == "fixed":
+            self.refuse("joint", f'"{name}" is a fixed joint and cannot move')
+        return name
+
+    def gear(self, gear: Gear) -> None:
+        for name in gear.joints:
+            self.known("joints", name, self.mechanism.joint)
+            if self.mechanism.joint[name].type == "fixed":
+                self.refuse("joints", f'"{name}" is fixed; name revolute or prismatic joints')
+            if name in self.experiment.play and self.mechanism.joint[name].type == "prismatic":
+                self.refuse("joints", f'"{name}" has clearance; a rack needs an ideal guide')
+
+    def stop(self, stop: Stop) -> None:
+        self.moving(stop.joint)
+        if stop.joint in self.experiment.play and self.mechanism.joint[stop.joint].type == "prismatic":
+            self.refuse("joint", f'"{stop.joint}" has clearance; stop a point of its block by a table [contacts.NAME]')
+        self.units(Stop, self.slides(stop.joint))
+        self.plain(stop.contact)
+
+    def line_contact(self, touch: LineContact) -> None:
+        link = self.point("point", touch.point).link
+        other = "world" if touch.line is None else self.point("line", touch.line).link
+        if link == other:
+            self.refuse("", f'has its point and its line on the same link, "{link}"')
+        self.plain(touch.contact)
+
+    def force(self, load: ForceTable) -> None:
+        self.covers(load.times)
+        self.depends(load)
+        if self.point("point", load.point).link == "world":
+            self.refuse("point", f'"{load.point}" is fixed to the world; name a link\'s')
+
+    def torque(self, load: Torque) -> None:
+        self.covers(load.times)
+        self.depends(load)
+        if load.link is not None:
+            self.known("link", load.link, self.mechanism.link)
+        else:
+            self.turns(load.joint or "")
+
+    def turns(self, name: str) -> None:
+        """Check that a joint exists and is revolute."""
+        self.known("joint", name, self.mechanism.joint)
+        kind = self.mechanism.joint[name].type
+        if kind != "revolute":
+            self.refuse("joint", f'"{name}" is {kind}; name a revolute joint')
+
+    def depends(self, load: LoadFunction) -> None:
+        """Check the positions and speeds that a load depends on, and the unit of a table over one."""
+        for name in load.signals:
+            key = "formula" if load.formulas else "over"
+            owner, _, part = name.rpartition(".")
+            places = self.mechanism.place if part in PIN_QUANTITIES else self.mechanism.point
+            known: Iterable[str] = places if part in OF_POINTS else self.mechanism.joint
+            self.known(key, owner, known)
+            unit = (OF_POINTS | OF_JOINTS)[part]
+            if part in OF_JOINTS:
+                kind = self.mechanism.joint[owner].type
+                if kind == "fixed":
+                    self.refuse(key, f'"{owner}" is fixed; it has no {part}')
+                unit = SLIDING[unit] if kind == "prismatic" else unit
+            try:
+                read(self.experiment.texts.get(f"{self.where}.at"), unit)
+            except ValueError as problem:
+                self.refuse("at", str(problem))
+
+    def spring(self, load: Spring) -> None:
+        link = self.point("point", load.point).link
+        other = "world" if load.to is None else self.point("to", load.to).link
+        if link == other:
+            self.refuse("", f'joins two points of the same link, "{link}"')
+
+    def torsion_spring(self, load: TorsionSpring) -> None:
+        self.units(TorsionSpring, load.joint is not None and self.slides(self.moving(load.joint)))
+        if load.joint is not None:
+            return
+        first, second = load.links or ["", ""]
+        for link in (first, second):
+            self.known("links", link, ("world", *self.mechanism.link))
+        if first == second:
+            self.refuse("links", "are the same link")
+
+    def output(self, name: str) -> None:
+        point, _, quantity = name.rpartition(".")
+        if point in self.mechanism.joint:
+            if quantity in _RECORDED:
+                self.refuse(
+                    "", "needs no entry: forces, torques, powers and eccentricities of joints are always recorded"
+                )
+            if quantity not in PIN_QUANTITIES:
+                self.refuse("", f'"{quantity}" of a joint is no output here; {nearest(quantity, PIN_QUANTITIES)}')
+            return
+        if point not in self.mechanism.point:
+            near = nearest(point, self.mechanism.place)
+            self.refuse("", f'{self.mechanism.source.name} has no link, frame or joint "{point}"; {near}')
+        link = self.mechanism.point[point].link
+        if quantity in BENDING_QUANTITIES and link not in self.experiment.flexible:
+            self.refuse(
+                "", f'needs a flexible link, and "{link}" is rigid; set links.{link}.model, or remove the output'
+            )
+        bending = LINK_BENDING if point == link else FRAME_BENDING
+        known = {*QUANTITIES, *bending} if link in self.experiment.flexible else QUANTITIES
+        if quantity not in known:
+            self.refuse("", f'"{quantity}" is unknown; {nearest(quantity, known)}')
+
+    def covers(self, times: list[float] | None) -> None:
+        """Check that a table covers the duration of the run."""
+        duration = self.experiment.duration
+        if times is not None and times[-1] < duration:
+            self.refuse("times", f"end at {times[-1]:g} s, before the duration of {duration:g} s")
+
+    def point(self, key: str, name: str) -> Frame:
+        """Return the frame of a named point."""
+        if name == "world":
+            self.refuse(key, 'is "world"; name a frame, or give a spring an anchor')
+        if (pin := self.mechanism.pin.get(name)) is not None:
+            there = [p.name for p in self.mechanism.point.values() if np.allclose(p.origin, pin.origin, atol=_SAME)]
+            where = f", such as {' or '.join(sorted(there))}" if there else ""
+            self.refuse(key, f'"{name}" is a joint of two links; name a link or frame{where}')
+        self.known(key, name, self.mechanism.point)
+        return self.mechanism.point[name]
+
+    def known(self, key: str, name: str, names: Iterable[str]) -> None:
+        """Check that the mechanism has a name."""
+        if name not in names:
+            self.refuse(key, f'"{name}" is not in {self.mechanism.source.name}; {nearest(name, names)}')
+
+    def refuse(self, key: str, problem: str) -> NoReturn:
+        raise InputError(self.experiment.source, f"{self.where}.{key}".rstrip("."), problem)

@@ -1,0 +1,376 @@
+"""The experiment on a mechanism: drives, joint models, gravity, duration, tolerances; read from TOML.
+
+The comment after a value in the file is its source ("Table 4", "assumed"), shown in reports. Every value can be
+replaced by its dotted path, in Python and on the command line: ``joints.A.clearance``, ``drives.O1.speed``; values of
+the SDF file have the prefix ``sdf.``, as ``sdf.links.link2.mass``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PrivateAttr
+
+from linkages.base.brief import Brief
+from linkages.base.errors import InputError
+from linkages.input.files.beams import MATERIAL, SECTIONS
+from linkages.input.files.table_keys import bracketed, described_keys, table_keys
+from linkages.input.files.toml import (
+    Finite,
+    NonNegative,
+    Positive,
+    Table,
+    leaves,
+    read_toml,
+    refuse_implausible,
+    replace_values,
+    validate,
+    value_at,
+)
+from linkages.input.files.unit_conversion import read
+from linkages.input.model.experiment_tables import Drive, JointModel, RunWindow, SolverTable
+from linkages.input.model.link_tables import LinkModel
+from linkages.input.model.load_tables import (
+    ForceTable,
+    Gear,
+    JointFriction,
+    LineContact,
+    Spring,
+    Stop,
+    Torque,
+    TorsionSpring,
+)
+
+#: Origins of replaced values, shown as their source and in errors: Python, or the command line.
+ARGUMENT, COMMAND_LINE = "argument", "command line"
+
+#: The tables of applied loads, in the order in which the loads are packed.
+LOADS = ("forces", "torques", "springs", "torsion_springs", "frictions")
+
+#: Outputs of a link or frame, in plane axes, with units.
+QUANTITIES = {
+    "x": "position of the frame's origin along x_P [m]",
+    "y": "position along y_P [m]",
+    "angle": "angle of the frame's x axis [rad]",
+    "vx": "velocity along x_P [m/s]",
+    "vy": "velocity along y_P [m/s]",
+    "omega": "angular velocity [rad/s]",
+    "ax": "acceleration along x_P [m/s2]",
+    "ay": "acceleration along y_P [m/s2]",
+    "alpha": "angular acceleration [rad/s2]",
+    "acceleration": "magnitude of the point's acceleration [m/s2]",
+}
+
+#: Additional outputs of a frame on a flexible link.
+FRAME_BENDING = {
+    "deflection": "distance of a frame from the beam's chord, positive to its left, less the undeformed one [m]"
+}
+
+#: Outputs of a joint's position.
+PIN_QUANTITIES = {name: text for name, text in QUANTITIES.items() if name not in ("angle", "omega", "alpha")}
+PIN_QUANTITIES["x"] = "position of the joint, on its child, along x_P [m]"
+
+#: Additional outputs of a flexible link.
+LINK_BENDING = {
+    "deflection": "largest magnitude of the distance from the chord between the beam's ends [m]",
+    "deflection_place": "its position from the beam's first end [m]",
+    "bending": "largest magnitude of the bending moment [N m]",
+    "stress": "largest magnitude of the normal stress [Pa]",
+    "stress_place": "its position from the beam's first end [m]",
+    "compression": "largest compressive force, zero in tension [N]",
+}
+BENDING_QUANTITIES = {**FRAME_BENDING, **LINK_BENDING}
+
+
+#: SI units of a mechanism's values, by the last part of their paths.
+_OF_MACHINE = {
+    "mass": "kg", "inertia": "kg m2", "roll": "rad", "pitch": "rad", "yaw": "rad",
+    **dict.fromkeys(("x", "y", "z", "radius", "length", "height"), "m"),
+    **{key: unit for sizes in (*SECTIONS.values(), MATERIAL) for key, unit in sizes.items()},
+}  # fmt: skip
+
+
+class Experiment(Brief, Table):
+    """Drives, joint models, loads and settings for a mechanism, in SI units; made by `load_experiment`."""
+
+    mechanism: str = Field(description="SDFormat file, relative to this file")
+    title: str = Field("", description="one line for tables and figures")
+    duration: Positive = Field(description="simulated time [s]")
+    gravity: Annotated[list[Finite], Field(min_length=3, max_length=3)] = Field(
+        [0.0, 0.0, 0.0], description="gravity, world axes [m/s2]"
+    )
+    start: Literal["centred", "equilibrium"] = Field(
+        "centred", description="start of journals: at their offset (default: the centre), or in static equilibrium"
+    )
+    outputs: list[str] = Field(
+        [],
+        description=f"reported outputs: LINK_OR_FRAME.{'|'.join((*QUANTITIES, *BENDING_QUANTITIES))},"
+        f" JOINT.{'|'.join(PIN_QUANTITIES)}",
+    )
+    drives: dict[str, Drive] = Field({}, description="driven joints by name")
+    joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
+    links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
+    forces: dict[str, ForceTable] = Field({}, description="applied forces by name")
+    torques: dict[str, Torque] = Field({}, description="applied torques by name")
+    springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, by name")
+    torsion_springs: dict[str, TorsionSpring] = Field({}, description="torsion springs and dampers by name")
+    frictions: dict[str, JointFriction] = Field({}, description="friction in ideal joints, by name")
+    gears: dict[str, Gear] = Field({}, description="gears and belts between joints, by name")
+    stops: dict[str, Stop] = Field({}, description="stops of joints by name")
+    contacts: dict[str, LineContact] = Field({}, description="contacts of points with straight lines, by name")
+    report: Literal["steady", "whole"] = Field(
+        "steady",
+        description="part of the run that tables give first: the last period of a periodic motion, otherwise the time "
+        "after the start-up of clearance joints; or the whole run",
+    )
+    report_from: NonNegative | None = Field(
+        None, description="start of the part of the run that tables give instead [s]"
+    )
+    windows: dict[str, RunWindow] = Field({}, description="further parts of the run with separate results")
+    sdf: dict[str, Any] = Field({}, description="replaced values of the SDF file, by dotted path")
+    solver: SolverTable = Field(SolverTable.model_validate({}), description="numerical settings")
+
+    _source: Path = PrivateAttr(Path("experiment"))
+    _sources: dict[str, str] = PrivateAttr(default_factory=dict)
+    _texts: dict[str, Any] = PrivateAttr(default_factory=dict)
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        rows = {"experiment": self.source.name, "mechanism": self.mechanism, "duration": f"{self.duration:g} s"}
+        rows["drives"] = ", ".join(self.drives) or "none"
+        for name, joint in self.joints.items():
+            clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
+            rows[f"model of {name}"] = f"{joint.model}{clearance}"
+        tables = {"links": self.links} | {name: getattr(self, name) for name in (*LOADS, "gears", "stops", "contacts")}
+        rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
+        rows["outputs"] = ", ".join(self.outputs) or "none"
+        return f"{self.title or self.source.stem}; {self.source.name}, {self.duration:g} s", rows
+
+    @property
+    def source(self) -> Path:
+        """Return the file of the experiment."""
+        return self._source
+
+    @property
+    def sources(self) -> dict[str, str]:
+        """Return the source of each value, by dotted path: the comment after it, or the origin of its replacement.
+
+        A table that was replaced has one for all its values; a component (``gravity.y``) counts as its list.
+        """
+        lists = {path for path, value in leaves(self.model_dump(exclude_unset=True)) if isinstance(value, list)}
+        above = {path: path.rpartition(".")[0] for path in self._sources}
+        return {above[path] if above[path] in lists else path: source for path, source in self._sources.items()}
+
+    @property
+    def texts(self) -> dict[str, Any]:
+        """Return the texts and lists of the file, by dotted path; values with units are texts."""
+        return dict(self._texts)
+
+    @property
+    def mechanism_path(self) -> Path:
+        """Return the SDFormat file."""
+        return self._source.parent / self.mechanism
+
+    @cached_property
+    def sdf_overrides(self) -> dict[str, float]:
+        """Return the values that override the SDF file, by dotted path without the prefix ``sdf.``."""
+        result = {}
+        for path, value in leaves(self.sdf):
+            source = self.origin(f"sdf.{path}")
+            try:
+                number = read(value, _OF_MACHINE.get(path.rpartition(".")[2], ""))
+            except ValueError as problem:
+                raise InputError(source, f"sdf.{path}", str(problem)) from None
+            if isinstance(number, bool) or not isinstance(number, int | float):
+                raise InputError(source, f"sdf.{path}", "must be a number")
+            result[path] = float(number)
+        return result
+
+    def origin(self, path: str) -> str | Path:
+        """Return the origin of the value at a dotted path: the file, the command line, or an argument."""
+        given = self._sources.get(path)
+        return given if given in (ARGUMENT, COMMAND_LINE) else self._source
+
+    @property
+    def play(self) -> tuple[str, ...]:
+        """Return the names of the clearance joints."""
+        return tuple(name for name, joint in self.joints.items() if joint.has_play)
+
+    @property
+    def can_touch(self) -> bool:
+        """Whether anything can be in contact: in dry or mixed joints, at limit stops, or of points with lines."""
+        return bool(self.stops or self.contacts) or any(self.joints[name].can_touch for name in self.play)
+
+    @property
+    def flexible(self) -> tuple[str, ...]:
+        """Return the names of the flexible links."""
+        return tuple(name for name, link in self.links.items() if link.bends)
+
+    @property
+    def loads(self) -> tuple[tuple[str, str], ...]:
+        """Return table and name of each applied load: forces, torques, springs, torsion springs."""
+        return tuple((table, name) for table in LOADS for name in getattr(self, table))
+
+    @property
+    def named(self) -> tuple[tuple[str, str], ...]:
+        """Return table and name of each named element: loads, gears, stops, contacts."""
+        others = tuple((table, name) for table in ("gears", "stops", "contacts") for name in getattr(self, table))
+        return self.loads + others
+
+    def value(self, path: str) -> float:
+        """Return the number at a dotted path; InputError if there is none."""
+        return value_at(self, path, self._source)
+
+    def replaced(self, overrides: Mapping[str, Any], origin: str = ARGUMENT) -> Experiment:
+        """Return the experiment with values from `origin` replaced by dotted path; InputError for a wrong one."""
+        # no rule of a table is about another one: only tables with replaced values are checked again
+        changed: dict[str, Any] = {}  # names of the tables, or True for the whole value of a key
+        for path in overrides:
+            key, name, *_ = *path.split("."), ""
+            inner = name and isinstance(getattr(self, key, None), dict) and changed.get(key) is not True
+            changed[key] = changed.get(key, set()) | {name} if inner else True
+        data = self.model_dump(include={"mechanism": True, "duration": True} | changed, exclude_unset=True)
+        _replace(data, overrides, origin)
+        origins = dict.fromkeys(overrides, origin)
+        if changed.keys() == {"sdf"} and changed["sdf"] is not True:  # any value: the mechanism's reader checks them
+            refuse_implausible(data, self._source, origins)
+            valid = data
+        else:
+            valid = vars(validate(Experiment, data, self._source, origins))
+        values = {
+            key: valid[key] if names is True else getattr(self, key) | valid[key] for key, names in changed.items()
+        }
+        result = self.model_copy(update=values)
+        result.__dict__.pop("sdf_overrides", None)
+
+        def stays(path: str) -> bool:
+            key, _, rest = path.partition(".")
+            gone = changed.get(key, set())
+            return gone is not True and rest.partition(".")[0] not in gone
+
+        texts = {path: text for path, text in self._texts.items() if stays(path)}
+        result._texts, result._sources = texts | _texts(data), _later(self._sources, origins)
+        return result
+
+    def ideal(self) -> Experiment:
+        """Return the experiment with every joint ideal and every link rigid."""
+        perfect = {
+            "joints": {name: {"model": "ideal"} for name in self.joints},
+            "links": {name: {"model": "rigid"} for name in self.links},
+            "outputs": [name for name in self.outputs if name.rpartition(".")[2] not in BENDING_QUANTITIES],
+        }
+        data = self.model_dump(exclude_unset=True) | perfect
+        return experiment_of(self._source, data, self._sources)
+
+
+def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> Experiment:
+    """Read an experiment from a TOML file.
+
+    To run it, use `linkages.load`, which also reads the mechanism and checks both.
+
+    Parameters
+    ----------
+    path : str or Path
+    overrides : mapping, optional
+        Values by dotted path that override the file; strings are read as TOML values.
+    origin : str
+        Origin of the overrides, named in errors and as the source of their values.
+
+    Raises
+    ------
+    InputError
+        If the input is invalid: one line with file, key and reason.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> experiment = linkages.load_experiment(linkages.find_file("seven_bar.toml"), {"duration": 0.5})
+    >>> experiment.duration, experiment.sources["joints.A.clearance"]
+    (0.5, 'm, radial, section 3.3')
+    """
+    path = Path(path)
+    return experiment_of(path, *read_toml(path), overrides or {}, origin)
+
+
+def experiment_of(
+    source: Path,
+    data: dict[str, Any],
+    sources: Mapping[str, str] = MappingProxyType({}),
+    overrides: Mapping[str, Any] = MappingProxyType({}),
+    origin: str = ARGUMENT,
+) -> Experiment:
+    """Return the experiment of nested tables, in which overrides replace values; see `load_experiment`."""
+    _replace(data, overrides, origin)
+    replaced = dict.fromkeys(overrides, origin)
+    experiment = validate(Experiment, data, source, replaced)
+    experiment._source = source
+    experiment._texts, experiment._sources = _texts(data), _later(sources, replaced)
+    return experiment
+
+
+def nothing_done(
+    path: Path,
+    overrides: Mapping[str, Any] | None = None,
+    origin: str = ARGUMENT,
+    drives: Mapping[str, float] | None = None,
+    gears: Mapping[str, Gear] | None = None,
+) -> Experiment:
+    """Return an experiment at rest on the mechanism of a file: ideal joints, no loads, constant drive coordinates.
+
+    Coordinates of the driven joints are in rad or m; `overrides` and `origin` as in `load_experiment`.
+    """
+    geared = {name: gear.model_dump() for name, gear in (gears or {}).items()}
+    still = {name: {"angle": float(angle), "speed": 0.0} for name, angle in (drives or {}).items()}
+    data = {"mechanism": path.name, "duration": 1.0, "drives": still, "gears": geared}
+    return experiment_of(path, data, {}, overrides or {}, origin)
+
+
+def keys() -> Iterator[tuple[str, str]]:
+    """Yield every key of an experiment file with its meaning and unit."""
+    return table_keys(Experiment)
+
+
+def described() -> Iterator[tuple[str, str]]:
+    """Yield every key with its meaning, unit, allowed values and default."""
+    return described_keys(Experiment)
+
+
+def value_unit(path: str) -> str:
+    """Return the SI unit of the value at a dotted path (for a revolute joint); empty if unknown.
+
+    Paths in the mechanism have the prefix ``sdf.``.
+
+    Examples
+    --------
+    >>> from linkages.input.model.experiment import value_unit
+    >>> value_unit("joints.A.clearance"), value_unit("sdf.links.rod.mass"), value_unit("drives.O.speed")
+    ('m', 'kg', 'rad/s')
+    """
+    parts = path.split(".")
+    if parts[0] == "sdf":
+        return _OF_MACHINE.get(parts[-1], "")
+    named = ".".join(["NAME" if k == 1 and len(parts) > 2 else part for k, part in enumerate(parts)])
+    known = dict(keys())
+    meaning = known.get(path, known.get(named, known.get(named.rpartition(".")[0], "")))
+    return bracketed(meaning)
+
+
+def _later(sources: Mapping[str, str], others: Mapping[str, str]) -> dict[str, str]:
+    """Return sources by path with later ones; values of replaced tables have no other source."""
+    below = tuple(f"{path}." for path in others)
+    return {path: source for path, source in sources.items() if not path.startswith(below)} | dict(others)
+
+
+def _replace(data: dict[str, Any], overrides: Mapping[str, Any], origin: str) -> None:
+    """Replace values by dotted path, in place."""
+    if any(path.startswith("gravity.") for path in overrides):
+        data.setdefault("gravity", [0.0, 0.0, 0.0])
+    replace_values(data, overrides, origin)
+
+
+def _texts(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the texts and lists of nested tables, by dotted path."""
+    return {path: value for path, value in leaves(data) if isinstance(value, str | list)}

@@ -1,0 +1,249 @@
+"""Tables of applied loads, gears, limit stops, and contacts of points with straight lines."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from linkages.input.files.formula import Formula, parse
+from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
+from linkages.input.model.experiment_tables import ContactTable, FrictionTable
+from linkages.input.model.functions import TIME, check_table, formula
+
+Times = Annotated[list[Finite] | None, Field(description="times of a table, increasing [s]")]
+Over = Annotated[
+    str | None,
+    Field(description="instead of times: argument of the table: POINT.x|y|angle|vx|vy|omega or JOINT.coordinate|rate"),
+]
+At = Annotated[list[Finite] | None, Field(description="values of `over` in a table, increasing")]
+
+
+class LoadFunction(Table):
+    """Common part of forces and torques: a constant, a table, or a formula."""
+
+    @property
+    def formulas(self) -> list[Formula]:
+        """Return the components as formulas of t, positions and speeds; empty without a formula."""
+        given = getattr(self, "formula", None)
+        return [formula(text) for text in ([given] if isinstance(given, str) else given or [])]
+
+    @property
+    def over_time(self) -> bool:
+        """Check whether the load depends explicitly on time."""
+        return getattr(self, "times", None) is not None or any(TIME in found.names for found in self.formulas)
+
+    @property
+    def signals(self) -> list[str]:
+        """Return the positions and speeds that the load depends on, such as ``slider.x``."""
+        over = getattr(self, "over", None)
+        return [over] if over is not None else sorted({n for f in self.formulas for n in f.names} - {TIME})
+
+    def _check(self, one: str, many: str) -> None:
+        """Check for exactly one of: constant, table over time, table over a signal, formula."""
+        times, over, at = (getattr(self, key) for key in ("times", "over", "at"))
+        values = getattr(self, many)
+        given = [getattr(self, key) is not None for key in (one, many, "formula")]
+        if sum(given) != 1:
+            raise ValueError(f"give either {one}, or times with {many}, or over and at with {many}, or formula")
+        if times is not None and over is not None:
+            raise ValueError("give either times, or over and at")
+        check_table(over, at, values, many)
+        if over is None:
+            check_history(times, values, many)
+        for found in self.formulas:
+            if any(name.rpartition(".")[0] == "world" for name in found.names):
+                raise ValueError('a formula cannot use "world", which never moves')
+
+
+class ForceTable(LoadFunction):
+    """A force at a point of a link: constant, or a function of time, position or speed.
+
+    Components are in plane axes, or in axes of the point's frame, which rotate with the link: x along the frame's x
+    axis (whose angle is the column ``POINT.angle``), y a quarter turn counter-clockwise from it.
+    """
+
+    point: str = Field(description="point of application: origin of this link or frame")
+    axes: Literal["plane", "body"] = Field(
+        "plane", description="axes of the components: the plane's, or the point's, which turn with the link"
+    )
+    force: TwoOf[Finite] | None = Field(None, description="constant force [N]")
+    times: Times = None
+    over: Over = None
+    at: At = None
+    forces: list[TwoOf[Finite]] | None = Field(
+        None, description="forces at `times` or `at`, interpolated by monotone cubics [N]"
+    )
+    formula: TwoOf[str] | None = Field(
+        None, description="two components as formulas of t and of positions and speeds, [N] in SI units"
+    )
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> ForceTable:
+        self._check("force", "forces")
+        return self
+
+
+class Torque(LoadFunction):
+    """A torque on a link, positive counter-clockwise about the plane's normal, or in a joint, positive about its axis.
+
+    Constant, or a function of time, position or speed. A joint torque acts on the child, reversed on the parent.
+    """
+
+    link: str | None = Field(None, description="link on which it acts")
+    joint: str | None = Field(None, description="or revolute joint in which it acts, along its coordinate")
+    torque: Finite | None = Field(None, description="constant torque, counter-clockwise [N m]")
+    times: Times = None
+    over: Over = None
+    at: At = None
+    torques: list[Finite] | None = Field(
+        None, description="torques at `times` or `at`, interpolated by monotone cubics [N m]"
+    )
+    formula: str | None = Field(
+        None, description="torque as a formula of t and of positions and speeds, [N m] in SI units"
+    )
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Torque:
+        if (self.link is None) == (self.joint is None):
+            raise ValueError("give either link or joint")
+        self._check("torque", "torques")
+        return self
+
+
+class Spring(Table):
+    """A spring and a damper in parallel, along the line between two points."""
+
+    point: str = Field(description="one end: origin of this link or frame")
+    to: str | None = Field(None, description="other end: origin of this link or frame")
+    anchor: TwoOf[Finite] | None = Field(None, description="other end instead: a fixed point, plane axes [m]")
+    stiffness: NonNegative = Field(description="stiffness [N/m]")
+    free_length: NonNegative = Field(description="length without force [m]")
+    damping: NonNegative = Field(0.0, description="damping along the line [N s/m]")
+
+    @model_validator(mode="after")
+    def _one_end(self) -> Spring:
+        if (self.to is None) == (self.anchor is None):
+            raise ValueError("give the other end: either to, a link or frame, or anchor, a fixed point")
+        return self
+
+
+class TorsionSpring(Table):
+    """A spring with a damper along a joint's coordinate, or along the angle between two links.
+
+    The coordinate is zero in the reference configuration. In a prismatic joint the spring gives a force.
+    """
+
+    of_any_joint = True
+
+    joint: str | None = Field(None, description="joint along whose coordinate it acts")
+    links: TwoOf[str] | None = Field(
+        None, description='or two links, "world" included; its angle is the angle of the second relative to the first'
+    )
+    stiffness: NonNegative = Field(description="stiffness [N m/rad]")
+    free_angle: Finite = Field(
+        description="angle, or displacement, without torque or force; zero in the reference configuration [rad]"
+    )
+    damping: NonNegative = Field(0.0, description="damping [N m s/rad]")
+
+    @model_validator(mode="after")
+    def _one_place(self) -> TorsionSpring:
+        if (self.joint is None) == (self.links is None):
+            raise ValueError("give either joint or links")
+        return self
+
+
+class JointFriction(Table):
+    """Friction in an ideal joint with a given torque (prismatic: force), independent of the joint force.
+
+    The law is constant * tanh(v/speed) + viscous * v against the rate v of the joint's coordinate: regularised Coulomb
+    friction, as in the law "coulomb" of dry joints, and viscous friction.
+    """
+
+    of_any_joint = True
+
+    joint: str = Field(description="the ideal joint")
+    constant: NonNegative = Field(0.0, description="Coulomb part, independent of the joint force [N m]")
+    viscous: NonNegative = Field(0.0, description="viscous part [N m s/rad]")
+    speed: Positive = Field(
+        1e-2, description="speed at which 76 % of the Coulomb part act (96 % at twice this speed) [rad/s]"
+    )
+
+    @model_validator(mode="after")
+    def _acts(self) -> JointFriction:
+        if not self.constant and not self.viscous:
+            raise ValueError("give constant, or viscous, or both")
+        return self
+
+    @property
+    def law(self) -> Formula:
+        """Return the torque or force along the coordinate as a formula of its rate v."""
+        return parse(f"-{self.constant!r}*tanh(v/{self.speed!r}) - {self.viscous!r}*v")
+
+
+class Gear(Table):
+    """Two joints with coupled coordinates: second = ratio * first + offset.
+
+    For meshing gears with equally directed axes the ratio is negative; for belts and chains it is positive. With a
+    prismatic joint the gear is a rack or a screw: the ratio is in m/rad.
+    """
+
+    joints: TwoOf[str] = Field(
+        description="two revolute or prismatic joints; their coordinates are zero in the reference configuration"
+    )
+    ratio: Finite = Field(description="coordinate of the second joint per coordinate of the first; not 0")
+    offset: Finite = Field(0.0, description="coordinate of the second joint where the first is zero, in SI units")
+
+    @model_validator(mode="after")
+    def _couples(self) -> Gear:
+        if self.ratio == 0.0:
+            raise ValueError("ratio is 0; the second joint would not move")
+        if self.joints[0] == self.joints[1]:
+            raise ValueError(f'both joints are "{self.joints[0]}"')
+        return self
+
+
+class Stop(Table):
+    """A limit stop that a joint's coordinate meets from one side, with a contact law.
+
+    At a revolute joint the law's penetration is an angle and its force a torque; at a prismatic joint read m for rad.
+    """
+
+    of_any_joint = True
+
+    joint: str = Field(description="ideal joint whose range the stop limits")
+    side: Literal["upper", "lower"] = Field(description="upper or lower limit of the coordinate")
+    limit: Finite = Field(description="coordinate of the stop, zero in the reference configuration [rad]")
+    contact: ContactTable = Field(description="contact law, with stiffness [N m/rad^n]")
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Return the names of the acting laws."""
+        return (self.contact.law,)
+
+
+class LineContact(Table):
+    """Contact of a point of a link with a straight line, on the ground or on another link: a foot, a probe, a buffer.
+
+    The line is infinite; its free side is to the left of its direction: along y if the line is along x.
+    """
+
+    point: str = Field(description="origin of this link or frame")
+    line: str | None = Field(None, description="frame whose x axis is the line; its y axis points to the free side")
+    anchor: TwoOf[Finite] | None = Field(None, description="instead: a point of a fixed line, plane axes [m]")
+    angle: Finite = Field(0.0, description="direction of the fixed line, from x_P counter-clockwise [rad]")
+    contact: ContactTable = Field(description="normal contact law, with stiffness [N/m^n]")
+    friction: FrictionTable | None = Field(None, description="friction; default: none")
+
+    @model_validator(mode="after")
+    def _one_line(self) -> LineContact:
+        if (self.line is None) == (self.anchor is None):
+            raise ValueError("give either line, a frame, or anchor, a fixed point (with angle)")
+        if self.line is not None and self.angle:
+            raise ValueError("angle belongs to anchor; the line's frame has its own direction")
+        return self
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Return the names of the acting laws."""
+        return (self.contact.law, *((self.friction.law,) if self.friction is not None else ()))

@@ -1,0 +1,68 @@
+"""Default shape of a link without visuals: bars between its joints and frames, and the plate they span."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from linkages.base.arrays import Array
+from linkages.input.model.mechanism import Link, Mechanism
+
+#: Colours of links in their order: Okabe and Ito's palette, distinct to colour-blind readers, and two more.
+COLORS = ("#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#8B6F47", "#6A51A3")
+_SAME = 1e-6  # relative to the linkage's size: closer places coincide, closer points lie on a line
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """A link as points and the bars between them.
+
+    Attributes
+    ----------
+    places : (n, 2) array
+        Distinct reference positions of joints and frames, plane axes [m]; for a link without any, its mass centre.
+    bars : tuple of (int, int)
+        Pairs of joined places; empty for a single place.
+    plate : tuple of int
+        Corners of the convex hull of the places, counter-clockwise; empty if they lie on a line.
+    color : str
+        Colour as ``#rrggbb``: the link's own, else one of `COLORS`.
+    """
+
+    places: Array
+    bars: tuple[tuple[int, int], ...]
+    plate: tuple[int, ...]
+    color: str
+
+
+def skeleton(mechanism: Mechanism, link: Link, size: float) -> Skeleton:
+    """Join all joints and frames of a link; `size` is the extent of the linkage [m]."""
+    # segments have their link's colour
+    families = list(dict.fromkeys(other.name.partition("/")[0] for other in mechanism.links))
+    color = link.color or COLORS[families.index(link.name.partition("/")[0]) % len(COLORS)]
+    places = _places(mechanism, link, _SAME * size)
+    if len(places) < 2:
+        return Skeleton(places, (), (), color)
+    middle = places - places.mean(axis=0)
+    _, spread, axes = np.linalg.svd(middle, full_matrices=False)
+    if len(places) == 2 or spread[1] <= _SAME * size:
+        order = np.argsort(middle @ axes[0]).tolist()
+        return Skeleton(places, tuple(pairwise(order)), (), color)
+    from scipy.spatial import ConvexHull  # slow to import
+
+    hull = ConvexHull(places).vertices.tolist()
+    inner = [k for k in range(len(places)) if k not in hull]
+    near = [(k, hull[int(np.argmin(np.linalg.norm(places[hull] - places[k], axis=1)))]) for k in inner]
+    return Skeleton(places, (*zip(hull, [*hull[1:], hull[0]], strict=True), *near), tuple(hull), color)
+
+
+def _places(mechanism: Mechanism, link: Link, same: float) -> Array:
+    """Return the joints and frames of a link (n, 2), or its mass centre."""
+    ends = [end for j in mechanism.joints for end in ((j.parent, j.on_parent), (j.child, j.on_child))]
+    found: list[Array] = []
+    for body, at in (*ends, *((frame.link, frame.origin) for frame in mechanism.frames)):
+        if body == link.name and all(np.linalg.norm(at - other) > same for other in found):
+            found.append(at)
+    return np.array(found or [link.com])

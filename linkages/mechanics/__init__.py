@@ -1,0 +1,1 @@
+"""Mechanics on plain arrays: integrators, elastic bodies (`flexible`), planar multibody kernels (`planar`)."""

@@ -1,0 +1,153 @@
+"""Derivatives of a step of a Runge-Kutta method, of given size: the step's own equations differentiated.
+
+The state has the order of `linkages.mechanics.integrate.stepper.make_stepper`: m positions, as many rates, other
+entries. Columns are the derivatives of the state with respect to any values. At each stage the derivatives k of rates
+and other entries satisfy ``mass @ dk = jacobian @ dy + forcing``, one column for each value.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from linkages.base.kernel import Array, inlined_kernel, kernel
+from linkages.base.kernel.simd import WIDTH, lane, lanes
+from linkages.base.kernel.simd import LaneArray as Lanes
+from linkages.mechanics.integrate.factor import back_substitute, factorise
+from linkages.mechanics.integrate.tableau import Tableau
+
+
+@inlined_kernel
+def _columns(row: Array, first: int) -> Any:
+    """Entries of a row from the first one on, in lanes; the last one in lanes beyond."""
+    last = len(row) - 1
+    return lanes(row[first], row[min(first + 1, last)], row[min(first + 2, last)], row[min(first + 3, last)])
+
+
+@inlined_kernel
+def _put(values: Any, row: Array, first: int) -> None:
+    """Put lanes into the entries of a row from the first one on."""
+    for i in range(min(WIDTH, len(row) - first)):
+        row[first + i] = lane(values, i)
+
+
+def collocation_sensitivity(tableau: Tableau) -> Any:
+    """Make the compiled derivative of a collocation step whose last stage is at its end.
+
+    The equations of all stages are differentiated together, by the implicit function theorem: one factorisation for
+    all columns. The derivative is that of the exact solution of the stages' equations.
+    """
+    a, c, back, count = tableau.a, tableau.c, np.linalg.inv(tableau.a), len(tableau.c)
+
+    @kernel
+    def differentiate(
+        h: float, mass: Array, jacobian: Array, forcing: Array, before: Array, after: Array, rates: Array,
+        start: Lanes, x: Lanes,
+    ) -> bool:  # fmt: skip
+        """Fill ``after`` (n, nc) with the columns at the end of a step; False if the stages' equations are singular.
+
+        Parameters
+        ----------
+        h : float
+            Size of the step.
+        mass : (s, k, k) array
+            Of each stage.
+        jacobian : (s, k, n) array
+        forcing : (s, k, nc) array
+        before : (n, nc) array
+            Columns at the start.
+        rates : (k, nc) array
+            Filled with the rates of the columns' last k entries at the end.
+        start, x : (n,) and (s k,) lanes
+            To work in.
+        """
+        n, nc, k = before.shape[0], before.shape[1], mass.shape[1]
+        m = n - k
+        matrix, pivots = np.empty((count * k, count * k)), np.empty(count * k, np.int64)
+        for i in range(count):
+            for j in range(count):
+                shift, gain = back[i, j] / h, h * a[i, j]
+                for row in range(k):
+                    line = matrix[i * k + row, j * k : (j + 1) * k]
+                    for column in range(k):
+                        line[column] = shift * mass[i, row, column]
+                    if i == j:
+                        for column in range(k):
+                            line[column] -= jacobian[i, row, m + column]
+                    for column in range(m):
+                        line[column] -= gain * jacobian[i, row, column]
+        if not factorise(matrix, pivots):
+            return False
+        last = (count - 1) * k
+        for first in range(0, nc, WIDTH):
+            for j in range(n):
+                start[j] = _columns(before[j], first)
+            for i in range(count):
+                for row in range(k):
+                    total = _columns(forcing[i, row], first)
+                    for j in range(m):
+                        total += jacobian[i, row, j] * (start[j] + h * c[i] * start[m + j])
+                    for j in range(m, n):
+                        total += jacobian[i, row, j] * start[j]
+                    x[i * k + row] = total
+            back_substitute(matrix, pivots, x)
+            for j in range(k):
+                _put(start[m + j] + x[last + j], after[m + j], first)
+                total = back[count - 1, 0] / h * x[j]
+                for i in range(1, count):
+                    total += back[count - 1, i] / h * x[i * k + j]
+                _put(total, rates[j], first)
+            for j in range(m):
+                total = start[j] + h * start[m + j]
+                for i in range(count):
+                    total += h * a[count - 1, i] * x[i * k + j]
+                _put(total, after[j], first)
+        return True
+
+    return differentiate
+
+
+def explicit_sensitivity(tableau: Tableau) -> Any:
+    """Make the compiled derivative of a step of an explicit method."""
+    a, b, count = tableau.a, tableau.b, len(tableau.c)
+
+    @kernel
+    def differentiate(h: float, mass: Array, jacobian: Array, forcing: Array, before: Array, after: Array) -> bool:
+        """Fill ``after`` (n, nc) with the columns at the end of a step; arguments as for a collocation step."""
+        n, nc, k = before.shape[0], before.shape[1], mass.shape[1]
+        m = n - k
+        slopes, trial, x = np.empty((count, n, nc)), np.empty((n, nc)), np.empty(k)
+        factors, pivots = np.empty((k, k)), np.empty(k, np.int64)
+        for i in range(count):
+            for row in range(n):
+                for column in range(nc):
+                    total = 0.0
+                    for j in range(i):
+                        total += a[i, j] * slopes[j, row, column]
+                    trial[row, column] = before[row, column] + h * total
+            for row in range(k):
+                for column in range(k):
+                    factors[row, column] = mass[i, row, column]
+            if not factorise(factors, pivots):
+                return False
+            for column in range(nc):
+                for row in range(k):
+                    total = forcing[i, row, column]
+                    for j in range(n):
+                        total += jacobian[i, row, j] * trial[j, column]
+                    x[row] = total
+                back_substitute(factors, pivots, x)
+                for row in range(m):
+                    slopes[i, row, column] = trial[m + row, column]
+                for row in range(k):
+                    slopes[i, m + row, column] = x[row]
+        for row in range(n):
+            for column in range(nc):
+                total = 0.0
+                for i in range(count):
+                    total += b[i] * slopes[i, row, column]
+                after[row, column] = before[row, column] + h * total
+        return True
+
+    return differentiate

@@ -1,0 +1,53 @@
+"""Planar multibody kernels on plain arrays; they may import laws, integrators and the compiler.
+
+| module              | responsibility                                                                         |
+|---------------------|----------------------------------------------------------------------------------------|
+| record_types        | records of bodies, markers, closure rows, contacts, loads, beams, joints               |
+| arrays              | `Arrays`: the constant model that kernels read                                         |
+| bodies              | `Bodies`: records and shapes of the bodies; layout of their poses                      |
+| workspace           | `Workspace`: the data that an evaluation of the dynamics fills                         |
+| traversal           | forward and backward passes over the tree                                              |
+| markers             | points fixed to bodies: positions, velocities, accelerations, forces                   |
+| jets                | arithmetic with values and their first two derivatives                                 |
+| motion              | functions of time and of the state: tables and formulas                                |
+| kinematics          | positions, velocities and accelerations of bodies; propagation of forces               |
+| closure_rows        | values, rates, accelerations and reactions of closure rows                             |
+| flexible_kinematics | kinematics of flexible bodies and their sections                                       |
+| flexible_dynamics   | inertias, elimination of modes, forces and energy of flexible bodies                   |
+| newton_euler        | recursive Newton-Euler algorithm: inverse dynamics, force residual                     |
+| composite_inertia   | composite rigid body algorithm: mass matrix                                            |
+| articulated_body    | articulated-body algorithm: forward dynamics of the tree, response to forces           |
+| loop_dynamics       | forward dynamics with the reactions of cut ideal joints                                |
+| projection          | projection of positions and rates onto closed loops                                    |
+| singularities       | forward dynamics near singularities                                                    |
+| driven              | forces of loads, drives and loops, for a simulator of all coordinates                  |
+| contacts            | clearance joints: from body states to force pairs, by the laws                         |
+| contact_partials    | partial derivatives of a contact's force                                               |
+| loads               | applied forces, torques and springs: wrenches and their derivatives                    |
+| tangent_workspace   | `Scratch`: the data of a Jacobian and of directional derivatives                       |
+| tangent             | directional derivatives of kinematics and of the force residual                        |
+| flexible_tangent    | directional derivatives of flexible bodies                                             |
+| closure             | Newton's method on the closure rows; consistent rates and accelerations                |
+| ideal               | the ideal linkage at the time and near the state of a run                              |
+| internal_forces     | axial force, bending moment and stress within flexible links                           |
+| beam_deflection     | deflections of flexible links                                                          |
+| reactions           | forces in all joints, efforts of all drives                                            |
+
+Arguments have the same names everywhere:
+
+| name                               | shape   | quantity                                                          |
+|------------------------------------|---------|-------------------------------------------------------------------|
+| ``bodies``                         |         | `Bodies`                                                          |
+| ``rows, ends, joints``             |         | arrays of records                                                 |
+| ``q, v, a, tau``                   | (n,)    | coordinates, rates, accelerations, generalised forces             |
+| ``pose``                           | (nb, 5) | x, y [m] and angle [rad] of body frames, its cosine and sine      |
+| ``vel, acc``                       | (nb, 3) | angular velocity and velocity of the frame's origin; their rates  |
+| ``wrench, bias``                   | (nb, 3) | moment about the frame's origin [N m] and force [N]               |
+| ``dpose, dvel, ...``               |         | the change of the quantity behind the d, see `tangent`            |
+
+A function that fills arrays has them as its last arguments. If any body is flexible, lines of poses are longer:
+`linkages.mechanics.planar.bodies`.
+
+Body frames are at the joint that carries the body; in the reference configuration they are parallel to the plane axes.
+Body 0 is the world.
+"""

@@ -1,0 +1,45 @@
+"""`Arrays`: the constant model of a linkage that its kernels read."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from linkages.base.kernel import Array, Indices, Records
+from linkages.mechanics.planar.bodies import Bodies
+
+
+class Arrays(NamedTuple):
+    """Constants of the runs of a linkage with nc contacts; `linkages.system.System.arrays` makes them."""
+
+    bodies: Bodies  # the tree
+    stiff: Bodies  # the same with stiff modes made heavy, for the projection onto closed loops
+    rows: Records  # closure rows of the cut ideal joints
+    rank: int  # number of independent rows outside singular positions
+    ends: Records  # of the contacts
+    joints: Records  # sources of the forces in the joints
+    laws: Records  # of the contacts
+    tables: Array  # maps of finite films, profiles; see `linkages.mechanics.planar.contacts.clearance_wrenches`
+    limits: Array  # largest |e| of contacts that have only a film; infinite for others [m], (nc,)
+    touching: Indices  # 1 where the contact can touch, (nc,)
+    bristles: Indices  # contacts with LuGre friction
+    free: Indices  # coordinates that are free, powered ones too
+    driven: Indices  # coordinates that are prescribed
+    powered: Indices  # coordinates with an applied torque
+    driven_bodies: Indices  # bodies that the prescribed joints carry
+    powered_bodies: Indices  # bodies that the powered joints carry
+    motion: Array  # `Motions.arrays` of prescribed motions
+    motion_c: Array
+    motion_n: Indices
+    torque: Array  # `Motions.arrays` of torques
+    torque_c: Array
+    torque_n: Indices
+    loads: Records  # applied loads; see `linkages.mechanics.planar.loads`
+    signals: Records  # positions and speeds on which the loads depend
+    load_t: Array
+    load_c: Array
+    load_n: Indices
+    beams: Records  # substructures of flexible links
+    stations: Records  # of their internal forces, (ns,)
+    station_modes: Records  # (ns, nm)
+    gravity: Array  # (2,)
+    size: float  # length of the linkage [m]

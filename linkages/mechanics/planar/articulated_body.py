@@ -1,0 +1,181 @@
+"""Forward dynamics of the tree: the articulated-body algorithm (Featherstone, 2008, ch. 7).
+
+The first pass finds the accelerations that the bodies would have if no free coordinate accelerated, so velocity terms
+and prescribed joints are in them; the rest is linear. The modes of a flexible body are eliminated before its joint.
+Bodies that no free coordinate moves take no part in the other passes. The cost is linear in the number of bodies.
+Symbols and spatial vectors are described in `linkages.mechanics.planar.workspace`.
+"""
+
+from __future__ import annotations
+
+from linkages.base.kernel import Array, inlined_kernel, kernel
+from linkages.mechanics.planar.bodies import Bodies
+from linkages.mechanics.planar.composite_inertia import body_inertia, propagate_inertia
+from linkages.mechanics.planar.flexible_dynamics import (
+    add_section_inertia,
+    eliminate_modes,
+    modal_backward_pass,
+    modal_forward_pass,
+)
+from linkages.mechanics.planar.kinematics import body_acceleration, modal_motion, propagate_force
+from linkages.mechanics.planar.markers import offset, turned
+from linkages.mechanics.planar.newton_euler import body_inertial_force
+from linkages.mechanics.planar.record_types import PRISMATIC, REVOLUTE, SECTION
+from linkages.mechanics.planar.traversal import backward, forward
+from linkages.mechanics.planar.workspace import Workspace
+
+
+@kernel
+def articulated_inertias(bodies: Bodies, work: Workspace) -> None:
+    """Set the articulated inertias and joints of the moving bodies at `work`'s q and pose."""
+    _inertias(bodies, work)
+    _articulate(bodies, work)
+
+
+@kernel
+def tree_dynamics(bodies: Bodies, gravity: Array, work: Workspace) -> None:
+    """Find the accelerations of the free coordinates and of the bodies, without the reactions of cut joints.
+
+    Parameters
+    ----------
+    gravity : (2,) array
+        In plane axes [m/s2].
+    work : Workspace
+        Its q, v, pose, vel, wrench, tau, and a with the prescribed accelerations and zero for free coordinates; sets a,
+        acc, inertia, joint and modal; uses bias and response.
+    """
+    _velocity_terms(bodies, work, gravity)
+    _reduce(bodies, work)
+    _accelerate(bodies, work)
+
+
+@kernel
+def acceleration_response(
+    bodies: Bodies, work: Workspace, bias: Array, modal_bias: Array, tau: Array, a: Array
+) -> None:
+    """Find the change of the accelerations due to given forces; branches without forces cost next to nothing.
+
+    Parameters
+    ----------
+    work : Workspace
+        Its pose, and inertia, joint and modal from `articulated_inertias`; sets the response.
+    bias : (nb, 3) array
+        Wrenches that oppose the motion; used up.
+    modal_bias : (n,) array
+        The same for modes; used up.
+    tau : (n,) array
+        Generalised forces.
+    a : (n,) array
+        The changes of the free coordinates' accelerations are added.
+    """
+    _backward_pass(bodies, work, bias, modal_bias, tau)
+    _forward_pass(bodies, work, a)
+
+
+@inlined_kernel
+def is_nonzero(vectors: Array, i: int) -> bool:
+    """Whether the spatial vector of body i differs from zero."""
+    return vectors[i, 0] != 0.0 or vectors[i, 1] != 0.0 or vectors[i, 2] != 0.0
+
+
+@inlined_kernel
+def _velocity_term(bodies: Bodies, i: int, work: Workspace, gravity: Array) -> None:
+    """Set the acceleration of body i without free accelerations and, if it moves, its inertia and bias force."""
+    body_acceleration(bodies, i, work.pose, work.vel, work.v, work.a, work.acc)
+    if bodies.records[i].moving:
+        body_inertia(bodies, i, work)
+        body_inertial_force(bodies, i, work, gravity, work.bias, work.modal_bias)
+
+
+@inlined_kernel
+def _articulated_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
+    """Eliminate the coordinates of body i from its inertia, and add the rest to the parent's."""
+    body, inertia, joint = bodies.records[i], work.inertia[i], work.joint[i]
+    if body.modes > 0:
+        eliminate_modes(bodies, i, work)
+    elif body.type == SECTION:
+        add_section_inertia(bodies, i, work)
+    tt, tx, ty, xx, xy, yy = inertia.tt, inertia.tx, inertia.ty, inertia.xx, inertia.xy, inertia.yy
+    if body.dof >= 0 and body.driven < 0:
+        s_t, s_x, s_y = 0.0, 0.0, 0.0
+        if body.type == REVOLUTE:
+            s_t = body.sign
+            u_t, u_x, u_y, d = tt * s_t, tx * s_t, ty * s_t, tt
+            tt, tx, ty = 0.0, 0.0, 0.0
+        else:
+            s_x, s_y = turned(work.pose, body.mount.body, body.ux, body.uy)
+            u_t, u_x, u_y = tx * s_x + ty * s_y, xx * s_x + xy * s_y, xy * s_x + yy * s_y
+            d = s_x * u_x + s_y * u_y
+        inverse = 1.0 / d
+        if body.type == PRISMATIC:
+            tt, tx, ty = tt - u_t * u_t * inverse, tx - u_t * u_x * inverse, ty - u_t * u_y * inverse
+        xx, xy, yy = xx - u_x * u_x * inverse, xy - u_x * u_y * inverse, yy - u_y * u_y * inverse
+        joint.S_t, joint.S_x, joint.S_y = s_t, s_x, s_y
+        joint.U_t, joint.U_x, joint.U_y, joint.D_inverse = u_t, u_x, u_y, inverse
+    propagate_inertia(bodies, i, work, (tt, tx, ty, xx, xy, yy))
+
+
+@inlined_kernel
+def _bias_force(bodies: Bodies, i: int, work: Workspace, bias: Array, modal_bias: Array, tau: Array) -> None:
+    """Find the effect of the forces on body i, if any, on its coordinates, and pass the rest on to its parent."""
+    body, joint, p = bodies.records[i], work.joint[i], bodies.records[i].mount.body
+    free = body.dof >= 0 and body.driven < 0
+    if body.modes > 0:
+        modal_backward_pass(bodies, i, work, bias, modal_bias, tau)
+    joint.push = 0.0
+    if not (is_nonzero(bias, i) or (free and tau[body.dof] != 0.0)):
+        return
+    if free:
+        moment, fx, fy = bias[i, 0], bias[i, 1], bias[i, 2]
+        push = (tau[body.dof] - (joint.S_t * moment + joint.S_x * fx + joint.S_y * fy)) * joint.D_inverse
+        joint.push = push
+        bias[i, 0] = body.sign * tau[body.dof] if body.type == REVOLUTE else moment + joint.U_t * push
+        bias[i, 1], bias[i, 2] = fx + joint.U_x * push, fy + joint.U_y * push
+    if bodies.records[p].moving:
+        propagate_force(bodies, i, work.pose, bias, modal_bias)
+
+
+@inlined_kernel
+def _response(bodies: Bodies, i: int, work: Workspace, a: Array) -> None:
+    """Set the response of body i; it is zero if neither its parent nor its coordinates respond."""
+    body, joint, response = bodies.records[i], work.joint[i], work.response
+    p = body.mount.body
+    if not (joint.push != 0.0 or body.modes > 0 or body.type == SECTION or is_nonzero(response, p)):
+        response[i, 0], response[i, 1], response[i, 2] = 0.0, 0.0, 0.0
+        return
+    rx, ry = offset(work.pose, p, i)
+    turn, x, y = response[p, 0], response[p, 1] - response[p, 0] * ry, response[p, 2] + response[p, 0] * rx
+    if body.type == SECTION:
+        own_turn, own_x, own_y = modal_motion(bodies, i, work.pose, work.modal_response)
+        turn, x, y = turn + own_turn, x + own_x, y + own_y
+    if body.dof >= 0 and body.driven < 0:
+        second = joint.push - joint.D_inverse * (joint.U_t * turn + joint.U_x * x + joint.U_y * y)
+        a[body.dof] += second
+        turn, x, y = turn + joint.S_t * second, x + joint.S_x * second, y + joint.S_y * second
+    response[i, 0], response[i, 1], response[i, 2] = turn, x, y
+    if body.modes > 0:
+        modal_forward_pass(bodies, i, work, a)
+
+
+@inlined_kernel
+def _reduce_body(bodies: Bodies, i: int, work: Workspace) -> None:
+    """Eliminate the coordinates of body i from its inertia and its bias force."""
+    _articulated_inertia(bodies, i, work)
+    _bias_force(bodies, i, work, work.bias, work.modal_bias, work.tau)
+
+
+@inlined_kernel
+def _accelerate_body(bodies: Bodies, i: int, work: Workspace) -> None:
+    """Add the response of body i to its acceleration."""
+    _response(bodies, i, work, work.a)
+    for k in range(3):
+        work.acc[i, k] += work.response[i, k]
+
+
+_inertias = forward(body_inertia)
+_articulate = backward(_articulated_inertia)
+_velocity_terms = forward(_velocity_term, moving=False)
+_reduce = backward(_reduce_body)
+_accelerate = forward(_accelerate_body)
+_backward_pass = backward(_bias_force)
+_forward_pass = forward(_response)

@@ -1,0 +1,197 @@
+"""Clearance joints in a tree: from body states to force pairs, by the laws."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from linkages.base.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
+from linkages.laws.contact.contact_forces import GRAZING
+from linkages.laws.film.film_history import advance_film, start_film
+from linkages.laws.journal import clearance_force, dry_force, history_force
+from linkages.laws.wear.force import call_worn
+from linkages.mechanics.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
+from linkages.mechanics.planar.record_types import CORNER, HISTORY, JOURNAL, STOP, WORN
+
+#: Quantities of each contact at a state: eccentricity e [m], force [N] and couple [N m] on the journal, penetration
+#: [m], its rate and the sliding speed of the journal's surface [m/s], normal load of the contact without a film's [N],
+#: rate of LuGre's bristles [m/s]. For the corner of a block, e points from the slot's marked point, on its middle line,
+#: to the corner, and the force acts at the corner. For a stop, penetration, its rate and the load are angular.
+CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "load", "bristle_rate")
+#: After these, for a film with history and zero without: film content [1], volume flow out of both ends [m3/s].
+WIDTH = len(CLEARANCE_OUTPUTS) + 2
+EX, EY, FX, FY, COUPLE, PENETRATION, CLOSING, SLIDING, LOAD, BRISTLE_RATE, CONTENT, FLOW = range(WIDTH)
+
+#: Motion of a contact, see `contact_motion`.
+ContactMotion = tuple[float, float, float, float, float, float, float, float]
+
+#: Memory of each contact: the speed at which it began [m/s], LuGre's bristle state [m]; from `OIL` on the memory of a
+#: film with history, see `linkages.laws.film.film_history`.
+APPROACH, BRISTLE, OIL = 0, 1, 2
+
+_LANDING = 1e-10  # accuracy to which the start and end of a contact are located, in parts of the clearance
+_ROUNDING = 4e-16  # lower limit of that accuracy, in parts of the linkage's length
+
+
+def landing(laws: Records, size: float) -> Array:
+    """Return the accuracies (nc,) to which the start and end of each contact are located [m; stop: rad]."""
+    return np.maximum(_LANDING * laws["clearance"], _ROUNDING * size)
+
+
+@inlined_kernel
+def has_history(memory: Array) -> bool:
+    """Whether contacts with this memory can have a film with history."""
+    return memory.shape[1] > OIL
+
+
+@kernel
+def approach_at_start(delta: float, closing: float, landing: float) -> float:
+    """Return the approach speed of a contact at the start of a run; infinite where no contact begins there.
+
+    A contact begins at the start if the bodies touch and do not separate, or if they overlap and approach faster than
+    `GRAZING`. Bodies that overlap otherwise were in contact before: the speed at which that contact began is unknown,
+    and an infinite speed gives a contact without damping.
+
+    Parameters
+    ----------
+    delta, closing : float
+        Penetration [m] and its rate [m/s] at the start.
+    landing : float
+        Of the contact, from `landing`.
+    """
+    least = GRAZING if delta > landing else -GRAZING
+    return max(closing, 0.0) if delta >= -landing and closing > least else np.inf
+
+
+@inlined_kernel
+def clearance_wrenches(
+    ends: Records, laws: Records, tables: Array, memory: Array, pose: Array, vel: Array, wrench: Array, out: Array
+) -> None:
+    """Add the force pair of every clearance joint to the bodies' wrenches.
+
+    Parameters
+    ----------
+    ends : array of ENDS
+    laws : array of `linkages.laws.PARAMETERS`
+    tables : (nj, nt) array
+        Map of each joint's finite film, or its cells if it has a history; of a worn joint, at the line's end, its
+        profiles, see `linkages.laws.wear.force.place_of`.
+    memory : (nj, 2 or more) array
+        `APPROACH`, `BRISTLE` and `OIL` of each contact.
+    pose, vel : (nb, 5), (nb, 3) arrays
+    wrench : (nb, 3) array
+        Added to.
+    out : (nj, WIDTH) array
+        Filled with `CLEARANCE_OUTPUTS`, content and flow.
+    """
+    for k in range(len(ends)):
+        end = ends[k]
+        motion, arms = contact_motion(end, pose, vel)
+        ex, ey, _, _, _, _, _, _ = motion
+        fx, fy, couple, rate, delta, closing, sliding, load, content, flow = remembered_action(
+            end, laws[k], tables[k], memory[k], memory[k, BRISTLE], motion
+        )
+        add_contact(wrench, end, ex, ey, arms, fx, fy, couple)
+        out[k, EX], out[k, EY], out[k, FX], out[k, FY], out[k, COUPLE] = ex, ey, fx, fy, couple
+        out[k, PENETRATION], out[k, CLOSING], out[k, SLIDING] = delta, closing, sliding
+        out[k, LOAD], out[k, BRISTLE_RATE], out[k, CONTENT], out[k, FLOW] = load, rate, content, flow
+
+
+@inlined_kernel
+def add_contact(
+    wrench: Array, end: np.record, ex: float, ey: float, arms: Arms, fx: float, fy: float, couple: float
+) -> None:
+    """Add a contact's force pair to the bodies' wrenches: both forces act at the journal's marker."""
+    add_pair(wrench, end.bearing, end.journal, both_at_b(arms, ex, ey), fx, fy)
+    wrench[end.journal.body, 0] += couple
+    wrench[end.bearing.body, 0] -= couple
+
+
+@inlined_kernel
+def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[ContactMotion, Arms]:
+    """Compute the motion of a contact's inner end relative to its outer end, and the arms of both.
+
+    Returns
+    -------
+    motion : tuple
+        Vector e between the ends, its rate, angular velocities of outer and inner body; corner: normal into the wall;
+        worn, grooved, with history, stop: angles of outer and inner body.
+    arms : tuple
+        From the origin of the outer body's frame to its end, and of the inner's.
+    """
+    ex, ey, arms = gap(pose, end.bearing, end.journal)
+    vx, vy = gap_rate(vel, end.bearing, end.journal, arms)
+    nx, ny = 0.0, 0.0
+    if end.kind == CORNER:
+        nx, ny = turned(pose, end.bearing.body, end.nx, end.ny)
+    elif end.kind != JOURNAL:
+        nx, ny = pose[end.bearing.body, 2], pose[end.journal.body, 2]
+    return (ex, ey, vx, vy, vel[end.bearing.body, 0], vel[end.journal.body, 0], nx, ny), arms
+
+
+@kernel
+def contact_action(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Compute the force (2) and couple on the inner body, and the state of the contact, from `contact_motion`.
+
+    Returns
+    -------
+    tuple
+        fx, fy, couple, rate of the bristles, penetration, its rate, sliding speed, normal load.
+    """
+    return _action(end, law, table, approach, bristle, motion)
+
+
+@inlined_kernel
+def _action(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Compute `contact_action` within its caller: the call costs a tenth of a run."""
+    ex, ey, vx, vy, wb, wj, nx, ny = motion
+    if end.kind == CORNER:
+        vx, vy = vx + wb * ey, vy - wb * ex  # relative to the wall's own material
+        delta = ex * nx + ey * ny - end.half - law.clearance
+        closing, sliding = vx * nx + vy * ny, vy * nx - vx * ny
+        load, drag, rate = dry_force(law, delta, closing, sliding, approach, bristle)
+        return -load * nx + drag * ny, -load * ny - drag * nx, 0.0, rate, delta, closing, sliding, load
+    if end.kind == STOP:
+        delta, closing = end.nx * (ny - nx) - end.half - law.clearance, end.nx * (wj - wb)
+        load, _, _ = dry_force(law, delta, closing, 0.0, approach, 0.0)
+        return 0.0, 0.0, -end.nx * load, 0.0, delta, closing, 0.0, load
+    if end.kind == WORN:
+        return call_worn(law.worn, (law, table, ex, ey, vx, vy, wb, wj, nx, ny, approach, bristle))
+    return clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle, nx)
+
+
+@inlined_kernel
+def remembered_action(
+    end: np.record, law: np.record, table: Array, memory: Array, bristle: float, motion: ContactMotion
+) -> tuple[float, float, float, float, float, float, float, float, float, float]:
+    """Compute the results of `contact_action` with a contact's memory, then film content and flow."""
+    if end.kind == HISTORY:
+        ex, ey, vx, vy, wb, wj, angle, _ = motion
+        return history_force(law, table, memory[OIL:], ex, ey, vx, vy, wb, wj, angle)
+    fx, fy, couple, rate, delta, closing, sliding, load = _action(end, law, table, memory[APPROACH], bristle, motion)
+    return fx, fy, couple, rate, delta, closing, sliding, load, 0.0, 0.0
+
+
+@lazy_kernel
+def start_films(
+    ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array, fresh: bool
+) -> None:
+    """Set time and place of the films with history, and with ``fresh`` their content at the start of a run."""
+    for k in range(len(ends)):
+        if ends[k].kind == HISTORY:
+            ex, ey, _, _, _, _, angle, _ = contact_motion(ends[k], pose, vel)[0]
+            start_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, angle, fresh)
+
+
+@lazy_kernel
+def advance_films(
+    ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array
+) -> None:
+    """Move the content of the films with history to time t and these states."""
+    for k in range(len(ends)):
+        if ends[k].kind == HISTORY:
+            ex, ey, _, _, wb, wj, angle, _ = contact_motion(ends[k], pose, vel)[0]
+            advance_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, wb, wj, angle)

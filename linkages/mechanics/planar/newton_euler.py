@@ -1,0 +1,124 @@
+"""Inverse dynamics: the recursive Newton-Euler algorithm (Featherstone, 2008, ch. 5), and the force residual.
+
+The algorithm's steps are here functions of their own: `linkages.mechanics.planar.kinematics` has the accelerations of
+the bodies, `inertial_forces` the forces that these need, `generalised_force` projects forces onto the coordinates.
+Spatial vectors are described in `linkages.mechanics.planar.workspace`.
+"""
+
+from __future__ import annotations
+
+from linkages.base.kernel import Array, inlined_kernel, kernel
+from linkages.mechanics.planar.bodies import Bodies
+from linkages.mechanics.planar.flexible_dynamics import flexible_inertial_force
+from linkages.mechanics.planar.kinematics import add_to_parent, body_acceleration, joint_force, propagate_force
+from linkages.mechanics.planar.markers import turned
+from linkages.mechanics.planar.record_types import SECTION
+from linkages.mechanics.planar.traversal import backward, forward
+from linkages.mechanics.planar.workspace import Workspace
+
+
+@kernel
+def generalised_force(bodies: Bodies, pose: Array, wrench: Array, tau: Array) -> None:
+    """Add J^T w of the bodies' wrenches (nb, 3) to the generalised forces ``tau`` (n,); ``wrench`` is used up."""
+    _project(bodies, pose, wrench, tau)
+
+
+@inlined_kernel
+def _project_wrench(bodies: Bodies, i: int, pose: Array, wrench: Array, tau: Array) -> None:
+    """Add the force of body i's wrench along its joint, and pass the wrench on to the parent."""
+    body = bodies.records[i]
+    if body.dof >= 0:
+        tau[body.dof] += joint_force(body, pose, wrench[i])
+    propagate_force(bodies, i, pose, wrench, tau)
+
+
+_project = backward(_project_wrench, moving=False)
+
+
+@kernel
+def joint_wrenches(bodies: Bodies, pose: Array, wrench: Array) -> None:
+    """Turn the forces that each body needs (nb, 3), in place, into the wrenches that it gets through its joint."""
+    _accumulate(bodies, pose, wrench)
+
+
+_accumulate = backward(add_to_parent, moving=False)
+
+
+@kernel
+def inertial_forces(bodies: Bodies, work: Workspace, gravity: Array, bias: Array, modal_bias: Array) -> None:
+    """Set the forces that the motion of each body needs: rate of change of momentum less gravity and applied wrenches.
+
+    Parameters
+    ----------
+    work : Workspace
+        Its q, v, a, pose, vel, acc and wrench.
+    gravity : (2,) array
+        In plane axes [m/s2].
+    bias : (nb, 3) array
+        Filled with the wrenches on the frames.
+    modal_bias : (n,) array
+        Entries of modes are filled with their generalised forces, elastic ones included.
+    """
+    _set_inertial_forces(bodies, work, gravity, bias, modal_bias)
+
+
+@inlined_kernel
+def body_inertial_force(
+    bodies: Bodies, i: int, work: Workspace, gravity: Array, bias: Array, modal_bias: Array
+) -> None:
+    """Set the force that the motion of body i needs."""
+    body, vel, acc, wrench = bodies.records[i], work.vel, work.acc, work.wrench
+    if body.modes > 0:
+        flexible_inertial_force(bodies, i, work, gravity, bias, modal_bias)
+        for k in range(3):
+            bias[i, k] -= wrench[i, k]
+        return
+    if body.type == SECTION:  # without mass
+        bias[i, 0], bias[i, 1], bias[i, 2] = -wrench[i, 0], -wrench[i, 1], -wrench[i, 2]
+        return
+    cx, cy = turned(work.pose, i, body.cx, body.cy)
+    m, alpha, square = body.mass, acc[i, 0], vel[i, 0] * vel[i, 0]
+    fx = m * (acc[i, 1] - alpha * cy - square * cx - gravity[0])
+    fy = m * (acc[i, 2] + alpha * cx - square * cy - gravity[1])
+    bias[i, 0] = body.inertia * alpha + cx * fy - cy * fx - wrench[i, 0]
+    bias[i, 1] = fx - wrench[i, 1]
+    bias[i, 2] = fy - wrench[i, 2]
+
+
+_set_inertial_forces = forward(body_inertial_force, moving=False)
+
+
+@kernel
+def force_residual(bodies: Bodies, gravity: Array, work: Workspace) -> None:
+    """Subtract the generalised forces that the accelerations ``a`` of all coordinates need from ``tau``.
+
+    Takes `work`'s q, v, a, pose, vel and wrench; uses acc, bias and modal_bias. The residual in the entries of free
+    coordinates is the mass matrix times the error of their accelerations.
+    """
+    _needed_forces(bodies, work, gravity)
+    _subtract(bodies, work)
+
+
+@inlined_kernel
+def _needed_force(bodies: Bodies, i: int, work: Workspace, gravity: Array) -> None:
+    """Set the acceleration of body i and, if it moves, the force that it needs."""
+    body = bodies.records[i]
+    if body.type != SECTION or body.carries:  # sections have no mass
+        body_acceleration(bodies, i, work.pose, work.vel, work.v, work.a, work.acc)
+    if body.moving:
+        body_inertial_force(bodies, i, work, gravity, work.bias, work.modal_bias)
+
+
+@inlined_kernel
+def _subtract_force(bodies: Bodies, i: int, work: Workspace) -> None:
+    """Subtract the force along the coordinates of body i, and pass the wrench on to the parent."""
+    body, bias, modal_bias, tau = bodies.records[i], work.bias, work.modal_bias, work.tau
+    if body.dof >= 0:
+        tau[body.dof] -= joint_force(body, work.pose, bias[i])
+    for k in range(body.eta, body.eta + body.modes):
+        tau[k] -= modal_bias[k]
+    propagate_force(bodies, i, work.pose, bias, modal_bias)
+
+
+_needed_forces = forward(_needed_force, moving=False)
+_subtract = backward(_subtract_force)

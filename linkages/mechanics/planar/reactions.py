@@ -1,0 +1,131 @@
+"""Forces in all joints and efforts of all drives, from the motion and the applied loads."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from linkages.base.kernel import Array, Records, kernel, lazy_kernel
+from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.closure import free_jacobian, solve_columns
+from linkages.mechanics.planar.closure_rows import add_row_wrench
+from linkages.mechanics.planar.contacts import COUPLE, FX, FY, add_contact
+from linkages.mechanics.planar.kinematics import joint_force
+from linkages.mechanics.planar.loop_dynamics import solve_rows
+from linkages.mechanics.planar.markers import arm, gap, turned
+from linkages.mechanics.planar.newton_euler import generalised_force, joint_wrenches
+from linkages.mechanics.planar.record_types import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
+from linkages.mechanics.planar.workspace import Workspace
+
+_CORNERS = 4
+
+
+@kernel
+def add_known_contacts(ends: Records, contacts: Array, pose: Array, wrench: Array) -> None:
+    """Add the force pairs of contacts whose `CLEARANCE_OUTPUTS` (nc, WIDTH) are known."""
+    for k in range(len(ends)):
+        ex, ey, arms = gap(pose, ends[k].bearing, ends[k].journal)
+        add_contact(wrench, ends[k], ex, ey, arms, contacts[k, FX], contacts[k, FY], contacts[k, COUPLE])
+
+
+@lazy_kernel
+def row_reactions(model: Arrays, work: Workspace) -> None:
+    """Find the reactions of the closure rows for which the free coordinates need no other force.
+
+    Takes `work`'s pose, tau, and bias and modal_bias of `linkages.mechanics.planar.newton_euler.inertial_forces`; sets
+    the reactions. Statically indeterminate reactions are one solution of many, see `linkages.results.soundness`.
+    """
+    bodies, rows, free, n = model.bodies, model.rows, model.free, len(work.tau)
+    needed, used = work.modal_bias.copy(), work.bias.copy()
+    generalised_force(bodies, work.pose, used, needed)
+    nr, nf = len(rows), len(free)
+    jacobian, rhs, found = np.empty((nr, nf)), np.empty(nf), np.empty(nr)
+    free_jacobian(bodies, rows, work.pose, n, free, jacobian)
+    for i in range(nf):
+        rhs[i] = needed[free[i]] - work.tau[free[i]]
+    if nr == nf == model.rank:
+        across = np.empty((nf, nr))
+        for i in range(nf):
+            for k in range(nr):
+                across[i, k] = jacobian[k, i]
+        solve_columns(across, rhs, found)
+        for k in range(nr):
+            work.reaction[k] = found[k]
+        return
+    work.row_matrix[:] = 0.0  # least squares: as many equations as coordinates, fewer unknowns
+    for k in range(nr):
+        work.row_error[k] = 0.0
+    filled = np.empty(nr, np.int64)
+    for i in range(nf):
+        count = 0
+        for k in range(nr):
+            if jacobian[k, i] != 0.0:
+                filled[count] = k
+                count += 1
+        for a in range(count):
+            k = filled[a]
+            work.row_error[k] += jacobian[k, i] * rhs[i]
+            for b in range(count):
+                work.row_matrix[k, filled[b]] += jacobian[k, i] * jacobian[filled[b], i]
+    solve_rows(rows, model.rank, work.row_matrix, work.row_error, work.pivots, work.reaction)
+
+
+@kernel
+def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array, efforts: Array) -> None:
+    """Fill the forces in all joints and the efforts of all drives.
+
+    Parameters
+    ----------
+    work : Workspace
+        Its pose, tau, reaction, and bias of `linkages.mechanics.planar.newton_euler.inertial_forces`; on return the
+        bias is the wrench that each body gets through its joint.
+    contacts : (nc, WIDTH) array
+    forces : (nj, 3) array
+        Filled with fx, fy [N] and moment about the joint [N m] on each joint's child, its drive's effort left out.
+    efforts : (nd,) array
+        Filled with the torque [N m] or force [N] of each drive, prescribed ones first.
+    """
+    bodies, rows, ends, joints = model.bodies, model.rows, model.ends, model.joints
+    pose, load, reaction = work.pose, work.bias, work.reaction
+    driven, powered = model.driven_bodies, model.powered_bodies
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], pose, -reaction[k], load)
+    joint_wrenches(bodies, pose, load)
+    for k in range(len(joints)):
+        joint = joints[k]
+        at = joint.at
+        fx, fy, moment = 0.0, 0.0, 0.0
+        if joint.source == OF_TREE:
+            rx, ry = arm(pose, joint.child)
+            b = joint.child.body
+            ox, oy = pose[at, 0] - pose[b, 0] - rx, pose[at, 1] - pose[b, 1] - ry
+            fx, fy = load[at, 1], load[at, 2]
+            moment = load[at, 0] + ox * fy - oy * fx
+            if joint.reversed:
+                fx, fy, moment = -fx, -fy, -moment
+            if joint.type == REVOLUTE:  # the moment is its drive's
+                moment = 0.0
+            elif joint.type == PRISMATIC:
+                ux, uy = turned(pose, joint.parent, joint.ux, joint.uy)
+                free = fx * ux + fy * uy
+                fx, fy = fx - free * ux, fy - free * uy
+        elif joint.source == OF_ROWS:
+            fx, fy = reaction[at], reaction[at + 1]
+            if joint.type == PRISMATIC:
+                nx, ny = turned(pose, joint.parent, -joint.uy, joint.ux)
+                fx, fy, moment = reaction[at] * nx, reaction[at] * ny, reaction[at + 1]
+            elif joint.type == FIXED:
+                moment = reaction[at + 2]
+        elif joint.source == OF_JOURNAL:
+            fx, fy, moment = contacts[at, FX], contacts[at, FY], contacts[at, COUPLE]
+        else:
+            cx, cy = arm(pose, joint.child)
+            for i in range(at, at + _CORNERS):
+                rx, ry = arm(pose, ends[i].journal)
+                fx += contacts[i, FX]
+                fy += contacts[i, FY]
+                moment += (rx - cx) * contacts[i, FY] - (ry - cy) * contacts[i, FX]
+        forces[k, 0], forces[k, 1], forces[k, 2] = fx, fy, moment
+    for k in range(len(driven)):
+        efforts[k] = joint_force(bodies.records[driven[k]], pose, load[driven[k]])
+    for k in range(len(powered)):
+        efforts[len(driven) + k] = work.tau[bodies.records[powered[k]].dof]

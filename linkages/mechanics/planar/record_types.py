@@ -1,0 +1,148 @@
+"""The records that compiled kernels work on."""
+
+from __future__ import annotations
+
+from linkages.base.kernel import record_type
+
+#: A point fixed to a body: joints, contacts, loads, springs and outputs attach to it; see
+#: `linkages.mechanics.planar.markers`.
+MARKER = record_type(
+    body="i8",
+    x="f8",  # in the body's frame [m]
+    y="f8",
+)
+
+#: Types of joints. A `SECTION` is no joint: the body is a cross-section of its parent, a flexible body.
+FIXED, REVOLUTE, PRISMATIC, SECTION = 0, 1, 2, 3
+
+#: One body and the joint that carries it. A parent comes before its children. See `linkages.mechanics.planar.bodies`.
+BODY = record_type(
+    mount=MARKER,  # joint on the parent; section: its place on the undeformed beam
+    type="i8",  # FIXED, REVOLUTE, PRISMATIC or SECTION
+    dof="i8",  # index of its coordinate in q and v; -1 if fixed
+    driven="i8",  # index of the motion that prescribes the coordinate; -1 if free
+    moving="i8",  # 1 if a free coordinate moves it, directly or through its parents
+    carries="i8",  # 1 if it carries other bodies
+    detached="i8",  # section: 1 if other bodies than sections of its beam are between it and the beam
+    sign="f8",  # revolute: +1 if q turns the body counter-clockwise
+    ux="f8",  # prismatic: unit direction in the parent's frame; section: direction of the beam
+    uy="f8",
+    modes="i8",  # number of modal coordinates
+    bends="i8",  # number of bending modes, which come first; the others are axial
+    eta="i8",  # index of the first modal coordinate in q and v
+    ex="f8",  # flexible body: direction of the beam in its frame
+    ey="f8",
+    mass="f8",  # [kg]
+    cx="f8",  # mass centre in the body's frame [m]
+    cy="f8",
+    inertia="f8",  # about the mass centre [kg m2]
+)
+
+#: Kinds of terms: displacement along a world direction, along a direction fixed to body a, relative angle.
+ALONG_WORLD, ALONG_BODY, ANGLE = 0, 1, 2
+
+#: A displacement or angle between markers a and b.
+TERM = record_type(
+    kind="i8",
+    a=MARKER,
+    b=MARKER,
+    ux="f8",  # direction
+    uy="f8",
+)
+
+#: One scalar closure equation: a term is zero. Two or three such rows close a cut joint. The row of a gear: the term
+#: less ``ratio`` times the other term is ``offset``. Rows multiplied by their ``scale`` are comparable.
+ROW = record_type(
+    term=TERM,
+    ratio="f8",  # 0: no other term
+    other=TERM,
+    offset="f8",
+    scale="f8",
+)
+
+#: Kinds of contact: a journal in its bearing, a corner of a block at a wall of its slot (or any point at a straight
+#: line), a journal and a bearing at least one of which is worn, an angle between two bodies at its limit,
+#: a journal in a bearing with a groove or a tilt, whose film depends on the bearing's angle, and one whose film has a
+#: history.
+JOURNAL, CORNER, WORN, STOP, ORIENTED, HISTORY = 0, 1, 2, 3, 4, 5
+
+#: The two ends of a contact. Journal: centre of the bearing on the outer body, of the journal on the inner one.
+#: Corner: a point of the slot's middle line on the outer body, the corner on the inner one. Stop: any points.
+ENDS = record_type(
+    kind="i8",
+    bearing=MARKER,  # on the outer body
+    journal=MARKER,  # on the inner body
+    nx="f8",  # corner: normal into the wall, in the outer body's frame; stop: +1 if the inner body meets it turning
+    ny="f8",  # counter-clockwise from the outer one, -1 if clockwise
+    half="f8",  # corner: half the height of the block [m]; stop: nx times the angle of the stop, less the clearance
+)
+
+#: Kinds of applied load.
+FORCE, PUSH, SPRING, COORDINATE_SPRING = 0, 1, 2, 3
+
+#: A position or speed that a load depends on: ``scale`` times a term's value less ``offset``, or times its rate.
+SIGNAL = record_type(
+    term=TERM,
+    scale="f8",
+    offset="f8",
+    rate="i8",  # 1 for the rate
+)
+
+#: A flexible link, or a substructure of one, for its internal forces and deflection.
+BEAM = record_type(
+    body="i8",
+    first="i8",  # its first station
+    count="i8",  # number of its stations
+    area="f8",  # of the section [m2]
+    leverage="f8",  # stress at its edges over the bending moment [1/m3]
+    origin="f8",  # place of the frame's origin from the first end of the link's beam [m]
+    start="i8",  # body of the section at its first end
+    first_end="i8",  # bodies of the sections at the ends of the link's beam
+    last_end="i8",
+)
+
+#: A cross-section of a beam at which internal forces are computed. Integrals extend from it outwards to the beam's end.
+STATION = record_type(
+    place="f8",  # abscissa from the frame's origin [m]
+    mass="f8",  # mass beyond it [kg]
+    first="f8",  # first moment of that mass [kg m]
+    second="f8",  # second moment [kg m2]
+)
+
+#: A mode at a station: integrals over the mass beyond it, of the axial shape a and the bending shape b, and of these
+#: times the abscissa; both shapes at the station.
+STATION_MODE = record_type(mass_a="f8", mass_b="f8", first_a="f8", first_b="f8", a="f8", b="f8")
+
+#: One applied load. A force acts at marker a. A push, such as a torque, acts along a term, on its second body and
+#: against the first. Their values are the functions ``motion`` (and ``motion + 1``, a force's second component). A
+#: spring joins marker a to marker b; a coordinate spring resists the change of a term.
+LOAD = record_type(
+    kind="i8",
+    a=MARKER,
+    b=MARKER,
+    motion="i8",  # index of the value's function; -1 for springs
+    turns="i8",  # force: 1 if given in the axes of a frame on the body, 0 if in plane axes
+    ux="f8",  # force: x axis of that frame
+    uy="f8",
+    sign="f8",  # change of the joint's coordinate, or of the angle, over the change of the term: 1 or -1
+    stiffness="f8",  # [N/m, N m/rad]
+    free="f8",  # free length [m] or angle [rad]
+    damping="f8",  # [N s/m, N m s/rad]
+    term=TERM,  # push, coordinate spring
+)
+
+#: Sources of the force in a joint: the tree's recursion, a cut joint's closure rows, a journal's contact, the contacts
+#: of a guide's corners.
+OF_TREE, OF_ROWS, OF_JOURNAL, OF_CORNERS = 0, 1, 2, 3
+
+#: One joint of the mechanism, for the force in it.
+JOINT = record_type(
+    source="i8",
+    type="i8",  # FIXED, REVOLUTE or PRISMATIC
+    at="i8",  # body that it carries, first row, or first contact
+    reversed="i8",  # tree: 1 if it carries the mechanism's parent
+    parent="i8",  # body
+    child=MARKER,  # place of the joint on the child
+    ux="f8",  # prismatic: unit direction in the parent's frame
+    uy="f8",
+)

@@ -1,0 +1,57 @@
+"""Forward and backward passes over the tree of bodies: an algorithm is a few functions of one body, passed to these."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from linkages.base.kernel import inlined_kernel
+from linkages.mechanics.planar.bodies import Bodies
+
+
+def forward(visit: Callable[..., Any], moving: bool = True) -> Callable[..., None]:
+    """Make a pass that calls ``visit(bodies, i, *given)`` for parents before their children, the world excepted.
+
+    Parameters
+    ----------
+    visit : kernel
+    moving : bool
+        Only for bodies that a free coordinate moves.
+
+    Returns
+    -------
+    kernel ``(bodies, *given)``, inlined into its callers
+    """
+    step = _if_moving(visit) if moving else visit
+
+    @inlined_kernel
+    def sweep(bodies: Bodies, *given: Any) -> None:
+        """Visit the bodies in their order."""
+        for i in range(1, len(bodies.records)):
+            step(bodies, i, *given)
+
+    return sweep
+
+
+def backward(visit: Callable[..., Any], moving: bool = True) -> Callable[..., None]:
+    """Make a pass that calls ``visit(bodies, i, *given)`` for children before their parents; see `forward`."""
+    step = _if_moving(visit) if moving else visit
+
+    @inlined_kernel
+    def sweep(bodies: Bodies, *given: Any) -> None:
+        """Visit the bodies in the reverse of their order."""
+        for i in range(len(bodies.records) - 1, 0, -1):
+            step(bodies, i, *given)
+
+    return sweep
+
+
+def _if_moving(visit: Callable[..., Any]) -> Callable[..., None]:
+    """Make a kernel that visits bodies that a free coordinate moves, and no others."""
+
+    @inlined_kernel
+    def check(bodies: Bodies, i: int, *given: Any) -> None:
+        if bodies.records[i].moving:
+            visit(bodies, i, *given)
+
+    return check

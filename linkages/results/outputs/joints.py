@@ -1,0 +1,143 @@
+"""Outputs of forces: in joints, of drives, applied loads and gears."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from linkages.mechanics.planar.closure_rows import term_rate
+from linkages.mechanics.planar.loads import POWER, SECOND, VALUE
+from linkages.results.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities, quantity
+from linkages.system import System
+
+
+@formula("forces")
+def _joint_force(output: np.record, seen: Snapshot) -> float:
+    force = seen.forces[output.at]
+    return (force[0], force[1], math.hypot(force[0], force[1]), force[2])[output.column]
+
+
+@formula("forces")
+def _drive(output: np.record, seen: Snapshot) -> float:
+    effort, rate = seen.efforts[output.at], seen.state.v[output.other]
+    return (effort, rate, effort * rate)[output.column]
+
+
+@formula("loads")
+def _load(output: np.record, seen: Snapshot) -> float:
+    return seen.loads[output.at, output.column]
+
+
+@formula("loads")
+def _force(output: np.record, seen: Snapshot) -> float:
+    return math.hypot(seen.loads[output.at, VALUE], seen.loads[output.at, SECOND])
+
+
+@formula("forces")
+def _gear(output: np.record, seen: Snapshot) -> float:
+    k = len(seen.model.rows) + output.at
+    reaction = seen.state.reaction[k]
+    if output.column == 0:
+        return output.constant * reaction
+    return reaction * term_rate(seen.model.rows[k].term, seen.state.pose, seen.state.vel)
+
+
+_OF_JOINT = quantities(
+    _joint_force,
+    fx="force on the joint's child along x_P, without the drive's [N]",
+    fy="force on the joint's child along y_P, without the drive's [N]",
+    force="magnitude of the force [N]",
+    moment="moment on the child about the joint, without the drive's [N m]",
+)
+_OF_DRIVE = quantities(
+    _drive,
+    torque="torque (prismatic joint: force) of the drive along the joint's coordinate; JOINT.force excludes it"
+    " [N m or N]",
+    rate="rate of the joint's coordinate [rad/s or m/s]",
+    power="power delivered by the drive [W]",
+)
+_POWER = {"power": quantity("power that the load delivers to the linkage [W]", _load, POWER)}
+_OF_FORCE = {
+    "fx": quantity("applied force along x_P [N]", _load, VALUE),
+    "fy": quantity("applied force along y_P [N]", _load, SECOND),
+    "force": quantity("magnitude of the applied force [N]", _force),
+    **_POWER,
+}
+_OF_TORQUE = "applied torque, counter-clockwise; in a joint: along its coordinate [N m]"
+_OF_FRICTION = "friction in an ideal joint, along its coordinate"
+_TURN, _SHIFT = (
+    "angle, zero in the reference configuration [rad]",
+    "displacement, zero in the reference configuration [m]",
+)
+
+
+def _values(**texts: str) -> dict[str, Declaration]:
+    """Make the quantities of a load: its value, a second one if any, its power."""
+    return quantities(_load, **texts) | _POWER
+
+
+def _passed(name: str, unit: str) -> dict[str, Declaration]:
+    """Make the quantities of a gear."""
+    text = f"{name} on the second joint, along its coordinate [{unit}]"
+    return quantities(_gear, **{name: text, "power": "power transmitted to the second joint [W]"})
+
+
+def turns(system: System, table: str, name: str) -> bool:
+    """Tell whether a stop, friction, gear or spring gives a torque; the second joint of a gear counts."""
+    element = getattr(system.experiment, table)[name]
+    joint = element.joints[1] if table == "gears" else element.joint
+    return joint is None or system.mechanism.joint[joint].type == "revolute"
+
+
+def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
+    """List the stops, frictions, gears or torsion springs that give a torque, or a force."""
+    return lambda system: [name for name in getattr(system.experiment, table) if turns(system, table, name) is turning]
+
+
+def _at_joint(system: System, name: str) -> Element:
+    return Element(list(system.mechanism.joint).index(name))
+
+
+def _drives(system: System) -> tuple[str, ...]:
+    return (*system.tree.driven, *system.tree.powered)
+
+
+def _at_drive(system: System, name: str) -> Element:
+    return Element(_drives(system).index(name), system.tree.coordinates.index(name))
+
+
+def _at_load(system: System, name: str) -> Element:
+    return Element([load for _, load in system.experiment.loads].index(name))
+
+
+def _at_gear(system: System, name: str) -> Element:
+    gears = system.experiment.gears
+    sign = system.tree.coordinate(gears[name].joints[1])[1]
+    return Element(list(gears).index(name) - len(gears), constant=sign)
+
+
+#: Joints, drives, applied loads, gears.
+FORCES = (
+    Owner("JOINT", lambda system: system.mechanism.joint, _at_joint, _OF_JOINT),
+    Owner("DRIVE", _drives, _at_drive, _OF_DRIVE),
+    Owner("FORCE", lambda system: system.experiment.forces, _at_load, _OF_FORCE),
+    Owner("TORQUE", lambda system: system.experiment.torques, _at_load, _values(torque=_OF_TORQUE)),
+    Owner(
+        "SPRING", lambda system: system.experiment.springs, _at_load,
+        _values(force="tension [N]", length="distance of the ends [m]"),
+    ),
+    Owner(
+        "TORSION SPRING", of_joints("torsion_springs", True), _at_load,
+        _values(torque="torque against its angle [N m]", angle=_TURN),
+    ),
+    Owner(
+        "TORSION SPRING (prismatic)", of_joints("torsion_springs", False), _at_load,
+        _values(force="force against its displacement [N]", displacement=_SHIFT),
+    ),
+    Owner("FRICTION (revolute)", of_joints("frictions", True), _at_load, _values(torque=f"{_OF_FRICTION} [N m]")),
+    Owner("FRICTION (prismatic)", of_joints("frictions", False), _at_load, _values(force=f"{_OF_FRICTION} [N]")),
+    Owner("GEAR (revolute)", of_joints("gears", True), _at_gear, _passed("torque", "N m")),
+    Owner("GEAR (prismatic)", of_joints("gears", False), _at_gear, _passed("force", "N")),
+)  # fmt: skip

@@ -1,0 +1,208 @@
+"""Registry of the outputs of a linkage by name: meaning, unit, owner, and the record for the kernels.
+
+A name is ``OWNER.quantity``, or a quantity of the whole linkage. Both engines compute all outputs over time and as
+statistics of batches; `table` gives the documentation. Three names derive from others:
+
+``POINT.quantity.jitter``
+    The quantity minus its ideal value at the same time, if the drives determine the ideal motion.
+``ideal.NAME``
+    An output of the linkage with every joint ideal: exact kinematics and inverse dynamics, no run.
+``ideal.JOINT.turning_rate``
+    Angular velocity of the direction of a joint force [rad/s], counter-clockwise positive.
+
+To add an output: a line in the quantities of its element, in one of the modules that `OWNERS` lists, and its formula
+there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from linkages.base.errors import AssemblyError, InputError, nearest
+from linkages.base.kernel import Records
+from linkages.input.model.segment_model import HINGE
+from linkages.results.outputs.contacts import PLAY, WALLS
+from linkages.results.outputs.joints import FORCES
+from linkages.results.outputs.links import LINKS
+from linkages.results.outputs.points import COORDINATES, POINTS
+from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, Owner
+from linkages.system import System
+
+JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
+
+#: All kinds of elements with outputs; the first one wins if names are equal.
+OWNERS = (*POINTS, *PLAY, *FORCES, *WALLS, *LINKS)
+
+#: The formulas of all quantities and their numbers, which the records of outputs hold.
+FORMULAS = {
+    formula: k
+    for k, formula in enumerate(
+        dict.fromkeys(quantity.formula for owner in (*OWNERS, COORDINATES) for quantity in owner.quantities.values())
+    )
+}
+
+
+def names(system: System, ideal: bool = False) -> list[str]:
+    """List all outputs of a system without jitter; `ideal`: of the linkage with every joint ideal."""
+    found = {f"q.{name}": None for name in system.tree.coordinates}
+    for owner, things in _asked(system, ideal):
+        for thing in things:
+            found |= {_joined(thing, name): None for name in owner.quantities}
+    return list(found)
+
+
+def count(system: System) -> int:
+    """Return how many outputs `names` lists, faster."""
+    return len(system.tree.coordinates) + _distinct(tuple(tuple(things) for _, things in _asked(system, False)))
+
+
+@lru_cache(maxsize=64)  # systems of one linkage have the same elements
+def _distinct(asked: tuple[tuple[str, ...], ...]) -> int:
+    """Count the outputs of elements of each of `OWNERS`."""
+    owned = zip(OWNERS, asked, strict=True)
+    return len({(thing, name) for owner, things in owned for thing in things for name in owner.quantities})
+
+
+def _find(system: System, name: str, ideal: bool) -> Callable[[System], tuple[Any, ...]]:
+    """Return a function that makes the `OUTPUT` with a name, for systems with the elements of this one."""
+    plain = name.removesuffix(JITTER)
+    owner, quantity, thing = _look_up(system, plain, ideal)
+    jitter = plain != name
+    if jitter and (owner not in POINTS or ideal):
+        raise _wrong(system, name, "jitter exists only for the motion of a link or frame")
+    if jitter and not _determinate(system):
+        raise _wrong(system, name, "the prescribed drives do not determine an ideal motion")
+    first, last = (
+        (FORMULAS[quantity.formula], quantity.column),
+        (jitter, *(part in quantity.formula.reads for part in READS)),
+    )
+    return lambda one: (*first, *owner.element(one, thing), *last)
+
+
+def has_jitter(system: System, name: str) -> bool:
+    """Check whether an output has a jitter: it belongs to a point, and the drives determine the motion."""
+    return _look_up(system, name, ideal=False)[0] in POINTS and _determinate(system)
+
+
+def unit(system: System, name: str) -> str:
+    """Return the SI unit of an output.
+
+    Raises
+    ------
+    InputError
+        If the output is unknown.
+    """
+    if name.removeprefix(IDEAL).endswith(f".{TURNING}"):
+        return "rad/s"
+    plain = name.removeprefix(IDEAL).removesuffix(JITTER)
+    if plain.removeprefix("q.").partition(HINGE)[0] in system.tree.flexible:  # of a run with rigid segments
+        return "rad"
+    owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
+    joint = system.mechanism.joint.get(thing)
+    slides = joint is not None and joint.type == "prismatic"
+    if owner is COORDINATES:
+        floats, _, part = thing.rpartition(".")  # x, y or angle of a floating link, or a mode
+        return "m" if slides or (floats and part != "angle") else "rad"
+    return quantity.prismatic if slides and quantity.prismatic else quantity.unit
+
+
+def check_output(system: System, name: str) -> None:
+    """Check that an output exists, including ``ideal.`` outputs.
+
+    Raises
+    ------
+    InputError
+        If the output is unknown.
+    """
+    plain = name.removeprefix(IDEAL)
+    joint, _, quantity = plain.rpartition(".")
+    if plain == name or quantity != TURNING or joint not in system.mechanism.joint:
+        _find(system, plain, ideal=plain != name)
+
+
+def default_outputs(system: System) -> tuple[str, ...]:
+    """List the experiment's outputs, force and eccentricity of each contact, torques of the drives."""
+    labels = [label for _, label in system.tree.contacts]
+    return (
+        *system.experiment.outputs,
+        *(f"{label}.{name}" for label in labels for name in ("force", "eccentricity_ratio")),
+        *(f"{name}.torque" for name in system.experiment.drives),
+    )
+
+
+def pack(system: System, wanted: Iterable[str], ideal: bool = False) -> Records:
+    """Make the records of named outputs.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
+    return packer(system, wanted, ideal)(system)
+
+
+def packer(system: System, wanted: Iterable[str], ideal: bool = False) -> Callable[[System], Records]:
+    """Return a function that makes the records of named outputs for systems with the elements of this one.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
+    found = [_find(system, name, ideal) for name in wanted]
+    return lambda one: np.array([record(one) for record in found], OUTPUT)
+
+
+def table() -> Iterator[tuple[str, str, str]]:
+    """Yield name, meaning and unit of every output for the documentation; kinds of joints share rows."""
+    kinds: dict[tuple[str, str, Declaration], list[str]] = {}
+    for owner in (*OWNERS, COORDINATES):
+        label, _, kind = owner.label.removesuffix(")").partition(" (")
+        for name, quantity in owner.quantities.items():
+            kinds.setdefault((label, name, quantity), []).append(kind)
+    for (label, name, quantity), found in kinds.items():
+        also = f" or {quantity.prismatic}" if quantity.prismatic else ""
+        shown = f"{label} ({', '.join(found)})" if found[0] else label
+        yield _joined(shown, name), quantity.meaning, quantity.unit + also
+    yield f"POINT.quantity{JITTER}", "a point's quantity minus its value in the ideal linkage", "its own"
+    yield f"{IDEAL}NAME", "an output of the linkage with every joint ideal", "its own"
+    yield f"{IDEAL}JOINT.{TURNING}", "rate at which the direction of a joint force turns", "rad/s"
+
+
+def _joined(thing: str, quantity: str) -> str:
+    return f"{thing}.{quantity}" if thing else quantity
+
+
+def _asked(system: System, ideal: bool) -> Iterator[tuple[Owner, Iterable[str]]]:
+    """Yield each kind of elements with the names of the elements that have columns in a run."""
+    for owner in OWNERS:
+        if not (ideal and owner.real):
+            yield owner, (owner.asked or owner.names)(system)
+
+
+def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Declaration, str]:
+    if name.startswith("q.") and name.removeprefix("q.") in system.tree.coordinates:
+        return COORDINATES, COORDINATES.quantities["COORDINATE"], name.removeprefix("q.")
+    thing, dot, quantity = name.rpartition(".")
+    for owner in OWNERS:
+        suits = quantity in owner.quantities and bool(dot) == bool(thing) and not (ideal and owner.real)
+        if suits and thing in owner.names(system):
+            return owner, owner.quantities[quantity], thing
+    known = names(system, ideal)
+    same = [other for other in known if other.startswith(f"{name.partition('.')[0]}.")]
+    raise _wrong(system, name, f"is unknown; {nearest(name, same or known)}")
+
+
+def _wrong(system: System, name: str, reason: str) -> InputError:
+    return InputError(system.experiment.source, f'output "{name}"', reason)
+
+
+def _determinate(system: System) -> bool:
+    try:
+        return system.determinate
+    except AssemblyError:  # the run reports the error
+        return True

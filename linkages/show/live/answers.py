@@ -1,0 +1,193 @@
+"""Requests of the front end and their replies, the same for the page and for a notebook.
+
+| kind     | request                       | reply                                                                 |
+|----------|-------------------------------|-----------------------------------------------------------------------|
+| start    |                               | title, versions, controls, names of the file and of the folder        |
+| run      | values, restart               | see `compute`                           |
+| picture  | values                        | see `picture`                           |
+| numbers  |                               | the table of that run, see `numbers_for`           |
+| warnings |                               | warnings about that run                                               |
+| save     | values, name, replace         | the file that was written, and the command that runs it               |
+| export   | values, name, replace         | the folder that was written, by ``linkages simulate``                 |
+
+Each request can name its page by a text ``page``: runs, numbers and warnings of pages are independent. A request that
+cannot be answered gets ``{"error": TEXT}``, and a request for a run that a newer one of its page has overtaken
+``{"outdated": true}``.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.items import Item
+
+from linkages.base.errors import AssemblyError, InputError, RunError
+from linkages.input.files.toml import parse_value
+from linkages.input.files.versions import versions
+from linkages.input.files.writing import errors_of_writing, whole
+from linkages.input.model.experiment import Experiment
+from linkages.show.live.controls import Control
+from linkages.show.live.session import OutdatedError, Session, TimeLimitError, checked
+from linkages.show.plots.curves import script
+from linkages.show.plots.pages import own_text
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
+_EXPORT = 600.0  # longest time of an export [s]
+_PAGES = 20  # pages whose last run is kept
+
+
+class Answers:
+    """Answers the requests of the front end, which can be shown several times: in tabs, or below cells of a notebook.
+
+    Each page has its own copy of the session. Files are saved in the folder, with the values `given` on the command
+    line.
+    """
+
+    def __init__(
+        self, session: Session, controls: Mapping[str, Control], folder: Path, given: Mapping[str, Any] | None = None
+    ) -> None:
+        self.session, self.controls, self.folder, self.given = session, controls, folder, dict(given or {})
+        self._pages: dict[str, Session] = {}
+
+    def answer(self, kind: str, request: Any, outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
+        """Answer a request from outside: everything in it is checked. `outdated` tells whether a newer one waits."""
+        known: dict[str, Callable[[Session, dict[str, Any]], dict[str, Any]]] = {
+            "start": self._start,
+            "run": partial(self._run, outdated),
+            "picture": lambda session, request: session.picture(self._values(request)),
+            "numbers": lambda session, _: session.numbers(),
+            "warnings": lambda session, _: {"warnings": session.warnings()},
+            "save": self._save,
+            "export": self._export,
+        }
+        try:
+            if kind not in known or not isinstance(request, dict):
+                raise InputError("page", str(kind)[:40], f"is no request; one of {', '.join(known)}")
+            return known[kind](self._session_of(request), request)
+        except OutdatedError:
+            return {"outdated": True}
+        except TimeLimitError:
+            return {"error": f"the run takes longer than {self.session.limit:g} s and was given up"}
+        except (InputError, AssemblyError, RunError) as problem:
+            return {"error": str(problem)}
+        except OSError as problem:
+            return {"error": f"{problem.filename or self.folder}: {problem.strerror or problem}"}
+
+    def _session_of(self, request: dict[str, Any]) -> Session:
+        """Return the session of a request's page; the page that was used longest ago is forgotten."""
+        page = page_of(request)
+        session = self._pages.pop(page, None) or self.session.for_page()
+        self._pages[page] = session
+        if len(self._pages) > _PAGES:
+            self._pages.pop(next(iter(self._pages)))
+        return session
+
+    def _start(self, session: Session, _: dict[str, Any]) -> dict[str, Any]:
+        experiment = session.system.experiment
+        return {
+            "title": experiment.title or experiment.source.stem,
+            "file": experiment.source.name,
+            "name": f"{experiment.source.stem}_play",
+            "folder": str(self.folder.resolve()),
+            "versions": versions(),
+            "controls": [asdict(control) for control in self.controls.values()],
+        }
+
+    def _run(self, outdated: Callable[[], bool], session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        values = self._values(request)
+        if request.get("restart") is True:
+            session.restart()
+        return session.compute(values, outdated)
+
+    def _save(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        """Save a file with the values of the run that the page shows: it gives the same numbers."""
+        name = request.get("name")
+        if not isinstance(name, str) or not _NAME.fullmatch(name.removesuffix(".toml")):
+            problem = "is no name of a file here; use letters, digits, '_', '-' and '.', without a folder"
+            raise InputError("page", repr(name)[:60], problem)
+        target = self.folder / f"{name.removesuffix('.toml')}.toml"
+        values = {**self.given, **session.values_shown(self._values(request))}
+        save(session.system.experiment, values, target, request.get("replace") is True)
+        return {"written": str(target), "command": f"linkages simulate {target}"}
+
+    def _export(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        """Save the file, and let ``linkages simulate`` write its folder: the files are the same by construction."""
+        target = Path(self._save(session, request)["written"])
+        out = target.with_suffix("")
+        command = [sys.executable, "-m", "linkages.cli.main", "simulate", str(target), "--out", str(out), "--quiet"]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=_EXPORT, check=False)
+        except subprocess.TimeoutExpired:
+            raise InputError(
+                "export", target.name, f"takes longer than {_EXPORT:g} s; run: {' '.join(command[3:])}"
+            ) from None
+        if done.returncode not in (0, 1):
+            raise InputError("export", target.name, done.stderr.strip().rpartition("\n")[2] or "failed")
+        return {"written": str(out), "command": f"linkages report {out}"}
+
+    def _values(self, request: dict[str, Any]) -> dict[str, float | str]:
+        return checked(request.get("values", {}), self.controls)
+
+
+@cache
+def front_end(name: str) -> str:
+    """Return the page, its style, or its script, one ES module that exports `mount` and, for anywidget, a default."""
+    text = own_text("linkages.show.live", name)
+    return f"{script()}\n{text}" if name == "live.js" else text
+
+
+def page_of(request: Any) -> str:
+    """Return the name of a request's page; empty without one."""
+    return str(request.get("page", ""))[:40] if isinstance(request, dict) else ""
+
+
+def edited(experiment: Experiment, values: Mapping[str, Any], target: Path) -> str:
+    """Return the text of an experiment's file with other values; comments say that they are from the live page.
+
+    Strings are read as TOML values. The mechanism's path is relative if it is in the folder of the target or below.
+    """
+    document = tomlkit.parse(experiment.source.read_text(encoding="utf-8"))
+    for path, given in values.items():
+        _replace(document, path, parse_value(given) if isinstance(given, str) else given)
+    machine, folder = experiment.mechanism_path.resolve(), target.resolve().parent
+    named = str(machine.relative_to(folder) if machine.is_relative_to(folder) else machine)
+    if named != document["mechanism"]:
+        _replace(document, "mechanism", named)
+    return tomlkit.dumps(document)
+
+
+def save(experiment: Experiment, values: Mapping[str, Any], target: Path, replace: bool = False) -> None:
+    """Write an experiment's file with other values, whole or not at all; see `edited`.
+
+    InputError if the file exists and is not to be replaced, or cannot be written.
+    """
+    if target.exists() and not replace:
+        raise InputError("page", target.name, f"exists in {target.parent.resolve()}; choose another name")
+    text = edited(experiment, values, target)
+    with errors_of_writing(target.parent):
+        target.parent.mkdir(parents=True, exist_ok=True)
+    with whole(target) as file:
+        file.write_text(text, encoding="utf-8")
+
+
+def _replace(document: tomlkit.TOMLDocument, path: str, value: Any) -> None:
+    """Set a value at a dotted path, with its origin and the value before as its comment."""
+    *tables, key = path.split(".")
+    here: Any = document
+    for name in tables:
+        if name not in here:
+            here[name] = tomlkit.table()
+        here = here[name]
+    before = here.get(key)
+    item: Item = tomlkit.item(value)
+    was = "" if before is None or isinstance(before, dict) else f"; before: {tomlkit.item(before).as_string()}"
+    item.comment(f"live page{was}" if len(was) < 60 else "live page")
+    here[key] = item

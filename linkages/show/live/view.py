@@ -1,0 +1,180 @@
+"""A run as the numbers of the page: poses of the bodies, curves and orbits that it draws; its table of peaks.
+
+Times in a view are counted from the start of the shown part of the run, so that views of different runs of one machine
+lie on each other at the same phase of its drives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from linkages.base.arrays import Array
+from linkages.base.errors import AssemblyError, RunError, Status
+from linkages.engines.assessment import ideal
+from linkages.input.model.experiment import QUANTITIES
+from linkages.results.assessment import Assessment
+from linkages.results.characteristics import link_columns, numbers
+from linkages.results.extremes import peaks
+from linkages.results.outputs.registry import names
+from linkages.results.trajectory import Trajectory
+from linkages.show.plots.curves import columns, curves, short
+from linkages.show.plots.drawing import draw, svg
+from linkages.show.plots.drawing.drawing import Drawing
+from linkages.show.plots.drawing.svg import scale
+from linkages.show.report.words import motion_lines, output_unit
+from linkages.system import System
+
+_FRAMES = 121  # poses of the moving picture; the page interpolates
+_ORBIT = 600  # points of an orbit
+_INTERVALS = 160  # parts of the time of a curve, see `linkages.show.plots.curves.seen`
+
+
+def columns_of(system: System) -> list[str]:
+    """Name the columns of a run that a view needs: all but the motions of frames that nobody has asked for."""
+    shown = {f"{link.name}.{key}" for link in system.mechanism.links for key in ("x", "y", "angle", "omega")}
+    shown |= set(system.experiment.outputs)
+    return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
+
+
+def ideal_of(system: System, duration: float) -> Trajectory | None:
+    """Move the linkage with ideal joints for a time [s]; None where it cannot move."""
+    try:
+        return ideal(system.replaced({"duration": duration}))
+    except (AssemblyError, RunError):
+        return None
+
+
+def shown_part(assessment: Assessment, period: float | None) -> tuple[float, float]:
+    """Return the part of a run whose curves are shown [s]: its steady cycle, else two periods, else all of it."""
+    end = float(assessment.run.time[-1])
+    if assessment.motion.cycle is not None:
+        return assessment.motion.cycle
+    return (max(end - 2.0 * period, 0.0), end) if period is not None else (0.0, end)
+
+
+def view(
+    assessment: Assessment, exact: Trajectory | None, part: tuple[float, float], frames: Mapping[str, Array]
+) -> dict[str, Any]:
+    """Return the pictures of the page for a part of a run [s], ready for JSON.
+
+    They are `status`, `periodic`, `from` and `to` [s], `time` of the frames of the moving picture, `curves`, `orbits`.
+    The motion with ideal joints begins at the phase of the part; the frames are from `frames_of`.
+    """
+    system, run = assessment.system, assessment.run
+    shown = run.within(*part)
+    moved = replace(shown, time=shown.time - shown.time[0], evaluate=None)
+    drawn = columns(system.experiment.outputs, system.tree.play, system.experiment.drives)
+    return {
+        "status": run.status.value,
+        "remedy": "" if run.status is Status.OK else run.status.remedy,
+        "periodic": assessment.motion.kind == "periodic",
+        "from": part[0],
+        "to": part[1],
+        "time": short(np.linspace(0.0, part[1] - part[0], _FRAMES)),
+        "curves": curves(drawn, moved, exact, assessment.noise, _INTERVALS),
+        "orbits": [_orbit(system, name, shown, frames) for name in system.tree.play if f"{name}.ex" in run.columns],
+    }
+
+
+def frames_of(run: Trajectory, part: tuple[float, float]) -> Mapping[str, Array]:
+    """Evaluate a run at the times of the frames of the moving picture, from the begin to the end of a part [s]."""
+    return run.evaluate(np.linspace(*part, _FRAMES)) if run.evaluate is not None else {}
+
+
+def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, Any]:
+    """Return the numbers of the page for a run, which can take longer than the run: `motion` (lines) and `table`."""
+    run, span, report = assessment.run, assessment.windows.get(assessment.reported), assessment.reported
+    part = run if span is None else run.within(*span)
+    peaks = numbers(assessment.system, part, assessment.meaningless, assessment.contacts)
+    windows = {} if span is None else {report: {"from": span[0], "to": span[1], **peaks}}
+    told = {"motion": assessment.motion.content, "start_up": assessment.start_up, "duration": float(run.time[-1])}
+    lines = motion_lines(peaks | told | {"report": report, "windows": windows})
+    return {"motion": lines, "table": _table(assessment, peaks, exact)}
+
+
+def drawing_of(system: System) -> tuple[Drawing, dict[str, Any]]:
+    """Draw a machine, for `view` and for the page."""
+    drawing = draw(system)
+    place = {"low": float(drawing.low[0]), "high": float(drawing.high[1]), "scale": scale(drawing)}
+    return drawing, {"svg": str(svg(drawing, said=False)), **place}
+
+
+def _table(assessment: Assessment, peaks: dict[str, Any], exact: Trajectory | None) -> list[dict[str, Any]]:
+    """Rows of the table: name, unit, peak, the ideal linkage's peak, and the spread of the peaks of single periods."""
+    rows = []
+    perfect = numbers(assessment.system, exact, ()) if exact is not None else None
+
+    def row(name: str, unit: str, value: float | None, *where: str) -> None:
+        other: Any = perfect if where else None
+        for key in where:
+            other = other and other[key]
+        rows.append({"name": name, "unit": unit, "value": value, "ideal": other})
+
+    for name, entry in peaks["outputs"].items():
+        row(name, output_unit(name), entry["peak"], "outputs", name, "peak")
+    for name, entry in peaks["joints"].items():
+        row(f"{name}.force", "N", entry["force"]["peak"], "joints", name, "force", "peak")
+        if "eccentricity_ratio" in entry:
+            row(f"{name}.eccentricity_ratio", "1", entry["eccentricity_ratio"]["peak"])
+    for name, entry in peaks["drives"].items():
+        row(f"{name}.torque", entry["unit"], entry["torque"]["peak"], "drives", name, "torque", "peak")
+    for name, entry in peaks.get("links", {}).items():
+        for column in link_columns(name):
+            row(column, output_unit(column), entry[column.rpartition(".")[2]]["peak"])
+    spreads = _spreads(assessment, [line["name"] for line in rows])
+    return [line | spreads[line["name"]] for line in rows]
+
+
+def _spreads(assessment: Assessment, names: Sequence[str]) -> dict[str, dict[str, float | None]]:
+    """Smallest and largest peak of the single periods after the start-up, where the motion is not periodic."""
+    result: dict[str, dict[str, float | None]] = {name: {"least": None, "most": None} for name in names}
+    period, run = assessment.motion.period, assessment.run
+    there = [name for name in names if name in run.columns]
+    if assessment.motion.kind == "periodic" or period is None:
+        return result
+    end = float(run.time[-1])
+    first = assessment.start_up if assessment.start_up is not None and assessment.start_up < end - 2.0 * period else 0.0
+    count = int((end - first) / period * (1.0 + 1e-9))
+    if count < 2:
+        return result
+    edges = np.maximum(end - period * np.arange(count + 1)[::-1], 0.0)
+    found = [peaks(run.within(*span), there) for span in pairwise(edges.tolist())]
+    for name in there:
+        values = [one[name].value for one in found]
+        result[name] = {"least": min(values), "most": max(values)}
+    return result
+
+
+def _orbit(system: System, name: str, shown: Trajectory, frames: Mapping[str, Array]) -> dict[str, Any]:
+    """Path of a journal's centre in parts of the clearance, and its place in each frame of the moving picture."""
+    clearance = system.experiment.joints[name].clearance or 1.0
+    keep = np.unique(np.linspace(0, len(shown.time) - 1, min(_ORBIT, len(shown.time))).astype(int))
+    path = [short(shown[f"{name}.{axis}"][keep] / clearance) for axis in ("ex", "ey")]
+    now = [short(frames.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
+    turns = system.mechanism.joint[name].type == "revolute"
+    return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns}
+
+
+def poses_of(drawing: Drawing, system: System, frames: Mapping[str, Array]) -> list[list[list[float | None]]]:
+    """Return the poses (frames, bodies, 3) of the drawing's bodies: x, y [m], angle [rad].
+
+    A flexible link moves with its frame, and its deflection is not drawn.
+    """
+    count = len(next(iter(frames.values()), ()))
+    poses = np.repeat(drawing.pose[None], count, axis=0)
+    for body, name in drawing.links_of.items():
+        if name == "world" or f"{name}.x" not in frames:
+            continue
+        link = system.mechanism.link[name]
+        turn = frames[f"{name}.angle"] - link.angle
+        cos, sin = np.cos(turn), np.sin(turn)
+        dx, dy = drawing.reference[body, :2] - link.origin
+        poses[:, body, 0] = frames[f"{name}.x"] + cos * dx - sin * dy
+        poses[:, body, 1] = frames[f"{name}.y"] + sin * dx + cos * dy
+        poses[:, body, 2] = drawing.reference[body, 2] + turn
+    return short(poses)

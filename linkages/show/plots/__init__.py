@@ -1,0 +1,47 @@
+"""Figures and animations of results; only this folder of `linkages` imports matplotlib; it runs no engine.
+
+| module             | figures                                                                              |
+|--------------------|--------------------------------------------------------------------------------------|
+| style              | none: palette, line styles, labels and settings of all figures                       |
+| histories          | outputs, forces and torques, ideal and real; deflection and stress of flexible links |
+| journals           | orbits of journals in their clearances, blocks in their slots, contacts over time    |
+| curves             | none: curves as data, and the script that draws them in pages                        |
+| pages              | none: HTML pages from templates                                                      |
+| shown              | none: base class of figures for notebooks                                            |
+| mode_figures       | natural frequencies and mode shapes of a linkage at rest; Bode plots                 |
+| tornado            | changes of peaks with 1 % of each value                                              |
+| attractors         | Poincaré sections, bifurcation diagrams, branches, Lyapunov exponents, spectra       |
+| bearings           | a journal bearing: the chart over the Sommerfeld number, pressure on the surface     |
+| drawing            | a mechanism before a run: a labelled, movable picture                                |
+| animation          | a run as a Meshcat recording, its clearance joints magnified                         |
+| wear_figures       | worn profiles, polar and unrolled; clearance, forces, torques and jitter over cycles |
+| three_rrr          | the flexible 3-RRR robot                                                             |
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import lazy_loader
+
+# ruff: noqa: F401 - for type checkers, names that are loaded on first use below
+if TYPE_CHECKING:
+    from linkages.show.plots.animation.recording import write_animation
+    from linkages.show.plots.attractors import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
+    from linkages.show.plots.drawing.raster import pose
+    from linkages.show.plots.histories import write_figures
+    from linkages.show.plots.journals import orbit
+    from linkages.show.plots.style import COLORS, LINES, figure_style
+
+#: Modules and their public names, loaded on first use: only the animation needs Drake, the palette nothing.
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "animation.recording": ("write_animation",),
+        "attractors": ("bifurcation_figure", "exponent_figure", "section_figure", "spectrum_figure"),
+        "drawing.raster": ("pose",),
+        "histories": ("write_figures",),
+        "journals": ("orbit",),
+        "style": ("COLORS", "LINES", "figure_style"),
+    },
+)

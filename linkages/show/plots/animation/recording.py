@@ -1,0 +1,241 @@
+"""A Meshcat recording of a run, as one HTML file that plays offline: the linkage, its clearance joints magnified."""
+
+from __future__ import annotations
+
+import gc
+import logging
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.framework import DiagramBuilder
+
+from linkages.base.arrays import Array
+from linkages.base.errors import AssemblyError
+from linkages.engines.drake.plant import add_tree, state_place
+from linkages.input.files.magnitudes import rounded
+from linkages.input.model.mechanism import Joint, Mechanism
+from linkages.results.assessment import Assessment
+from linkages.show.plots.animation.captions import Label, add_captions
+from linkages.show.plots.animation.guide_view import GuideView
+from linkages.show.plots.animation.journal_view import JournalView
+from linkages.show.plots.animation.magnified import MagnifiedView
+from linkages.show.plots.animation.surroundings import Surroundings
+from linkages.show.plots.curves import columns, curves
+from linkages.show.plots.style import round_length
+from linkages.system import System
+from linkages.system.ideal_motion import IdealMotion
+from linkages.system.rigid_segments import Segmented, segmented, system_of
+
+_ASPECT = 2.0  # assumed width over height of the window
+_FIELD_OF_VIEW = 25.0  # field of view [deg]; narrow, so that circles at the edge look round
+_FRAMES_PER_SECOND = 60.0
+_DEFLECTION = 0.05  # largest drawn deflection over the linkage's size
+_LENGTH = 8.0  # duration of every animation [s]
+
+
+def write_animation(assessment: Assessment, path: Path, exaggerate: float | None = None) -> None:
+    """Write the run as an animation, an HTML file.
+
+    Parameters
+    ----------
+    exaggerate : float, optional
+        Factor on the journals' eccentricities and on the deflections of flexible links. Default: true
+        eccentricities, and deflections magnified until visible. The linkage is assembled again at each frame with
+        its drive positions, magnified eccentricities and magnified deflections.
+
+    Raises
+    ------
+    ValueError
+        If the linkage cannot be assembled with the magnified offsets, or its drives do not determine its motion.
+    """
+    page = _page(assessment, exaggerate)
+    gc.collect()  # only the collector frees a diagram, and a Meshcat must end in the thread that created it
+    path.write_text(page, encoding="utf-8")
+
+
+def _page(assessment: Assessment, exaggerate: float | None) -> str:
+    shown = segmented(assessment.system) if assessment.system.tree.flexible else assessment.system
+    tree = shown.tree
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
+    instance = add_tree(plant, tree)
+    plant.Finalize()
+    positions = state_place(plant, tree, instance).positions
+    logging.getLogger("drake").setLevel(logging.WARNING)  # hides the address of an unneeded server
+    meshcat = Meshcat(MeshcatParams(show_stats_plot=False))
+    visualizer = MeshcatVisualizer.AddToBuilder(
+        builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=1.0 / _FRAMES_PER_SECOND)
+    )
+    diagram = builder.Build()
+    times, q, magnified = frames(assessment, exaggerate, shown)
+    slow = max(1.0, _LENGTH / times[-1])
+    surroundings = Surroundings(assessment, meshcat)
+    span = surroundings.span()
+    views = _joint_views(assessment, meshcat, times, *span)
+    seen = _look_at(assessment, meshcat, views, *span)
+    scale = surroundings.draw()
+    root = diagram.CreateDefaultContext()
+    context = plant.GetMyMutableContextFromRoot(root)
+    full = plant.GetPositions(context).copy()
+    visualizer.StartRecording(set_transforms_while_recording=False)
+    for frame, (t, coordinates) in enumerate(zip(times, q, strict=True)):
+        full[positions] = coordinates
+        plant.SetPositions(context, full)
+        root.SetTime(slow * t)
+        diagram.ForcedPublish(root)
+        for view in views:
+            view.show(frame, slow * t)
+    visualizer.StopRecording()
+    visualizer.PublishRecording()
+    places: dict[tuple[float, ...], list[Joint]] = {}
+    for joint in assessment.system.mechanism.joints:  # joints at one place get a common label
+        places.setdefault(tuple((joint.position / assessment.system.tree.extent).round(6) + 0.0), []).append(joint)
+    names = [
+        Label(
+            _anchor(shown.mechanism, meshcat, shown.mechanism.joint[group[0].name]),
+            ", ".join(one.name for one in group),
+            [],
+        )
+        for group in places.values()
+    ]
+    shown_at = {"view": seen.tolist(), "aspect": _ASPECT}
+    return _captioned(meshcat.StaticHtml(), assessment, views, [*names, scale], times, slow, magnified, shown_at)
+
+
+def _anchor(mechanism: Mechanism, meshcat: Meshcat, joint: Joint) -> str:
+    """Fix an anchor to the link of a joint; return its path in the scene."""
+    name, at = (joint.child, joint.position) if joint.child != "world" else (joint.parent, joint.position_on_parent)
+    link = mechanism.link[name]
+    path = f"/drake/visualizer/{mechanism.name}/{name}/name of {joint.name}"
+    meshcat.SetTransform(path, RigidTransform(link.rotation.T @ (at - link.translation)))
+    return path
+
+
+def frames(
+    assessment: Assessment, exaggerate: float | None = None, shown: System | None = None
+) -> tuple[Array, Array, float]:
+    """Compute times (n,) [s], tree coordinates (n, nq) of the frames, and the factor on deflections.
+
+    Parameters as `write_animation`; `shown` is the system of the coordinates, with rigid segments if flexible.
+    """
+    shown, run, clearances = shown or assessment.system, assessment.run, 1.0 if exaggerate is None else exaggerate
+    count = int(np.ceil(max(_LENGTH, run.time[-1]) * _FRAMES_PER_SECOND / 2)) + 1
+    times = np.linspace(0.0, run.time[-1], count)
+    recorded = _recorded(assessment, shown, times)
+    if not assessment.system.determinate:
+        if clearances != 1.0:
+            raise ValueError("the drives do not determine the motion: its clearance cannot be exaggerated")
+        return times, recorded, 1.0
+    factor, hinges = 1.0, recorded[:, shown.tree.hinge_dofs]
+    if isinstance(shown, Segmented):
+        factor = exaggerate if exaggerate is not None else _seen(shown.largest_deflection(recorded), shown.tree.extent)
+    offset = np.zeros((len(times), len(shown.tree.closure_rows)))
+    for k, name in enumerate(shown.tree.play):
+        parts = ("ex", "ey") if assessment.system.mechanism.joint[name].bearing is not None else ("offset", "tilt")
+        for axis, part in enumerate(parts):
+            offset[:, 2 * k + axis] = clearances * np.interp(times, run.time, run[f"{name}.{part}"])
+    try:
+        return times, IdealMotion(shown).states(times, offset, factor * hinges)[0], factor
+    except AssemblyError as problem:
+        if exaggerate is None or exaggerate == 1.0:  # a run that passed a dead point by its errors
+            return times, recorded, 1.0
+        what = "its clearance and its deflections" if len(hinges[0]) else "its clearance"
+        raise ValueError(f"the linkage does not close with {what} exaggerated {exaggerate:g} times") from problem
+
+
+def _seen(largest: float, size: float) -> float:
+    """Return a round factor >= 1 that magnifies a deflection to at most `_DEFLECTION` of the linkage's size."""
+    return round_length(max(_DEFLECTION * size / largest, 1.0))[0] if largest > 0.0 else 1.0
+
+
+def _recorded(assessment: Assessment, shown: System, times: Array) -> Array:
+    """Interpolate tree coordinates between the run's steps."""
+    run, source = assessment.run, system_of(assessment.system, assessment.run.columns)
+    columns = [run[f"q.{name}"] for name in source.tree.coordinates]
+    q = np.stack([np.interp(times, run.time, column) for column in columns], axis=1)
+    return shown.coordinates(q) if isinstance(shown, Segmented) and not isinstance(source, Segmented) else q
+
+
+def _joint_views(
+    assessment: Assessment, meshcat: Meshcat, times: Array, low: Array, high: Array
+) -> list[MagnifiedView]:
+    """Draw the clearance joints right of the linkage, in two rows."""
+    names = assessment.system.tree.play
+    height = max(high[1] - low[1], 0.75 * (high[0] - low[0]), 0.3 * assessment.system.tree.extent)
+    rows = min(len(names), 2)
+    radius = height / (3.0 * max(rows, 1.5))
+    views: list[MagnifiedView] = []
+    for k, name in enumerate(names):
+        column, row = divmod(k, 2)
+        right = high[0] + radius * (2.0 + 3.0 * column)
+        up = 0.5 * (low[1] + high[1]) + 3.2 * radius * (0.5 * (rows - 1) - row)
+        kind = JournalView if assessment.system.mechanism.joint[name].type == "revolute" else GuideView
+        views.append(kind(meshcat, assessment, name, np.array([right, up]), radius, times))
+    return views
+
+
+def _look_at(assessment: Assessment, meshcat: Meshcat, views: list[MagnifiedView], low: Array, high: Array) -> Array:
+    """Aim the camera along the plane's normal at all moving parts; return their width and height [m]."""
+    low = low - [0.0, 0.18 * max(*(high - low), assessment.system.tree.extent)]  # space for the scale
+    for view in views:
+        low = np.minimum(low, view.centre - 1.3 * view.radius)
+        high = np.maximum(high, view.centre + 1.5 * view.radius)
+    size = np.maximum(high - low, 0.3 * assessment.system.tree.extent)
+    basis = assessment.system.mechanism.basis
+    middle = basis[:, :2] @ (0.5 * (low + high))
+    shown = 1.25 * max(size[1], size[0] / _ASPECT)
+    distance = 0.5 * shown / np.tan(0.5 * np.radians(_FIELD_OF_VIEW))
+    meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=_FIELD_OF_VIEW))
+    meshcat.SetProperty("/Background", "top_color", [1.0, 1.0, 1.0])
+    meshcat.SetProperty("/Background", "bottom_color", [0.93, 0.94, 0.96])
+    for light in ("PointLightNegativeX", "PointLightPositiveX"):
+        meshcat.SetProperty(f"/Lights/{light}", "visible", False)
+    # light from everywhere and from above: faces in the plane get pi, and have the colours of the drawing
+    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", 0.8 * np.pi)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", 0.2 * np.pi * np.sqrt(2.0))
+    meshcat.SetProperty("/Lights/FillLight/<object>", "position", (10.0 * basis @ [0.0, 1.0, 1.0]).tolist())
+    meshcat.SetProperty("/Grid", "visible", False)
+    meshcat.SetProperty("/Axes", "visible", False)
+    meshcat.SetCameraPose(middle + distance * (basis[:, 2] - 0.15 * basis[:, 1]), middle)
+    return size
+
+
+def _captioned(
+    page: str,
+    assessment: Assessment,
+    views: list[MagnifiedView],
+    names: list[Label],
+    times: Array,
+    slow: float,
+    magnified: float,
+    shown_at: dict[str, Any],
+) -> str:
+    """Write names, eccentricities, forces and the time on the recording."""
+    labels = [
+        Label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))]) for view in views
+    ] + names
+    pace = f"{rounded(slow)} times slower than real time" if slow > 1.0 else "real time"
+    clock = [f"t = {t:.4f} s, {pace}" for t in times]
+    scales = "; ".join(f"{view.name}: {view.scales}" for view in views)
+    legend = (
+        "Magnified views: the largest force on journal or block within each frame (arrow; its length is proportional to"
+        f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
+    )
+    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if assessment.system.tree.flexible else ""
+    drawn = curves(
+        columns(assessment.system.experiment.outputs, assessment.system.tree.play, assessment.system.experiment.drives),
+        assessment.run,
+        assessment.ideal,
+        assessment.noise,
+    )
+    shown = shown_at | {
+        "clock": clock,
+        "legend": bent + (legend if views else ""),
+        "curves": drawn,
+        "end": float(times[-1]),
+    }
+    return add_captions(page, labels, shown)

@@ -1,0 +1,146 @@
+"""Fixed surroundings in a Meshcat scene: hatched ground, rails, a scale, the paths of points.
+
+Lines are flat ribbons, because browsers draw Meshcat's lines one pixel wide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.geometry import Box, Cylinder, Meshcat, Rgba
+from pydrake.math import RigidTransform, RotationMatrix
+
+from linkages.base.arrays import Array
+from linkages.input.model.mechanism import Joint
+from linkages.results.assessment import Assessment
+from linkages.show.plots.animation.captions import Label
+from linkages.show.plots.animation.magnified import GROUND, joint_axes
+from linkages.show.plots.drawing.shapes import MARK
+from linkages.show.plots.style import asked_points, round_length
+
+# lengths over the linkage's size
+_LINE = 0.004  # width of a line
+_STAND = (0.03, 0.045)  # half the width, and the height, of a support on the ground
+_HATCH = 0.016  # distance of hatching lines
+_RAIL = 0.035  # height of the hatched ground below a rail
+_BENEATH = 0.02  # depth of paths and hatching below the plane
+
+_PATH_POINTS = 1000
+
+
+class Surroundings:
+    """Draws the surroundings of the moving parts."""
+
+    def __init__(self, assessment: Assessment, meshcat: Meshcat) -> None:
+        self.assessment, self.meshcat = assessment, meshcat
+        self.mechanism, self.size = assessment.system.mechanism, assessment.system.tree.extent
+        self.basis = self.mechanism.basis
+        depths = [float(self.basis[:, 2] @ link.translation) for link in self.mechanism.links]
+        self.depth = min(depths) - _BENEATH * self.size
+
+    def span(self) -> tuple[Array, Array]:
+        """Return the lower left and upper right corner of all moving parts, plane axes [m]."""
+        places = np.concatenate([*(self._path(name) for name in self.mechanism.point), *self._rails().values()])
+        return places.min(axis=0), places.max(axis=0)
+
+    def draw(self) -> Label:
+        """Draw all surroundings; return the label of the scale."""
+        for joint in self.mechanism.joints:
+            if "world" in (joint.parent, joint.child):
+                self._ground(joint)
+        paths = []
+        for name in asked_points(self.assessment.system.experiment.outputs):
+            path = self._path(name)
+            paths.append(path[:: 1 + len(path) // _PATH_POINTS])
+        mark = [int(MARK[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+        self._lines("paths", paths, Rgba(*mark, 0.8))
+        return self._scale()
+
+    def _ground(self, joint: Joint) -> None:
+        """Mark a joint on the ground: a pivot on a support for a revolute joint, a rail for a prismatic one."""
+        size, normal = self.size, np.array([0.0, -1.0])
+        if joint.type == "revolute":
+            foot = self.basis[:, :2].T @ joint.position
+            wide, high = _STAND[0] * size, _STAND[1] * size
+            corners = foot + np.array([[0.0, 0.0], [-wide, -high], [wide, -high], [0.0, 0.0]])
+            self._lines(f"{joint.name}/stand", [corners], GROUND)
+            ends = foot + np.array([[-1.6 * wide, -high], [1.6 * wide, -high]])
+            shape, position = Cylinder(0.012 * size, 0.03 * size), joint.position
+        elif joint.type == "prismatic":
+            start, end = self._rails()[joint.name]
+            shape = Box(float(np.linalg.norm(end - start)), 0.004 * size, 0.004 * size)
+            position = self.basis[:, :2] @ (0.5 * (start + end)) + self.basis[:, 2] * (
+                self.basis[:, 2] @ joint.position
+            )
+            normal = np.array([joint.direction[1], -joint.direction[0]])
+            normal *= 1.0 if normal[1] <= 0.0 else -1.0  # below
+            ends = np.array([start, end]) + _RAIL * size * normal
+        else:
+            return
+        pose = RigidTransform(RotationMatrix(joint_axes(self.mechanism, joint)), position)
+        self.meshcat.SetObject(f"/ground/{joint.name}/joint", shape, GROUND)
+        self.meshcat.SetTransform(f"/ground/{joint.name}/joint", pose)
+        self._lines(f"{joint.name}/hatching", [ends, *_hatching(ends, normal, _HATCH * size)], GROUND)
+
+    def _scale(self) -> Label:
+        """Draw a scale below the linkage, a length with one digit."""
+        low, high = self.span()
+        wide = max(high[0] - low[0], self.size)
+        length, text = round_length(0.3 * wide)
+        tick = 0.012 * wide
+        left = np.array([low[0], low[1] - 0.14 * max(wide, high[1] - low[1])])
+        ends = left + np.array([[0.0, 0.0], [length, 0.0]])
+        ticks = [end + tick * np.array([[0.0, -1.0], [0.0, 1.0]]) for end in ends]
+        self._lines("scale", [ends, *ticks], GROUND)
+        at = ends.mean(axis=0) + np.array([0.0, 0.5 * tick])
+        self.meshcat.SetTransform("/ground/scale/label", RigidTransform(self.basis[:, :2] @ at))
+        return Label("/ground/scale/label", text, [])
+
+    def _lines(self, part: str, lines: Sequence[Array], color: Rgba) -> None:
+        """Draw lines, each through points (n, 2) in plane axes [m], as ribbons."""
+        quads = [_ribbon(line, _LINE * self.size) for line in lines]
+        corners = np.concatenate([np.empty((0, 2)), *quads])
+        if not len(corners):
+            return
+        first = 4 * np.arange(len(corners) // 4, dtype=np.int32)[:, None]
+        faces = np.concatenate([first + corner for corner in np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)])
+        vertices = self.basis[:, :2] @ corners.T + self.basis[:, 2:] * self.depth
+        self.meshcat.SetTriangleMesh(f"/ground/{part}", vertices, faces.T, color)
+
+    def _path(self, name: str) -> Array:
+        """Return the positions (n, 2) of a link or frame over the run, plane axes [m]."""
+        return np.column_stack([self.assessment.run[f"{name}.x"], self.assessment.run[f"{name}.y"]])
+
+    def _rails(self) -> dict[str, Array]:
+        """Find the ends (2, 2) of each rail on the ground [m]: the stroke of a prismatic joint, extended."""
+        result = {}
+        for joint in self.mechanism.joints:
+            if joint.type == "prismatic" and "world" in (joint.parent, joint.child):
+                block, at = (
+                    (joint.child, joint.on_child) if joint.parent == "world" else (joint.parent, joint.on_parent)
+                )
+                travel = (self._path(block) - self.mechanism.link[block].origin) @ joint.direction
+                margin = 0.2 * np.ptp(travel) + 0.05 * self.size
+                reach = [travel.min() - margin, travel.max() + margin]
+                result[joint.name] = at + np.outer(reach, joint.direction)
+        return result
+
+
+def _hatching(ends: Array, normal: Array, step: float) -> list[Array]:
+    """Return the lines of a hatching on one side of a line."""
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    along = (ends[1] - ends[0]) / length
+    feet = ends[0] + np.outer(np.arange(0.5 * step, length, step), along)
+    return [np.array([foot, foot + 0.8 * step * (normal - 0.8 * along)]) for foot in feet]
+
+
+def _ribbon(line: Array, width: float) -> Array:
+    """Return the corners (4 m, 2) of rectangles along the m line segments of nonzero length."""
+    start, way = line[:-1], np.diff(line, axis=0)
+    length = np.linalg.norm(way, axis=1)
+    start, way = start[length > 0.0], way[length > 0.0]
+    along = 0.5 * width * way / length[length > 0.0, None]
+    across = np.column_stack([-along[:, 1], along[:, 0]])
+    tail, tip = start - along, start + way + along  # longer by half the width, so that segments overlap
+    return np.stack([tail - across, tip - across, tip + across, tail + across], axis=1).reshape(-1, 2)

@@ -1,0 +1,219 @@
+"""Figures of nonlinear dynamics: Poincaré sections, bifurcation diagrams, branches, Lyapunov exponents, spectra."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from linkages.base.arrays import Array
+from linkages.explore.periodic.multipliers import BRANCH_POINT, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
+from linkages.show.plots.shown import new_figure
+from linkages.show.plots.style import COLORS, axis_label, engineering, figure_style, typeset
+
+if TYPE_CHECKING:
+    from linkages.explore.lyapunov import Exponent
+    from linkages.explore.periodic.branches import Branch, Branches
+    from linkages.explore.periodic.motion import PeriodicMotion
+    from linkages.explore.spectra import Spectrum
+    from linkages.explore.sweep import Sweep
+
+
+_SIZES = ((3000, 1.6), (300, 4.0), (0, 12.0))  # areas of marks, by the smallest number of marks
+#: Mark of each kind of bifurcation.
+_MARKS = {FOLD: "o", DOUBLING: "s", NEIMARK_SACKER: "^", GRAZING: "x", BRANCH_POINT: "D"}
+
+
+def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[str, str]) -> Figure:
+    """Draw one column of a Poincaré section over another.
+
+    Parameters
+    ----------
+    section : mapping of str to (n,) array
+        `linkages.explore.sections.Section.strobe`, or the result of `linkages.crossings`.
+    x, y : str
+        Names of the columns.
+    units : (str, str)
+        SI units of x and y.
+    """
+    largest = (float(np.abs(section[name]).max(initial=0.0)) for name in (x, y))
+    (unit_x, factor_x), (unit_y, factor_y) = map(engineering, units, largest)
+    with figure_style():
+        figure, axis = new_figure(4.2, width=4.6)
+        _draw_points(axis, factor_x * section[x], factor_y * section[y])
+        axis.set(xlabel=axis_label(x, unit_x), ylabel=axis_label(y, unit_y))
+        axis.set_title(f"Poincaré section: {len(section[x])} points", loc="left", fontsize=9)
+        return figure
+
+
+def bifurcation_figure(
+    sweep: Sweep,
+    units: Mapping[str, str],
+    label: str = "",
+    panels: Sequence[tuple[str, str]] = (),
+    scale: float = 1.0,
+    logarithmic: Sequence[str] = (),
+) -> Figure:
+    """Draw the value at the end of each revolution, or its largest magnitude, over the variable.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        From `linkages.sweep`.
+    units : mapping of str to str
+        SI units of the outputs.
+    label : str
+        Name of the variable; default: its path.
+    panels : sequence of (str, str)
+        Column, and "strobe" or "peaks"; default: both of every column.
+    scale : float
+        Factor on the variable.
+    logarithmic : sequence of str
+        Columns whose peaks are drawn on a logarithmic axis.
+    """
+    rows = panels or [(name, kind) for name in sweep.names for kind in ("strobe", "peaks")]
+    with figure_style():
+        figure, axes = new_figure(0.7 + 2.5 * len(rows), len(rows), 1, sharex=True, squeeze=False)
+        axes = axes[:, 0]
+        for axis, (name, kind) in zip(axes, rows, strict=True):
+            done = [(point.value, point.section) for point in sweep.points if point.section is not None]
+            found = [section.values(name, kind) for _, section in done]
+            x = np.repeat([scale * value for value, _ in done], [len(values) for values in found])
+            y = np.concatenate([*found, np.empty(0)])
+            unit, factor = engineering(units[name], float(np.abs(y).max(initial=0.0)))
+            _draw_points(axis, x, factor * y)
+            what = "at the end of each revolution" if kind == "strobe" else "peak of each revolution"
+            axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
+            if kind == "peaks" and name in logarithmic:
+                axis.set_yscale("log")
+            else:
+                axis.ticklabel_format(axis="y", useOffset=False)
+        axes[-1].set_xlabel(label or sweep.path)
+        figure.align_ylabels(axes)
+        return figure
+
+
+def exponent_figure(exponents: Mapping[str, Exponent]) -> Figure:
+    """Draw the convergence of largest Lyapunov exponents: means up to each revolution, with standard errors.
+
+    Parameters
+    ----------
+    exponents : mapping of str to Exponent
+        From `linkages.largest_exponent`, by label.
+    """
+    with figure_style():
+        figure, axis = new_figure(3.2)
+        for k, (label, exponent) in enumerate(exponents.items()):
+            turns = np.arange(1, len(exponent.growth) + 1)
+            color = COLORS[k % len(COLORS)]
+            value, error = exponent.per_revolution, exponent.error * exponent.period
+            axis.plot(turns, exponent.running * exponent.period, color=color, lw=1.1)
+            axis.errorbar(
+                turns[-1] * 1.01, value, error, color=color, capsize=3.0, fmt="o", ms=3.0,
+                label=f"{label}: {value:.2f} ± {error:.2f}",
+            )  # fmt: skip
+        axis.axhline(0.0, color="0.3", lw=0.8)
+        axis.set(xlabel="revolutions", ylabel="largest Lyapunov exponent\n[1/revolution]")
+        axis.legend(loc="best")
+        return figure
+
+
+def spectrum_figure(spectra: Mapping[str, Spectrum], unit: str, drive: float | None = None) -> Figure:
+    """Draw power spectral densities of one column.
+
+    Parameters
+    ----------
+    spectra : mapping of str to Spectrum
+        From `linkages.spectrum`, by label.
+    unit : str
+        SI unit of the output.
+    drive : float, optional
+        Frequency of the drive, marked with a line [Hz].
+    """
+    with figure_style():
+        figure, axis = new_figure(3.4)
+        for k, (label, found) in enumerate(spectra.items()):  # without the zero frequency, as the mean was removed
+            color = COLORS[k % len(COLORS)]
+            axis.loglog(found.frequency[1:], found.density[1:], color=color, lw=0.8, label=label)
+        if drive is not None:
+            axis.axvline(drive, color="0.3", lw=0.8, ls="--", label=f"drive, {drive:.4g} Hz")
+        name = next(iter(spectra.values())).name
+        axis.set(xlabel="frequency [Hz]", ylabel=f"{name}: power spectral density\n[({typeset(unit)})²/Hz]")
+        axis.legend(loc="best")
+        return figure
+
+
+def _draw_points(axis: Axes, x: Sequence[float] | Array, y: Sequence[float] | Array) -> None:
+    size = next(size for count, size in _SIZES if len(x) >= count)
+    axis.plot(x, y, ".", color=COLORS[0], ms=size, mew=0.0, rasterized=True)
+
+
+def branches_figure(
+    found: Branches, units: Mapping[str, str], label: str = "", scale: float = 1.0, sweep: Sweep | None = None
+) -> Figure:
+    """Draw the value at the end of each period of the drives, and the largest magnitude in it, over the variable.
+
+    Lines are solid where the motion is stable, dashed where it is not; a sweep over the same variable gives points.
+    `units` are the SI units of the outputs, `scale` is a factor on the variable, `label` its name.
+    """
+    rows = [(name, kind) for name in found.outputs for kind in ("strobe", "peaks")]
+    with figure_style():
+        figure, axes = new_figure(0.9 + 2.5 * len(rows), len(rows), 1, sharex=True, squeeze=False)
+        axes = axes[:, 0]
+        for axis, (name, kind) in zip(axes, rows, strict=True):
+            largest = max(
+                float(np.abs(motion.outputs.values(name, kind)).max())
+                for branch in found.branches for motion in branch.motions if motion.outputs is not None
+            )  # fmt: skip
+            unit, factor = engineering(units[name], largest)
+            if sweep is not None:
+                _draw_sweep(axis, sweep, name, kind, scale, factor)
+            for k, branch in enumerate(found.branches):
+                _draw_branch(axis, branch, name, kind, scale, factor, COLORS[k % len(COLORS)])
+            what = "at the end of a period" if kind == "strobe" else "peak in a period"
+            axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
+        axes[-1].set_xlabel(label or found.path)
+        handles = dict(zip(*axes[0].get_legend_handles_labels()[::-1], strict=True))
+        figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=3, fontsize=8)
+        return figure
+
+
+def _draw_sweep(axis: Axes, sweep: Sweep, name: str, kind: str, scale: float, factor: float) -> None:
+    for point in sweep.points:
+        y = np.empty(0) if point.section is None else point.section.values(name, kind)
+        axis.plot(np.full(len(y), scale * point.value), factor * y, ".", color="0.6", ms=3, zorder=1, label="sweep")
+
+
+def _draw_branch(axis: Axes, branch: Branch, name: str, kind: str, scale: float, factor: float, color: str) -> None:
+    """Draw a line for each period of the drives, solid between stable motions, and the bifurcations."""
+    motions = _with_events(branch)
+    x = scale * np.array([motion.value for motion in motions], dtype=np.float64)
+    y = factor * np.array([motion.outputs.values(name, kind) for motion in motions if motion.outputs is not None])
+    solid = [all(motion.stable is not False for motion in pair) for pair in pairwise(motions)]
+    breaks = [0, *(np.flatnonzero(np.diff(solid)) + 1), len(solid)] if solid else []
+    for first, last in pairwise(breaks):
+        good = solid[first]
+        label = f"{branch.periods} period{'s' if branch.periods > 1 else ''}, {'stable' if good else 'unstable'}"
+        for line in y[first : last + 1].T:
+            axis.plot(x[first : last + 1], line, color=color, ls="-" if good else "--", lw=1.2, zorder=2, label=label)
+    for event in branch.events:
+        if event.motion.outputs is None:
+            continue
+        at = factor * event.motion.outputs.values(name, kind)
+        place = np.full(len(at), scale * (event.motion.value or 0.0))
+        axis.plot(place, at, _MARKS[event.kind], color="black", ms=5, mfc="none", zorder=3, ls="", label=event.kind)
+
+
+def _with_events(branch: Branch) -> list[PeriodicMotion]:
+    """Return the motions of a branch with its bifurcations between them."""
+    found, rest = [branch.motions[0]], [event for event in branch.events if event.kind != FOLD]
+    for motion, ahead in pairwise(branch.motions):
+        ends = motion.value or 0.0, ahead.value or 0.0
+        while rest and min(ends) <= (rest[0].motion.value or 0.0) <= max(ends):
+            found.append(rest.pop(0).motion)
+        found.append(ahead)
+    return found

@@ -1,0 +1,18 @@
+"""A mechanism as a labelled picture: shapes as data, and renderers for several formats.
+
+| module      | responsibility                                                                        |
+|-------------|---------------------------------------------------------------------------------------|
+| shapes      | `Shape`: points fixed to bodies; the table of styles                                  |
+| room        | free space for names                                                                  |
+| parts       | shapes of links, joints, ground, points                                               |
+| actions     | shapes and directions of drives, loads, gears, stops                                  |
+| drawing     | `Drawing`: all shapes of a mechanism, and its poses over each drive's range of motion |
+| facts       | properties of the mechanism in sentences and tables                                   |
+| svg         | a drawing -> SVG, HTML page with a slider for each drive                              |
+| raster      | a drawing -> a matplotlib figure                                                      |
+"""
+
+from linkages.show.plots.drawing.drawing import Drawing, draw
+from linkages.show.plots.drawing.svg import page, svg
+
+__all__ = ["Drawing", "draw", "page", "svg"]

@@ -1,0 +1,92 @@
+"""Shapes of a drawing: points fixed to bodies, and styles by the role of a shape.
+
+A point is a row (body, x, y, dx, dy): a position in the body's frame, and an offset in plane axes that does not rotate
+with the body, both in metres. Later shapes are drawn above earlier ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from linkages.base.arrays import Array
+
+DrawnPoint = tuple[float, float, float, float, float]
+
+INK, PLAY, LOAD, MARK = "#1A1A1A", "#D55E00", "#B22222", "#7A3E9D"
+
+
+class Style(NamedTuple):
+    """The style of a shape; lengths in units of the drawing, a hundredth of its width.
+
+    `kind` is "line", "area", "circle" or "text"; an empty colour means the shape's colour.
+    """
+
+    kind: str
+    stroke: str | None = None
+    width: float = 0.0
+    fill: str | None = None
+    opacity: float = 1.0
+    radius: float = 0.0
+    dash: float = 0.0
+    size: float = 0.0
+    bold: bool = False
+
+
+STYLES = {
+    "path": Style("line", MARK, 0.16, dash=0.5),
+    "plate": Style("area", fill="", opacity=0.3),
+    "bar": Style("line", "", 1.3),
+    "rail": Style("line", "#777777", 0.5),
+    "slot": Style("line", "", 0.6),
+    "block": Style("area", INK, 0.2, ""),
+    "ground": Style("area", INK, 0.2, "#DDDDDD"),
+    "hatch": Style("line", INK, 0.14),
+    "spring": Style("line", "#00795C", 0.35, dash=0.6),
+    "bearing": Style("circle", INK, 0.2, "#FFFFFF", radius=1.35),
+    "play": Style("circle", PLAY, 0.35, "#FFFFFF", radius=1.35),
+    "pin": Style("circle", INK, 0.22, "#FFFFFF", radius=0.75),
+    "fixed": Style("circle", INK, 0.22, INK, radius=0.55),
+    "centre": Style("circle", INK, 0.14, "", radius=0.36),
+    "point": Style("circle", MARK, 0.22, "#FFFFFF", radius=0.42),
+    "gap": Style("line", "#FF0000", 0.3, dash=0.4),
+    "gear": Style("line", "#5A5A5A", 0.25, dash=0.8),
+    "friction": Style("circle", LOAD, 0.45, radius=1.9),
+    "drive": Style("line", INK, 0.25),
+    "drive head": Style("area", fill=INK),
+    "load": Style("line", LOAD, 0.35),
+    "load head": Style("area", fill=LOAD),
+    "scale": Style("line", INK, 0.25),
+    "joint name": Style("text", fill=INK, size=2.1, bold=True),
+    "link name": Style("text", fill="", size=1.8),
+    "load name": Style("text", fill=LOAD, size=1.7),
+    "point name": Style("text", fill=MARK, size=1.7),
+    "note": Style("text", fill=INK, size=1.7),
+}
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A line, an area, a circle or a text."""
+
+    role: str  # key of `STYLES`
+    at: Array  # (n, 5) points of the shape; a circle or text has one
+    color: str = INK  # colour for styles without a colour
+    text: str = ""
+
+
+def shape(role: str, points: Iterable[DrawnPoint], color: str = INK, text: str = "") -> Shape:
+    """Make a shape from points."""
+    return Shape(role, np.array(list(points), dtype=np.float64), color, text)
+
+
+def placed(at: Array, pose: Array) -> Array:
+    """Compute positions of points (n, 5) on bodies at `pose` (nb, 3 or more: x, y, angle): plane axes (n, 2) [m]."""
+    body = at[:, 0].astype(int)
+    cosine, sine = np.cos(pose[body, 2]), np.sin(pose[body, 2])
+    x, y = at[:, 1], at[:, 2]
+    turned = np.column_stack([cosine * x - sine * y, sine * x + cosine * y])
+    return np.asarray(pose[body, :2] + turned + at[:, 3:], dtype=np.float64)

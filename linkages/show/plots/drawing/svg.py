@@ -1,0 +1,118 @@
+"""A drawing as SVG, and as an HTML page with a slider for each drive, whose script moves the body-fixed points."""
+
+from __future__ import annotations
+
+from textwrap import wrap
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from linkages.base.arrays import Array
+from linkages.show.plots.drawing.drawing import Drawing
+from linkages.show.plots.drawing.shapes import STYLES, Shape, placed
+from linkages.show.plots.pages import embedded, filled, own_text
+
+WIDTH = 960.0  # width of the picture [px]
+_HALO = 0.35  # width of the halo around words, in units
+_LINE = 17.0  # line height of text [px]
+_WORDS = 128  # most characters of a line
+
+_FONT = "font-family='system-ui, sans-serif'"
+_DIGITS = 6
+
+
+def scale(drawing: Drawing) -> float:
+    """Return the pixels per metre."""
+    return WIDTH / float(drawing.high[0] - drawing.low[0])
+
+
+def svg(drawing: Drawing, said: bool = True) -> Markup:
+    """Write a drawing as an ``<svg>`` element; with `said` also title, properties and questions below."""
+    height = scale(drawing) * float(drawing.high[1] - drawing.low[1])
+    lines = notes(drawing) if said else []
+    total = height + (_LINE * (len(lines) + 1) if lines else 0.0)
+    size = f"viewBox='0 0 {WIDTH:g} {total:.1f}' width='{WIDTH:g}' height='{total:.1f}'"
+    shapes = Markup("\n").join(_element(drawing, one, said) for one in drawing.shapes)
+    texts = Markup("\n").join(
+        Markup("<text x='12' y='{}' font-size='13' font-weight='{}' fill='{}'>{}</text>").format(
+            f"{height + _LINE * (k + 1):.1f}", "bold" if k == 0 else "normal", color, line
+        )
+        for k, (line, color) in enumerate(lines)
+    )
+    frame = f"<rect width='{WIDTH:g}' height='{total:.1f}' fill='#FFFFFF'/>"
+    start = f"<svg xmlns='http://www.w3.org/2000/svg' {size} role='img' {_FONT}>"
+    label = Markup("<title>{}</title>").format(drawing.title)
+    return Markup(f"{start}{label}{frame}\n{shapes}\n{texts}\n</svg>\n")
+
+
+def _element(drawing: Drawing, one: Shape, static: bool) -> Markup:
+    """Write an element, with its body-fixed points if it is movable."""
+    style, unit = STYLES[one.role], 0.01 * WIDTH
+    look = [f"fill='{_color(style.fill, one)}'", f"stroke='{_color(style.stroke, one)}'"]
+    if style.width:
+        look.append(f"stroke-width='{style.width * unit:.2f}' stroke-linecap='round' stroke-linejoin='round'")
+    if style.opacity < 1.0:
+        look.append(f"opacity='{style.opacity:g}'")
+    if style.dash:
+        look.append(f"stroke-dasharray='{style.dash * unit:.1f}'")
+    points = pixels(drawing, placed(one.at, drawing.pose))
+    if not static:
+        look.append(f"data-at='{_numbers(one.at)}'")
+    shown = " ".join(look)
+    if style.kind == "text":
+        x, y = points[0]
+        font = f"font-size='{style.size * unit:.1f}' text-anchor='middle' dominant-baseline='central'"
+        look[1] = f"stroke='#FFFFFF' stroke-width='{_HALO * unit:.1f}' paint-order='stroke' stroke-linejoin='round'"
+        shown = " ".join(look)
+        heavy = " font-weight='bold'" if style.bold else ""
+        return Markup(f"<text x='{x:.1f}' y='{y:.1f}' {font}{heavy} {shown}>{escape(one.text)}</text>")
+    if style.kind == "circle":
+        x, y = points[0]
+        title = f"<title>{escape(one.text)}</title>" if one.text else ""
+        return Markup(f"<circle cx='{x:.2f}' cy='{y:.2f}' r='{style.radius * unit:.2f}' {shown}>{title}</circle>")
+    tag = "polygon" if style.kind == "area" else "polyline"
+    return Markup(f"<{tag} points='{' '.join(f'{x:.2f},{y:.2f}' for x, y in points)}' {shown}/>")
+
+
+def pixels(drawing: Drawing, points: Array) -> Array:
+    """Return positions in the picture, y downwards [px]."""
+    x, y = ((points - [drawing.low[0], drawing.high[1]]) * scale(drawing)).T
+    return np.column_stack([x, -y])
+
+
+def _numbers(at: Array) -> str:
+    return " ".join(",".join(f"{value:.6g}" for value in row) for row in at)
+
+
+def _color(named: str | None, one: Shape) -> str:
+    return "none" if named is None else named or one.color
+
+
+def notes(drawing: Drawing) -> list[tuple[str, str]]:
+    """Return the lines of text below the picture, with colours."""
+    said = [(drawing.title, "#1A1A1A"), *((fact, "#1A1A1A") for fact in drawing.facts)]
+    said += [(doubt, "#B22222") for doubt in (drawing.problem, *drawing.doubts) if doubt]
+    return [(line, color) for text, color in said for line in wrap(text, _WORDS, subsequent_indent="\u2003")]
+
+
+def page(drawing: Drawing) -> str:
+    """Write the page."""
+    sliders = [
+        {
+            "values": slider.values.round(2).tolist(),
+            "unit": slider.unit,
+            "first": slider.first,
+            "poses": [[[float(f"{v:.{_DIGITS}g}") for v in row] for row in pose] for pose in slider.poses],
+            "sense": slider.sense,
+            "full": bool(np.ptp(slider.values) > 359.9 and slider.unit == "deg"),
+        }
+        for slider in drawing.sliders
+    ]
+    data = {"low": drawing.low[0], "high": drawing.high[1], "scale": scale(drawing), "sliders": sliders}
+    return filled(
+        own_text("linkages.show.plots.drawing", "page.html"),
+        drawing=drawing,
+        asked=[text for text in (drawing.problem, *drawing.doubts) if text],
+        picture=svg(drawing, said=False),
+        data=embedded(data),
+    )

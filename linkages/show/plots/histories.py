@@ -1,0 +1,206 @@
+"""Figures of a assessment over time, with ideal and real joints; `write_figures` writes all figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from linkages.input.files.writing import file_name
+from linkages.results.assessment import Assessment
+from linkages.results.outputs.registry import unit
+from linkages.show.plots.curves import drawn_errors, resolved
+from linkages.show.plots.journals import contacts_figure, guides_figure, orbits_figure
+from linkages.show.plots.style import COLORS, add_legend, axis_label, engineering, figure_style, stacked_axes, write_png
+
+_RUN, _IDEAL = COLORS[:2]
+_SMALL = np.radians(0.1)  # smaller angles are shown in mrad or less [rad]
+_UNBOUNDED = 1e3  # ideal over actual peak from which the ideal one is not drawn whole
+
+# names of the quantities of a link or frame
+_LABELS = {
+    "x": "position x",
+    "y": "position y",
+    "angle": "angle",
+    "vx": "velocity v$_x$",
+    "vy": "velocity v$_y$",
+    "omega": "angular velocity",
+    "ax": "acceleration a$_x$",
+    "ay": "acceleration a$_y$",
+    "alpha": "angular acceleration",
+    "acceleration": "magnitude of the acceleration",
+    "deflection": "deflection",
+    "compression": "largest compressive force",
+    "bending": "largest bending moment",
+    "stress": "largest stress",
+    "stress_place": "place of the largest stress",
+    "deflection_place": "place of the largest deflection",
+}
+
+
+def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, float | None] | None = None) -> list[Path]:
+    """Draw all figures of an assessment as PNG files into an existing folder, and return their paths.
+
+    The figures are: one for each output, journal orbits, blocks in their slots, contacts, flexible links, joint forces
+    and drive torques; missing ones are skipped. Variations below the errors of the peaks by key
+    (`linkages.results.summary.judge`) are not drawn.
+    """
+    least = drawn_errors(errors or {}, assessment.noise)
+    figures: dict[str, Callable[[Assessment], Figure]] = {
+        f"output_{file_name(name)}": partial(output_figure, name=name, errors=least)
+        for name in assessment.system.experiment.outputs
+    }
+    if assessment.system.tree.journals:
+        figures["orbits"] = orbits_figure
+    if set(assessment.system.tree.play) - set(assessment.system.tree.journals):
+        figures["guides"] = guides_figure
+    if assessment.contacts:
+        figures["impacts"] = contacts_figure
+    if assessment.system.tree.flexible:
+        figures["links"] = links_figure
+    figures["joint_forces"] = partial(forces_figure, errors=least)
+    if assessment.system.experiment.drives:
+        figures["drive_torques"] = partial(torques_figure, errors=least)
+    with figure_style():
+        for name, draw in figures.items():
+            write_png(draw(assessment), folder / f"{name}.png")
+    return [folder / f"{name}.png" for name in figures]
+
+
+def output_figure(assessment: Assessment, name: str, errors: Mapping[str, float] | None = None) -> Figure:
+    """Draw an output of a link or frame over time; below, the effect of clearance."""
+    point, _, quantity = name.rpartition(".")
+    figure = Figure(figsize=(6.3, 4.4))
+    _compare(figure, assessment, {name: f"{point}: {_LABELS.get(quantity, quantity)}"}, errors)
+    return figure
+
+
+def forces_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
+    """Draw the force in each clearance joint, or else in every joint; below each, the difference."""
+    names = assessment.system.tree.play or tuple(assessment.system.mechanism.joint)
+    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)))
+    _compare(figure, assessment, {f"{name}.force": f"force in {name}" for name in names}, errors)
+    return figure
+
+
+def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
+    """Draw the torques of all drives, or forces for prismatic joints; below each, the difference."""
+    names = [f"{drive}.torque" for drive in assessment.system.experiment.drives]
+    kinds = {name: "force" if unit(assessment.system, name) == "N" else "torque" for name in names}
+    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)))
+    _compare(
+        figure, assessment, {name: f"{kind} of {name.removesuffix('.torque')}" for name, kind in kinds.items()}, errors
+    )
+    return figure
+
+
+def _compare(
+    figure: Figure, assessment: Assessment, labels: Mapping[str, str], errors: Mapping[str, float] | None
+) -> None:
+    """Draw columns of the ideal motion and the run, and below each the difference.
+
+    An integrated ideal linkage has rigid links without deformation columns.
+    """
+    errors = errors or assessment.noise
+    run, ideal = assessment.run, assessment.ideal
+    flexible = bool(assessment.system.tree.flexible)
+    perfectly = "ideal joints, rigid links" if flexible else "ideal joints"
+    imperfect = ["clearance"] * bool(assessment.system.experiment.play) + ["flexible links"] * flexible
+    really = f"with {' and '.join(imperfect)}" if imperfect else "integrated"
+    times, both = run.time[run.time <= ideal.time[-1]], [name for name in labels if name in ideal.columns]
+    exact = ideal.evaluate(times) if ideal.evaluate else {n: np.interp(times, ideal.time, ideal[n]) for n in both}
+    heights = [height for name in labels for height in ((3, 1) if name in both else (3,))]
+    axes = stacked_axes(figure, heights)
+    panels = iter(axes)
+    for name, label in labels.items():
+        top, error = next(panels), errors.get(name, 0.0)
+        values = resolved(run[name], error)
+        perfect = resolved(ideal[name], error) if name in both else values
+        largest = np.abs(values).max()
+        unbounded = np.abs(perfect).max() > _UNBOUNDED * largest > 0.0
+        drawn, factor = _shown(assessment, name, values if unbounded else np.concatenate([values, perfect]))
+        if name in both:
+            top.plot(ideal.time, factor * perfect, color=_IDEAL, lw=2.2, alpha=0.8, label=perfectly)
+        top.plot(run.time, factor * values, color=_RUN, lw=0.9, label=really)
+        top.set_ylabel(axis_label(label, drawn))
+        if unbounded:  # at a dead point of the ideal linkage
+            top.set_ylim(-1.1 * factor * largest, 1.1 * factor * largest)
+        if name.endswith(".force"):
+            top.set_ylim(0.0, None)
+        if name not in both:  # a deflection: the links of the ideal motion are rigid
+            continue
+        bottom = next(panels)
+        difference = resolved(run[name][: len(times)] - exact[name], error)
+        low, high = _limits_after_start(times, difference)
+        drawn, factor = _shown(assessment, name, np.array([low, high]))
+        bottom.plot(times, factor * difference, color="0.25", lw=0.8)
+        bottom.set(ylabel=f"difference\n[{drawn}]", ylim=(factor * low, factor * high))
+        if difference.min() < low or difference.max() > high:
+            largest = np.abs(difference).max()
+            drawn, factor = _shown(assessment, name, largest)
+            note = f"at the start up to {factor * largest:.3g} {drawn}"
+            bottom.text(1.0, 1.02, note, transform=bottom.transAxes, ha="right", va="bottom", fontsize=7)  # in the gap
+            top.tick_params(axis="x", length=0)
+    add_legend(axes[0])
+    figure.align_ylabels(axes)
+    axes[-1].set_xlabel("time [s]")
+
+
+def _shown(assessment: Assessment, name: str, values: np.ndarray) -> tuple[str, float]:
+    """Choose the drawn unit of a column, and the factor from the SI unit."""
+    si, largest = unit(assessment.system, name), float(np.abs(values).max())
+    return ("deg", 180.0 / np.pi) if si == "rad" and largest >= _SMALL else engineering(si, largest)
+
+
+def _limits_after_start(times: np.ndarray, values: np.ndarray) -> tuple[float, float]:
+    """Return axis limits without the microseconds in which a centred journal takes up its load."""
+    settled = values[times >= times[0] + 0.005 * np.ptp(times)]
+    low, high = float(settled.min()), float(settled.max())
+    margin = 0.08 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+def links_figure(assessment: Assessment) -> Figure:
+    """Draw deflections and the largest stress of each flexible link over time, and the strain energy of all.
+
+    Next to each stress is its place along the link at each time.
+    """
+    system, run = assessment.system, assessment.run
+    names = list(system.tree.flexible)
+    figure = Figure(figsize=(6.3, 0.8 + 3.2 * len(names) + 1.4), layout="constrained")
+    grid = figure.add_gridspec(2 * len(names) + 1, 2, width_ratios=[3, 1])
+    strain = figure.add_subplot(grid[-1, 0])
+    left = [strain]
+    for k, name in enumerate(names):
+        deflection, stress = (figure.add_subplot(grid[2 * k + row, 0], sharex=strain) for row in (0, 1))
+        frames = [frame.name for frame in system.mechanism.frames if frame.link == name]
+        moved, most = {frame: run[f"{frame}.deflection"] for frame in frames}, run[f"{name}.deflection"]
+        unit, factor = engineering("m", float(most.max()))
+        deflection.plot(run.time, factor * most, color="0.6", lw=0.9, label="largest magnitude")
+        for (frame, values), color in zip(moved.items(), COLORS * len(moved), strict=False):
+            if np.abs(values).max() > 1e-6 * most.max():  # without the ends, which are on the chord
+                deflection.plot(run.time, factor * values, color=color, lw=0.9, label=frame)
+        deflection.set_ylabel(axis_label(f"{name}:\ndeflection", unit))
+        add_legend(deflection)
+        values, place = run[f"{name}.stress"], run[f"{name}.stress_place"]
+        unit, factor = engineering("Pa", float(values.max()))
+        stress.plot(run.time, factor * values, color=COLORS[0], lw=0.9)
+        stress.set_ylabel(axis_label("largest\nstress", unit))
+        where = figure.add_subplot(grid[2 * k + 1, 1], sharey=stress)
+        length = sum(piece.beam.length for piece in system.tree.flexible[name])
+        along, scale = engineering("m", length)
+        where.plot(scale * place, factor * values, ".", color=COLORS[0], ms=1.5)
+        top = int(values.argmax())
+        for axis, x in ((stress, run.time[top]), (where, scale * place[top])):
+            axis.plot(x, factor * values[top], "o", color=COLORS[1], ms=4)
+        where.set(xlim=(0.0, scale * length), xlabel=axis_label("place along\nthe beam", along))
+        where.tick_params(labelleft=False)
+        left += [deflection, stress]
+    unit, factor = engineering("J", float(run["strain_energy"].max()))
+    strain.plot(run.time, factor * run["strain_energy"], color=COLORS[0], lw=0.9)
+    strain.set(xlabel="time [s]", ylabel=axis_label("strain\nenergy", unit))
+    figure.align_ylabels(left)
+    return figure

@@ -1,0 +1,254 @@
+"""Figures of journals in their bearings and blocks in their slots: orbits, contacts over time, by kind of contact."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from linkages.base.arrays import Array
+from linkages.results.assessment import Assessment, touching
+from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
+from linkages.results.trajectory import Trajectory
+from linkages.show.plots.shown import ShownFigure, new_figure
+from linkages.show.plots.style import COLORS, LEGEND, add_legend, axis_label, engineering, round_length, stacked_axes
+from linkages.system import System
+
+_ORBIT, _START = COLORS[0], COLORS[2]
+# phases of a journal: label, colour, width; distinct in grey too
+_PHASES = {
+    FREE: ("free flight", COLORS[5], 0.7),
+    SUSTAINED_CONTACT: ("sustained contact", "#1A1A1A", 1.4),
+    IMPACT: ("impact", COLORS[1], 1.4),
+}
+
+_MARKS = {
+    "": "o",
+    "corner1": "o",
+    "corner2": "s",
+    "corner3": "^",
+    "corner4": "D",
+}  # marks of a journal, and of a guide's corners
+_AROUND = 1.15  # axis limit over the drawn range
+_CHORD = 0.05  # distance of points of a drawn orbit over the clearance
+_MOST_SEGMENTS = 2000  # most refined segments of a drawn orbit
+
+
+def orbits_figure(assessment: Assessment) -> Figure:
+    """Draw each journal's centre in its clearance circle, and next to or below it a magnified view.
+
+    The magnified view shows the orbit or, for a joint with contact, the penetration over the angle.
+    """
+    experiment, names = assessment.system.experiment, assessment.system.tree.journals
+    touches = touching(assessment.system)
+    if len(names) == 1:  # side by side
+        figure, axes = new_figure(3.4, 1, 2)
+        axes = axes.reshape(2, 1)
+    else:
+        figure = ShownFigure(figsize=(3.15 * len(names), 6.4), layout="constrained")
+        axes = figure.subplots(2, len(names))
+    angle = np.linspace(0.0, 2.0 * np.pi, 361)
+    circle = np.stack([np.cos(angle), np.sin(angle)])
+    for (whole, near), name in zip(axes.T, names, strict=True):
+        clearance = 1e6 * (experiment.joints[name].clearance or 0.0)
+        ex, ey = 1e6 * assessment.run[f"{name}.ex"], 1e6 * assessment.run[f"{name}.ey"]
+        reach = _AROUND * max(clearance, float(np.hypot(ex, ey).max()))
+        whole.fill(*(clearance * circle), facecolor="0.95", edgecolor="0.3", lw=1.2)
+        peak = float(np.max(assessment.run[f"{name}.eccentricity_ratio"]))
+        whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
+        if name in touches:
+            path, phase = finely(assessment, name)
+            _draw_phases(whole, 1e6 * path, phase)
+            whole.plot(ex[0], ey[0], "o", color=_START, ms=3.5)
+            _draw_wall(near, 1e6 * path, clearance, phase)
+        else:
+            for axis in (whole, near):
+                axis.plot(ex, ey, color=_ORBIT, lw=0.9)
+                axis.plot(ex[0], ey[0], "o", color=_START, ms=3.5, label="start")
+            near.legend(loc="best")
+            _magnify(near, np.column_stack([ex, ey]), reach)
+        whole.set(xlim=(-reach, reach), ylim=(-reach, reach))
+        for axis in (whole,) if name in touches else (whole, near):
+            axis.set_aspect("equal", adjustable="box")
+            axis.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]")
+    if touches:
+        filled = all(model.has_film for model in assessment.system.models if model.can_touch)
+        handles = [
+            Line2D([], [], color=color, lw=2.0, label="film alone" if filled and code == FREE else label)
+            for code, (label, color, _) in _PHASES.items()
+        ]
+        handles.append(Line2D([], [], color=_START, marker="o", ms=3.5, lw=0.0, label="start"))
+        figure.legend(handles=handles, ncols=2, loc="outside lower center")
+    return figure
+
+
+def _magnify(axis: Axes, path: Array, reach: float) -> None:
+    """Fit an orbit (nt, 2) into axes magnified by a round factor against axes from -reach to reach."""
+    low, high = path.min(axis=0), path.max(axis=0)
+    middle, half = 0.5 * (low + high), _AROUND * max(0.5 * float((high - low).max()), 1e-9 * reach)
+    times = round_length(max(reach / half, 1.0))[0]
+    around = np.array([-reach, reach]) / times
+    axis.set(xlim=middle[0] + around, ylim=middle[1] + around)
+    title = f"magnified {times:g} times" if times > 1.0 else "not magnified: the orbit is wide"
+    axis.set_title(title, fontsize=9)
+
+
+def orbit(
+    system: System, run: Trajectory, joint: str, axis: Axes | None = None, color: str = _ORBIT, label: str = ""
+) -> Axes:
+    """Draw the path of a journal's centre in its clearance circle.
+
+    Parameters
+    ----------
+    system : System
+    run : Trajectory
+    joint : str
+        A joint with a journal.
+    axis : Axes, optional
+        Axes to draw on; default: a new figure. The circle is drawn once, so that several runs can be added.
+    color, label : str
+
+    Returns
+    -------
+    Axes
+        Axes with lengths in micrometres.
+    """
+    if axis is None:
+        axis = ShownFigure(figsize=(4.2, 4.0), layout="constrained").subplots()
+    if not axis.patches:
+        turn = np.linspace(0.0, 2.0 * np.pi, 361)
+        clearance = 1e6 * (system.experiment.joints[joint].clearance or 0.0)
+        axis.fill(clearance * np.cos(turn), clearance * np.sin(turn), facecolor="0.95", edgecolor="0.3", lw=1.2)
+    axis.plot(1e6 * run[f"{joint}.ex"], 1e6 * run[f"{joint}.ey"], color=color, lw=0.9, label=label or joint)
+    axis.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]", aspect="equal")
+    return axis
+
+
+def contacts_figure(assessment: Assessment) -> Figure:
+    """Draw the peak force and the approach speed of every contact at its start, separately for a guide's corners."""
+    joints: dict[str, list[str]] = {}
+    for label in sorted({row.joint for row in assessment.contacts}):  # joints, or corners of a guide
+        joints.setdefault(label.partition(".")[0], []).append(label)
+    figure = ShownFigure(figsize=(6.3, 0.8 + (3.2 if len(joints) < 3 else 2.4) * len(joints)))
+    axes = stacked_axes(figure, [1.0] * (2 * len(joints)), gap=0.26)
+    run = assessment.run
+    for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
+        kind_of = "joint" if name in assessment.system.mechanism.joint else "contact"
+        force.set_title(f"{kind_of} {name}", loc="left", fontsize=9)
+        units = [
+            engineering(si, max(values))
+            for si, values in (
+                ("N", [row.peak_force for row in assessment.contacts if row.joint in labels]),
+                ("m/s", [row.approach_speed for row in assessment.contacts if row.joint in labels]),
+            )
+        ]
+        corners = [label.partition(".")[2] for label in labels]
+        for label, corner in zip(labels, corners, strict=True):
+            own = [row for row in assessment.contacts if row.joint == label]
+            start = np.array([row.start for row in own])
+            kind = phases(run, label)[np.searchsorted(run.time, start)]
+            values = ((force, [row.peak_force for row in own]), (speed, [row.approach_speed for row in own]))
+            for (axis, value), (_, factor) in zip(values, units, strict=True):
+                for code in (IMPACT, SUSTAINED_CONTACT):
+                    _, color, _ = _PHASES[code]
+                    at, height = start[kind == code], factor * np.array(value)[kind == code]
+                    axis.vlines(at, 0.0, height, color=color, lw=1.0)
+                    axis.plot(at, height, _MARKS[corner], color=color, ms=3.5)
+        if len(labels) > 1:
+            marks = [Line2D([], [], color="0.4", marker=_MARKS[corner], ms=3.5, lw=0.0) for corner in corners]
+            speed.legend(marks, [corner.replace("corner", "corner ") for corner in corners], ncols=4, loc="upper right")
+            speed.margins(y=0.35)  # space for the legend
+        force.set(ylabel=axis_label("peak force", units[0][0]), ylim=(0.0, None))
+        speed.set(ylabel=axis_label("approach speed", units[1][0]), ylim=(0.0, None))
+    handles = [Line2D([], [], color=_PHASES[code][1], lw=2.0) for code in (IMPACT, SUSTAINED_CONTACT)]
+    axes[0].legend(handles, [_PHASES[code][0] for code in (IMPACT, SUSTAINED_CONTACT)], **LEGEND)
+    figure.align_ylabels(axes)
+    axes[-1].set(xlabel="start of the contact [s]", xlim=(run.time[0], run.time[-1]))
+    return figure
+
+
+def finely(assessment: Assessment, name: str) -> tuple[Array, NDArray[np.int64]]:
+    """Sample the path of a journal with contact, finely enough for a drawing.
+
+    The steps of a free flight may be long: the run is evaluated between them, unless there are too many for a visible
+    difference. Returns eccentricities (n, 2) [m], and the phases (n - 1,) between them, see
+    `linkages.results.impacts.phases`.
+    """
+    run, phase = assessment.run, phases(assessment.run, name)
+    e = np.column_stack([run[f"{name}.ex"], run[f"{name}.ey"]])
+    chord = _CHORD * (assessment.system.experiment.joints[name].clearance or np.inf)
+    counts = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_SEGMENTS)
+    extra = int(np.sum(counts - 1))
+    if run.evaluate is None or not 0 < extra <= _MOST_SEGMENTS:
+        return e, phase
+    cuts = [np.linspace(a, b, n + 1)[1:-1] for a, b, n in zip(run.time, run.time[1:], counts, strict=False)]
+    times = np.concatenate(cuts)
+    between = run.evaluate(times)
+    order = np.argsort(np.concatenate([run.time, times]), kind="stable")
+    added = np.column_stack([between[f"{name}.ex"], between[f"{name}.ey"]])
+    return np.concatenate([e, added])[order], np.repeat(phase, counts)
+
+
+def _draw_wall(axis: Axes, path: Array, clearance: float, phase: NDArray[np.int64]) -> None:
+    """Draw the penetration of the journal over its angle, with the wall unrolled; lengths in µm."""
+    depth = np.hypot(*path.T) - clearance
+    angle = np.degrees(np.arctan2(path[:, 1], path[:, 0]))
+    phase = np.where(np.abs(np.diff(angle)) < 180.0, phase, -1)  # no line across the page
+    _draw_phases(axis, np.column_stack([angle, depth]), phase)
+    lowest, deepest = float(depth.min()), float(depth.max())
+    bottom, top = (-1.1 * deepest, 1.1 * deepest) if deepest > 0.0 else (1.1 * lowest, -0.1 * lowest)
+    axis.axhspan(0.0, top, color="0.92", zorder=0)
+    axis.axhline(0.0, color="0.3", lw=1.0, zorder=1)
+    axis.set(xlim=(-180.0, 180.0), ylim=(bottom, top), xticks=range(-180, 181, 90))
+    axis.set(xlabel="angle of e [deg]", ylabel="penetration e $-$ c [µm]")
+    axis.text(-175.0, 0.94 * top, "in the wall", va="top", fontsize=8, color="0.3")
+
+
+def _draw_phases(axis: Axes, points: Array, phase: NDArray[np.int64]) -> None:
+    """Draw the line through (n, 2) samples, each step in the colour of its phase; skip steps without phase."""
+    steps = np.stack([points[:-1], points[1:]], axis=1)
+    for code, (_, color, width) in _PHASES.items():
+        lines = list(steps[phase == code])
+        axis.add_collection(LineCollection(lines, colors=color, linewidths=width, capstyle="round"))
+    axis.autoscale_view()
+
+
+def guides_figure(assessment: Assessment) -> Figure:
+    """Draw the state of each block in its slot, and the transverse offsets of both ends over time.
+
+    The state consists of the offset of the block's middle across the slot, and the additional offset of its front end
+    (in the direction of the joint's axis). A corner touches if the sum of their magnitudes equals the clearance.
+    """
+    system, run = assessment.system, assessment.run
+    names = [name for name in system.tree.play if name not in system.tree.journals]
+    figure, axes = new_figure(2.9 * len(names), len(names), 2, squeeze=False, width_ratios=[2, 3])
+    for (whole, ends), name in zip(axes, names, strict=True):
+        joint = system.mechanism.joint[name]
+        clearance = system.experiment.joints[name].clearance or 0.0
+        unit, factor = engineering("m", clearance)
+        middle = factor * run[f"{name}.offset"]
+        lift = factor * run[f"{name}.tilt"] * (0.5 * joint.slot.length if joint.slot is not None else 0.0)
+        wall = factor * clearance
+        rim = wall * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+        whole.fill(*rim.T, facecolor="0.95", edgecolor="0.3", lw=1.2)
+        whole.plot(lift, middle, color=COLORS[0], lw=0.7)
+        whole.plot(lift[0], middle[0], "o", color=COLORS[2], ms=3.5, label="start")
+        whole.set_title(f"joint {name}: contact on the rim", loc="left", fontsize=9)
+        whole.set_aspect("equal", adjustable="datalim")
+        whole.set(
+            xlabel=axis_label("offset of front end $-$ middle", unit), ylabel=axis_label("offset of the middle", unit)
+        )
+        whole.legend(loc="upper right")
+        reach = 1.15 * max(wall, float(np.abs(np.array([middle + lift, middle - lift])).max()))
+        for side in (1.0, -1.0):
+            ends.axhspan(side * wall, side * reach, color="0.9", zorder=0)
+        ends.plot(run.time, middle + lift, color=COLORS[0], lw=0.9, label="front end")
+        ends.plot(run.time, middle - lift, color=COLORS[1], lw=0.9, ls="--", label="back end")
+        ends.set(
+            xlabel="time [s]", ylabel=f"offset across the slot [{unit}]\n(grey: in the wall)", ylim=(-reach, reach)
+        )
+        add_legend(ends)
+    return figure

@@ -1,0 +1,98 @@
+"""Figures of linear models: natural modes and their frequencies over the poses of the drives, Bode plots."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from linkages.base.arrays import Array
+from linkages.explore.linearisation import StateSpace
+from linkages.explore.modes import Modes, ModeShapes, ModesOver
+from linkages.show.plots.shown import new_figure
+from linkages.show.plots.style import COLORS, LINES, engineering, figure_style, typeset
+
+_SHARE = 0.12  # largest drawn displacement over the linkage's extent
+_COLUMNS = 3
+
+
+def shapes_figure(modes: Modes, count: int) -> Figure:
+    """Draw the lowest mode shapes over the pose, in grey; each is magnified until visible."""
+    with figure_style():
+        lines, count = ModeShapes(modes).lines, min(count, len(modes.squares))
+        rows = -(-count // _COLUMNS)
+        figure, axes = new_figure(
+            0.5 + 2.5 * rows, rows, min(count, _COLUMNS), squeeze=False, sharex=True, sharey=True, width=7.2
+        )
+        scale = _SHARE * modes.system.tree.extent
+        unit, factor = engineering("m", modes.system.tree.extent)
+        for k, axis in enumerate(axes.ravel()):
+            if k >= count:
+                axis.axis("off")
+                continue
+            for line in lines:
+                axis.plot(*(factor * line.places.T), color="0.75", lw=1.6, marker="o", markevery=[0, -1], ms=2)
+            for line in lines:
+                moved = factor * (line.places + scale * line.ways[k])
+                axis.plot(*moved.T, color=line.color, lw=1.4, marker="o", markevery=[0, -1], ms=2)
+            axis.set_title(f"mode {k + 1}: {_frequency(modes.frequencies[k])}", fontsize=9)
+            axis.set_aspect("equal")
+            axis.grid(False)
+        for axis in axes[-1]:
+            axis.set_xlabel(f"x [{unit}]")
+        for axis in axes[:, 0]:
+            axis.set_ylabel(f"y [{unit}]")
+        return figure
+
+
+def frequencies_figure(over: ModesOver) -> Figure:
+    """Draw the natural frequencies over the times at which the drives reach the poses."""
+    with figure_style():
+        figure, axis = new_figure(3.6)
+        for k, values in enumerate(over.frequencies.T):
+            axis.plot(
+                over.times,
+                values,
+                lw=1.4,
+                color=COLORS[k % len(COLORS)],
+                ls=LINES[k % len(LINES)],
+                label=f"mode {k + 1}",
+            )
+        axis.set(xlabel="time at which the drives reach the pose [s]", ylabel="natural frequency at rest [Hz]")
+        axis.set_ylim(bottom=0.0)
+        figure.legend(loc="outside upper center", ncols=6, fontsize=8)
+        return figure
+
+
+def _frequency(value: float) -> str:
+    if np.isnan(value):
+        return "unstable"
+    return f"{float(f'{value:.4g}'):.10g} Hz" if value else "moves freely"
+
+
+def bode_figure(model: StateSpace, frequencies: Array, response: NDArray[np.complex128]) -> Figure:
+    """Draw magnitude and phase of a response (no, nu, nf) over frequencies (nf,) [Hz]: each output over each input."""
+    with figure_style():
+        figure, (upper, lower) = new_figure(4.6, 2, 1, sharex=True)
+        k, units = 0, set()
+        for i, output in enumerate(model.outputs):
+            for j, given in enumerate(model.inputs):
+                if not response[i, j].any():
+                    continue
+                unit = f"{_factor(model.units[output])}/{_factor(model.units[given])}"
+                units.add(unit)
+                style = {"color": COLORS[k % len(COLORS)], "ls": LINES[k % len(LINES)], "lw": 1.2}
+                upper.loglog(frequencies, np.abs(response[i, j]), label=f"{output} / {given} [{unit}]", **style)
+                phase = np.degrees(np.unwrap(np.angle(response[i, j])))
+                lower.semilogx(frequencies, phase - 360.0 * np.round(phase[0] / 360.0), **style)
+                k += 1
+        upper.set_ylabel(f"magnitude [{units.pop() if len(units) == 1 else 'see legend'}]")
+        lower.set(xlabel="frequency [Hz]", ylabel="phase [°]")
+        if k:
+            figure.legend(loc="outside upper center", ncols=2, fontsize=8)
+        return figure
+
+
+def _factor(unit: str) -> str:
+    """Write a unit as a factor of a product."""
+    return f"({typeset(unit)})" if set(" /") & set(unit) else typeset(unit)

@@ -1,0 +1,204 @@
+"""The paper's figures 5 to 12, and the list of all figures of the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from linkages.show.plots.shown import new_figure
+from linkages.show.plots.style import COLORS, LINES, figure_style, write_png
+from linkages.show.plots.three_rrr import parameter_maps
+from linkages.show.plots.three_rrr.robot_lines import OUTLINE, draw_pose, shape_lines
+from linkages.three_rrr.analysis import RobotResults
+from linkages.three_rrr.modes import DENSE
+from linkages.three_rrr.response import generalised_alpha
+from linkages.three_rrr.stress import platform_stress
+
+_WINDOW = 0.12  # drawn duration of the vibration after a start from rest [s]
+_SHAPE_POSES = 3
+_ACCELERATION = ("d²θ/dt² [rad/s²]", "d²x/dt² [mm/s²]", "d²y/dt² [mm/s²]")
+
+
+def write_figures(results: RobotResults, folder: Path, progress: Callable[[float], None] | None = None) -> list[Path]:
+    """Draw all figures as PNG files; return their paths."""
+    jobs: list[tuple[str, Callable[[RobotResults], Figure]]] = [
+        ("fig05_pose", partial(_over_time, "x", ("θ [deg]", "x [mm]", "y [mm]"))),
+        ("fig06_path", _path),
+        ("fig07_velocity", partial(_over_time, "dx", ("dθ/dt [rad/s]", "dx/dt [mm/s]", "dy/dt [mm/s]"))),
+        ("fig08_acceleration", partial(_over_time, "ddx", _ACCELERATION)),
+        ("fig09_frequencies", _frequencies),
+        ("fig10_mode_shapes", _shapes),
+        ("fig11_elastic_displacement", _displacement),
+        ("fig12_stress", _stress),
+        ("map_assemblies", parameter_maps.map_figure),
+        ("convergence", parameter_maps.convergence_figure),
+        ("velocity_terms", parameter_maps.velocity_figure),
+        ("speed_sweep", parameter_maps.speed_figure),
+    ]
+    written = []
+    with figure_style():
+        for index, (name, draw) in enumerate(jobs):
+            path = folder / f"{name}.png"
+            write_png(draw(results), path)
+            written.append(path)
+            if progress is not None:
+                progress((index + 1) / len(jobs))
+    return written
+
+
+def _over_time(name: str, labels: tuple[str, str, str], results: RobotResults) -> Figure:
+    """Draw the platform's position or a rate of it (by its name in the motion) over time, in panels."""
+    values = getattr(results.motion, name) * np.array([1.0, 1e3, 1e3])
+    if name == "x":
+        values[:, 0] = np.rad2deg(np.unwrap(values[:, 0]))
+    figure, axes = new_figure(5.05, 3, sharex=True)
+    for axis, label, curve, color in zip(axes, labels, values.T, COLORS, strict=False):
+        axis.plot(results.motion.time, curve, color=color, lw=1.2)
+        axis.set_ylabel(label)
+    axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    return figure
+
+
+def _path(results: RobotResults) -> Figure:
+    figure, (axis, whole) = new_figure(3.3, 1, 2)
+    x, y = 1e3 * results.motion.x[:, 1], 1e3 * results.motion.x[:, 2]
+    for panel in (axis, whole):
+        panel.plot(x, y, color=COLORS[0], lw=1.3, zorder=4)
+        panel.plot(x[0], y[0], "o", color=COLORS[1], ms=4, zorder=5, label="start")
+        panel.plot(x[-1], y[-1], "s", color=COLORS[2], ms=4, zorder=5, label="end")
+        panel.set_aspect("equal", adjustable="datalim")
+        panel.set_xlabel("x [mm]")
+    axis.set_ylabel("y [mm]")
+    whole.set_ylabel("y [mm]")
+    axis.set_title("platform's centre", fontsize=9)
+    axis.legend()
+    other = len(results.motion) // 3
+    for index, alpha in ((0, 0.9), (other, 0.35)):
+        draw_pose(whole, results.model, results.motion, index, alpha=alpha)
+    whole.set_title(f"in the robot at t = 0 and {results.motion.time[other]:.2f} s (light)", fontsize=9)
+    return figure
+
+
+def _frequencies(results: RobotResults) -> Figure:
+    figure, (axis, loose) = new_figure(5.6, 2, sharex=True)
+    for n, values in enumerate(results.tracked.T):
+        style = {"color": COLORS[n], "ls": LINES[n], "label": f"mode {n + 1}"}
+        axis.plot(results.motion.time, values, lw=1.4, **style)
+    for n, values in enumerate(results.free[:, 3:].T):
+        loose.plot(results.motion.time, values, lw=1.4, color=COLORS[n], label=f"mode {n + 4}")
+    for panel in (axis, loose):
+        panel.set(ylabel="natural frequency [Hz]")
+        panel.set_ylim(bottom=0.0)
+    loose.set_xlabel("time [s]")
+    loose.set_title("crank roots free, modes by size; the first three have 0 Hz", fontsize=9, pad=20.0)
+    figure.suptitle("modes followed by MAC from t = 0, crank roots held", fontsize=9)
+    for panel in (axis, loose):
+        panel.legend(ncols=6, loc="lower center", bbox_to_anchor=(0.5, 1.0), borderaxespad=0.2, fontsize=7.5)
+    return figure
+
+
+def _shapes(results: RobotResults) -> Figure:
+    """Draw the deformed modes (rows) at several poses (columns)."""
+    rows = min(4, results.tracked.shape[1])
+    figure, axes = new_figure(2.2 * rows, rows, _SHAPE_POSES, sharex=True, sharey=True)
+    places = np.linspace(0, len(results.motion) - 1, _SHAPE_POSES + 1).astype(int)[:-1]
+    for column, index in enumerate(places):
+        for mode in range(rows):
+            axis: Axes = axes[mode, column]
+            draw_pose(axis, results.model, results.motion, index, color="0.75")
+            lines = shape_lines(results.model, results.motion, index, results.shapes[index, :, mode])
+            for line, name in lines:
+                axis.plot(*(1e3 * line.T), color=COLORS[mode], lw=1.6 if name == "platform" else 1.3)
+            axis.set_aspect("equal")
+            axis.grid(False)
+            pose = f"mode {mode + 1}, t = {results.motion.time[index]:.2f} s"
+            axis.set_title(f"{pose}: {results.tracked[index, mode]:.1f} Hz", fontsize=7.5)
+    figure.suptitle("mode shapes with arbitrary amplitude", fontsize=9)
+    for axis in axes[-1]:
+        axis.set_xlabel("x [mm]")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("y [mm]")
+    return figure
+
+
+def _displacement(results: RobotResults) -> Figure:
+    """Draw the displacement: left over the whole motion (quasi-static, vibration), right after a start from rest."""
+    figure, axes = new_figure(5.0, 3, 2, sharex="col")
+    time, static = results.motion.time, 1e6 * results.static.platform
+    window = min(_WINDOW, float(results.branch.times[-1]))
+    near = time <= window * 1.5
+    vibration = None
+    if results.model.size <= DENSE:
+        times = np.linspace(0.0, window, 4001)
+        vibration = generalised_alpha(results.model, results.branch, times, radius=1.0)
+    for k, label in enumerate(("x [µm]", "y [µm]", "rotation [µrad]")):
+        left, right = axes[k]
+        if results.dynamic is not None:
+            left.fill_between(results.dynamic.time, *(1e6 * results.dynamic.platform[:, :, k]), color=COLORS[0], lw=0.0)
+        left.plot(time, static[:, k], color=COLORS[1], lw=1.2)
+        left.set_ylabel(f"elastic {label}")
+        right.set_ylabel(f"elastic {label}")
+        if vibration is not None:
+            shaken = 1e6 * vibration.platform[:, k]
+            right.plot(1e3 * times, shaken, color=COLORS[0], lw=0.8, label="started from rest")
+        right.plot(1e3 * time[near], static[near, k], color=COLORS[1], lw=1.6, label="quasi-static")
+        right.set_xlim(0.0, 1e3 * window)
+    band = "" if results.dynamic is None else "; band: with vibration"
+    axes[0, 0].set_title(f"over the motion, quasi-static{band}", fontsize=9)
+    axes[0, 1].set_title("after a start from rest, undamped", fontsize=9)
+    figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    axes[2, 0].set_xlabel("time [s]")
+    axes[2, 1].set_xlabel("time [ms]")
+    return figure
+
+
+def _stress(results: RobotResults) -> Figure:
+    """Draw the stress over time in leg 2 and the platform (bands: vibration), and along the rods at its peak."""
+    figure, axes = new_figure(7.0, 3, 2, width_ratios=[1.7, 1])
+    time = results.motion.time
+    for row, link in enumerate((results.stress[2], results.stress[3])):
+        pose, _ = np.unravel_index(np.argmax(link.largest), link.largest.shape)
+        left, right = axes[row]
+        for end, k in enumerate((0, len(link.s) // 2, len(link.s) - 1)):
+            label = f"{1e3 * link.s[k]:.0f} mm"
+            if results.dynamic is not None:
+                band = 1e-3 * results.dynamic.fibre[link.name][:, :, end]
+                left.fill_between(results.dynamic.time, *band, color=COLORS[end], alpha=0.3, lw=0.0)
+            left.plot(time, 1e-3 * link.fibre[:, k], color=COLORS[end], ls=LINES[end], lw=1.2, label=label)
+        left.set(xlabel="time [s]", ylabel=f"{link.name}: stress in\nthe outer fibre [kPa]")
+        right.plot(1e3 * link.s, 1e-3 * link.axial[pose], color=COLORS[2], ls="--", lw=1.2, label="axial")
+        right.plot(1e3 * link.s, 1e-3 * link.bending[pose], color=COLORS[1], lw=1.2, label="bending")
+        right.set_xlabel(f"along the rod [mm], t = {time[pose]:.2f} s", fontsize=8)
+        right.set_ylabel("stress [kPa]")
+        _legend_above(left)
+        _legend_above(right)
+    left, right = axes[2]
+    if results.model.rigid:
+        left.text(0.5, 0.5, "the platform is rigid", transform=left.transAxes, ha="center")
+    else:
+        plate = platform_stress(results.model, results.static)
+        curves = {"larger principal": plate.first, "smaller": plate.second, "shear": plate.largest_shear}
+        for k, (label, values) in enumerate(curves.items()):
+            if results.dynamic is not None and results.dynamic.plate is not None:
+                band = results.dynamic.plate[:, :, k]
+                left.fill_between(results.dynamic.time, *band, color=COLORS[k], alpha=0.3, lw=0.0)
+            left.plot(time, values, color=COLORS[k], ls=LINES[k], lw=1.2, label=label)
+        _legend_above(left)
+    left.set(xlabel="time [s]", ylabel="platform: stress [Pa]")
+    right.axis("off")
+    draw_pose(right, results.model, results.motion, 0, color=OUTLINE)
+    right.set_aspect("equal")
+    right.set_title("robot at t = 0", fontsize=7.5)
+    return figure
+
+
+def _legend_above(axis: Axes) -> None:
+    place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 0.98), "borderaxespad": 0.0}
+    axis.legend(fontsize=7.5, ncols=3, columnspacing=1.0, **place)

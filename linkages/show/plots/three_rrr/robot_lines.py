@@ -1,0 +1,118 @@
+"""The robot as lines, at rest and deformed; a mode vibrating over the moving robot, as one HTML file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from linkages.base.arrays import Array
+from linkages.mechanics.flexible.rotation import rotations
+from linkages.show.plots.pages import embedded, filled, own_text
+from linkages.show.plots.style import COLORS
+from linkages.three_rrr.analysis import RobotResults
+from linkages.three_rrr.finite_elements import FiniteElementModel
+from linkages.three_rrr.kinematics import RobotMotion, pivots, unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+OUTLINE = "0.35"
+_SHARE = 0.12  # largest drawn deflection over the robot's size
+_POINTS = 13  # number of drawn points of each element
+_FRAMES = 121
+_SHARE = 0.1  # drawn deflection over the coupler's length
+_EVERY = 2  # step between kept points of a line
+
+
+def shape_lines(model: FiniteElementModel, state: RobotMotion, index: int, shape: Array) -> list[tuple[Array, str]]:
+    """Return lines of the robot deformed by a shape (size,) of its unknowns, magnified."""
+    one = state.part(slice(index, index + 1))
+    full = model.expand(one, shape[None])[0]
+    still = displaced_lines(model, one)
+    pairs = zip(displaced_lines(model, one, full), still, strict=True)
+    largest = max(float(np.max(np.linalg.norm(a - b, axis=1))) for (a, _), (b, _) in pairs)
+    scale = _SHARE * float(np.max(model.geometry.coupler)) / largest
+    return displaced_lines(model, one, scale * full)
+
+
+def displaced_lines(model: FiniteElementModel, one: RobotMotion, full: Array | None = None) -> list[tuple[Array, str]]:
+    """Return lines (n, 2) [m] of links and platform at a single pose, with displacements (full,) [m, rad], by name."""
+    full = np.zeros(model.full) if full is None else full
+    b, c = pivots(model.geometry, one.phi, one.x)
+    angle = one.angles
+    lines = []
+    s = np.linspace(0.0, 1.0, _POINTS)
+    for link in model.links:
+        leg, coupler = divmod(link.angle, 2)
+        start = b[0, leg] if coupler else model.geometry.base[leg]
+        rotation = rotations(angle[:, link.angle])
+        local = link.gather(full[None], rotation)[0]
+        shapes = link.beam.shapes(s)[0]
+        moved = np.einsum("nci,ei->enc", shapes, local) @ rotation[0, :2, :2]
+        along = (np.arange(len(link.dofs))[:, None] + s) * link.beam.length
+        points = start + along[..., None] * unit(angle[0, link.angle]) + moved
+        lines.append((points.reshape(-1, 2), link.name))
+    corners = c[0] + full[model.c]
+    lines.append((np.vstack([corners, corners[:1]]), "platform"))
+    return lines
+
+
+def draw_pose(
+    axis: Axes, model: FiniteElementModel, state: RobotMotion, index: int, color: str = OUTLINE, **style: Any
+) -> None:
+    """Draw the undeformed robot, in millimetres."""
+    for line, name in displaced_lines(model, state.part(slice(index, index + 1))):
+        width = 1.2 if name == "platform" else 1.6
+        axis.plot(*(1e3 * line.T), color=color, lw=width, **style)
+    b, c = pivots(model.geometry, state.phi[index : index + 1], state.x[index : index + 1])
+    joints = np.vstack([model.geometry.base, b[0], c[0]])
+    axis.plot(*(1e3 * joints.T), "o", color=color, ms=2.5, **style)
+    axis.plot(*(1e3 * model.geometry.base.T), "^", color="0.2", ms=4)
+
+
+def write_animation(results: RobotResults, path: Path) -> Path:
+    """Write the animation; return its path."""
+    values = {"colors": embedded(COLORS), "data": embedded(animation_data(results))}
+    text = own_text("linkages.show.plots.three_rrr", "animation.html")
+    path.write_text(filled(text, title=results.robot.title or "Flexible robot", **values), encoding="utf-8")
+    return path
+
+
+def animation_data(results: RobotResults) -> dict[str, Any]:
+    """Return undeformed lines and their displacement in each mode, by frame [mm].
+
+    The modes are followed by MAC, with continuous signs, and each shape is scaled to the same largest deflection.
+    """
+    places = np.unique(np.linspace(0, len(results.motion) - 1, _FRAMES).astype(int))
+    size = _SHARE * float(np.max(results.model.geometry.coupler))
+    frames: list[dict[str, Any]] = []
+    for index in places:
+        one = results.motion.part(slice(int(index), int(index) + 1))
+        rest = _points(displaced_lines(results.model, one))
+        shapes = []
+        for mode in range(results.tracked.shape[1]):
+            full = results.model.expand(one, results.shapes[index, :, mode][None])[0]
+            lines = _points(displaced_lines(results.model, one, full))
+            moved = [a - b for a, b in zip(lines, rest, strict=True)]
+            largest = max(float(np.max(np.linalg.norm(line, axis=1))) for line in moved)
+            shapes.append([_rounded(1e3 * size / largest * line) for line in moved])
+        still = [_rounded(1e3 * line) for line in rest]
+        frames.append({"t": round(float(one.time[0]), 4), "rest": still, "shape": shapes})
+    points = np.concatenate([line for frame in frames for line in frame["rest"]])
+    return {
+        "frames": frames,
+        "hz": np.round(results.tracked[places], 2).tolist(),
+        "base": _rounded(1e3 * results.model.geometry.base),
+        "box": [*np.round(points.min(axis=0) - 60).tolist(), *np.round(points.max(axis=0) + 60).tolist()],
+    }
+
+
+def _points(lines: list[tuple[Array, str]]) -> list[Array]:
+    return [line if name == "platform" else line[::_EVERY] for line, name in lines]
+
+
+def _rounded(points: Array) -> list[list[float]]:
+    return np.round(points, 1).tolist()

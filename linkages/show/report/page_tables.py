@@ -1,0 +1,226 @@
+"""The tables of a report: captions, headings, cells; numbers as text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+from typing import Any
+
+from linkages.input.files.magnitudes import rounded
+from linkages.input.files.table_keys import bracketed
+from linkages.input.files.toml import leaves
+from linkages.input.model.experiment import keys, value_unit
+from linkages.results.impacts import Impact
+from linkages.show.plots.style import typeset
+from linkages.show.report import words
+from linkages.show.report.result_folder import Results
+
+_SHOWN = 40  # most contacts in the table
+
+
+_FILES = {
+    "summary.json": "the numbers of this page, SI units",
+    "trajectory.npz": "every quantity at every step; read with linkages.load_trajectory",
+    "ideal.npz": "every quantity at every step with ideal joints",
+    "impacts.csv": "all contacts",
+    "impacts_normal.csv": "normal part of the peak force of all contacts",
+    "drawing.svg": "the mechanism with labels; linkages draw makes a movable one",
+    "animation.html": "the animation on a separate page",
+}
+
+
+@dataclass(frozen=True)
+class PageTable:
+    """A table; the first cell of each row is its name."""
+
+    caption: str
+    head: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+    text: frozenset[int] = frozenset({0})  # indices of columns with words
+
+
+def outputs(results: Results) -> PageTable:
+    """Tabulate the real and ideal outputs, with the error of the peak."""
+    rows, shown = [], words.reported(results.summary)
+    for name, value in shown["outputs"].items():
+        exact = shown["ideal"]["outputs"][name]
+        extremes = (exact["min"], exact["max"], value["min"], value["max"])
+        judged = (words.change(value["peak"], exact["peak"]), error(results, f"{name}.peak"))
+        rows.append((f"{name} [{words.unit(name)}]", *map(number, extremes), *judged, *_whole(results, f"{name}.peak")))
+    head = (
+        "output", "ideal min", "ideal max", "with clearance min", "with clearance max", "change of peak",
+        "error of peak", *_whole(results),
+    )  # fmt: skip
+    return PageTable("Outputs", head, rows)
+
+
+def joints(results: Results) -> PageTable:
+    """Tabulate the real and ideal joint forces."""
+    rows, shown = [], words.reported(results.summary)
+    for name, value in shown["joints"].items():
+        exact, force = shown["ideal"]["joints"][name]["force"]["peak"], value["force"]
+        ratio, inside = value.get("eccentricity_ratio"), value.get("contact_fraction")
+        model = results.play.get(name, {}).get("model", "ideal")
+        numbers = map(number, (exact, force["peak"], force["time"]))
+        judged = (words.change(force["peak"], exact), error(results, f"{name}.force.peak"))
+        most = number(ratio["peak"]) if ratio else words.NONE
+        share = f"{100.0 * inside:.3g}" if inside is not None else words.NONE
+        named = name, words.meeting(results.summary, name) or words.NONE, model
+        rows.append((*named, *numbers, *judged, most, share, *_whole(results, f"{name}.force.peak")))
+    head = (
+        "joint", "links", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
+        "largest e/c", "in contact [% of time]", *_whole(results),
+    )  # fmt: skip
+    return PageTable("Joint forces and journals", head, rows, frozenset({0, 1, 2}))
+
+
+def drives(results: Results) -> PageTable:
+    """Tabulate drive torques (forces) and work."""
+    rows, shown = [], words.reported(results.summary)
+    for label, key, value, exact in words.effort_rows(shown, "drives"):
+        judged = (words.change(value["peak"], exact["peak"]), error(results, key))
+        peaks, work = (map(number, (exact[one], value[one])) for one in ("peak", "work"))
+        rows.append((label, *peaks, *judged, *work, *_whole(results, key)))
+    head = ("drive", "ideal peak", "peak", "change of peak", "error of peak", "ideal work [J]", "work [J]")
+    return PageTable("Drives", (*head, *_whole(results)), rows)
+
+
+def heats(results: Results) -> PageTable | None:
+    """Tabulate the heat balances of the oil; None without any."""
+    found = {name: joint["heat"] for name, joint in results.summary["joints"].items() if "heat" in joint}
+    names = ("temperature", "viscosity", "power", "flow", "by_flow", "by_conduction")
+    rows = [(name, *(number(heat[key]) for key in names)) for name, heat in found.items()]
+    head = (
+        "joint", "temperature [°C]", "viscosity [Pa s]", "power of the film [W]", "flow out of the ends [m³/s]",
+        "heat by flow [W]", "heat by conduction [W]",
+    )  # fmt: skip
+    return PageTable("Oil temperature: lumped heat balance of a cycle", head, rows) if rows else None
+
+
+def links(results: Results) -> PageTable | None:
+    """Tabulate deflections, bending moments and stresses of flexible links; None without any."""
+    rows, shown = [], words.reported(results.summary)
+    for column, rigid, value in words.link_rows(shown):
+        key, values = f"{column}.peak", map(number, (rigid, value["peak"], value["time"], value.get("place")))
+        rows.append((f"{column} [{words.unit(column)}]", *values, error(results, key), *_whole(results, key)))
+    head = ("link", "rigid links", "peak", "at [s]", "place along the beam [m]", "error of peak")
+    return PageTable("Flexible links", (*head, *_whole(results)), rows) if rows else None
+
+
+def parameters(results: Results) -> PageTable:
+    """Tabulate every value of the experiment with its unit, its meaning and its source."""
+    meanings, rows = dict(keys()), []
+    for path, value in leaves(results.experiment):
+        if path in ("mechanism", "title", "outputs"):
+            continue
+        si = _si_unit(results, path)
+        source = _source(results.source_of(path), si)
+        meaning = _meaning(path, meanings).replace(f" [{bracketed(_meaning(path, meanings))}]", "")
+        rows.append((path, _plain(value), words.NONE if si in ("", "1") else typeset(si), meaning, source))
+    head = ("parameter", "value", "unit", "meaning", "source, from the file")
+    return PageTable("Parameters of the experiment", head, rows, frozenset({0, 2, 3, 4}))
+
+
+def impacts(results: Results) -> PageTable | None:
+    """Tabulate the hardest contacts in the order of time; None if no joint could touch."""
+    if results.impacts is None:
+        return None
+    hardest = sorted(results.impacts, key=lambda row: -row.peak_force)[:_SHOWN]
+    left = len(results.impacts) - len(hardest)
+    caption = f"Contacts, {len(results.impacts)} in all"
+    if left:
+        caption += f"; the {_SHOWN} hardest are shown; impacts.csv has all"
+    head = (
+        "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",
+        "peak penetration [µm]", "separation [m/s]", "peak normal force [N]",
+    )  # fmt: skip
+    return PageTable(caption, head, [_impact(row) for row in sorted(hardest, key=lambda row: row.start)])
+
+
+def provenance(results: Results) -> PageTable:
+    """Tabulate the provenance of the numbers."""
+    summary, made = results.summary, results.summary["provenance"]
+    rows = [
+        ("experiment", results.source),
+        ("mechanism", str(results.experiment["mechanism"])),
+        ("engine", summary["engine"]),
+        ("duration", f"{number(summary['duration'])} s, status {summary['status']}"),
+        ("time to compute", f"{made['wall_time']:.3g} s for the run alone"),
+    ]
+    rows += [
+        (name.replace("_", " "), f"{value:g}" if isinstance(value, int | float) else str(value))
+        for name, value in made["run"].items()
+        if name != "engine"
+    ]
+    rows += [(f"version of {name}", str(value)) for name, value in made["versions"].items()]
+    return PageTable("Provenance", ("what", "value"), rows, frozenset({0, 1}))
+
+
+def files(results: Results) -> PageTable:
+    """Tabulate the present and missing files of the folder."""
+    rows = []
+    for name, meaning in _FILES.items():
+        path = results.folder / name
+        rows.append((name, meaning, f"{path.stat().st_size / 1e3:.0f} kB" if path.is_file() else "missing"))
+    return PageTable("Files in the folder of this page", ("file", "content", "size"), rows, frozenset({0, 1}))
+
+
+def number(value: float | None) -> str:
+    """Write a number with three significant digits; None gives a dash."""
+    return words.NONE if value is None else rounded(value).replace("-", "−")
+
+
+def error(results: Results, key: str) -> str:
+    """Write the error of a peak, if an estimate exists."""
+    errors = words.reported(results.summary).get("error", {})
+    if errors.get(key) is None:
+        return words.NONE if key in errors else "not estimated"
+    found = errors[key]
+    return f"{found:.1e}".replace("-", "−") if found else "0"
+
+
+def _whole(results: Results, key: str = "") -> tuple[str, ...]:
+    """Return the cell with a larger peak of the whole run, or its heading; empty if no peak is larger."""
+    if not words.exceeded(results.summary):
+        return ()
+    return (words.beyond(results.summary, key) or words.NONE if key else "whole run",)
+
+
+def _impact(row: Impact) -> tuple[str, ...]:
+    joint, *values = astuple(row)
+    scales = (1.0, 1.0, 1.0, 1e3, 1.0, 1e6, 1.0, 1.0)
+    scaled = (scale * value for scale, value in zip(scales, values, strict=True))
+    return (joint, *(words.NONE if math.isnan(value) else number(value) for value in scaled))
+
+
+def _plain(value: Any) -> str:
+    """Write a parameter in short form; the file at the end of the page has every digit."""
+    if isinstance(value, list):
+        return f"[{', '.join(_plain(item) for item in value)}]"
+    if isinstance(value, float):
+        return f"{value:.6g}".replace("-", "−")
+    return value if isinstance(value, str) else words.toml_value(value)
+
+
+def _si_unit(results: Results, path: str) -> str:
+    """Return the SI unit of a parameter; for a prismatic drive m, not rad."""
+    table, _, name = path.partition(".")
+    slides = table == "drives" and results.summary["drives"].get(name.partition(".")[0], {}).get("unit") == "N"
+    return value_unit(path).replace("rad", "m") if slides else value_unit(path)
+
+
+def _source(comment: str, si: str) -> str:
+    """Return the source that a comment of the file names, without a leading unit."""
+    first, _, rest = comment.partition(",")
+    if si and first.strip() in (si, typeset(si)):
+        comment = rest.strip()
+    return comment or "not given"
+
+
+def _meaning(path: str, meanings: dict[str, str]) -> str:
+    """Look a key up; ``NAME`` in the list of keys stands for any drive, joint or load."""
+    parts = path.split(".")
+    general = (".".join([*parts[:k], "NAME", *parts[k + 1 :]]) for k in range(len(parts)))
+    unknown = "value of the SDF file, replaced" if parts[0] == "sdf" else ""
+    return next((meanings[key] for key in (*general, path) if key in meanings), unknown)

@@ -1,0 +1,102 @@
+"""The summary as a short table for a terminal, with errors and warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from linkages.base.brief import cell
+from linkages.results.characteristics import peaks_by_key
+from linkages.results.warnings import relative
+from linkages.show.report import words
+
+#: Columns of a heat balance, and their headings.
+_HEAT = ("temperature", "viscosity", "power", "by_flow", "by_conduction")
+_HEAT_HEAD = ("T [degC]", "mu [Pa s]", "power [W]", "flow [W]", "cond. [W]")
+
+
+def format_summary(summary: dict[str, Any]) -> str:
+    """Format a summary as lines of text: extremes with clearance and with ideal joints, errors, warnings.
+
+    Parameters
+    ----------
+    summary : dict
+        From `linkages.summarize`, or the content of ``summary.json``.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
+    >>> summary = linkages.summarize(linkages.assess(system, "compiled", error_estimate=False))
+    >>> print(linkages.format_summary(summary).splitlines()[1])
+    compiled engine, 0.1 s, status ok; mobility 2, driven: O1, O4
+    """
+    return "\n".join([format_table(summary), *format_judgement(summary)])
+
+
+def format_table(summary: dict[str, Any]) -> str:
+    """Format the numbers of a summary; with errors, if estimated; "-" is an undefined value."""
+    mechanism, experiment, shown = summary["mechanism"], summary["provenance"]["experiment"], words.reported(summary)
+    ideal, errors = shown["ideal"], shown.get("error", {})
+    play = any(joint["model"] != "ideal" for joint in summary["joints"].values())
+    run, more = "with clearance" if play else "integrated", words.exceeded(summary)
+
+    def row(label: str, values: tuple[Any, ...], key: str | None = None) -> tuple[str, str]:
+        cells = "".join(cell(value, width) for value, width in zip(values, (12, 12, 14, 12), strict=True))
+        error = errors.get(key) if key else "error"
+        before = f"  {words.beyond(summary, key) if key else 'whole run'}" if more else ""
+        return label, cells + (cell(error, 11, ".1e") if errors else "") + before
+
+    rows = [("", f"{'ideal joints':>24s}{run:>26s}"), row("output", ("min", "max", "min", "max"))]
+    for name, value in shown["outputs"].items():
+        exact = ideal["outputs"][name]
+        extremes = exact["min"], exact["max"], value["min"], value["max"]
+        rows.append(row(f"{name} [{words.output_unit(name)}]", extremes, f"{name}.peak"))
+    rows += [("", ""), row("joint force [N]: links", ("ideal peak", "peak", "at [s]", "e/c peak"))]
+    for name, value in shown["joints"].items():
+        label = f"{name} ({value['model']})" if value["model"] != "ideal" else name
+        label += f": {links}" if (links := words.meeting(summary, name)) else ""
+        exact, force, ratio = (ideal["joints"][name]["force"], value["force"], value.get("eccentricity_ratio", {}))
+        peaks = exact["peak"], force["peak"], force["time"], ratio.get("peak")
+        rows.append(row(label, peaks, f"{name}.force.peak"))
+    heats = {name: joint["heat"] for name, joint in summary["joints"].items() if "heat" in joint}
+    if heats:
+        rows += [("", ""), ("oil (lumped heat balance)", "".join(f"{name:>12s}" for name in _HEAT_HEAD))]
+        rows += [(name, "".join(cell(heat[key], 12) for key in _HEAT)) for name, heat in heats.items()]
+    for kind in ("drives", "loads"):
+        if shown.get(kind):
+            rows += [("", ""), row(kind.removesuffix("s"), ("ideal peak", "peak", "work [J]", ""))]
+        for label, key, value, exact in words.effort_rows(shown, kind):
+            rows.append(row(label, (exact["peak"], value["peak"], value["work"], ""), key))
+    if "links" in shown:
+        rows += [("", ""), row("flexible link", ("rigid peak", "peak", "at [s]", "place [m]"))]
+    for column, rigid, value in words.link_rows(shown):
+        cells = rigid, value["peak"], value["time"], value.get("place", "")
+        rows.append(row(f"{column} [{words.output_unit(column)}]", cells, f"{column}.peak"))
+    width = max(18, *(1 + len(label) for label, _ in rows))
+    lines = [
+        experiment.get("title") or Path(experiment["file"]).stem,
+        f"{summary['engine']} engine, {summary['duration']:g} s, status {summary['status']};"
+        f" mobility {mechanism['mobility']}, driven: {', '.join(mechanism['driven']) or 'none'}",
+        *words.motion_lines(summary),
+        "",
+    ]
+    return "\n".join(lines + [f"{label:{width}s}{cells}".rstrip() for label, cells in rows])
+
+
+def format_judgement(summary: dict[str, Any]) -> list[str]:
+    """Write the sizes of the errors, and all warnings, as lines of text."""
+    lines = []
+    below = [found for found in relative(peaks_by_key(summary), summary["error"]) if found[1] < 1.0]
+    for key, part in below[:1]:  # peaks below their errors are zero, or named in a warning
+        text = f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"
+        lines = ["", text]
+    return lines + format_warnings(summary["warnings"])
+
+
+def format_warnings(warnings: Sequence[dict[str, Any]], whose: str = "") -> list[str]:
+    """Write warnings as lines of text, each after an empty line."""
+    return [
+        line for one in warnings for line in ("", f"warning{whose} ({one['kind']}): {one['what']}; {one['remedy']}")
+    ]

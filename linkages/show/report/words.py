@@ -1,0 +1,244 @@
+"""The question and the answer of a report in sentences, and the commands that repeat the run."""
+
+from __future__ import annotations
+
+import shlex
+from collections import defaultdict
+from collections.abc import Iterator
+from functools import reduce
+from operator import getitem
+from typing import Any
+
+import tomlkit
+
+from linkages.base.errors import Status, listed
+from linkages.input.files.magnitudes import rounded
+from linkages.input.model.experiment import ARGUMENT, BENDING_QUANTITIES, COMMAND_LINE, QUANTITIES
+from linkages.results.characteristics import peaks_by_key
+from linkages.show.plots.style import typeset
+from linkages.show.report.result_folder import Results
+
+NONE = "–"  # symbol of an undefined value
+_ALIKE = 1e-3  # relative difference from the steady cycle's peak that is neglected
+_SAME = 1e-4  # relative change that is neglected
+_NOTHING = 1e-9  # relative value below which a difference is rounding
+
+_MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
+
+
+def reported(summary: dict[str, Any]) -> dict[str, Any]:
+    """Return the numbers for the tables: of the reported window, or of the whole run."""
+    found: dict[str, Any] = summary.get("windows", {}).get(summary.get("report"), summary)
+    return found
+
+
+def beyond(summary: dict[str, Any], key: str, of: str = "") -> str:
+    """Write value, unit and time of a peak of the whole run if it exceeds the tables' peak; otherwise ""."""
+    shown, owner, _, effort = reported(summary), *key.removesuffix(".peak").rpartition(".")
+    found: list[dict[str, Any]] = []
+    for numbers in (shown, summary):
+        entry = numbers["outputs"].get(f"{owner}.{effort}")
+        kinds = [numbers[kind].get(owner, {}) for kind in ("joints", "drives", "loads") if kind in numbers]
+        kinds.append(numbers.get("links", {}).get(owner, {}))
+        found.append(entry or next((each[effort] for each in kinds if effort in each), {"peak": None}))
+    inside, whole = found
+    if inside["peak"] is None or whole["peak"] is None or "time" not in whole:
+        return ""
+    if whole["peak"] <= (1.0 + _ALIKE) * inside["peak"]:
+        return ""
+    during = " (start-up)" if whole["time"] < (summary.get("start_up") or 0.0) else ""
+    return f"{rounded(whole['peak'])} {of}".rstrip() + f" at {rounded(whole['time'])} s{during}"
+
+
+def meeting(summary: dict[str, Any], joint: str) -> str:
+    """Name the links of a joint, the bearing's first; empty if the summary does not have them."""
+    return ", ".join(summary.get("mechanism", {}).get("joints", {}).get(joint, ()))
+
+
+def link_rows(shown: dict[str, Any]) -> Iterator[tuple[str, float | None, dict[str, Any]]]:
+    """Yield column, peak with rigid links, and entry of each quantity of the flexible links."""
+    for name, entry in shown.get("links", {}).items():
+        rigid = shown["ideal"].get("links", {}).get(name, {})
+        for quantity, found in entry.items():
+            exact = None if quantity == "deflection" else rigid.get(quantity, {}).get("peak")
+            yield f"{name}.{quantity}", exact, found
+
+
+def effort_rows(shown: dict[str, Any], kind: str) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any]]]:
+    """Yield label, key of the peak, entry, and entry with ideal joints of the "drives" or "loads"."""
+    for name, entry in shown.get(kind, {}).items():
+        quantity = "torque" if "torque" in entry else "force"
+        unit = entry.get("unit", "N m" if quantity == "torque" else "N")  # the force of a drive is its torque's entry
+        label = f"{name} {'force' if unit == 'N' else 'torque'} [{unit}]"
+        value, exact = ({**one[quantity], "work": one["work"]} for one in (entry, shown["ideal"][kind][name]))
+        yield label, f"{name}.{quantity}.peak", value, exact
+
+
+def exceeded(summary: dict[str, Any]) -> bool:
+    """Check whether the whole run has a larger force, torque, stress or output than the tables."""
+    return any(beyond(summary, key) for key in peaks_by_key(summary) if not key.endswith(".eccentricity_ratio.peak"))
+
+
+def motion_lines(summary: dict[str, Any]) -> list[str]:
+    """Describe the final motion of the run, and the time range of the numbers."""
+    motion, shown = summary.get("motion"), reported(summary)
+    if motion is None or motion["kind"] is None:
+        play = any(joint["model"] != "ideal" for joint in summary["joints"].values())
+        lines = [f"no search for a steady cycle: {motion['why']}"] if motion and play else []
+    elif motion["kind"] == "periodic":
+        several = "" if motion["periods"] == 1 else f" in {motion['periods']} periods of the drives"
+        lasts = rounded(motion["period"] * motion["periods"])
+        lines = [f"the motion is periodic{several}, {lasts} s, from {rounded(motion['since'])} s on"]
+    else:
+        lines = [f"the motion is {motion['kind']}: {motion['why']}"]
+    lines += _startup_lines(summary)
+    if shown is not summary:
+        part = {"steady": "its last period", "later": "the run after its start-up"}.get(summary["report"], "the run")
+        said = f"the numbers belong to {part}, {shown['from']:.6g} to {shown['to']:.6g} s"
+        lines.append(f'{said}; larger peaks of the rest of the run: see "whole run"' if exceeded(summary) else said)
+    return lines
+
+
+def _startup_lines(summary: dict[str, Any]) -> list[str]:
+    """Describe the duration of the start-up of clearance joints."""
+    until = summary.get("start_up")
+    if until is None:
+        return []
+    why = "journals cross their clearances from the middle, and impacts or films stop them"
+    if until < summary["duration"]:
+        return [f"start-up: up to {rounded(until)} s {why}"]
+    remedy = 'use a longer duration, or start = "equilibrium"'
+    return [f"start-up: {why} during the whole run, and its peaks belong to the start-up; {remedy}"]
+
+
+def question(results: Results) -> str:
+    """Write the question of the run in one sentence."""
+    alike: dict[tuple[str, float], list[str]] = defaultdict(list)
+    for name, joint in results.play.items():
+        alike[joint["model"], joint["clearance"]].append(name)
+    if not alike:
+        return "How does this linkage move with ideal joints, and what forces pass through them?"
+    play = listed(
+        f"{1e3 * clearance:.4g} mm of clearance in joint{'s'[: len(names) > 1]} {listed(names)} ({_MODELS[model]})"
+        for (model, clearance), names in alike.items()
+    )
+    return (
+        f"How does this linkage move with {play}, what forces pass through its joints,"
+        " and how does this differ from the linkage with ideal joints?"
+    )
+
+
+def answer(results: Results) -> list[str]:
+    """Answer the question, a sentence for each finding; all numbers come from the summary."""
+    summary = results.summary
+    status, sentences = Status(summary["status"]), []
+    if status is not Status.OK:
+        asked = results.experiment["duration"]
+        sentences.append(
+            f"The run ended early, at {summary['duration']:.4g} s of {asked:g} s, with the status {status.value}:"
+            f" {status.remedy}. The numbers cover the computed part; for ideal joints the whole duration."
+        )
+    found = [f"{entry['what']}; {entry['remedy']}" for entry in summary.get("warnings", ())]
+    sentences += [f"{line[0].upper()}{line[1:]}." for line in (*found, *motion_lines(summary))]
+    shown = reported(summary)
+    ideal = shown["ideal"]
+    for name, value in shown["outputs"].items():
+        if value["peak"] is None:
+            sentences.append(f"{name} is unbounded.")
+            continue
+        beside = _beside(results, value["peak"], ideal["outputs"][name]["peak"], unit(name))
+        sentences.append(
+            f"Peak of {name}: {rounded(value['peak'])} {unit(name)}{beside}{_more(summary, name, unit(name))}."
+        )
+    forces = {k: v for k, v in shown["joints"].items() if v["force"]["peak"] is not None}
+    if forces:
+        name, value = max(forces.items(), key=lambda item: item[1]["force"]["peak"])
+        peak, time = value["force"]["peak"], value["force"]["time"]
+        beside = _beside(results, peak, ideal["joints"][name]["force"]["peak"], "N")
+        beside += _more(summary, f"{name}.force", "N")
+        sentences.append(f"The largest joint force is {rounded(peak)} N, in {name} at {time:.4g} s{beside}.")
+    joints = shown["joints"].items()
+    return sentences + [_used(name, value) for name, value in joints if "eccentricity_ratio" in value]
+
+
+def _beside(results: Results, value: float, exact: float | None, of: str) -> str:
+    if not results.play or exact is None:
+        return ""
+    if abs(exact) < _NOTHING * abs(value):
+        return "; with ideal joints none"
+    return f"; with ideal joints {rounded(exact)} {of} ({change(value, exact)})"
+
+
+def _more(summary: dict[str, Any], key: str, of: str) -> str:
+    larger = "" if reported(summary) is summary else beyond(summary, f"{key}.peak", of)
+    return f"; in the whole run {larger}" if larger else ""
+
+
+def _used(name: str, value: dict[str, Any]) -> str:
+    """Describe the used part of a joint's clearance, and its contacts."""
+    part = 100.0 * value["eccentricity_ratio"]["peak"]
+    text = f"Joint {name} uses up to {part:.4g}\u00a0% of its clearance"
+    if value["model"] == "lubricated":
+        return f"{text}."
+    if not value["impacts"]:
+        return f"{text} and does not touch."
+    times = "once" if value["impacts"] == 1 else f"{value['impacts']} times"
+    return f"{text} and touches {times}, in contact for {100.0 * value['contact_fraction']:.3g}\u00a0% of the time."
+
+
+def commands(results: Results) -> list[str]:
+    """Write the commands that repeat the run and this page."""
+    summary = results.summary
+    out = f"results/{results.folder.resolve().name}"
+    words = ["linkages", "simulate", results.source, "--engine", summary["engine"]]
+    for path in overrides(results):
+        value = reduce(getitem, path.split("."), results.experiment)
+        words += ["--set", f"{path}={toml_value(value)}"]
+    if not summary["error"] and summary["status"] == Status.OK.value:
+        words.append("--no-error-estimate")
+    return [shlex.join([*words, "--out", out]), shlex.join(["linkages", "report", out])]
+
+
+def overrides(results: Results) -> list[str]:
+    """List the dotted paths of the values that were replaced on the command line or in Python."""
+    return [path for path, source in results.sources.items() if source in (ARGUMENT, COMMAND_LINE)]
+
+
+def experiment_file(results: Results) -> str:
+    """Return the experiment of the run as a TOML file, with replaced values."""
+    return tomlkit.dumps(results.experiment)
+
+
+def toml_value(value: Any) -> str:
+    """Write a value as in a TOML file, on one line."""
+    if isinstance(value, dict):
+        table = tomlkit.inline_table()
+        table.update(value)
+        return table.as_string()
+    return tomlkit.item(value).as_string()
+
+
+def output_unit(name: str) -> str:
+    """Return the SI unit of an output of a link or frame: "m/s2"."""
+    return (QUANTITIES | BENDING_QUANTITIES)[name.rpartition(".")[2]].rpartition("[")[2].rstrip("]")
+
+
+def unit(output: str) -> str:
+    """Return the typeset unit of an output: m/s²."""
+    return typeset(output_unit(output))
+
+
+def change(value: float | None, reference: float | None) -> str:
+    """Write the relative change of a magnitude against its reference, if both have a value."""
+    if value is None or reference is None:
+        return NONE
+    if value == reference:
+        return "unchanged"
+    if abs(reference) < _NOTHING * abs(value):
+        return "there is none"
+    ratio = value / reference
+    if abs(ratio - 1.0) < _SAME:
+        return f"within {100.0 * _SAME:g} %"
+    if 0.5 < ratio < 2.0:
+        return f"{100.0 * (ratio - 1.0):+.2g} %".replace("-", "−")
+    return f"{ratio:.3g} times"
