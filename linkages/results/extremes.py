@@ -36,7 +36,7 @@ class Bracket(NamedTuple):
     Attributes
     ----------
     times, values : (n,) arrays
-        Values are those of the column times the sign.
+        The column's values, times the sign.
     """
 
     name: str
@@ -77,7 +77,8 @@ def extremes(trajectory: Trajectory, names: Names) -> dict[str, Extremes]:
     """Compute the extremes over continuous time of columns.
 
     Use it instead of the samples' extremes, which miss peaks between steps: the best samples are bracketed by their
-    neighbours and refined by `refine`. `peaks` gives the largest magnitudes alone and is faster.
+    neighbours and refined by `refine`. For a run of the compiled engine they equal the statistics of
+    `linkages.simulate_batch` with the same outputs. `peaks` gives the largest magnitudes alone and is faster.
 
     Parameters
     ----------

@@ -99,7 +99,7 @@ def _start_films(equations: Equations, t: float, y: Array) -> None:
 def _observe(equations: Equations, job: Job, t: float, y: Array, row: Array) -> None:
     """Record the contacts' memory; then the outputs, or increments of the stages of the step that ends here.
 
-    Outputs are recorded where they are known and asked for.
+    Outputs are recorded at times within windows, if they are known during the run.
     """
     memory = equations.work.memory
     record_memory(memory, row)

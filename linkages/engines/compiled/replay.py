@@ -33,8 +33,8 @@ STAGES = 3
 class Steps(NamedTuple):
     """Steps of a run: times (nt,), states (nt, ny), and memory (nt, nm).
 
-    The memory has that of the contacts, see `record_memory`. The outputs of a job follow, or, if the run was asked for
-    them, increments (ny, STAGES) of the stages of the step that ends at each time.
+    The memory begins with what contacts remember, see `record_memory`. The outputs of a job follow or, if requested,
+    increments (ny, STAGES) of the stages of the step that ends at each time.
     """
 
     times: Array

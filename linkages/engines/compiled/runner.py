@@ -167,7 +167,7 @@ class _Table:
         self._idle.append(job)
 
 
-@lru_cache(maxsize=8)  # a search for peaks asks repeatedly
+@lru_cache(maxsize=32)  # a search for peaks evaluates repeatedly, in each thread
 def _table(system: System, names: tuple[str, ...] | None) -> _Table:
     return _Table(system, tuple(all_names(system)) if names is None else names)
 

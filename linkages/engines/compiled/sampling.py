@@ -38,7 +38,7 @@ def look(job: Job, t: float, out: Array) -> bool:
         )
     if job.with_forces:
         inertial_forces(model.bodies, w, model.gravity, w.bias, w.modal_bias)
-        if w.interpolated[0] > 0.0:  # the reactions are those of a neighbouring state
+        if w.interpolated[0] > 0.0:  # the reactions belong to a neighbouring state
             row_reactions(model, w)
         joint_forces(model, w, work.contacts, work.forces, work.efforts)
     snapshot = Snapshot(model, w, work.contacts, work.forces, work.efforts, work.applied)

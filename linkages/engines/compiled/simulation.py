@@ -64,13 +64,11 @@ def simulate(
     runner = Runner(system)
     t, y, step, status = 0.0, runner.start, 0.0, Status.OK
     parts, budget = [], Budget(system)
-    totals = np.zeros(3, dtype=np.int64)
     try:
         while True:
             with deferred():  # keeps the steps up to a signal
                 part = runner.run(t, y, step, _CHUNK, differentiated=bool(wrt))
                 parts.append(part)
-            totals += part.steps, part.rejected, part.evaluations
             t = float(part.times[-1])
             y, step = part.states[-1], part.next_step
             if progress is not None:
@@ -94,9 +92,9 @@ def simulate(
     provenance = {
         "engine": "compiled",
         "method": method(system, "compiled"),
-        "steps": int(totals[0]),
-        "rejected": int(totals[1]),
-        "evaluations": int(totals[2]),
+        "steps": sum(part.steps for part in parts),
+        "rejected": sum(part.rejected for part in parts),
+        "evaluations": sum(part.evaluations for part in parts),
         "wall_time": wall,
     }
     times = np.unique(steps.times[steps.times <= end])

@@ -14,20 +14,20 @@ from linkages.mechanics.integrate.parabola import parabola_top
 
 #: Rows of a search, (3, 3): times and values of the samples around its highest one, and its course.
 TIMES, VALUES, COURSE = range(3)
-#: Entries of the course: what the parabola promises at the next time, NaN at the middle of a half; whether the last
-#: promise was kept, `_MISSED` if not; number of parabolas.
+#: Entries of the course: height that the parabola promises at the next time, NaN at the middle of a half; whether the
+#: last promise was kept, `_MISSED` if not; number of parabolas.
 _PROMISED, _KEPT, _ROUND = range(3)
 _MISSED = -1.0
 
-#: Most local maxima that are refined, and so many of them although their parabolas promise less than is found: those of
-#: kinks promise too little.
+#: Most local maxima that are refined, and so many of them although their parabolas promise less than is found: at kinks
+#: parabolas promise too little.
 MOST, FEW = 12, 2
 _NEAR = 0.01  # largest deficit of these against the best sample, over the range of the values
 _ALIKE = 1e-4  # difference of promises over the range of the values up to which the first one is refined first
 _ROUNDS = 24  # of parabolas; smooth maxima take two or three, jumps all
 _TRIES = 3  # parabolas after which a maximum must be above its floor
 _INSIDE = 0.02  # of a bracket's half: a new sample keeps so far from the old ones
-_PART = 0.1  # of a parabola's promise: a sample that departs more from it is beside a jump or a kink
+_PART = 0.1  # of a parabola's promise: a sample that departs more from it is near a jump or a kink
 _FLAT = 1e-10  # relative gain that a parabola promises, after one that kept its promise, at which a maximum is known
 _CLOSE = 1e-5  # of a bracket: a next time that is so near to the highest sample adds nothing
 
@@ -51,7 +51,7 @@ def candidates(times: Array, values: Array, sign: float, places: Indices, tops: 
     times, values : (n,) arrays
     sign : float
     places, tops : (MOST,) arrays
-        Filled with the samples at local maxima, and with what their parabolas promise.
+        Filled with the samples at local maxima, and with the heights that their parabolas promise.
 
     Returns
     -------
