@@ -175,12 +175,14 @@ def solve_history(
     film = reference(balance)
     fill_balance(sheet.lines, sheet.ends, sheet.zeta, x, y, 0.0, 0.0, 0.5 * spin, film)
     settle(film, 0.0, True, z)
+    fx, fy, _, _, shear, flow = integrate_film(sheet.lines, sheet.ends, sheet.zeta, film, 0.0, z)
     if advance > 0.0:
         kept = 1.0 - advance / sheet.step
         for i in range(n):
             for j in range(m):
-                missing[i, j] = kept * missing[i, j] + advance * balance.most[i, j] * max(-z[i, j], 0.0)
-    fx, fy, _, _, shear, flow = integrate_film(sheet.lines, sheet.ends, sheet.zeta, film, 0.0, z)
+                missing[i, j] = kept * missing[i, j] + advance * balance.most[i, j] * max(
+                    -z[i, j], 0.0
+                )  # keeps the arrays alive, too
     return fx, fy, shear, flow
 
 
