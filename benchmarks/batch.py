@@ -28,8 +28,8 @@ from pathlib import Path
 import numpy as np
 
 import linkages
-from linkages.engines.compiled import designs
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.batch import designs
+from linkages.engines.compiled.run.runner import Runner
 from linkages.input.files.shipped import data_folder
 
 OUTPUTS = ("A.force", "B.force", "slider7.ax")

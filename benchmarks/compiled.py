@@ -22,9 +22,9 @@ import seven_bar_reference
 from linkages import load
 from linkages.base.kernel import kernel
 from linkages.base.kernel.by_reference import reference
-from linkages.engines.compiled.equations import derivatives, residual
-from linkages.engines.compiled.jacobian import jacobian
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.equations import derivatives, residual
+from linkages.engines.compiled.run.jacobian import jacobian
+from linkages.engines.compiled.run.runner import Runner
 from linkages.engines.compiled.simulation import simulate
 from linkages.input.files.shipped import data_folder
 

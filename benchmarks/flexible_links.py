@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import linkages
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.runner import Runner
 from linkages.engines.compiled.simulation import simulate
 
 EXPERIMENT = """mechanism = "{machine}"

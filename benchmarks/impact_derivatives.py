@@ -13,8 +13,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from linkages.engines.compiled.runner import Runner, join
-from linkages.engines.compiled.sensitivity import differentiate
+from linkages.engines.compiled.derivatives.sensitivity import differentiate
+from linkages.engines.compiled.run.runner import Runner, join
 from linkages.engines.drop import CLEARANCE, GRAVITY, MASS, drop
 
 NAMES = ("gravity", "clearance", "stiffness", "damping", "mass")

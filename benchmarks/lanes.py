@@ -26,8 +26,8 @@ import linkages
 from linkages.base.kernel import kernel
 from linkages.base.kernel.by_reference import packed, reference
 from linkages.base.kernel.simd import WIDTH, lane_array
-from linkages.engines.compiled.equations import set_state
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.equations import set_state
+from linkages.engines.compiled.run.runner import Runner
 from linkages.engines.compiled.simulation import simulate
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.newton_euler import force_residual

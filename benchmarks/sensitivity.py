@@ -14,8 +14,8 @@ import time
 import numpy as np
 
 from linkages import find_file, load, simulate
-from linkages.engines.compiled.runner import Runner, join
-from linkages.engines.compiled.sensitivity import Differentiation
+from linkages.engines.compiled.derivatives.sensitivity import Differentiation
+from linkages.engines.compiled.run.runner import Runner, join
 
 _BODIES = ["sdf.links.link2.mass", "sdf.links.link3.mass", "sdf.links.link6.mass", "drives.O1.speed"]
 _LENGTHS = ["sdf.frames.link2_C.pose.x", "sdf.frames.link6_D.pose.x"]

@@ -40,7 +40,7 @@ from tqdm import tqdm
 
 from linkages import load
 from linkages.base.errors import Status
-from linkages.engines.compiled.runner import STATUS, Runner, join
+from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.input.files.shipped import data_folder
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
 

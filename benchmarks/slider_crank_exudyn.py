@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from linkages import load, simulate
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.runner import Runner
 from linkages.input.files.shipped import data_folder
 
 sys.exudynFast = True

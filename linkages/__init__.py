@@ -40,7 +40,7 @@ import lazy_loader  # noqa: E402
 if TYPE_CHECKING:
     from linkages.base.errors import AssemblyError, InputError, RunError, Status
     from linkages.engines.assessment import assess, ideal, simulate
-    from linkages.engines.compiled.batch import Batch, simulate_batch
+    from linkages.engines.compiled.batch.batch import Batch, simulate_batch
     from linkages.explore.bearing import bearing
     from linkages.explore.bearing_heat import warm_bearing
     from linkages.explore.compare import compare
@@ -75,7 +75,7 @@ _loaded, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "engines.assessment": ("assess", "ideal", "simulate"),
-        "engines.compiled.batch": ("Batch", "simulate_batch"),
+        "engines.compiled.batch.batch": ("Batch", "simulate_batch"),
         "base.errors": ("AssemblyError", "InputError", "RunError", "Status"),
         "explore.bearing": ("bearing",),
         "explore.bearing_heat": ("warm_bearing",),

@@ -6,8 +6,8 @@ import numpy as np
 
 from linkages.base.kernel import kernel
 from linkages.base.kernel.by_reference import reference
-from linkages.engines.compiled.equations import derivatives, residual
-from linkages.engines.compiled.jacobian import jacobian
+from linkages.engines.compiled.run.equations import derivatives, residual
+from linkages.engines.compiled.run.jacobian import jacobian
 
 
 @kernel

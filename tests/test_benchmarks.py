@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from seven_bar_reference import free_motion
 
-from linkages.engines.compiled.equations import derivatives
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.equations import derivatives
+from linkages.engines.compiled.run.runner import Runner
 
 ROOT = Path(__file__).resolve().parents[1]
 #: What scripts share.

@@ -10,8 +10,8 @@ from scipy.io import loadmat
 
 from linkages import InputError, Status, Trajectory, load_trajectory
 from linkages.cli.main import main
-from linkages.engines.compiled.batch import Batch
-from linkages.engines.compiled.statistics import STATISTICS
+from linkages.engines.compiled.batch.batch import Batch
+from linkages.engines.compiled.batch.statistics import STATISTICS
 
 TIME = np.linspace(0.0, 1.0, 7)
 UNITS = {

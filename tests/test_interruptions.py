@@ -25,9 +25,9 @@ from linkages.base.errors import InputError
 from linkages.base.signals import deferred, interruptible
 from linkages.cli.main import exit_status, main
 from linkages.engines.budget import WINDOW
-from linkages.engines.compiled import runner
-from linkages.engines.compiled.binding import integrate
-from linkages.engines.compiled.job import make_given, make_job
+from linkages.engines.compiled.run import runner
+from linkages.engines.compiled.run.binding import integrate
+from linkages.engines.compiled.run.job import make_given, make_job
 from linkages.mechanics.integrate.driver import PAUSED
 from linkages.results.outputs.registry import pack
 

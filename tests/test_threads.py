@@ -6,7 +6,7 @@ import time
 import pytest
 
 from linkages import InputError, RunError, find_file, load, simulate_batch
-from linkages.engines.compiled import runs as runs_of
+from linkages.engines.compiled.batch import runs as runs_of
 from linkages.engines.threads import in_threads
 
 

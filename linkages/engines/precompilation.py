@@ -22,10 +22,10 @@ from linkages.system import System
 
 def compiled(implicit: bool) -> list[Callable[[], Any]]:
     """List the jobs for the compiled engine."""
-    from linkages.engines.compiled.equations import solve_state
-    from linkages.engines.compiled.jacobian import jacobian
-    from linkages.engines.compiled.methods import attempt_dormand_prince_5_4, attempt_radau_iia_5
-    from linkages.engines.compiled.model import Equations, make_work
+    from linkages.engines.compiled.run.equations import solve_state
+    from linkages.engines.compiled.run.jacobian import jacobian
+    from linkages.engines.compiled.run.methods import attempt_dormand_prince_5_4, attempt_radau_iia_5
+    from linkages.engines.compiled.run.model import Equations, make_work
     from linkages.engines.compiled.simulation import simulate
     from linkages.mechanics.integrate.stepper import make_stepper
 

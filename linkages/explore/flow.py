@@ -10,8 +10,8 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, RunError, Status, nearest
 from linkages.engines.budget import WINDOW
-from linkages.engines.compiled.replay import Steps, record_memory, recorded
-from linkages.engines.compiled.runner import STATUS, Runner, join
+from linkages.engines.compiled.run.replay import Steps, record_memory, recorded
+from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.mechanics.integrate.driver import DONE, PAUSED, Record
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.outputs.columns import Columns
@@ -27,8 +27,8 @@ class Flow:
     """A run that can be paused, continued, and moved to another state.
 
     It has reached the time `t` [s] and the state `y` (ny,): positions and rates of the free coordinates, then bristles,
-    see `linkages.engines.compiled.model`. `scale` (ny,) is the error scale of each entry; the status is OK as long as
-    the run can continue. AssemblyError or InputError as `System.assembly`.
+    see `linkages.engines.compiled.run.model`. `scale` (ny,) is the error scale of each entry; the status is OK as long
+    as the run can continue. AssemblyError or InputError as `System.assembly`.
     """
 
     def __init__(self, system: System) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.kernel import Indices
-from linkages.engines.compiled.linear import Closure
+from linkages.engines.compiled.run.linear import Closure
 from linkages.system import System
 
 _PREFERRED = 1e-3  # weight in the choice of dependent coordinates of those with a drive: they stay independent

@@ -18,8 +18,8 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.engines.compiled.linear import linearised
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.linear import linearised
+from linkages.engines.compiled.run.runner import Runner
 from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.flexible.modes import ModesAt, track
 from linkages.mechanics.planar.bodies import ELASTIC, STIFFNESS, make_motion

@@ -9,10 +9,10 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, RunError, Status
-from linkages.engines.compiled.linear import slopes
-from linkages.engines.compiled.model import per_length
-from linkages.engines.compiled.replay import Steps
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.linear import slopes
+from linkages.engines.compiled.run.model import per_length
+from linkages.engines.compiled.run.replay import Steps
+from linkages.engines.compiled.run.runner import Runner
 from linkages.explore.flow import Flow, expect_valid
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
 from linkages.input.model.capabilities import Analysis
@@ -38,7 +38,7 @@ class Observed(NamedTuple):
 class LinearisationPoint:
     """A state of a linkage whose prescribed drives stand still, at a time [s].
 
-    `y` (ny,) is the state, see `linkages.engines.compiled.model`; `scale` (ny,) the usual change of each entry: of
+    `y` (ny,) is the state, see `linkages.engines.compiled.run.model`; `scale` (ny,) the usual change of each entry: of
     clearances, or of the linkage's length, in the time of its motion. InputError if a drive prescribes a motion, or
     nothing can move; RunError if the run to the time fails, or a journal lies outside its film there.
     """

@@ -11,9 +11,9 @@ from linkages.base.arguments import Count, Names, Whole, validated
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import RunError, Status
-from linkages.engines.compiled.designs import Systems
-from linkages.engines.compiled.runs import Runs
-from linkages.engines.compiled.statistics import STATISTICS
+from linkages.engines.compiled.batch.designs import Systems
+from linkages.engines.compiled.batch.runs import Runs
+from linkages.engines.compiled.batch.statistics import STATISTICS
 from linkages.explore.compare import looser
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.results.divergence import PARTED, configuration, dense

@@ -9,7 +9,7 @@ from scipy.integrate import trapezoid
 from shipped import run, shipped
 
 from linkages import Direction, InputError, Status, extremes, ideal, load, simulate, simulate_batch
-from linkages.engines.compiled.statistics import STATISTICS
+from linkages.engines.compiled.batch.statistics import STATISTICS
 from linkages.results.extremes import averages
 from linkages.results.outputs.registry import default_outputs, has_jitter
 from linkages.results.statistic_derivatives import Wanted, differentiate_statistics

@@ -8,8 +8,8 @@ from machines import four_bar
 from shipped import shipped
 
 from linkages import AssemblyError, InputError, Status, laws, simulate, simulate_batch
-from linkages.engines.compiled import designs
-from linkages.engines.compiled.statistics import STATISTICS
+from linkages.engines.compiled.batch import designs
+from linkages.engines.compiled.batch.statistics import STATISTICS
 
 PRESS, DRY = ("seven_bar", {"duration": 0.05}), ("slider_crank_dry", {"duration": 2e-3})
 #: Machine, values replaced in it, and limits of variables; values beyond some of the limits are not valid.

@@ -8,8 +8,8 @@ from shipped import WORN, shipped
 from shipped import run as shipped_run
 
 from linkages import Status, simulate
-from linkages.engines.compiled.linear import slopes
-from linkages.engines.compiled.model import _FILM, _TOUCH
+from linkages.engines.compiled.run.linear import slopes
+from linkages.engines.compiled.run.model import _FILM, _TOUCH
 
 #: Error of every entry, in parts of its column: the mechanics are exact, the contacts' laws central differences, of
 #: which Newton's method asks no more: an error of 1e-6 is what its correction is out by.

@@ -5,12 +5,12 @@ import pytest
 
 import linkages
 from linkages.base.kernel.block import contents
-from linkages.engines.compiled.model import start_state
-from linkages.engines.compiled.neighbours import Neighbours, neighbours
-from linkages.engines.compiled.runner import Runner, join
-from linkages.engines.compiled.sensitivity import Differentiation
-from linkages.engines.compiled.start_derivatives import start_derivatives
-from linkages.engines.compiled.variation import ANY, INERTIAL, QUADRATIC
+from linkages.engines.compiled.derivatives.neighbours import Neighbours, neighbours
+from linkages.engines.compiled.derivatives.sensitivity import Differentiation
+from linkages.engines.compiled.derivatives.start_derivatives import start_derivatives
+from linkages.engines.compiled.derivatives.variation import ANY, INERTIAL, QUADRATIC
+from linkages.engines.compiled.run.model import start_state
+from linkages.engines.compiled.run.runner import Runner, join
 
 LINEAR = [
     "joints.A.clearance",
@@ -111,8 +111,8 @@ def test_differences_of_the_second_order_are_exact_for_lengths_and_masses(name, 
     runner, found = Runner(system), []
     steps = join([runner.run(0.0, runner.start, 0.0, 10**6)])
     for quadratic, inertial in ((QUADRATIC, INERTIAL), (ANY, ANY)):
-        monkeypatch.setattr("linkages.engines.compiled.variation.QUADRATIC", quadratic)
-        monkeypatch.setattr("linkages.engines.compiled.variation.INERTIAL", inertial)
+        monkeypatch.setattr("linkages.engines.compiled.derivatives.variation.QUADRATIC", quadratic)
+        monkeypatch.setattr("linkages.engines.compiled.derivatives.variation.INERTIAL", inertial)
         found.append(Differentiation(runner, steps, values).at_steps().states[:, :, -len(values) :])
     for value, exact, other in zip(values, *np.moveaxis(found, -1, 1), strict=True):
         assert np.abs(exact).max() > 0.0

@@ -19,8 +19,8 @@ from linkages import simulate
 from linkages.base.errors import notice
 from linkages.base.kernel import kernel
 from linkages.base.kernel.by_reference import packed, reference
-from linkages.engines.compiled.replay import replay
-from linkages.engines.compiled.runner import Runner, join
+from linkages.engines.compiled.run.replay import replay
+from linkages.engines.compiled.run.runner import Runner, join
 from linkages.engines.drop import drop
 from linkages.engines.methods import method
 from linkages.mechanics.integrate.stepper import COUNT, make_stepper
@@ -194,7 +194,7 @@ def test_ctrl_c_pressed_during_compiled_code_stops_the_run_and_not_the_process()
     """In a separate process: an interrupt while compiled code returns its results ends the process."""
     script = """
 import os, signal, threading, linkages
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.runner import Runner
 runner = Runner(linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 1e5}))
 runner.run(0.0, runner.start, 0.0, 1)
 threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()

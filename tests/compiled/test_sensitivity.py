@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from machines import bar, joint, model
 
 import linkages
-from linkages.engines.compiled.runner import Runner, join
-from linkages.engines.compiled.sensitivity import differentiate
+from linkages.engines.compiled.derivatives.sensitivity import differentiate
+from linkages.engines.compiled.run.runner import Runner, join
 from linkages.engines.drop import CLEARANCE, GRAVITY, MASS, drop
 
 
@@ -132,7 +132,7 @@ def test_coarse_differences_of_laws_and_kinematics_give_the_digits_that_runs_hav
     system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.2, "solver.accuracy": 1e-9})
     outputs, found = ["A.force", "slider7.ax", "O1.torque"], []
     for limit in (0.0, 1.0):  # accuracies below the limit get differences of the fourth order
-        monkeypatch.setattr("linkages.engines.compiled.sensitivity.COARSE", limit)
+        monkeypatch.setattr("linkages.engines.compiled.derivatives.sensitivity.COARSE", limit)
         found.append(linkages.simulate(system, outputs=outputs, wrt=paths).sensitivity)
     for path in paths:
         for output in outputs:
@@ -260,7 +260,7 @@ def test_both_integrators_have_the_same_derivatives_through_an_impact():
 
 def test_the_derivative_of_a_run_converges_with_the_order_of_the_method(monkeypatch):
     """The steps of the method of order 5 are halved; the law of the film has all digits, as in runs of high accuracy."""
-    monkeypatch.setattr("linkages.engines.compiled.sensitivity.COARSE", 1.0)
+    monkeypatch.setattr("linkages.engines.compiled.derivatives.sensitivity.COARSE", 1.0)
     exact, errors = None, []
     for steps in (512, 32, 64):
         system = drop().replaced({"duration": 0.01, "solver.accuracy": 1e-3, "solver.max_step": 0.01 / steps})

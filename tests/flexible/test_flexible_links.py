@@ -10,7 +10,7 @@ from spun_beams import SPIN, SPUN, spun, tip_of
 
 from linkages import InputError, Status, modes, simulate, simulate_batch
 from linkages.base.kernel.by_reference import packed
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.runner import Runner
 from linkages.mechanics.planar.bodies import make_motion, make_pose
 from linkages.mechanics.planar.closure import closure_jacobian
 from linkages.mechanics.planar.closure_rows import row_rate

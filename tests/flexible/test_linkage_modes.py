@@ -10,8 +10,8 @@ from machines import bar, elastic_bar, four_bar, joint, model, solid
 import linkages
 from linkages import InputError
 from linkages.cli.main import main
-from linkages.engines.compiled.linear import linearised
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.linear import linearised
+from linkages.engines.compiled.run.runner import Runner
 from linkages.explore.modes import ModeShapes, modes_over
 from linkages.system.linear_systems import static_systems
 

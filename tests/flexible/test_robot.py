@@ -6,7 +6,7 @@ from linearised import slope
 from shipped import shipped
 
 from linkages import Status, ideal, modes, simulate
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.runner import Runner
 from linkages.input.files.shipped import data_folder
 from linkages.three_rrr.branch import follow, start_assembly
 from linkages.three_rrr.finite_elements import FiniteElementModel

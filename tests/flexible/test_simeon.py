@@ -13,7 +13,7 @@ import pytest
 from machines import elastic_slider_crank
 from numpy.polynomial import legendre
 
-from linkages.engines.compiled.runner import Runner, join
+from linkages.engines.compiled.run.runner import Runner, join
 from linkages.engines.compiled.simulation import Replay
 from linkages.mechanics.flexible.component_modes import _constants, _Series
 from linkages.system import flexible_link

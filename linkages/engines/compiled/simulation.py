@@ -14,9 +14,9 @@ from linkages.base.kernel import Array
 from linkages.base.kernel.by_reference import packed
 from linkages.base.signals import deferred
 from linkages.engines.budget import WINDOW, Budget
-from linkages.engines.compiled.replay import Steps
-from linkages.engines.compiled.runner import STATUS, Runner, join
-from linkages.engines.compiled.sensitivity import Differentiation
+from linkages.engines.compiled.derivatives.sensitivity import Differentiation
+from linkages.engines.compiled.run.replay import Steps
+from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.engines.methods import method
 from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.integrate.driver import PAUSED
@@ -110,7 +110,7 @@ def longest_step(system: System) -> float | None:
 
 
 class Replay:
-    """Columns at any times of a run; see `linkages.engines.compiled.replay`."""
+    """Columns at any times of a run; see `linkages.engines.compiled.run.replay`."""
 
     def __init__(self, runner: Runner, steps: Steps, outputs: Sequence[str] | None = None) -> None:
         self.runner, self.steps, self.outputs, self._packed = runner, steps, outputs, packed(steps)

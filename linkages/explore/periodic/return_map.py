@@ -15,10 +15,10 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.engines.compiled.linear import closure_at
-from linkages.engines.compiled.model import per_length
-from linkages.engines.compiled.replay import Steps
-from linkages.engines.compiled.sensitivity import differentiate
+from linkages.engines.compiled.derivatives.sensitivity import differentiate
+from linkages.engines.compiled.run.linear import closure_at
+from linkages.engines.compiled.run.model import per_length
+from linkages.engines.compiled.run.replay import Steps
 from linkages.explore.differences import extrapolated
 from linkages.explore.flow import Flow
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates

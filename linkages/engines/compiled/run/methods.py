@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from linkages.base.kernel import Array, kernel, lazy_kernel
-from linkages.engines.compiled.equations import arrive, derivatives, residual
-from linkages.engines.compiled.jacobian import jacobian
-from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.run.equations import arrive, derivatives, residual
+from linkages.engines.compiled.run.jacobian import jacobian
+from linkages.engines.compiled.run.model import Equations
 from linkages.mechanics.integrate.explicit import explicit
 from linkages.mechanics.integrate.implicit import implicit
 from linkages.mechanics.integrate.stepper import Stepper

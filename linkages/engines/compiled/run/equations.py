@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
-from linkages.engines.compiled.model import Equations, Work
+from linkages.engines.compiled.run.model import Equations, Work
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration
 from linkages.mechanics.planar.contacts import BRISTLE, BRISTLE_RATE, EX, EY, FX, FY, clearance_wrenches

@@ -15,15 +15,15 @@ import numpy as np
 from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.simd import LaneArray as Lanes
 from linkages.base.kernel.simd import lane, lane_array, lanes
-from linkages.engines.compiled.contact_changes import Contacts, make_contacts, note_contacts
-from linkages.engines.compiled.equations import derivatives, set_state, solve_state
-from linkages.engines.compiled.forcing import add_forcing
-from linkages.engines.compiled.jacobian import exact_jacobian
-from linkages.engines.compiled.kinks import set_bounds, set_sides, shortened
-from linkages.engines.compiled.methods import attempt
-from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.replay import STAGES, Steps, around, recorded, remember
-from linkages.engines.compiled.variation import Variation, move
+from linkages.engines.compiled.derivatives.contact_changes import Contacts, make_contacts, note_contacts
+from linkages.engines.compiled.derivatives.forcing import add_forcing
+from linkages.engines.compiled.derivatives.variation import Variation, move
+from linkages.engines.compiled.run.equations import derivatives, set_state, solve_state
+from linkages.engines.compiled.run.jacobian import exact_jacobian
+from linkages.engines.compiled.run.kinks import set_bounds, set_sides, shortened
+from linkages.engines.compiled.run.methods import attempt
+from linkages.engines.compiled.run.model import Equations
+from linkages.engines.compiled.run.replay import STAGES, Steps, around, recorded, remember
 from linkages.mechanics.integrate.implicit import set_last_step
 from linkages.mechanics.integrate.sensitivity import collocation_sensitivity, explicit_sensitivity
 from linkages.mechanics.integrate.stepper import INVERTED, Stepper, copy, restart
@@ -55,7 +55,7 @@ class Run(NamedTuple):
     stepper: Stepper
     tolerance: Array  # of each entry of the state, (ny,)
     steps: Steps
-    kinks: Array  # see `linkages.engines.compiled.kinks.kinks`, (nc, KINKS)
+    kinks: Array  # see `linkages.engines.compiled.run.kinks.kinks`, (nc, KINKS)
     rate: float  # of the motion [rad/s]
 
 

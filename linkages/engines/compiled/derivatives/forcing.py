@@ -1,9 +1,9 @@
 """Derivatives of the equations of motion with respect to values of the system and to what contacts remember.
 
-The residual R(y, y') of `linkages.engines.compiled.equations.residual` has the derivative M df/dx with respect to any
-value x, at a state with the derivatives y' = f(y). It is the central difference of R along the value at fixed y' and at
-fixed forces of the contacts, plus the response of R to the changes of these forces: by their partial derivatives with
-the changes of the contacts' motions, and by the changes of their laws. So no step closes a thin film.
+The residual R(y, y') of `linkages.engines.compiled.run.equations.residual` has the derivative M df/dx with respect to
+any value x, at a state with the derivatives y' = f(y). It is the central difference of R along the value at fixed y'
+and at fixed forces of the contacts, plus the response of R to the changes of these forces: by their partial derivatives
+with the changes of the contacts' motions, and by the changes of their laws. So no step closes a thin film.
 
 Example: a journal of mass m in a film, m a = m g + F(e, c). Along the clearance c the difference vanishes, and dF/dc of
 the law remains; along the position x of the bearing, e = q - x, so that dF = -F' dx; along m it is g - a.
@@ -14,11 +14,11 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.base.kernel import Array, kernel
-from linkages.engines.compiled.contact_changes import Contacts, has_force, law_changes
-from linkages.engines.compiled.equations import rate_residuals, set_drive_forces, set_state
-from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.neighbours import PAIRS
-from linkages.engines.compiled.variation import ANY, INERTIAL, QUADRATIC, STILL, Variation, move
+from linkages.engines.compiled.derivatives.contact_changes import Contacts, has_force, law_changes
+from linkages.engines.compiled.derivatives.neighbours import PAIRS
+from linkages.engines.compiled.derivatives.variation import ANY, INERTIAL, QUADRATIC, STILL, Variation, move
+from linkages.engines.compiled.run.equations import rate_residuals, set_drive_forces, set_state
+from linkages.engines.compiled.run.model import Equations
 from linkages.mechanics.planar.contact_partials import APPROACHING, MOTION, OUTPUTS
 from linkages.mechanics.planar.contacts import add_contact, contact_motion
 from linkages.mechanics.planar.loads import load_wrenches

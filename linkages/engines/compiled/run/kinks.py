@@ -12,9 +12,9 @@ import math
 import numpy as np
 
 from linkages.base.kernel import Array, kernel
-from linkages.engines.compiled.equations import solve_state
-from linkages.engines.compiled.methods import attempt
-from linkages.engines.compiled.model import KINKS, RATIOS, SPEEDS, Equations
+from linkages.engines.compiled.run.equations import solve_state
+from linkages.engines.compiled.run.methods import attempt
+from linkages.engines.compiled.run.model import KINKS, RATIOS, SPEEDS, Equations
 from linkages.laws import FRICTIONS
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.contact.contact_laws import CONTACTS, push

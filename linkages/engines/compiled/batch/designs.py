@@ -19,8 +19,8 @@ from linkages.base.errors import AssemblyError, InputError
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.block import Block, Contents, contents
 from linkages.engines.budget import most
-from linkages.engines.compiled.job import END, Given, Job, make_given, make_job
-from linkages.engines.compiled.statistics import run_rows
+from linkages.engines.compiled.batch.statistics import run_rows
+from linkages.engines.compiled.run.job import END, Given, Job, make_given, make_job
 from linkages.results.outputs.registry import pack, packer
 from linkages.system import System
 
@@ -183,7 +183,7 @@ class Bench:
         return columns, words[:, columns]
 
     def run(self, columns: Indices, words: Indices, stop: Indices, found: Array, ended: Array) -> None:
-        """Run designs (m,); see `linkages.engines.compiled.statistics.run_rows`."""
+        """Run designs (m,); see `linkages.engines.compiled.batch.statistics.run_rows`."""
         block = self._block
         run_rows(cast(Job, block), block.memory, block.initial, block.where[columns], words, stop, found, ended)
 

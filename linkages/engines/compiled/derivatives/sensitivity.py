@@ -11,12 +11,9 @@ import numpy as np
 from linkages.base.arguments import Dense
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.by_reference import packed
-from linkages.engines.compiled.job import make_given
-from linkages.engines.compiled.kinks import friction_speeds, kinks
-from linkages.engines.compiled.neighbours import neighbours
-from linkages.engines.compiled.output_derivatives import IdealMotions, OutputTable
-from linkages.engines.compiled.replay import Steps
-from linkages.engines.compiled.run_derivatives import (
+from linkages.engines.compiled.derivatives.neighbours import neighbours
+from linkages.engines.compiled.derivatives.output_derivatives import IdealMotions, OutputTable
+from linkages.engines.compiled.derivatives.run_derivatives import (
     GRAZED,
     KNOWN,
     SINGULAR,
@@ -25,9 +22,12 @@ from linkages.engines.compiled.run_derivatives import (
     differentiate_run,
     differentiate_states,
 )
-from linkages.engines.compiled.runner import Runner
-from linkages.engines.compiled.step_derivatives import Column, Run, make_column
-from linkages.engines.compiled.variation import vary
+from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, make_column
+from linkages.engines.compiled.derivatives.variation import vary
+from linkages.engines.compiled.run.job import make_given
+from linkages.engines.compiled.run.kinks import friction_speeds, kinks
+from linkages.engines.compiled.run.replay import Steps
+from linkages.engines.compiled.run.runner import Runner
 from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.integrate.stepper import make_stepper
 from linkages.mechanics.planar.contact_partials import FRICTION_SPEED
@@ -45,7 +45,7 @@ class Sensitivity(NamedTuple):
     Attributes
     ----------
     status : int
-        See `linkages.engines.compiled.run_derivatives`.
+        See `linkages.engines.compiled.derivatives.run_derivatives`.
     known : int
         Number of times with derivatives.
     """
@@ -66,7 +66,7 @@ class Differentiation:
     ----------
     runner : Runner
     steps : Steps
-        See `linkages.engines.compiled.runner.join`. The first time need not be zero.
+        See `linkages.engines.compiled.run.runner.join`. The first time need not be zero.
     values : sequence of str or Direction
         Dotted paths of the values, as for `linkages.System.replaced`, or values that several paths follow.
 
@@ -178,7 +178,7 @@ def differentiate(
     ----------
     runner : Runner
     steps : Steps
-        See `linkages.engines.compiled.runner.join`. The first time need not be zero.
+        See `linkages.engines.compiled.run.runner.join`. The first time need not be zero.
     paths : sequence of str
         Dotted paths of np values, as for `linkages.System.replaced`.
     start : (ny, m) array, optional

@@ -11,11 +11,11 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.by_reference import reference
-from linkages.engines.compiled.binding import integrate
-from linkages.engines.compiled.equations import solve_state
-from linkages.engines.compiled.job import Job
-from linkages.engines.compiled.replay import Steps, recorded, remember
-from linkages.engines.compiled.sampling import Sampler, asked, knows_outputs, look, sample
+from linkages.engines.compiled.run.binding import integrate
+from linkages.engines.compiled.run.equations import solve_state
+from linkages.engines.compiled.run.job import Job
+from linkages.engines.compiled.run.replay import Steps, recorded, remember
+from linkages.engines.compiled.run.sampling import Sampler, asked, knows_outputs, look, sample
 from linkages.mechanics.integrate.driver import DONE, PAUSED
 from linkages.mechanics.integrate.peak_search import (
     FEW,
@@ -34,8 +34,8 @@ from linkages.mechanics.integrate.stepper import copy
 #: Statistics of each window and output. To add one: its name here, at the end, and its formula in `summarise`.
 STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms", "last")
 
-#: Further status of a row, after the ones of `linkages.engines.compiled.binding`: the ideal linkage of an output does
-#: not close.
+#: Further status of a row, after the ones of `linkages.engines.compiled.run.binding`: the ideal linkage of an output
+#: does not close.
 NO_IDEAL = 5
 
 

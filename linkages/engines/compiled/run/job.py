@@ -8,8 +8,8 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, Records
 from linkages.engines.budget import least_advance, most
-from linkages.engines.compiled.kinks import kinks
-from linkages.engines.compiled.model import KINKS, Equations, error_scale, make_memory, make_work, start_state
+from linkages.engines.compiled.run.kinks import kinks
+from linkages.engines.compiled.run.model import KINKS, Equations, error_scale, make_memory, make_work, start_state
 from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.mechanics.integrate.stepper import Stepper, make_stepper
@@ -39,7 +39,7 @@ class Given(NamedTuple):
     start: Array  # state at t = 0, (ny,)
     tolerance: Array  # of each entry of the state, per step, (ny,)
     landing: Array  # see `linkages.mechanics.planar.contacts.landing`, (nc,)
-    kinks: Array  # at which steps end, (nc, KINKS) or none; see `linkages.engines.compiled.kinks.kinks`
+    kinks: Array  # at which steps end, (nc, KINKS) or none; see `linkages.engines.compiled.run.kinks.kinks`
     limits: Array  # by the indices above, (5,)
     windows: Array  # times [s], (nw, 2)
     outputs: Records  # of `linkages.results.outputs.quantity.OUTPUT`, (no,)

@@ -10,7 +10,7 @@ import numpy as np
 from linkages.base.kernel import Array, kernel
 from linkages.base.kernel.block import Duplicate, contents
 from linkages.base.kernel.compile import bound
-from linkages.engines.compiled.neighbours import PAIRS, Neighbours
+from linkages.engines.compiled.derivatives.neighbours import PAIRS, Neighbours
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.contacts import EX, EY
 from linkages.results.outputs.columns import Columns, columns

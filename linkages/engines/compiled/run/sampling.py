@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from linkages.base.kernel import Array, kernel
 from linkages.base.kernel.by_reference import reference
-from linkages.engines.compiled.job import Job
-from linkages.engines.compiled.replay import Steps, replay
+from linkages.engines.compiled.run.job import Job
+from linkages.engines.compiled.run.replay import Steps, replay
 from linkages.mechanics.integrate.stepper import restart
 from linkages.mechanics.planar.ideal import ideal_state
 from linkages.mechanics.planar.loads import load_outputs

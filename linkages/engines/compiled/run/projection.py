@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from linkages.base.kernel import Array, lazy_kernel
-from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.run.model import Equations
 from linkages.mechanics.planar.projection import project
 
 _CLOSED = 1e-14  # closure error that is left, in parts of the linkage's length

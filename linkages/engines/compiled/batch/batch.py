@@ -13,10 +13,10 @@ from linkages.base.arguments import Count, Lines, Names, validated
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, Status
 from linkages.base.kernel import Array, Indices
-from linkages.engines.compiled.batch_derivatives import STATISTICS_WITH_RATES, differentiate_runs
-from linkages.engines.compiled.designs import designs_of
-from linkages.engines.compiled.runs import Runs
-from linkages.engines.compiled.statistics import STATISTICS
+from linkages.engines.compiled.batch.batch_derivatives import STATISTICS_WITH_RATES, differentiate_runs
+from linkages.engines.compiled.batch.designs import designs_of
+from linkages.engines.compiled.batch.runs import Runs
+from linkages.engines.compiled.batch.statistics import STATISTICS
 from linkages.input.files.table_formats import needed
 from linkages.input.model.capabilities import Analysis
 from linkages.results.derivatives import Wrt
@@ -44,8 +44,8 @@ class Batch(Brief):
     windows : (nw, 2) array
         Times [s].
     statistics : dict of (m, nw, no) arrays
-        By the names of `linkages.engines.compiled.statistics.STATISTICS`, over continuous time within each window; NaN
-        where the run failed before the window's end. Each is an attribute too: ``batch.rms``.
+        By the names of `linkages.engines.compiled.batch.statistics.STATISTICS`, over continuous time within each
+        window; NaN where the run failed before the window's end. Each is an attribute too: ``batch.rms``.
     status : list of Status
     reason : list of str
         Why a run failed, empty otherwise.

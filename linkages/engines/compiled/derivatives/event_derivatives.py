@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from linkages.base.kernel import Array, kernel
-from linkages.engines.compiled.contact_changes import Contacts, gap_laws, note_contacts, result_change
-from linkages.engines.compiled.equations import derivatives, set_state
-from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.step_derivatives import Column, Run, linearise
-from linkages.engines.compiled.variation import Variation
+from linkages.engines.compiled.derivatives.contact_changes import Contacts, gap_laws, note_contacts, result_change
+from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, linearise
+from linkages.engines.compiled.derivatives.variation import Variation
+from linkages.engines.compiled.run.equations import derivatives, set_state
+from linkages.engines.compiled.run.model import Equations
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.integrate.stepper import copy

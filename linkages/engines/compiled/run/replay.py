@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel
-from linkages.engines.compiled.equations import derivatives, is_solved, solve_state
-from linkages.engines.compiled.methods import attempt
-from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.projection import project_state
+from linkages.engines.compiled.run.equations import derivatives, is_solved, solve_state
+from linkages.engines.compiled.run.methods import attempt
+from linkages.engines.compiled.run.model import Equations
+from linkages.engines.compiled.run.projection import project_state
 from linkages.laws.film.film_history import MISSING, remembered_cells
 from linkages.mechanics.integrate.implicit import set_last_step
 from linkages.mechanics.integrate.stepper import OF, Stepper, copy, restart

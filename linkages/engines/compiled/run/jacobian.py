@@ -13,8 +13,8 @@ from typing import Any
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope, with_number
-from linkages.engines.compiled.equations import is_solved, set_residuals, solve_state
-from linkages.engines.compiled.model import Equations, Scratch
+from linkages.engines.compiled.run.equations import is_solved, set_residuals, solve_state
+from linkages.engines.compiled.run.model import Equations, Scratch
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.articulated_body import acceleration_response
 from linkages.mechanics.planar.closure_rows import row_acceleration
@@ -39,7 +39,7 @@ from linkages.mechanics.planar.workspace import Workspace
 def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
     """Fill ``mass``, of rates and bristles (ny - n, ny - n), and ``out`` (ny, ny) with its product with df/dy.
 
-    f is `linkages.engines.compiled.equations.derivatives`; lines of positions are those of df/dy.
+    f is `linkages.engines.compiled.run.equations.derivatives`; lines of positions are those of df/dy.
     """
     _fill(equations, t, y, False, mass, out)
 

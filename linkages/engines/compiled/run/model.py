@@ -25,7 +25,7 @@ _FILM, _TOUCH = 1e4, 20.0
 
 
 #: Places after the kinks of a contact in the ratio of speeds, in the sliding speed, and at the zero of its force; see
-#: `linkages.engines.compiled.kinks`.
+#: `linkages.engines.compiled.run.kinks`.
 RATIOS, SPEEDS, KINKS = 2, 6, 7
 
 

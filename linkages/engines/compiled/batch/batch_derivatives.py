@@ -9,8 +9,8 @@ import numpy as np
 
 from linkages.base.errors import InputError, Status
 from linkages.base.kernel import Array
-from linkages.engines.compiled.neighbours import neighbours
-from linkages.engines.compiled.runs import Runs
+from linkages.engines.compiled.batch.runs import Runs
+from linkages.engines.compiled.derivatives.neighbours import neighbours
 from linkages.engines.compiled.simulation import simulate
 from linkages.engines.threads import in_threads
 from linkages.results.derivatives import NO_RUN, REFUSED, Direction

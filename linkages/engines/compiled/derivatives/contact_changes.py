@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array, inlined_kernel, kernel
-from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.variation import Variation, move
+from linkages.engines.compiled.derivatives.variation import Variation, move
+from linkages.engines.compiled.run.model import Equations
 from linkages.laws.parameters import MODELS
 from linkages.mechanics.planar.contact_partials import (
     CHANGES,

@@ -12,10 +12,10 @@ import numpy as np
 from linkages.base.errors import AssemblyError, InputError, Status
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.precompiled import processors
-from linkages.engines.compiled.designs import Bench, Designs
-from linkages.engines.compiled.job import Given
-from linkages.engines.compiled.runner import STATUS
-from linkages.engines.compiled.statistics import NO_IDEAL, STATISTICS
+from linkages.engines.compiled.batch.designs import Bench, Designs
+from linkages.engines.compiled.batch.statistics import NO_IDEAL, STATISTICS
+from linkages.engines.compiled.run.job import Given
+from linkages.engines.compiled.run.runner import STATUS
 from linkages.engines.threads import in_threads
 from linkages.mechanics.integrate.driver import DONE
 from linkages.system.ideal_motion import cause

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel
-from linkages.engines.compiled.contact_changes import gap_laws, result_change
-from linkages.engines.compiled.equations import solve_state
-from linkages.engines.compiled.event_derivatives import begin_or_end, motions_along
-from linkages.engines.compiled.kinks import set_bounds, set_sides_here
-from linkages.engines.compiled.replay import remember, replay
-from linkages.engines.compiled.step_derivatives import Column, Run, advance, close_columns, linearise
+from linkages.engines.compiled.derivatives.contact_changes import gap_laws, result_change
+from linkages.engines.compiled.derivatives.event_derivatives import begin_or_end, motions_along
+from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, advance, close_columns, linearise
+from linkages.engines.compiled.run.equations import solve_state
+from linkages.engines.compiled.run.kinks import set_bounds, set_sides_here
+from linkages.engines.compiled.run.replay import remember, replay
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.integrate.stepper import copy
 from linkages.mechanics.planar.contact_partials import RESULT_PLACES, RESULTS

@@ -1,7 +1,7 @@
 """A system whose numbers follow values: the derivatives of everything that a run reads with respect to the values.
 
-The numbers of neighbouring systems are differentiated (`linkages.engines.compiled.neighbours`). So lengths are
-differentiated through the assembly, and a contact's stiffness through its material.
+The numbers of neighbouring systems are differentiated (`linkages.engines.compiled.derivatives.neighbours`). So lengths
+are differentiated through the assembly, and a contact's stiffness through its material.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.block import Duplicate
 from linkages.base.kernel.by_reference import Packed, packed
-from linkages.engines.compiled.job import Given, model_of
-from linkages.engines.compiled.model import Equations, make_memory, make_work
-from linkages.engines.compiled.neighbours import Neighbours, unscaled
-from linkages.engines.compiled.start_derivatives import start_derivatives
+from linkages.engines.compiled.derivatives.neighbours import Neighbours, unscaled
+from linkages.engines.compiled.derivatives.start_derivatives import start_derivatives
+from linkages.engines.compiled.run.job import Given, model_of
+from linkages.engines.compiled.run.model import Equations, make_memory, make_work
 from linkages.laws import PARAMETERS
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.record_types import BODY, ENDS

@@ -8,10 +8,10 @@ import numpy as np
 
 from linkages.base.kernel import Array, kernel
 from linkages.base.kernel.by_reference import reference
-from linkages.engines.compiled.equations import derivatives, set_state
-from linkages.engines.compiled.jacobian import exact_jacobian
-from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.run.equations import derivatives, set_state
+from linkages.engines.compiled.run.jacobian import exact_jacobian
+from linkages.engines.compiled.run.model import Equations
+from linkages.engines.compiled.run.runner import Runner
 from linkages.mechanics.planar.closure import free_jacobian
 from linkages.mechanics.planar.closure_rows import row_acceleration
 from linkages.mechanics.planar.composite_inertia import mass_matrix
@@ -115,7 +115,7 @@ def slopes(runner: Runner, t: float, y: Array) -> Slopes:
     t : float
         Time [s].
     y : (ny,) array
-        State, see `linkages.engines.compiled.model`.
+        State, see `linkages.engines.compiled.run.model`.
     """
     equations, model = runner.aside(), runner.model
     n, ny, w = len(model.free), len(y), equations.work.dynamics

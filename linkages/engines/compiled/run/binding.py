@@ -7,14 +7,14 @@ import math
 from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
 from linkages.base.kernel.simd import lane
 from linkages.engines.budget import WINDOW
-from linkages.engines.compiled.equations import derivatives, is_solved, outside, set_state, solve_state
-from linkages.engines.compiled.job import ACCURACY, END, LEAST, LONGEST, MOST, Job
-from linkages.engines.compiled.kinks import set_sides, shortened
-from linkages.engines.compiled.methods import attempt
-from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.projection import project_state
-from linkages.engines.compiled.replay import STAGES, Steps, record_memory, recorded, replay
-from linkages.engines.compiled.sampling import asked, knows_outputs, look
+from linkages.engines.compiled.run.equations import derivatives, is_solved, outside, set_state, solve_state
+from linkages.engines.compiled.run.job import ACCURACY, END, LEAST, LONGEST, MOST, Job
+from linkages.engines.compiled.run.kinks import set_sides, shortened
+from linkages.engines.compiled.run.methods import attempt
+from linkages.engines.compiled.run.model import Equations
+from linkages.engines.compiled.run.projection import project_state
+from linkages.engines.compiled.run.replay import STAGES, Steps, record_memory, recorded, replay
+from linkages.engines.compiled.run.sampling import asked, knows_outputs, look
 from linkages.mechanics.integrate.driver import DONE, PAUSED, Options, Record, driver, joined, without_last
 from linkages.mechanics.integrate.stepper import Stepper, copy, restart
 from linkages.mechanics.planar.closure import LOOSE, loop_error
@@ -82,7 +82,7 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
 
 @lazy_kernel
 def divide(equations: Equations, s: Stepper, t: float, h: float, y: Array, kinks: Array) -> float:
-    """Shorten an attempted step to end at its first kink, see `linkages.engines.compiled.kinks`."""
+    """Shorten an attempted step to end at its first kink, see `linkages.engines.compiled.run.kinks`."""
     set_sides(equations, s, t, h, y, kinks)
     return shortened(equations, s, t, h, y, kinks)
 

@@ -14,12 +14,12 @@ from linkages.base.errors import AssemblyError, Status
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.by_reference import Packed, packed
 from linkages.base.signals import arrival, deferred
-from linkages.engines.compiled.binding import LEFT, OPEN, check, evaluate, run
-from linkages.engines.compiled.job import END, Job, make_given, make_job
-from linkages.engines.compiled.kinks import kinks
-from linkages.engines.compiled.model import Equations, error_scale, make_memory
-from linkages.engines.compiled.replay import Steps
-from linkages.engines.compiled.sampling import tabulate_run
+from linkages.engines.compiled.run.binding import LEFT, OPEN, check, evaluate, run
+from linkages.engines.compiled.run.job import END, Job, make_given, make_job
+from linkages.engines.compiled.run.kinks import kinks
+from linkages.engines.compiled.run.model import Equations, error_scale, make_memory
+from linkages.engines.compiled.run.replay import Steps
+from linkages.engines.compiled.run.sampling import tabulate_run
 from linkages.engines.methods import expect_run
 from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Record
 from linkages.mechanics.planar.contacts import WIDTH
@@ -62,7 +62,7 @@ class Runner:
     tolerance : (ny,) array
         Tolerance of each entry of the state, per step.
     memory, modes : (nc, 2 or more) and (nc,) arrays
-        Memory of the contacts, and whether they touch; see `linkages.engines.compiled.model.Work`; `run` keeps both
+        Memory of the contacts, and whether they touch; see `linkages.engines.compiled.run.model.Work`; `run` keeps both
         up to date.
     """
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from linkages.base.kernel import Array, Records
 from linkages.base.kernel.block import Duplicate
-from linkages.engines.compiled.model import start_state
-from linkages.engines.compiled.neighbours import PAIRS, Neighbours
+from linkages.engines.compiled.derivatives.neighbours import PAIRS, Neighbours
+from linkages.engines.compiled.run.model import start_state
 from linkages.mechanics.planar.bodies import Bodies
 from linkages.mechanics.planar.closure import close, consistent_rates
 from linkages.system import System

@@ -1,0 +1,10 @@
+"""Many runs of one system with different values, in parallel threads, and their statistics.
+
+| module            | responsibility                                                         |
+|-------------------|------------------------------------------------------------------------|
+| statistics        | runs of many designs in compiled code, and their statistics in windows |
+| designs           | the designs of a batch as numbers                                      |
+| runs              | `Runs`: runs of many designs in parallel threads                       |
+| batch_derivatives | derivatives of the statistics of many runs                             |
+| batch             | `simulate_batch`: summaries of many runs                               |
+"""

@@ -1,0 +1,15 @@
+"""Derivatives of a finished run with respect to values.
+
+| module             | responsibility                                                                    |
+|--------------------|-----------------------------------------------------------------------------------|
+| variation          | a model that follows values, and the derivatives of its numbers                   |
+| contact_changes    | changes of contacts' motions and forces with states and values                    |
+| forcing            | derivatives of the equations with respect to values and to what contacts remember |
+| step_derivatives   | a step of a run, differentiated                                                   |
+| event_derivatives  | start and end of a contact, differentiated                                        |
+| run_derivatives    | a run, differentiated at its steps and at any times                               |
+| neighbours         | systems at neighbouring values, and derivatives of their numbers                  |
+| start_derivatives  | derivatives of the state at t = 0                                                 |
+| output_derivatives | derivatives of outputs                                                            |
+| sensitivity        | `differentiate`: derivatives of a finished run                                    |
+"""
