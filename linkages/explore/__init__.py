@@ -1,4 +1,4 @@
-"""Studies of one linkage: nonlinear dynamics, linear models, derivatives, bearings, wear, comparison of the engines.
+"""Analyses of one linkage: nonlinear dynamics, linear models, derivatives, bearings, wear, comparison of the engines.
 
 It may import all lower folders.
 
