@@ -36,11 +36,11 @@ from linkages.planar.contacts import APPROACH, BRISTLE, contact_action, contact_
 
 _DRY = MODELS["dry"]
 
-_STEP = 1e-5  # of central differences of a law, in parts of a value
+_STEP = 1e-6  # of central differences of a law, in parts of a value
 _GAP = 1e-4  # greatest change of the gap in a step, in parts of the gap of a film
 _DEEP = 10.0  # penetrations count as so many gaps
 _NEAR = 1e-3  # lower limit of a film's gap, in parts of the clearance
-_INSIDE = 2e-5  # distance from a kink, in parts of its speed: kinks move with values
+_INSIDE = 2e-6  # distance from a kink, in parts of its speed: kinks move with values
 _SHIFT = 1e-6  # greatest change of the sliding speed in a step, in parts of that over which friction changes
 _PUSHING = 2e-3  # distance from the zero of a force, in parts of the force, if lengths change
 _SLOW = 1e-10  # least distance from a kink at zero speed [m/s]
