@@ -245,10 +245,11 @@ def test_both_integrators_have_the_same_derivatives_through_an_impact():
 
 
 def test_the_derivative_of_a_run_converges_with_the_order_of_the_method():
-    """The steps of the method of order 5 are halved."""
+    """The steps of the explicit method of order 5 are halved; it has no iterations whose errors count."""
     exact, errors = None, []
     for steps in (512, 32, 64):
-        system = drop().replaced({"duration": 0.01, "solver.accuracy": 1e-3, "solver.max_step": 0.01 / steps})
+        overrides = {"duration": 0.01, "solver.accuracy": 1e-3, "solver.max_step": 0.01 / steps}
+        system = drop().replaced({**overrides, "solver.integrator": "dormand_prince_5_4"})
         system = system.replaced({"joints.J.model": "lubricated", "joints.J.film": "short", "joints.J.viscosity": 0.5})
         runner, record = _end(system)
         end = differentiate(runner, join([record]), ["joints.J.viscosity"]).states[-1][:, -1]
