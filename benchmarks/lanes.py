@@ -6,7 +6,7 @@ Four designs of the press (``seven_bar.toml``, 2 s) would be integrated at once,
 - the balance of forces is measured in lanes; the kinematics count with the same gain, although their sines and cosines
   are functions that lanes do not have;
 - laws of joints have branches and are evaluated design by design;
-- the Jacobian's tangents and the linear systems are in lanes already, by columns and stages.
+- the directions of the Jacobian and the linear systems are side by side already, by columns and stages.
 
 Groups of four of random designs show the work that lanes waste: with separate steps a group makes as many evaluations
 as the design with most of them; with common steps each step is the smallest of the four.
@@ -92,7 +92,7 @@ def main() -> None:
     system = linkages.load(linkages.find_file("seven_bar.toml"))
     run = simulate(system.replaced({"duration": TIME})).evaluate.function
     equations, y = run.runner.aside(), run.steps.states[-1]
-    problem, out = packed(equations), np.zeros(len(y))
+    problem, out = equations, np.zeros(len(y))
     whole = spent(leave, problem, y.copy(), out)
     moved = spent(kinematics, problem, y.copy(), out)
     bodies, gravity, work = run.runner.model.bodies, run.runner.model.gravity, equations.work.dynamics

@@ -66,7 +66,7 @@ class Block(Packed):
     def __init__(self, value: Any) -> None:
         self.unpacked, self._numba_type_ = value, reference_to(value)
         words, moved, where = bytearray(), list[tuple[int, int]](), list[Indices]()
-        _place(value, words, moved, where)
+        _place(value, words, moved, where, {})
         words.extend(bytes(-len(words) % 8))
         self.where = np.concatenate(where) if where else np.zeros(0, np.int64)
         self.memory = np.frombuffer(words, np.int64).copy()
@@ -76,20 +76,27 @@ class Block(Packed):
         self.initial = self.memory.copy()
 
 
-def _place(value: Any, words: bytearray, moved: list[tuple[int, int]], where: list[Indices]) -> int:
-    """Add a value and the contents of its arrays to the words; return where the value begins."""
+def _place(
+    value: Any, words: bytearray, moved: list[tuple[int, int]], where: list[Indices], known: dict[int, int]
+) -> int:
+    """Add a value and the contents of its arrays to the words; return where the value begins.
+
+    An array that occurs twice is placed once; ``known`` has the places by the arrays' identities.
+    """
     words.extend(bytes(-len(words) % 8))
     begin, spots = len(words), list[tuple[int, Any]]()
     lay(value, words, spots)
     for spot, item in spots:
         if isinstance(item, Packed):
-            moved.append((spot, _place(item.unpacked, words, moved, where)))
+            moved.append((spot, _place(item.unpacked, words, moved, where, known)))
         elif isinstance(item, np.ndarray):
-            words.extend(bytes(-len(words) % 8))
-            start = len(words)
-            words.extend(item.tobytes())
+            if id(item) not in known:
+                words.extend(bytes(-len(words) % 8))
+                known[id(item)] = len(words)
+                words.extend(item.tobytes())
+            start = known[id(item)]
             moved.append((spot, start))
-            where.append(np.arange(start // 8, len(words) // 8))
+            where.append(np.arange(start // 8, (start + item.nbytes) // 8))
         else:
             where.append(np.array([spot // 8]))
     return begin

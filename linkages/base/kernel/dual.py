@@ -152,6 +152,14 @@ def packed(builder: Any, parts: Parts) -> Any:
     return builder.insert_value(pair, slopes, 1)
 
 
+def spot_of(builder: Any, value: Any) -> Any:
+    """Put a value into memory of the function that is written."""
+    with builder.goto_entry_block():
+        spot = builder.alloca(value.type)
+    builder.store(value, spot)
+    return spot
+
+
 def _rebuilt(builder: Any, value: Any, kind: Any) -> Any:
     pair = ir.Constant(kind, ir.Undefined)
     for k in range(2):

@@ -6,10 +6,9 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core.cgutils import alloca_once_value
 
 from linkages.base.kernel import simd
-from linkages.base.kernel.dual import DUAL, LANES, lane_parts, parts, together
+from linkages.base.kernel.dual import DUAL, LANES, lane_parts, parts, spot_of, together
 from linkages.base.kernel.simd import WIDTH
 
 _INDEX, _WORD = ir.IntType(32), ir.IntType(64)
@@ -17,7 +16,7 @@ _INDEX, _WORD = ir.IntType(32), ir.IntType(64)
 
 def _lane(kinds: Any) -> Any:
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
-        place = alloca_once_value(builder, values[0])
+        place = spot_of(builder, values[0])
         return builder.load(builder.gep(place, [_WORD(0), values[1]]))
 
     return DUAL(LANES, types.int64), code
@@ -25,7 +24,7 @@ def _lane(kinds: Any) -> Any:
 
 def _with_lane(kinds: Any) -> Any:
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
-        place = alloca_once_value(builder, context.cast(builder, values[0], typed.args[0], LANES))
+        place = spot_of(builder, context.cast(builder, values[0], typed.args[0], LANES))
         own = context.cast(builder, values[2], typed.args[2], DUAL)
         builder.store(own, builder.gep(place, [_WORD(0), values[1]]))
         return builder.load(place)

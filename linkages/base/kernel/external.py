@@ -26,12 +26,11 @@ import numba
 import numpy as np
 from llvmlite import binding, ir
 from numba import types
-from numba.core.cgutils import alloca_once_value
 from numba.extending import intrinsic
 
 from linkages.base.kernel import locks, precompiled
 from linkages.base.kernel.cache import read, write
-from linkages.base.kernel.dual import DUAL, has_duals, with_duals
+from linkages.base.kernel.dual import DUAL, has_duals, spot_of, with_duals
 from linkages.base.kernel.fingerprint import fingerprint
 from linkages.base.kernel.folder import folder
 from linkages.base.kernel.private import COUNTED, OFF, UNCOUNTED, Stored, c_function, problem, restored
@@ -296,12 +295,12 @@ binding.add_symbol(_FIND_DUAL, cast(int, ctypes.cast(_find_dual, ctypes.c_void_p
 def _call_dual(context: Any, builder: Any, pair: Any, result: Any, values: Sequence[Any]) -> Any:
     """Write a call of the second function of a pair, which `_find_dual` finds at the first call."""
     place = builder.gep(pair, [_WORD(1)])
-    known = alloca_once_value(builder, builder.load(place))
+    known = spot_of(builder, builder.load(place))
     module, kind = builder.module, ir.FunctionType(_WORD, [_WORD])
     find = module.globals.get(_FIND_DUAL) or ir.Function(module, kind, _FIND_DUAL)
     with builder.if_then(builder.icmp_signed("==", builder.load(known), _WORD(0)), likely=False):
         builder.store(builder.call(find, [builder.ptrtoint(pair, _WORD)]), known)
-    found = alloca_once_value(builder, _no_number(context.get_value_type(result)))
+    found = spot_of(builder, _no_number(context.get_value_type(result)))
     with builder.if_then(builder.icmp_signed(">", builder.load(known), _WORD(0)), likely=True):
         builder.store(call_address(context, builder, builder.load(known), result, values), found)
     return builder.load(found)

@@ -23,10 +23,7 @@
 | driven              | forces of loads, drives and loops, for a simulator of all coordinates                  |
 | contacts            | clearance joints: from body states to force pairs, by the laws                         |
 | contact_partials    | partial derivatives of a contact's force                                               |
-| loads               | applied forces, torques and springs: wrenches and their derivatives                    |
-| tangent_workspace   | `Scratch`: the data of a Jacobian and of directional derivatives                       |
-| tangent             | directional derivatives of kinematics and of the force residual                        |
-| flexible_tangent    | directional derivatives of flexible bodies                                             |
+| loads               | applied forces, torques and springs: wrenches                                          |
 | closure             | Newton's method on the closure rows; consistent rates and accelerations                |
 | ideal               | the ideal linkage at the time and near the state of a run                              |
 | internal_forces     | axial force, bending moment and stress within flexible links                           |
@@ -43,7 +40,6 @@ Arguments have the same names everywhere:
 | ``pose``                           | (nb, 5) | x, y [m] and angle [rad] of body frames, its cosine and sine      |
 | ``vel, acc``                       | (nb, 3) | angular velocity and velocity of the frame's origin; their rates  |
 | ``wrench, bias``                   | (nb, 3) | moment about the frame's origin [N m] and force [N]               |
-| ``dpose, dvel, ...``               |         | the change of the quantity behind the d, see `tangent`            |
 
 A function that fills arrays has them as its last arguments. If any body is flexible, lines of poses are longer:
 `linkages.mechanics.planar.bodies`.

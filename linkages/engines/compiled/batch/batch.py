@@ -241,8 +241,8 @@ def simulate_batch(
         batch = Batch(tuple(variables), table, chosen, spans, statistics, runs.status, runs.reason, runs.steps)
         if not wrt:
             return batch
-        found = differentiate_runs(runs, wrt, threads, lambda part: show(share + (1.0 - share) * part))
-    return replace(batch, sensitivity=found.rates, sensitivity_status=found.status)
+        rates, status = differentiate_runs(runs, wrt, threads, lambda part: show(share + (1.0 - share) * part))
+    return replace(batch, sensitivity=rates, sensitivity_status=status)
 
 
 @contextmanager

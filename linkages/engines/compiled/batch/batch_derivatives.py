@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,28 +19,13 @@ from linkages.results.statistic_derivatives import Wanted, differentiate_statist
 STATISTICS_WITH_RATES = ("minimum", "maximum", "peak", "mean", "rms", "last")
 
 
-class Rates(NamedTuple):
-    """Derivatives of the statistics of m runs.
-
-    Attributes
-    ----------
-    rates : dict of dict of (m, nw, no) arrays
-        By path and statistic; NaN where there is none.
-    status : list of str
-        See `linkages.results.derivatives.MEANING`.
-    """
-
-    rates: dict[str, dict[str, Array]]
-    status: list[str]
-
-
 def differentiate_runs(
     runs: Runs,
     wrt: Sequence[str | Direction],
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
-) -> Rates:
-    """Differentiate the statistics of finished runs with respect to values, in threads.
+) -> tuple[dict[str, dict[str, Array]], list[str]]:
+    """Differentiate the statistics of m finished runs with respect to values, in threads.
 
     Parameters
     ----------
@@ -52,6 +36,13 @@ def differentiate_runs(
     threads : int, optional
     progress : callable, optional
         Called now and then with the part that is done, 0 to 1.
+
+    Returns
+    -------
+    rates : dict of dict of (m, nw, no) arrays
+        By path and statistic; NaN where there is none.
+    status : list of str
+        See `linkages.results.derivatives.MEANING`.
 
     Raises
     ------
@@ -72,7 +63,7 @@ def differentiate_runs(
     look = None if progress is None else lambda: progress(float(done.mean()))
     in_threads(differentiate, count, threads, look)
     rates = {path: {name: table[k, p] for k, name in enumerate(STATISTICS_WITH_RATES)} for p, path in enumerate(paths)}
-    return Rates(rates, status)
+    return rates, status
 
 
 def _of_row(runs: Runs, row: int, wrt: Sequence[str | Direction]) -> tuple[Array, str]:

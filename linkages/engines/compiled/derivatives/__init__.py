@@ -3,7 +3,7 @@
 | module             | responsibility                                                                    |
 |--------------------|-----------------------------------------------------------------------------------|
 | variation          | a model that follows values, and the derivatives of its numbers                   |
-| contact_changes    | changes of contacts' motions and forces with states and values                    |
+| contact_changes    | changes of contacts' laws with values, and of their results along columns          |
 | forcing            | derivatives of the equations with respect to values and to what contacts remember |
 | step_derivatives   | a step of a run, differentiated                                                   |
 | event_derivatives  | start and end of a contact, differentiated                                        |
