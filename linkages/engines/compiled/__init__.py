@@ -13,7 +13,7 @@ It may import whatever lies below the engines, and not the Drake engine.
 | binding             | integrators and equations bound together: runs, and states between their steps               |
 | replay              | states between steps, by stepping there again                                                |
 | variation           | a model that follows values, and the derivatives of its numbers                              |
-| contact_changes     | changes of contacts' laws with values, and of their results along columns                     |
+| contact_changes     | changes of contacts' laws with values, and of their results along columns                    |
 | forcing             | derivatives of the equations with respect to values and to what contacts remember            |
 | kinks               | steps divided where the slope of a contact's force jumps                                     |
 | step_derivatives    | a step of a run, differentiated                                                              |
