@@ -105,14 +105,20 @@ def _observe(equations: Equations, job: Job, t: float, y: Array, row: Array) -> 
     record_memory(memory, row)
     first = recorded(memory)
     if len(job.outputs):
-        if knows_outputs(job) and asked(job, t, math.inf):
-            if not is_solved(equations.work, t, y):
-                solve_state(equations, t, y)
-            look(job, t, row[first:])
+        _observe_outputs(job, t, y, row[first:])
         return
     for i in range((len(row) - first) // STAGES):
         for stage in range(STAGES):
             row[first + STAGES * i + stage] = lane(job.stepper.z[i], stage)
+
+
+@kernel
+def _observe_outputs(job: Job, t: float, y: Array, out: Array) -> None:
+    """Fill the outputs, if they are known during the run and their time is within a window."""
+    if knows_outputs(job) and asked(job, t, math.inf):
+        if not is_solved(job.equations.work, t, y):
+            solve_state(job.equations, t, y)
+        look(job, t, out)
 
 
 _drive = driver(derivatives, attempt, signs, settle, _observe, divide)
