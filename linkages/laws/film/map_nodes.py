@@ -46,7 +46,7 @@ from linkages.laws.film.surface.surface_mesh import surface_mesh
 #: Cells around the film and along half its length.
 CELLS = (80, 6)
 #: The same of a film without groove, by rule of cavitation.
-PLAIN_CELLS = {"guembel": (320, 28), "reynolds": (240, 20)}
+PLAIN_CELLS = {"guembel": (320, 28), "reynolds": (216, 19)}
 #: Eccentricity ratio below which the film content fades towards the content of a full film.
 CENTRE = 0.1
 #: Least share of the cavity that counts as full for the force.
@@ -175,11 +175,12 @@ def solve_plain(eps: float, slenderness: float, cavitation: str, angles: Array) 
         The quantities of `linkages.laws.film.map_table`.
     """
     place = _Place(eps, slenderness, (), 0.0, PLAIN_CELLS[cavitation])
-    parts = [place.pressure(*motion, "guembel") for motion in ((1.0, 0.0), (0.0, 1.0))]
+    whole = cavitation == "guembel"
+    parts = [place.pressure(*motion, "guembel") for motion in ((1.0, 0.0), (0.0, 1.0)) if whole]
     q, out, p, guess = 1.0 - eps * eps, np.empty((len(angles), CHANNELS)), None, None
     for row, y in zip(out, angles, strict=True):
         deps, half_ew = math.cos(y), math.sin(y) / q**0.25
-        if cavitation == "guembel":
+        if whole:
             p = deps * parts[0] + half_ew * parts[1]
         else:
             before, p = p, np.maximum(place.pressure(deps, half_ew, guess=guess), 0.0)
@@ -194,7 +195,7 @@ def _turned(before: Array, now: Array) -> Array:
     """Guess the film of the next direction: turned as far as since the one before, -1 where there is no pressure."""
 
     def alike(turn: int) -> int:
-        return int(np.count_nonzero((np.roll(before, turn, 0) > 0.0) == (now > 0.0)))
+        return int(np.count_nonzero((np.roll(before[:, 0], turn) > 0.0) == (now[:, 0] > 0.0)))
 
     guess = np.roll(now, max(range(-_TURNS, _TURNS + 1), key=alike), 0)
     return np.where(guess > 0.0, guess, -1.0)
