@@ -19,7 +19,7 @@ from seven_bar_reference import orbit_error, reference
 from linkages import load
 from linkages.engines.drake import build_diagram
 from linkages.engines.drake.simulation import _Watch
-from linkages.engines.drake.steps import Steps
+from linkages.engines.drake.steps import StepControl
 from linkages.input.files.shipped import data_folder
 
 
@@ -29,7 +29,7 @@ def one_run(system):
     simulator = Simulator(diagram)
     root = simulator.get_mutable_context()
     linkage.set_initial_state(root)
-    watch = _Watch(linkage, Steps(simulator, system), None)
+    watch = _Watch(linkage, StepControl(simulator, system), None)
     simulator.set_monitor(watch)
     start = time.perf_counter()
     simulator.Initialize()

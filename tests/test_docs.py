@@ -24,8 +24,8 @@ PUBLIC = (
     "linkages.engines.drake",
     "linkages.laws",
     "linkages.laws.film.surface",
-    "linkages.show.plots",
-    "linkages.show.plots.three_rrr",
+    "linkages.plots",
+    "linkages.plots.three_rrr",
     "linkages.three_rrr",
     "optim",
 )

@@ -241,7 +241,7 @@ def bearing(
     >>> import linkages
     >>> point = linkages.bearing(0.1, 0.05, 1e-4, viscosity=0.03, speed=100.0, load=1000.0, cells=(72, 6))
     >>> round(point.eccentricity_ratio, 2)
-    0.47
+    0.48
     """
     case = checked(
         BearingCase(

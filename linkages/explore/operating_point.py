@@ -106,7 +106,7 @@ class LinearisationPoint:
                 if ends[-1] is Status.OK:
                     return
         problem = "no equilibrium is found from this state"
-        if ends:
+        if ends or any(joint.has_film for joint in self.system.experiment.joints.values()):
             raise RunError(f"{problem} with every journal inside its film; a film without motion may carry no load")
         raise RunError(f"{problem}; start closer to one (positions of the experiment)")
 
