@@ -21,8 +21,8 @@
 Plain kernels are compiled by `numba.njit` and kept in numba's own cache: the first compilation takes longer, the digits
 are the same. `linkages doctor` reports them. The environment variable LINKAGES_KERNELS=plain asks for them.
 
-References, lanes and blocks of memory rely on numba's layout of arrays: at import, `array_words` is compared with what
-numba makes of one array.
+References, lanes and blocks of memory rely on numba's layout of arrays: at import, `array_words` is compared with
+numba's own words of one array.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ ARRAY_DATA = 8 * _FIELDS.index("data")  #: bytes before the address of an array'
 
 
 def array_words(array: Any, data: int, lengths: tuple[int, ...], strides: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the words of an array with contents at this address; nobody owns it, so nothing is counted."""
+    """Return the words of an array with contents at this address; it has no owner, so no reference is counted."""
     return 0, 0, array.size, array.itemsize, data, *lengths, *strides
 
 
@@ -64,7 +64,7 @@ def array_field(builder: Any, array: Any, name: str) -> Any:
 
 
 def without_owner(builder: Any, array: Any) -> Any:
-    """Write the change of an array to one that nobody owns."""
+    """Write the removal of an array's owner."""
     owner = _FIELDS.index("owner")
     return builder.insert_value(array, ir.Constant(array.type.elements[owner], None), owner)
 
