@@ -161,7 +161,8 @@ run = linkages.simulate(system, "{}")
 def test_plans_name_what_a_run_needs(engine, settings):
     """A run of the press needs few kernels outside its engine's plan, and the plan has few others.
 
-    What differs are laws (of the film, of the contact) and the search for extremes.
+    What differs are laws (of the film, of the contact; each for floats and for duals), the formulas of the outputs of films
+    and drives, which the drop test has not, and the search for extremes.
     """
 
     def loaded(what):
@@ -171,7 +172,7 @@ def test_plans_name_what_a_run_needs(engine, settings):
     loaded(RUN.format(engine))  # what compiles has the parts of kernels too
     ran, planned = loaded(RUN.format(engine)), loaded(WORK.format(engine, settings))
     assert len(ran) > 50
-    assert len(ran ^ planned) <= 4
+    assert len(ran ^ planned) <= 4 + 2 + 4
 
 
 def test_processors_are_those_that_may_be_used():

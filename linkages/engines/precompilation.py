@@ -43,7 +43,7 @@ def compiled(implicit: bool) -> list[Callable[[], Any]]:
     else:
         wanted += [(attempt_dormand_prince_5_4, *step)]
     prepared = [partial(kernel.prepare, *kinds) for kernel, *kinds in wanted]
-    return [*prepared, partial(_outputs, system), partial(simulate, system)]
+    return [*prepared, partial(simulate, system)]
 
 
 def drake() -> list[Callable[[], Any]]:

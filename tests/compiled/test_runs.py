@@ -112,7 +112,8 @@ SHORT["film"] = FILMS["short"].address
 def probe(eps):
     return film_force(SHORT, eps, 0.1, 0.2, 0.25, NONE)[0]
 
-by_address = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(address(probe, types.float64(types.float64)))
+pair = address(probe, types.float64(types.float64))  # of the addresses of the functions for floats and for duals
+by_address = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(ctypes.c_int64.from_address(pair).value)
 print(linkages.__file__, probe(0.5), by_address(0.5))
 """
 
