@@ -14,9 +14,12 @@ import numpy as np
 from numba import types
 
 from linkages.base.kernel.by_reference import packed, reference_type
+from linkages.engines.assessment import assess
 from linkages.engines.drop import drop
+from linkages.laws.film.map_nodes import finite_force
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.outputs.columns import columns
+from linkages.results.summary import summarize
 from linkages.system import System
 
 
@@ -26,7 +29,6 @@ def compiled(implicit: bool) -> list[Callable[[], Any]]:
     from linkages.engines.compiled.run.jacobian import jacobian
     from linkages.engines.compiled.run.methods import attempt_dormand_prince_5_4, attempt_radau_iia_5
     from linkages.engines.compiled.run.model import Equations, make_work
-    from linkages.engines.compiled.simulation import simulate
     from linkages.mechanics.integrate.stepper import make_stepper
 
     method = "radau_iia_5" if implicit else "dormand_prince_5_4"
@@ -43,7 +45,7 @@ def compiled(implicit: bool) -> list[Callable[[], Any]]:
     else:
         wanted += [(attempt_dormand_prince_5_4, *step)]
     prepared = [partial(kernel.prepare, *kinds) for kernel, *kinds in wanted]
-    return [*prepared, partial(simulate, system)]
+    return [*prepared, partial(_outputs, system), partial(_numbers, system), partial(finite_force, 0.5, 1.0, 0.1, 1.0)]
 
 
 def drake() -> list[Callable[[], Any]]:
@@ -61,6 +63,11 @@ def drake() -> list[Callable[[], Any]]:
         partial(joint_forces, place, work, np.zeros((nc, 2)), state, np.zeros(n + WIDTH * nc)),
         lambda: system.assembly,
     ]
+
+
+def _numbers(system: System) -> None:
+    """Run a system, and compile what its table needs: peaks and their errors."""
+    summarize(assess(system, "compiled"))
 
 
 def _outputs(system: System) -> None:

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.base.kernel import kernel
+from linkages.base.kernel import kernel, lazy_kernel
 from linkages.laws.contact.material import modulus_of
 
 _LOW, _HIGH = -6.0, 10.0  # range of the fit of ln F_5/2
@@ -115,7 +115,7 @@ def asperity_pressure(
     return 16.0 * math.sqrt(2.0) * math.pi / 15.0 * number**2 * math.sqrt(sigma / tip_radius) * modulus
 
 
-@kernel
+@lazy_kernel
 def asperity_force(
     eps: float, clearance: float, radius: float, length: float, roughness: float, pressure: float
 ) -> float:

@@ -138,7 +138,7 @@ def tilted_film(
     return f_n, f_t, m_n, m_t, extent, whole, flow
 
 
-@kernel
+@lazy_kernel
 def tilted_action(
     joint: np.record, e: float, v_n: float, v_t: float, omega_b: float, omega_j: float, alpha: float
 ) -> tuple[float, float, float, float, float, float]:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from linkages.base.kernel import Array, inlined_kernel, kernel
+from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.dual import DIRECTIONS, is_known, put_slopes, seeded
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.contact.contact_laws import push
@@ -122,7 +122,7 @@ def is_bounded(bounds: Array) -> bool:
     return found
 
 
-@kernel
+@lazy_kernel
 def inside(
     end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, bounds: Array,
     margins: tuple[float, float, float],
@@ -271,7 +271,7 @@ def _fill_along(
     return is_known(total)
 
 
-@kernel
+@lazy_kernel
 def _difference_partials(
     end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, exact: bool, out: Array
 ) -> None:

@@ -61,7 +61,7 @@ def solve_rows(rows: Records, rank: int, matrix: Array, error: Array, pivots: In
     return conditioning
 
 
-@kernel
+@lazy_kernel
 def row_responses(bodies: Bodies, rows: Records, work: Workspace) -> None:
     """Set the changes of the accelerations, of coordinates and rows, due to a unit reaction of each row.
 

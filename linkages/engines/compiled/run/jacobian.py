@@ -167,7 +167,7 @@ def _add_linear_contact(equations: Equations, d: Workspace, k: int, bristle: flo
     return _along(p[BRISTLE_RATE], motion, bristle, found[RESULT_PLACES[BRISTLE_RATE]])
 
 
-@kernel
+@lazy_kernel
 def _note_motion(equations: Equations, d: Workspace, k: int, first: int, count: int) -> None:
     """Fill columns of ``motions`` with the changes of contact k's motion along the directions of a dual workspace."""
     ex, ey, vx, vy, wb, wj, nx, ny = contact_motion(equations.model.ends[k], d.pose, d.vel)[0]
@@ -186,7 +186,7 @@ def _along(p: Array, motion: ContactMotion, bristle: float, value: float) -> Any
     return with_number(total + p[8] * bristle, value)
 
 
-@kernel
+@lazy_kernel
 def _close(model: Arrays, w: Workspace, s: Scratch, d: Workspace, direction: int) -> None:
     """Find the changes of accelerations along one of the directions, with loops that stay closed."""
     nr = len(model.rows)
