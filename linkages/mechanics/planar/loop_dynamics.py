@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from linkages.base.kernel import Array, Indices, Records, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel import Array, Indices, Records, inlined_kernel, lazy_kernel
 from linkages.mechanics.integrate.factor import solve_semidefinite
 from linkages.mechanics.planar.articulated_body import acceleration_response, is_nonzero, tree_dynamics
 from linkages.mechanics.planar.bodies import Bodies
