@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import glob
 import hashlib
 import os
@@ -29,6 +30,8 @@ def whole(path: Path) -> Iterator[Path]:
 
     Concurrent writers are safe; the last one wins. Files left by killed processes are removed.
     """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     for left in abandoned(path.parent, f".{glob.escape(path.name)}.*.partial*"):
         left.unlink(missing_ok=True)
     partial = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.partial")

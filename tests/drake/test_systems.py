@@ -13,6 +13,7 @@ from shipped import shipped
 
 import linkages.engines.drake.clearance as clearance_module
 from linkages import InputError, Status, simulate
+from linkages.base.errors import RunError
 from linkages.engines.drake import add_linkage, build_diagram, steps
 from linkages.engines.drake.clearance import JOINT_OUTPUTS
 from linkages.engines.drake.plant import tree_sdf
@@ -200,6 +201,13 @@ def test_a_run_whose_steps_collapse_keeps_what_it_computed(monkeypatch):
     assert run.status is Status.STEP_SIZE_COLLAPSE
     assert run.time[-1] > 0.001
     assert np.isfinite(run["A.force"]).all()
+
+
+def test_masses_that_differ_by_all_their_digits_are_named():
+    with pytest.raises(
+        RunError, match="singular to rounding: its masses differ by all their digits; check their units"
+    ):
+        simulate(shipped("seven_bar", duration=0.01, **{"sdf.links.link2.mass": 2e26}), "drake")
 
 
 @pytest.mark.parametrize("radius", ["x1", "nan"])

@@ -288,6 +288,14 @@ def test_a_page_that_cannot_be_written_is_bad_input(copy, capsys):
     assert "cannot be written" in capsys.readouterr().err
 
 
+def test_a_folder_is_no_page(results_folder, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for out in (".", str(tmp_path)):
+        assert main(["report", str(results_folder), "--out", out]) == 2
+        assert capsys.readouterr().err.endswith(f"error: --out: {out}: cannot be written (Is a directory)\n")
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_answer_compares_peaks_and_speaks_of_ideal_joints_only_where_there_is_play(results_folder, copy):
     results = load_results(results_folder)
     found = answer(results)

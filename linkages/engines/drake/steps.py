@@ -19,6 +19,7 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import Context, EventStatus
 
 from linkages.base.arrays import Array
+from linkages.base.errors import RunError
 from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.system import System
@@ -30,6 +31,7 @@ _SMALL, _PATIENCE = 1e-2, 50  # with contacts: restart after this many steps bel
 _SPOILT = ("runge_kutta5", "bogacki_shampine3")  # schemes with wrong derivatives in second attempts
 _CUT = 0.1  # step reduction after an attempt without finite forces
 _COLLAPSES = ("step size", "select step", "NaN")  # parts of Drake's messages about a step collapse
+_SINGULAR = "not positive-definite"  # the same about masses
 _SHORTER = 0.9  # reduction of a repeated step that needed a second attempt
 
 
@@ -97,12 +99,21 @@ class StepControl:
         self._restart(first)
 
     def advance(self, end: float) -> None:
-        """Advance to a time [s], or until the monitor ends the run."""
+        """Advance to a time [s], or until the monitor ends the run.
+
+        Raises
+        ------
+        RunError
+            If the mass matrix is singular to rounding.
+        """
         root = self.simulator.get_mutable_context()
         while True:
             try:
                 self.simulator.AdvanceTo(end)
             except RuntimeError as problem:
+                if _SINGULAR in str(problem):
+                    text = "is singular to rounding: its masses differ by all their digits; check their units"
+                    raise RunError(f"Drake cannot find the accelerations: the mass matrix {text}") from None
                 if "NaN" not in str(problem) or 0.0 < self._step <= self._smallest:
                     raise
                 self.again, self.kept, self._step = True, False, _CUT * (self._step or self.largest)

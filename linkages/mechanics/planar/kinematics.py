@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.base.kernel import Array, inlined_kernel, kernel
+from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 from linkages.mechanics.planar.bodies import COS, SIN, Bodies, make_motion, make_pose
 from linkages.mechanics.planar.flexible_kinematics import (
     add_modal_force,
@@ -21,7 +21,7 @@ from linkages.mechanics.planar.flexible_kinematics import (
 )
 from linkages.mechanics.planar.markers import arm, marker_acceleration, marker_velocity, offset, turned
 from linkages.mechanics.planar.record_types import PRISMATIC, REVOLUTE, SECTION
-from linkages.mechanics.planar.traversal import forward
+from linkages.mechanics.planar.traversal import FREED, MOVED, forward
 
 
 @kernel
@@ -54,6 +54,24 @@ def body_states(bodies: Bodies, q: Array, v: Array, pose: Array, vel: Array) -> 
     _set_world_pose(pose)
     _set_world_motion(vel)
     _states(bodies, q, v, pose, vel)
+
+
+@lazy_kernel
+def moved_states(
+    bodies: Bodies, moves: Indices, q: Array, v: Array, pose: Array, vel: Array, still_pose: Array, still_vel: Array
+) -> None:
+    """Set the dual poses and velocities of bodies that move; others return to ``still_pose`` and ``still_vel``.
+
+    See `linkages.mechanics.planar.traversal.mark_moved`.
+    """
+    _set_world_pose(pose)
+    _moved_states(bodies, moves, q, v, pose, vel, still_pose, still_vel)
+
+
+@lazy_kernel
+def moved_velocities(bodies: Bodies, moves: Indices, pose: Array, v: Array, vel: Array, still_vel: Array) -> None:
+    """Set the dual velocities of bodies that move, as `moved_states`."""
+    _moved_velocities(bodies, moves, pose, v, vel, still_vel)
 
 
 @kernel
@@ -153,6 +171,32 @@ _positions = forward(_body_position, moving=False)
 _velocities = forward(_body_velocity, moving=False)
 _states = forward(_body_state, moving=False)
 _accelerations = forward(body_acceleration, moving=False)
+
+
+@inlined_kernel
+def _moved_velocity(bodies: Bodies, i: int, moves: Indices, pose: Array, v: Array, vel: Array, still: Array) -> None:
+    """Set the dual velocity of body i, if it moves."""
+    if moves[i] == MOVED:
+        _body_velocity(bodies, i, pose, v, vel)
+    elif moves[i] == FREED:
+        vel[i, 0], vel[i, 1], vel[i, 2] = still[i, 0], still[i, 1], still[i, 2]
+
+
+@inlined_kernel
+def _moved_state(
+    bodies: Bodies, i: int, moves: Indices, q: Array, v: Array, pose: Array, vel: Array, still_pose: Array,
+    still_vel: Array,
+) -> None:  # fmt: skip
+    """Set the dual pose and velocity of body i, if it moves."""
+    if moves[i] == MOVED:
+        _body_position(bodies, i, q, pose)
+    elif moves[i] == FREED:
+        for k in range(pose.shape[1]):
+            pose[i, k] = still_pose[i, k]
+    _moved_velocity(bodies, i, moves, pose, v, vel, still_vel)
+
+
+_moved_states, _moved_velocities = (forward(step, moving=False) for step in (_moved_state, _moved_velocity))
 
 
 @inlined_kernel

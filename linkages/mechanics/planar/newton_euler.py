@@ -7,13 +7,13 @@ Spatial vectors are described in `linkages.mechanics.planar.workspace`.
 
 from __future__ import annotations
 
-from linkages.base.kernel import Array, inlined_kernel, kernel
+from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 from linkages.mechanics.planar.bodies import Bodies
 from linkages.mechanics.planar.flexible_dynamics import flexible_inertial_force
 from linkages.mechanics.planar.kinematics import add_to_parent, body_acceleration, joint_force, propagate_force
 from linkages.mechanics.planar.markers import turned
 from linkages.mechanics.planar.record_types import SECTION
-from linkages.mechanics.planar.traversal import backward, forward
+from linkages.mechanics.planar.traversal import MOVED, STILL, backward, forward
 from linkages.mechanics.planar.workspace import Workspace
 
 
@@ -120,5 +120,30 @@ def _subtract_force(bodies: Bodies, i: int, work: Workspace) -> None:
     propagate_force(bodies, i, work.pose, bias, modal_bias)
 
 
-_needed_forces = forward(_needed_force, moving=False)
+@lazy_kernel
+def moved_residual(bodies: Bodies, gravity: Array, moves: Indices, work: Workspace) -> None:
+    """Do the same as `force_residual` for duals; only the slopes of the result are right.
+
+    Bodies that the change of no coordinate moves need no inertial forces, see
+    `linkages.mechanics.planar.traversal.mark_moved`.
+    """
+    _changed_forces(bodies, moves, work, gravity)
+    _subtract(bodies, work)
+
+
+@inlined_kernel
+def _changed_force(bodies: Bodies, i: int, moves: Indices, work: Workspace, gravity: Array) -> None:
+    """Set the acceleration of body i, and the change of the force that it needs."""
+    body, bias, wrench = bodies.records[i], work.bias, work.wrench
+    if moves[i] != STILL and (body.type != SECTION or body.carries):
+        body_acceleration(bodies, i, work.pose, work.vel, work.v, work.a, work.acc)
+    if moves[i] == MOVED and body.moving:
+        body_inertial_force(bodies, i, work, gravity, bias, work.modal_bias)
+        return
+    for k in range(body.eta, body.eta + body.modes):
+        work.modal_bias[k] = 0.0
+    bias[i, 0], bias[i, 1], bias[i, 2] = -wrench[i, 0], -wrench[i, 1], -wrench[i, 2]
+
+
+_needed_forces, _changed_forces = (forward(step, moving=False) for step in (_needed_force, _changed_force))
 _subtract = backward(_subtract_force)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from linkages.base.kernel import inlined_kernel
+from linkages.base.kernel import Indices, inlined_kernel, lazy_kernel
 from linkages.mechanics.planar.bodies import Bodies
 
 
@@ -55,3 +55,22 @@ def _if_moving(visit: Callable[..., Any]) -> Callable[..., None]:
             visit(bodies, i, *given)
 
     return check
+
+
+#: What a change of some coordinates does to a body: nothing; moves it; nothing, but the change before has moved it.
+STILL, MOVED, FREED = range(3)
+
+
+@lazy_kernel
+def mark_moved(bodies: Bodies, changed: Indices, moves: Indices) -> None:
+    """Note which bodies move, ``moves`` (nb,), with the coordinates that have 1 in ``changed`` (n,).
+
+    ``moves`` says before which bodies have moved with the coordinates before; at first all of them.
+    """
+    moves[0] = STILL
+    for i in range(1, len(bodies.records)):
+        body = bodies.records[i]
+        moved = moves[body.mount.body] == MOVED or (body.dof >= 0 and changed[body.dof] == 1)
+        for k in range(body.eta, body.eta + body.modes):
+            moved = moved or changed[k] == 1
+        moves[i] = MOVED if moved else FREED if moves[i] == MOVED else STILL

@@ -13,11 +13,11 @@ from typing import Any
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope, with_number
-from linkages.engines.compiled.run.equations import is_solved, set_residuals, solve_state
+from linkages.engines.compiled.run.equations import is_solved, solve_state
 from linkages.engines.compiled.run.model import Equations, Scratch
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.articulated_body import acceleration_response
-from linkages.mechanics.planar.closure_rows import row_acceleration
+from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration
 from linkages.mechanics.planar.composite_inertia import mass_matrix
 from linkages.mechanics.planar.contact_partials import (
     BRISTLE_RATE,
@@ -28,10 +28,12 @@ from linkages.mechanics.planar.contact_partials import (
     contact_partials,
 )
 from linkages.mechanics.planar.contacts import ContactMotion, add_contact, contact_motion
-from linkages.mechanics.planar.kinematics import body_states, body_velocities
+from linkages.mechanics.planar.kinematics import body_accelerations, body_states, moved_states, moved_velocities
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.loop_dynamics import row_responses, solve_rows
+from linkages.mechanics.planar.newton_euler import force_residual, moved_residual
 from linkages.mechanics.planar.singularities import solve_neighbour
+from linkages.mechanics.planar.traversal import MOVED, mark_moved
 from linkages.mechanics.planar.workspace import Workspace
 
 
@@ -69,11 +71,13 @@ def _fill(equations: Equations, t: float, y: Array, exact: bool, mass: Array, ou
     out[:] = 0.0
     for i in range(n):
         out[i, n + i] = 1.0
+    s.moves[:] = MOVED
     if ny <= DIRECTIONS:
         _fill_moved(equations, t, 0, ny, exact, out)
         return
     for first in range(0, n, DIRECTIONS):
         _fill_moved(equations, t, first, min(DIRECTIONS, n - first), exact, out)
+    s.moves[:] = MOVED
     for first in range(n, ny, DIRECTIONS):
         _fill_faster(equations, t, first, min(DIRECTIONS, ny - first), exact, out)
 
@@ -96,26 +100,42 @@ def _fill_mass(model: Arrays, w: Workspace, s: Scratch, mass: Array) -> None:
 @kernel
 def _fill_moved(equations: Equations, t: float, first: int, count: int, exact: bool, out: Array) -> None:
     """Fill columns of the Jacobian, of any kind."""
-    model, w, d, n = equations.model, equations.work.dynamics, equations.work.scratch.moved, len(equations.model.free)
+    model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
+    d = s.moved
     for k in range(len(model.driven)):
         place = model.driven[k]
         d.q[place], d.v[place] = w.q[place], w.v[place]
     for i in range(n):
         place = model.free[i]
         d.q[place], d.v[place] = seeded(w.q[place], i - first), seeded(w.v[place], n + i - first)
-    body_states(model.bodies, d.q, d.v, d.pose, d.vel)
+    if count == out.shape[0]:
+        body_states(model.bodies, d.q, d.v, d.pose, d.vel)
+    else:
+        _mark(model, s, first, count)
+        moved_states(model.bodies, s.moves, d.q, d.v, d.pose, d.vel, w.pose, w.vel)
     _fill_columns(equations, d, t, first, count, exact, out)
+
+
+@lazy_kernel
+def _mark(model: Arrays, s: Scratch, first: int, count: int) -> None:
+    """Note which bodies move with so many entries of the state, of positions or of rates."""
+    n = len(model.free)
+    for i in range(n):
+        s.changed[model.free[i]] = first <= i < first + count or first <= n + i < first + count
+    mark_moved(model.bodies, s.changed, s.moves)
 
 
 @lazy_kernel
 def _fill_faster(equations: Equations, t: float, first: int, count: int, exact: bool, out: Array) -> None:
     """Fill columns of the Jacobian, of rates and bristles: the poses do not change."""
-    model, w, d, n = equations.model, equations.work.dynamics, equations.work.scratch.faster, len(equations.model.free)
+    model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
+    d = s.faster
     for k in range(len(model.driven)):
         d.v[model.driven[k]] = w.v[model.driven[k]]
     for i in range(n):
         d.v[model.free[i]] = seeded(w.v[model.free[i]], n + i - first)
-    body_velocities(model.bodies, d.pose, d.v, d.vel)
+    _mark(model, s, first, count)
+    moved_velocities(model.bodies, s.moves, d.pose, d.v, d.vel, w.vel)
     _fill_columns(equations, d, t, first, count, exact, out)
 
 
@@ -142,7 +162,16 @@ def _fill_columns(
     if len(model.loads):
         tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
         load_wrenches(tables, t, d.pose, d.vel, d.wrench)
-    set_residuals(model, d, work.dynamics.reaction, s.rows)
+    for k in range(len(model.rows)):
+        add_row_wrench(model.rows[k], d.pose, work.dynamics.reaction[k], d.wrench)
+    if count == out.shape[0]:
+        force_residual(model.bodies, model.gravity, d)
+    else:
+        moved_residual(model.bodies, model.gravity, s.moves, d)
+    if len(model.rows):
+        body_accelerations(model.bodies, d.pose, d.vel, d.v, d.a, d.acc)
+    for k in range(len(model.rows)):
+        s.rows[k] = row_acceleration(model.rows[k], d.pose, d.vel, d.acc)
     if count == DIRECTIONS and not len(model.rows):
         for i in range(n):
             put_slopes(out, n + i, first, d.tau[model.free[i]])

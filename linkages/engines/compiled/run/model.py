@@ -64,6 +64,8 @@ class Scratch(NamedTuple):
     modal_bias: Array  # (n,)
     row_matrix: Array  # for the changes of the rows' reactions, (nr, nr)
     reaction: Array  # (nr,)
+    changed: Indices  # 1 for coordinates that a direction of duals changes, (n,)
+    moves: Indices  # which bodies move with them, (nb,); see `linkages.mechanics.planar.traversal.mark_moved`
 
 
 #: Arrays of a workspace that follow from rates; the coordinates and the poses do not.
@@ -75,9 +77,10 @@ def make_scratch(w: Workspace, nc: int, ny: int) -> Scratch:
     n, nr = len(w.q), len(w.reaction)
     changes: dict[str, Any] = {name: dual_array(*getattr(w, name).shape) for name in ("q", "pose", *_OF_RATES)}
     moved = w._replace(**changes)
-    zeros = map(np.zeros, ((n,), (n,), w.bias.shape, (n,), (nr, nr), (nr,)))
     laws = np.zeros((nc, RESULTS, PARTIALS)), np.zeros((nc, MOTION, ny)), np.tile(no_bounds(), (nc, 1))
-    return Scratch(*laws, np.zeros((n, n)), moved, moved._replace(q=w.q, pose=w.pose), dual_array(nr), *zeros)
+    duals = moved, moved._replace(q=w.q, pose=w.pose), dual_array(nr)
+    closed = np.zeros(n), np.zeros(n), np.zeros(w.bias.shape), np.zeros(n), np.zeros((nr, nr)), np.zeros(nr)
+    return Scratch(*laws, np.zeros((n, n)), *duals, *closed, np.zeros(n, np.int64), np.zeros(len(w.bias), np.int64))
 
 
 class Work(NamedTuple):
