@@ -24,7 +24,7 @@ from linkages.base.kernel.by_reference import reference
 from linkages.mechanics.integrate.driver import DONE, driver
 from linkages.mechanics.integrate.explicit import explicit
 from linkages.mechanics.integrate.implicit import implicit
-from linkages.mechanics.integrate.shifted import row_times
+from linkages.mechanics.integrate.newton import row_times
 from linkages.mechanics.integrate.stepper import accept
 from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 

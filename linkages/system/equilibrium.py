@@ -17,10 +17,10 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.mechanics.planar.contacts import ContactMotion, contact_action, contact_motion
-from linkages.mechanics.planar.driven import constrained_dynamics
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.record_types import JOURNAL
+from linkages.mechanics.planar.singularities import constrained_dynamics
 from linkages.mechanics.planar.workspace import Workspace
 from linkages.system.assembly import Assembly, independent
 from linkages.system.unassembled import Unassembled
@@ -57,7 +57,7 @@ def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, rank: int) -
     """Solve the ideal linkage at time t [s], coordinates q and rates v (n,), with modes that do not accelerate.
 
     `rank` is the number of independent closure rows. The workspace has its pose, vel, a, tau and reaction, see
-    `linkages.mechanics.planar.driven.constrained_dynamics`.
+    `linkages.mechanics.planar.singularities.constrained_dynamics`.
     """
     tree, at = system.tree, np.array([t])
     work = tree.workspace(tree.closure_rows)

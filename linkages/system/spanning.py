@@ -11,10 +11,11 @@ import numpy as np
 from linkages.base.arrays import Array, Records
 from linkages.base.errors import InputError
 from linkages.base.kernel.by_reference import packed
+from linkages.base.kernel.simd import lane_array
 from linkages.input.files.raw_model import Chains
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.mechanics.planar import record_types as types
-from linkages.mechanics.planar.bodies import STRAIGHT, Bodies, make_shapes
+from linkages.mechanics.planar.bodies import MATRIX, STRAIGHT, Bodies
 from linkages.system.flexible_link import FlexibleLink, section_at
 from linkages.system.tree import TYPES, Edge, Tree
 
@@ -213,7 +214,7 @@ class _Builder:
                 self.rows[-1]["detached"] = 1
         substructures = [part for link in self.flexible.values() for part in link]
         nm = max((len(flexible.modes.names) for flexible in substructures), default=0)
-        shapes = make_shapes(len(self.rows), nm)
+        shapes = lane_array(len(self.rows), MATRIX + nm, nm)
         for flexible in substructures:
             body = self.index[flexible.name]
             row = self.rows[body]

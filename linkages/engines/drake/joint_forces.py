@@ -14,11 +14,11 @@ from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.by_reference import packed
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
-from linkages.mechanics.planar.driven import constrained_dynamics
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import generalised_force
+from linkages.mechanics.planar.singularities import constrained_dynamics
 from linkages.mechanics.planar.workspace import Workspace
 from linkages.system import System
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 
 from linkages.base.kernel import Array, Indices, kernel
-from linkages.mechanics.integrate.parabola import parabola_top
 
 #: Rows of a search, (3, 3): times and values of the samples around its highest one, and its course.
 TIMES, VALUES, COURSE = range(3)
@@ -32,6 +31,18 @@ _FLAT = 1e-10  # relative gain that a parabola promises, after one that kept its
 _CLOSE = 1e-5  # of a bracket: a next time that is so near to the highest sample adds nothing
 
 _EQUAL = 1e-8  # relative difference of maxima that count as equal
+
+
+@kernel
+def parabola_top(a: float, b: float, c: float, fa: float, fb: float, fc: float) -> tuple[float, float]:
+    """Compute place and height of the maximum of the parabola through three ordered points; else the middle point."""
+    left, right = (fb - fa) / (b - a), (fc - fb) / (c - b)
+    curvature = (right - left) / (c - a)
+    if not curvature < 0.0:
+        return b, fb
+    slope = left + curvature * (b - a)  # at b
+    shift = -0.5 * slope / curvature
+    return b + shift, fb + 0.5 * slope * shift
 
 
 @kernel

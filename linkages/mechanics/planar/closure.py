@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from linkages.mechanics.planar.closure_rows import add_row_wrench, row_accelerat
 from linkages.mechanics.planar.kinematics import (
     body_accelerations,
     body_positions,
+    body_states,
     body_velocities,
     joint_force,
     poses_at,
@@ -154,18 +156,9 @@ def sum_of_squares(x: Array) -> float:
 
 @kernel
 def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: float, q: Array) -> bool:
-    """Move the free coordinates of ``q`` (in place) until the rows are closed.
+    """Move the free coordinates of ``q`` (in place) until the rows are closed; False if this does not converge.
 
-    Newton's method with step halving on the sum of squares. Returns False if it does not converge.
-
-    Parameters
-    ----------
-    offset : (nr,) array
-        Required row values [m, rad]; zero closes the joints.
-    free : (nf,) array of int
-        Coordinates that may move.
-    size : float
-        Length of the linkage [m], which scales the tolerance.
+    Newton's method with step halving on the sum of squares.
     """
     n, nr, nf = len(q), len(rows), len(free)
     pose, inner, error, step, trial = new_pose(bodies), np.empty((nr, nf)), np.empty(nr), np.empty(nf), np.empty(n)
@@ -254,20 +247,10 @@ def follow(
     a: Array,
     quality: Array,
 ) -> int:
-    """Close the rows for a table of prescribed motions, starting from the guess in each line of q.
+    """Close the rows for a table of prescribed motions, starting from the guess in each line of q (nt, n).
 
-    Parameters
-    ----------
-    offset : (nt, nr) array
-    q, v, a : (nt, n) arrays
-        Prescribed entries given, free entries guessed in q; on return all of them.
-    quality : (nt,) array
-        Filled with `closure_quality`.
-
-    Returns
-    -------
-    int
-        Number of lines solved; less than nt where the closure failed.
+    ``offset`` has a line for each, (nt, nr). Free entries of q, v and a are set, and ``quality`` (nt,), the
+    `closure_quality`. Returns the number of lines solved; less than nt where the closure failed.
     """
     for k in range(len(q)):
         if not close(bodies, rows, offset[k], free, size, q[k]):
@@ -275,3 +258,28 @@ def follow(
         consistent_rates(bodies, rows, free, q[k], v[k], a[k])
         quality[k] = closure_quality(bodies, rows, free, q[k])
     return len(q)
+
+
+@kernel
+def ideal_state(model: Any, dynamics: Any, rows: Records, closing: Indices, ideal: Any) -> bool:
+    """Fill the state of the linkage with every joint ideal, at the time and near the state of a run.
+
+    The driven coordinates are the run's, and its state is the first guess. The links are rigid: modal coordinates are
+    zero. Takes the closure rows of all cut joints and the coordinates of joints that no drive prescribes; fills q, v,
+    a, pose, vel and acc of the workspace ``ideal``. Returns False if the loops do not close there.
+    """
+    bodies = model.bodies
+    for i in range(len(ideal.q)):
+        ideal.q[i] = dynamics.q[i]
+        ideal.v[i] = dynamics.v[i]
+        ideal.a[i] = dynamics.a[i]
+    for i in range(len(bodies.records)):
+        for k in range(bodies.records[i].modes):
+            d = bodies.records[i].eta + k
+            ideal.q[d], ideal.v[d], ideal.a[d] = 0.0, 0.0, 0.0
+    if not close(bodies, rows, np.zeros(len(rows)), closing, model.size, ideal.q):
+        return False
+    consistent_rates(bodies, rows, closing, ideal.q, ideal.v, ideal.a)
+    body_states(bodies, ideal.q, ideal.v, ideal.pose, ideal.vel)
+    body_accelerations(bodies, ideal.pose, ideal.vel, ideal.v, ideal.a, ideal.acc)
+    return True

@@ -73,16 +73,10 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
 def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array, efforts: Array) -> None:
     """Fill the forces in all joints and the efforts of all drives.
 
-    Parameters
-    ----------
-    work : Workspace
-        Its pose, tau, reaction, and bias of `linkages.mechanics.planar.newton_euler.inertial_forces`; on return the
-        bias is the wrench that each body gets through its joint.
-    contacts : (nc, WIDTH) array
-    forces : (nj, 3) array
-        Filled with fx, fy [N] and moment about the joint [N m] on each joint's child, its drive's effort left out.
-    efforts : (nd,) array
-        Filled with the torque [N m] or force [N] of each drive, prescribed ones first.
+    Takes `work`'s pose, tau, reaction, and bias of `linkages.mechanics.planar.newton_euler.inertial_forces`; on return
+    the bias is the wrench that each body gets through its joint. Fills ``forces`` (nj, 3) with fx, fy [N] and moment
+    about the joint [N m] on each joint's child, its drive's effort left out, and ``efforts`` (nd,) with the torque [N
+    m] or force [N] of each drive, prescribed ones first.
     """
     bodies, rows, ends, joints = model.bodies, model.rows, model.ends, model.joints
     pose, load, reaction = work.pose, work.bias, work.reaction

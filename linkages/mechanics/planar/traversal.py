@@ -12,15 +12,8 @@ from linkages.mechanics.planar.bodies import Bodies
 def forward(visit: Callable[..., Any], moving: bool = True) -> Callable[..., None]:
     """Make a pass that calls ``visit(bodies, i, *given)`` for parents before their children, the world excepted.
 
-    Parameters
-    ----------
-    visit : kernel
-    moving : bool
-        Only for bodies that a free coordinate moves.
-
-    Returns
-    -------
-    kernel ``(bodies, *given)``, inlined into its callers
+    The pass is a kernel ``(bodies, *given)``, inlined into its callers; with `moving` it visits only bodies that a free
+    coordinate moves.
     """
     step = _if_moving(visit) if moving else visit
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from linkages.base.kernel import Array, lazy_kernel
 from linkages.engines.compiled.run.model import Equations
-from linkages.mechanics.planar.projection import project
+from linkages.mechanics.planar.loop_dynamics import project
 
 _CLOSED = 1e-14  # closure error that is left, in parts of the linkage's length
 
