@@ -7,7 +7,6 @@
 | methods        | integration methods of each engine, and the method of a run                 |
 | budget         | largest number of steps of a run                                            |
 | assessment     | `simulate`; a run with its ideal linkage and error estimate                 |
-| heat           | temperature of the oil as the equilibrium of a cycle, by repeated runs      |
 | drop           | drop test: the smallest mechanism, with a known impact                      |
 | threads        | independent runs in threads                                                 |
 | precompilation | plans to compile the engines' kernels on an empty cache                     |

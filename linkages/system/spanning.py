@@ -33,12 +33,8 @@ def spanning_tree(
     """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
 
     Fixed joints and driven joints stay in the tree, so that a drive acts on a coordinate. `play`, `driven` and
-    `powered` are names of joints, as in `Tree`. A flexible link is divided once its carrying joint is known.
-
-    Raises
-    ------
-    InputError
-        If the driven and powered joints alone already close a loop.
+    `powered` are names of joints, as in `Tree`. A flexible link is divided once its carrying joint is known. InputError
+    if the driven and powered joints alone already close a loop.
     """
     joints = tuple((j.name, j.parent, j.child, j.type == "fixed") for j in mechanism.joints if j.name not in play)
     kept, loops = _opened(tuple(mechanism.link), joints, tuple(driven), tuple(powered))

@@ -35,28 +35,9 @@ def simulate(
     outputs: Sequence[str] | None = None,
     wrt: Sequence[str | Direction] = (),
 ) -> Trajectory:
-    """Simulate a system with the compiled engine.
+    """Simulate a system with the compiled engine; see `linkages.engines.assessment.simulate`.
 
-    Parameters
-    ----------
-    system : System
-    progress : callable, optional
-        Called with the simulated time [s] now and then.
-    outputs : sequence of str, optional
-        Columns of the trajectory; linkages with closed loops add their coordinates. Default: all.
-    wrt : sequence of str or Direction, optional
-        Dotted paths of values, or values that several paths follow; `Trajectory.sensitivity` has the derivatives of the
-        columns with respect to them.
-
-    Returns
-    -------
-    Trajectory
-        Up to the end, or to where the run failed or was interrupted (`Trajectory.status`).
-
-    Raises
-    ------
-    AssemblyError, InputError
-        If there is nothing to start from.
+    Outputs of linkages with closed loops have their coordinates in addition.
     """
     if wrt:
         system.check_analysis(Analysis.DERIVATIVES)

@@ -107,10 +107,6 @@ class ClearanceJoints(LeafSystem):
         self._force = self.DeclareVectorOutputPort("generalized_force", num_velocities, self._give_force, needs)
         self._joints = self.DeclareVectorOutputPort("joints", len(JOINT_OUTPUTS) * len(laws), self._give_joints, needs)
 
-    def get_evaluation_output_port(self) -> OutputPort:
-        """Return the output port ``evaluation``."""
-        return self._evaluation
-
     def get_force_output_port(self) -> OutputPort:
         """Return the output port `generalized_force`."""
         return self._force
@@ -123,11 +119,6 @@ class ClearanceJoints(LeafSystem):
         """Compute ``CLEARANCE_OUTPUTS`` of each contact, and two zeros, (nc, WIDTH)."""
         joints: Array = self._evaluation.Eval(context)[self._size :].reshape(-1, WIDTH)
         return joints
-
-    def penetrations(self, context: Context) -> Array:
-        """Compute the penetration of each contact, negative if open, (nc,) [m]."""
-        gaps: Array = self.evaluate(context)[:, _PENETRATION]
-        return gaps
 
     # -- events and states -------------------------------------------------------------------------
 
@@ -146,7 +137,7 @@ class ClearanceJoints(LeafSystem):
 
     def _witness(self, k: int) -> WitnessFunction:
         def penetration(context: Context) -> float:
-            return float(self.penetrations(context)[k])
+            return float(self.evaluate(context)[k, _PENETRATION])
 
         def latch(system: LeafSystem, context: Context, event: UnrestrictedUpdateEvent, state: State) -> EventStatus:
             touch = self.evaluate(context)[k]

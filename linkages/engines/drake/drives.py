@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort
 
 from linkages.base.arrays import Array
 from linkages.base.kernel import bound
@@ -75,14 +75,6 @@ class Drives(LeafSystem):
         for name, dof in zip(self.joints, dofs, strict=True):
             give = partial(self._give_speed, place.v[dof])
             self.DeclareVectorOutputPort(f"{name}.speed", 1, give, {self.input_port_ticket(self._state.get_index())})
-
-    def get_state_input_port(self) -> InputPort:
-        """Return the input port ``state``."""
-        return self._state
-
-    def get_applied_input_port(self) -> InputPort:
-        """Return the input port ``applied``."""
-        return self._applied
 
     def get_force_output_port(self) -> OutputPort:
         """Return the output port ``generalized_force``."""

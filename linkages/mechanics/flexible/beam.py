@@ -20,30 +20,14 @@ _GAUSS = np.polynomial.legendre.leggauss(5)
 
 @dataclass(frozen=True)
 class Beam:
-    """A uniform straight beam.
+    """A uniform straight beam."""
 
-    Attributes
-    ----------
-    length : float
-        [m].
-    axial : float
-        E A [N].
-    bending : float
-        E I [N m2].
-    line_density : float
-        rho A [kg/m].
-    shear : float
-        kappa G A [N]; infinite for Euler-Bernoulli's beam.
-    rotary : float
-        rho I [kg m], rotary inertia; zero for Euler-Bernoulli's beam.
-    """
-
-    length: float
-    axial: float
-    bending: float
-    line_density: float
-    shear: float = np.inf
-    rotary: float = 0.0
+    length: float  # [m]
+    axial: float  # E A [N]
+    bending: float  # E I [N m2]
+    line_density: float  # rho A [kg/m]
+    shear: float = np.inf  # kappa G A [N]; infinite for Euler-Bernoulli's beam
+    rotary: float = 0.0  # rho I [kg m], rotary inertia; zero for Euler-Bernoulli's beam
 
     def __post_init__(self) -> None:
         for name in ("length", "axial", "bending", "line_density", "shear"):
@@ -163,14 +147,9 @@ class Beam:
 
         They follow from equilibrium: the end forces are K u + M a, and the inertia of the acceleration, as the shape
         functions have it, is integrated from the first node. A hinged end has no moment, at rest as in vibration. The
-        shape functions' derivatives alone would give a moment that is linear along the element.
-
-        Parameters
-        ----------
-        u, a : (..., 6) arrays
-            Elastic displacements; accelerations, rigid and elastic together, in element axes.
-        x : (P,) array
-            Distances from the first node [m].
+        shape functions' derivatives alone would give a moment that is linear along the element. `u` and `a` (..., 6)
+        are the elastic displacements, and the accelerations, rigid and elastic together, in element axes; `x` (P,) are
+        distances from the first node [m].
         """
         s, weight = self.quadrature()
         place = x[:, None] * s  # Gauss points between the first node and each x

@@ -138,18 +138,10 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide
         problem: Any, observer: Any, s: Stepper, tolerance: Array, t: float, start: Array, modes: Indices, width: int,
         options: Options,
     ) -> Record:  # fmt: skip
-        """Integrate from (t, start).
+        """Integrate from (t, start), with an absolute tolerance of each entry.
 
-        Parameters
-        ----------
-        observer : any
-            Further argument of `observe`.
-        tolerance : (n,) array
-            Absolute tolerance of each entry.
-        modes : (ne,) array of int
-            Sign of each event function, +1 or -1; updated at each event.
-        width : int
-            Number of columns that `observe` fills.
+        ``modes`` (ne,) are the signs of the event functions, +1 or -1, updated at each event. `observer` is the further
+        argument of `observe`, `width` the number of columns that it fills.
         """
         n, ne = len(start), len(modes)
         restart(s)

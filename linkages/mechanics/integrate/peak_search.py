@@ -55,19 +55,8 @@ def above(highest: float) -> float:
 def candidates(times: Array, values: Array, sign: float, places: Indices, tops: Array) -> int:
     """Find the local maxima of sign * values that may be the highest between the samples, the most promising first.
 
-    Of maxima that promise nearly the same, as in a periodic motion, the first is the first of all.
-
-    Parameters
-    ----------
-    times, values : (n,) arrays
-    sign : float
-    places, tops : (MOST,) arrays
-        Filled with the samples at local maxima, and with the heights that their parabolas promise.
-
-    Returns
-    -------
-    int
-        How many there are.
+    Of maxima that promise nearly the same, as in a periodic motion, the first is the first of all. Fills ``places`` and
+    ``tops`` (MOST,) with the samples and the heights that their parabolas promise; returns how many there are.
     """
     n, count = len(times), 0
     low, high = math.inf, -math.inf

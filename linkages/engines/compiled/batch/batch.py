@@ -13,9 +13,8 @@ from linkages.base.arguments import Count, Lines, Names, validated
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, Status
 from linkages.base.kernel import Array, Indices
-from linkages.engines.compiled.batch.batch_derivatives import STATISTICS_WITH_RATES, differentiate_runs
 from linkages.engines.compiled.batch.designs import designs_of
-from linkages.engines.compiled.batch.runs import Runs
+from linkages.engines.compiled.batch.runs import STATISTICS_WITH_RATES, Runs, differentiate_runs
 from linkages.engines.compiled.batch.statistics import STATISTICS
 from linkages.input.files.table_formats import needed
 from linkages.input.model.capabilities import Analysis

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import Any
 
@@ -14,10 +14,14 @@ from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.precompiled import processors
 from linkages.engines.compiled.batch.designs import Bench, Designs
 from linkages.engines.compiled.batch.statistics import NO_IDEAL, STATISTICS
+from linkages.engines.compiled.derivatives.neighbours import neighbours
 from linkages.engines.compiled.run.job import Given
 from linkages.engines.compiled.run.runner import STATUS
+from linkages.engines.compiled.simulation import simulate
 from linkages.engines.threads import in_threads
 from linkages.mechanics.integrate.driver import DONE
+from linkages.results.derivatives import NO_RUN, REFUSED, Direction
+from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
 from linkages.system.ideal_motion import cause
 
 _AT_ONCE = 16  # most runs in one call of compiled code
@@ -146,3 +150,55 @@ class Runs:
 
     def _fail(self, row: int, status: Status, reason: str) -> None:
         self.status[row], self.reason[row], self._ended[row] = status, reason, True
+
+
+#: Statistics of a batch with derivatives.
+STATISTICS_WITH_RATES = ("minimum", "maximum", "peak", "mean", "rms", "last")
+
+
+def differentiate_runs(
+    runs: Runs,
+    wrt: Sequence[str | Direction],
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[dict[str, dict[str, Array]], list[str]]:
+    """Differentiate the statistics of m finished runs with respect to values, in threads.
+
+    Runs that did not reach their end have no derivatives. Returns (m, nw, no) arrays by path and statistic, NaN where
+    there is none, and the status of each run, see `linkages.results.derivatives.MEANING`. `progress` is called now and
+    then with the part that is done. InputError if a path of the nominal system has no number or no derivative.
+    """
+    paths = [one.path for one in neighbours(runs.designs.system, wrt)]
+    count, shape = len(runs.table), runs.found.shape[:3]
+    table = np.full((len(STATISTICS_WITH_RATES), len(paths), *shape), np.nan)
+    status, done = [NO_RUN] * count, np.zeros(count)
+
+    def differentiate(row: int) -> None:
+        """Fill a row of the table, unless its run failed."""
+        if runs.status[row] is Status.OK:
+            table[:, :, row], status[row] = _of_row(runs, row, wrt)
+        done[row] = 1.0
+
+    look = None if progress is None else lambda: progress(float(done.mean()))
+    in_threads(differentiate, count, threads, look)
+    rates = {path: {name: table[k, p] for k, name in enumerate(STATISTICS_WITH_RATES)} for p, path in enumerate(paths)}
+    return rates, status
+
+
+def _of_row(runs: Runs, row: int, wrt: Sequence[str | Direction]) -> tuple[Array, str]:
+    """Return the derivatives of a run's statistics, (ns, np, nw, no), and their status."""
+    system, windows = runs.designs.built(runs.table[row])
+    outputs = runs.designs.outputs
+    shape = len(STATISTICS_WITH_RATES), len(windows), len(outputs), len(wrt)
+    try:
+        run = simulate(system, outputs=outputs, wrt=wrt)
+    except InputError:
+        return np.full((shape[0], shape[3], *shape[1:3]), np.nan), REFUSED
+    wanted = [
+        Wanted(output, name, float(start), float(end))
+        for name in STATISTICS_WITH_RATES
+        for start, end in windows
+        for output in outputs
+    ]
+    found = np.array([one.rates for one in differentiate_statistics(run, wanted)]).reshape(shape)
+    return np.moveaxis(found, 3, 1), run.sensitivity.status

@@ -43,14 +43,8 @@ NO_IDEAL = 5
 def summarise(job: Job, steps: Steps, valid: float, out: Array) -> bool:
     """Fill `STATISTICS` (nw, no, ns) of a run over the job's windows; returns False if the ideal linkage is open.
 
-    Parameters
-    ----------
-    job : Job
-        Whose contacts remember nothing.
-    steps : Steps
-        Of the run; after what contacts remember follow the outputs (nt, no), filled unless `knows_outputs`.
-    valid : float
-        Time up to which the run is valid [s]; windows that do not end before it get NaN.
+    The job's contacts remember nothing. After what contacts remember, the steps' memory has the outputs (nt, no); they
+    are filled here unless `knows_outputs`. Windows that do not end before the time `valid` [s] get NaN.
     """
     sampler, first = reference(Sampler(job, steps)), recorded(job.equations.work.memory)
     if not knows_outputs(job):
@@ -186,24 +180,12 @@ def run_rows(
     found: Array,
     ended: Array,
 ) -> None:
-    """Run the designs of some rows.
+    """Run the designs of m rows, until ``stop`` (1,) is set.
 
-    Parameters
-    ----------
-    job : Job
-        In a `linkages.base.kernel.block.Block`.
-    memory, initial : (n,) arrays
-        Of the block.
-    columns : (k,) array
-        Indices of the memory at which the designs differ.
-    words : (m, k) array
-        Their values in each row.
-    stop : (1,) array
-        Not zero as soon as the batch is to end.
-    found : (m, nw, no, ns) array
-        Filled with statistics; NaN for windows of which a failed run did not reach the end.
-    ended : (m, 3) array
-        Filled with the status of each row, the time that the run has reached [s], and the number of steps.
+    The job is in a `linkages.base.kernel.block.Block`, whose memory and initial memory are (n,) arrays; the designs
+    differ at the indices ``columns`` (k,) of it, and have the values ``words`` (m, k). Fills ``found`` (m, nw, no, ns)
+    with statistics, NaN for windows of which a failed run did not reach the end, and ``ended`` (m, 3) with the status
+    of each row, the time that the run has reached [s], and the number of steps.
     """
     for i in range(len(words)):
         if stop[0]:
