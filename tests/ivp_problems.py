@@ -285,8 +285,15 @@ def observe(problem, observer, t, y, row):
     pass
 
 
+@kernel
+def whole(problem, s, t, h, y, divisions):
+    return h
+
+
 IMPLICIT, EXPLICIT = implicit(RADAU_IIA_5, rhs, residual, fill, arrive), explicit(DORMAND_PRINCE_5_4, rhs)
-_drive_implicit, _drive_explicit = (driver(rhs, attempt, signs, settle, observe) for attempt in (IMPLICIT, EXPLICIT))
+_drive_implicit, _drive_explicit = (
+    driver(rhs, attempt, signs, settle, observe, whole) for attempt in (IMPLICIT, EXPLICIT)
+)
 
 
 @kernel

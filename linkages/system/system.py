@@ -173,7 +173,8 @@ class System(Unassembled):
         """Return all arrays that kernels read."""
         tree = self.tree
         joints = self.laws, self.tables, self.reach, self.touching.astype(np.int64), self.bristles
-        dofs = tree.free_dofs, tree.driven_dofs, tree.powered_dofs, tree.driven_bodies, tree.powered_bodies
+        moved = tree.driven_dofs, tree.powered_dofs
+        dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
         # calls by address assume contiguous arrays without a check
         rest = map(np.ascontiguousarray, (self.ends, tree.joints, *joints, *dofs, *applied))

@@ -122,28 +122,18 @@ class Tree:
         return {part.name: part for link in self.flexible.values() for part in link}
 
     @cached_property
-    def play_rows(self) -> Records:
-        """Return the closure rows of the clearance joints, two each: the journal's offset along x_P and y_P."""
-        return self._rows(self.play)
-
-    @cached_property
     def loop_rows(self) -> Records:
-        """Return the closure rows of the cut ideal joints, then the gears."""
-        return chained(self._rows(self.loops), self.gear_rows)
-
-    @cached_property
-    def gear_rows(self) -> Records:
-        """Return the rows of the gears; reactions are along the second joints' terms, see `coordinate`."""
+        """Return the closure rows of the cut ideal joints, then the gears: reactions along the second joints' terms."""
         rows = []
         for gear in self.gears:
             (one, sign), (two, other) = (self.coordinate(name) for name in reversed(gear.joints))
             rows.append((one, sign * other * gear.ratio, two, sign * gear.offset, 1.0))
-        return np.array(rows, types.ROW)
+        return chained(self._rows(self.loops), np.array(rows, types.ROW))
 
     @cached_property
     def closure_rows(self) -> Records:
-        """Return the rows that close the whole ideal linkage, clearance joints first."""
-        return chained(self.play_rows, self.loop_rows)
+        """Return the rows that close the whole ideal linkage, first two for each clearance joint, along x_P and y_P."""
+        return chained(self._rows(self.play), self.loop_rows)
 
     def gaps(self, q: Array) -> Array:
         """Compute the errors (nr,) of the closure rows at coordinates q [m, rad]."""
@@ -226,17 +216,8 @@ class Tree:
             records.append((source, TYPES[joint.type], at, backwards, parent, child, *joint.direction.tolist()))
         return np.array(records, types.JOINT)
 
-    @cached_property
-    def driven_bodies(self) -> NDArray[np.int64]:
-        """Return the body that each driven joint carries."""
-        return self._bodies_of(self.driven_dofs)
-
-    @cached_property
-    def powered_bodies(self) -> NDArray[np.int64]:
-        """Return the body that each powered joint carries."""
-        return self._bodies_of(self.powered_dofs)
-
-    def _bodies_of(self, dofs: NDArray[np.int64]) -> NDArray[np.int64]:
+    def bodies_of(self, dofs: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the body that the joint of each of these coordinates carries."""
         carried = self.bodies.records["dof"].tolist()
         return np.array([carried.index(dof) for dof in dofs.tolist()], dtype=np.int64)
 

@@ -85,7 +85,7 @@ class ClearanceJoints(LeafSystem):
         self.joints = tuple(label for _, label in system.contacts)
         self._ends, self._laws = system.ends, laws
         self._rooms = Rooms(system)
-        self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
+        self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
         self._landing = landing(laws, tree.extent)
         self._size, self._beside = num_velocities, len(tree.contacts)
         self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles

@@ -248,18 +248,10 @@ def build_diagram(system: System, meshcat: Meshcat | None = None) -> tuple[Diagr
 
 @dataclass(frozen=True)
 class DiagramPicture:
-    """The Jupyter view of a diagram: drawn by Graphviz, or as a table of its connections.
+    """The Jupyter view of a diagram: drawn by Graphviz, or as a table of its connections."""
 
-    Attributes
-    ----------
-    svg : str or None
-        Drake's Graphviz drawing; None if the program ``dot`` is not installed.
-    connections : tuple of (str, str)
-        Output and input ports that are connected, as ``system.port``.
-    """
-
-    svg: str | None
-    connections: tuple[tuple[str, str], ...]
+    svg: str | None  # Graphviz's drawing; None if the program ``dot`` is not installed
+    connections: tuple[tuple[str, str], ...]  # output and input ports that are connected, as ``system.port``
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
         if self.svg is not None:

@@ -59,7 +59,7 @@ class Drives(LeafSystem):
         self._tree = tree
         self._place = place
         self._rooms, self._size = Rooms(system), num_velocities
-        self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
+        self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
         sizes = place.num_states, num_velocities + extra, num_velocities, len(self.joints)
         self._drive_forces = bound(drive_forces, self._placed, self._rooms.work, 0.0, *map(np.empty, sizes))
         self._state = self.DeclareVectorInputPort("state", place.num_states)
@@ -88,7 +88,7 @@ class Drives(LeafSystem):
         """Check for open loops of ideal joints in the context of the whole diagram."""
         if not len(self._tree.loop_rows):
             return False
-        q = self._state.Eval(self.GetMyContextFromRoot(root))[self._place.q]
+        q = self._state.Eval(self.GetMyContextFromRoot(root))[self._place.positions]
         error = loop_errors(self._tree.bodies, self._tree.loop_rows, q[None, :])[0]
         return bool(error > LOOSE * self._tree.extent)
 

@@ -119,7 +119,7 @@ def _unheard(level: int) -> Iterator[None]:
 class StatePlace:
     """Places of a tree's n coordinates in the state [q; v] of a plant."""
 
-    positions: Indices  # indices in the plant's positions, (n,)
+    positions: Indices  # indices in the plant's positions, and in the state, (n,)
     velocities: Indices  # indices in its velocities and generalised forces
     num_positions: int  # of the whole plant
     num_velocities: int  # of the whole plant
@@ -128,11 +128,6 @@ class StatePlace:
     def num_states(self) -> int:
         """Return the length of the plant's state."""
         return self.num_positions + self.num_velocities
-
-    @property
-    def q(self) -> Indices:
-        """Return the indices of the coordinates in the state."""
-        return self.positions
 
     @property
     def v(self) -> Indices:

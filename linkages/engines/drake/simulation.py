@@ -134,7 +134,7 @@ class _Recorder:
             if linkage.clearance is not None:
                 contacts[k] = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
         place = linkage.place
-        return columns(self.system, times, states[:, place.q], states[:, place.v], rates[:, place.v], contacts)
+        return columns(self.system, times, states[:, place.positions], states[:, place.v], rates[:, place.v], contacts)
 
     def _go_to(self, t: float) -> None:
         """Set the simulator's context to time t."""

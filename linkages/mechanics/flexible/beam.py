@@ -119,19 +119,15 @@ class Beam:
         """Matrices (6, 6) by which a rotating element's inertia depends on its angular velocity omega [kg].
 
         The displacement is u = R N R' U, with R the element's rotation, N the shape functions and U the nodal
-        displacements in plane axes. Its time derivatives at constant U do not vanish, as axial and transverse
-        shapes differ:
+        displacements in plane axes. Its time derivatives at constant U do not vanish, as axial and transverse shapes
+        differ:
 
             du/dt = omega R A R' U,   d2u/dt2 = R (alpha A + omega^2 B) R' U,
             A = S N + N D,   B = -N + 2 S N D + N D D,
 
-        where S rotates by +90 degrees and D the nodes' displacements by -90 degrees. The equations of motion
-        become M U'' + G U' + (K + K_c) U = F with G = 2 omega P and K_c = alpha P + omega^2 Q, in element axes.
-
-        Returns
-        -------
-        (6, 6), (6, 6) arrays
-            P and Q: the integrals of rho A N' A and rho A N' B.
+        where S rotates by +90 degrees and D the nodes' displacements by -90 degrees. The equations of motion become M
+        U'' + G U' + (K + K_c) U = F with G = 2 omega P and K_c = alpha P + omega^2 Q, in element axes. Returns P and Q:
+        the integrals of rho A N' A and rho A N' B.
         """
         s, weight = self.quadrature()
         n = self.shapes(s)[0]

@@ -14,7 +14,7 @@ signs      ``signs(problem, g, dg)`` fills the event functions and their rates a
 settle     ``settle(problem, t, y, event) -> (status, changed)`` is called with every new state, the first one included,
            and with the event at the end of the step, or -1; it may change y
 divide     ``divide(problem, s, t, h, y, divisions) -> size`` shortens an attempted step to end where the equations stop
-           being smooth, and attempts it again; h if they are smooth, negative if the attempt failed. Default: `whole`
+           being smooth, and attempts it again; h if they are smooth, negative if the attempt failed
 observe    ``observe(problem, observer, t, y, row)`` fills further columns of the record; the last evaluation of
            the problem belongs to the state, if `attempt` ends with it
 ========== ==========================================================================================================
@@ -116,13 +116,7 @@ def _set_scale(s: Stepper, tolerance: Array, relative: float, y: Array) -> None:
         s.scale[i] = tolerance[i] + relative * abs(y[i])
 
 
-@kernel
-def whole(problem: Any, s: Stepper, t: float, h: float, y: Array, divisions: Array) -> float:
-    """Divide no step: return h."""
-    return h
-
-
-def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide: Any = whole) -> Any:
+def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide: Any) -> Any:
     """Make the function that integrates, from compiled functions; see the table at the head of the module."""
     first_step, land = starter(rhs), lander(attempt, signs)
 

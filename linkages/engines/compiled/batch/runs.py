@@ -24,6 +24,9 @@ from linkages.results.derivatives import NO_RUN, REFUSED, Direction
 from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
 from linkages.system.ideal_motion import cause
 
+#: Statistics of a batch with derivatives.
+STATISTICS_WITH_RATES = ("minimum", "maximum", "peak", "mean", "rms", "last")
+
 _AT_ONCE = 16  # most runs in one call of compiled code
 _PARTS = 4  # calls for each thread, at least
 _PATIENCE = 0.3  # longest time that a thread waits to build alone [s]: a design may need a film map of seconds
@@ -152,15 +155,8 @@ class Runs:
         self.status[row], self.reason[row], self._ended[row] = status, reason, True
 
 
-#: Statistics of a batch with derivatives.
-STATISTICS_WITH_RATES = ("minimum", "maximum", "peak", "mean", "rms", "last")
-
-
 def differentiate_runs(
-    runs: Runs,
-    wrt: Sequence[str | Direction],
-    threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    runs: Runs, wrt: Sequence[str | Direction], threads: int | None, progress: Callable[[float], None]
 ) -> tuple[dict[str, dict[str, Array]], list[str]]:
     """Differentiate the statistics of m finished runs with respect to values, in threads.
 
@@ -176,29 +172,23 @@ def differentiate_runs(
     def differentiate(row: int) -> None:
         """Fill a row of the table, unless its run failed."""
         if runs.status[row] is Status.OK:
-            table[:, :, row], status[row] = _of_row(runs, row, wrt)
+            system, windows = runs.designs.built(runs.table[row])
+            wanted = [
+                Wanted(output, name, float(start), float(end))
+                for name in STATISTICS_WITH_RATES
+                for start, end in windows
+                for output in runs.designs.outputs
+            ]
+            try:
+                run = simulate(system, outputs=runs.designs.outputs, wrt=wrt)
+            except InputError:
+                status[row] = REFUSED
+            else:
+                found = np.array([one.rates for one in differentiate_statistics(run, wanted)])
+                table[:, :, row] = np.moveaxis(found.reshape(len(table), *shape[1:], len(paths)), 3, 1)
+                status[row] = run.sensitivity.status
         done[row] = 1.0
 
-    look = None if progress is None else lambda: progress(float(done.mean()))
-    in_threads(differentiate, count, threads, look)
+    in_threads(differentiate, count, threads, lambda: progress(float(done.mean())))
     rates = {path: {name: table[k, p] for k, name in enumerate(STATISTICS_WITH_RATES)} for p, path in enumerate(paths)}
     return rates, status
-
-
-def _of_row(runs: Runs, row: int, wrt: Sequence[str | Direction]) -> tuple[Array, str]:
-    """Return the derivatives of a run's statistics, (ns, np, nw, no), and their status."""
-    system, windows = runs.designs.built(runs.table[row])
-    outputs = runs.designs.outputs
-    shape = len(STATISTICS_WITH_RATES), len(windows), len(outputs), len(wrt)
-    try:
-        run = simulate(system, outputs=outputs, wrt=wrt)
-    except InputError:
-        return np.full((shape[0], shape[3], *shape[1:3]), np.nan), REFUSED
-    wanted = [
-        Wanted(output, name, float(start), float(end))
-        for name in STATISTICS_WITH_RATES
-        for start, end in windows
-        for output in outputs
-    ]
-    found = np.array([one.rates for one in differentiate_statistics(run, wanted)]).reshape(shape)
-    return np.moveaxis(found, 3, 1), run.sensitivity.status

@@ -16,19 +16,8 @@ from linkages.engines.compiled.run.equations import solve_state
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.replay import Steps, recorded, remember
 from linkages.engines.compiled.run.sampling import Sampler, asked, knows_outputs, look, sample
+from linkages.mechanics.integrate import peak_search
 from linkages.mechanics.integrate.driver import DONE, PAUSED
-from linkages.mechanics.integrate.peak_search import (
-    FEW,
-    MOST,
-    TIMES,
-    VALUES,
-    above,
-    average,
-    begin,
-    candidates,
-    next_time,
-    take,
-)
 from linkages.mechanics.integrate.stepper import copy
 
 #: Statistics of each window and output. To add one: its name here, at the end, and its formula in `summarise`.
@@ -64,8 +53,8 @@ def summarise(job: Job, steps: Steps, valid: float, out: Array) -> bool:
         count = _fill(sampler, job.windows[m, 0], job.windows[m, 1], times, values)
         for k in range(no if count > 0 else 0):
             samples, line = values[k, :count], out[m, k]
-            line[4] = average(times[:count], samples, False)
-            line[5] = average(times[:count], samples, True)
+            line[4] = peak_search.average(times[:count], samples, False)
+            line[5] = peak_search.average(times[:count], samples, True)
             line[6] = samples[count - 1]
         count = _add_middles(sampler, times, values, count)
         if count < 0:
@@ -134,30 +123,30 @@ def _add_middles(sampler: Sampler, times: Array, values: Array, count: int) -> i
 @kernel
 def _extreme(sampler: Sampler, k: int, sign: float, times: Array, values: Array, search: Array) -> tuple[float, float]:
     """Find the extreme of output k, the maximum of sign times it, from its samples; return it and its time."""
-    places, tops = np.empty(MOST, np.int64), np.empty(MOST)
+    places, tops = np.empty(peak_search.MOST, np.int64), np.empty(peak_search.MOST)
     best = 0
     for i in range(len(times)):
         if sign * values[i] > sign * values[best]:
             best = i
     when, highest, floor = times[best], sign * values[best], -math.inf
-    for c in range(candidates(times, values, sign, places, tops)):
-        if c < FEW or tops[c] > highest:
-            begin(search, times, values, sign, places[c])
+    for c in range(peak_search.candidates(times, values, sign, places, tops)):
+        if c < peak_search.FEW or tops[c] > highest:
+            peak_search.begin(search, times, values, sign, places[c])
             _refine(sampler, k, sign, floor, search)
-            if search[VALUES, 1] > (above(highest) if c else highest):
-                when, highest = search[TIMES, 1], search[VALUES, 1]
+            if search[peak_search.VALUES, 1] > (peak_search.above(highest) if c else highest):
+                when, highest = search[peak_search.TIMES, 1], search[peak_search.VALUES, 1]
             if c == 0:
-                floor = above(highest)
+                floor = peak_search.above(highest)
     return sign * highest, when
 
 
 @kernel
 def _refine(sampler: Sampler, k: int, sign: float, floor: float, search: Array) -> None:
     """Go through the search for a maximum of sign times output k, unless it turns out to be below the floor."""
-    t = next_time(search, floor)
+    t = peak_search.next_time(search, floor)
     while t == t and sample(sampler, t, sampler.job.row):
-        take(search, t, sign * sampler.job.row[k])
-        t = next_time(search, floor)
+        peak_search.take(search, t, sign * sampler.job.row[k])
+        t = peak_search.next_time(search, floor)
 
 
 @kernel
