@@ -49,7 +49,7 @@ def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) 
             two = slice(2 * k, 2 * k + 2)
             joint = _LooseJoint(system, name, work.pose, work.vel, offsets[two])
             if np.abs(forces[two]).max() > _NOTHING * largest:
-                offsets[two] = joint.rest(forces[two])
+                offsets[two] = (joint.block if joint.guide else joint.journal)(forces[two])
     return offsets
 
 
@@ -111,12 +111,8 @@ class _LooseJoint:
             total += found[0], found[1], arm[0] * found[1] - arm[1] * found[0]
         return np.array([total[:2] @ self.across, total[2]]) if self.guide else total[:2]
 
-    def rest(self, wanted: Array) -> Array:
-        """Find the offset at which the law gives the wanted force."""
-        return self._block(wanted) if self.guide else self._journal(wanted)
-
-    def _journal(self, wanted: Array) -> Array:
-        """Find the eccentricity from the force's size, then its direction (round bearings are isotropic)."""
+    def journal(self, wanted: Array) -> Array:
+        """Find the eccentricity for a force from its size, then its direction (round bearings are isotropic)."""
         from scipy.optimize import brentq, root  # half a second of import time
 
         law, size = self.system.laws[self.contacts[0]], float(np.hypot(*wanted))
@@ -146,7 +142,7 @@ class _LooseJoint:
             self._refuse(size)
         return np.asarray(found.x) * clearance
 
-    def _block(self, wanted: Array) -> Array:
+    def block(self, wanted: Array) -> Array:
         """Find a block's offset from the transverse force and its tilt from the moment; both laws are monotonic."""
         clearance = float(self.system.laws[self.contacts[0]]["clearance"])
         reach = max(np.hypot(*arm) for arm in self.arms)

@@ -22,13 +22,16 @@ from linkages.system.tree import TYPES, Edge, Tree
 #: Values of a body's record that differ from zero or are no numbers, where it does not say others.
 _USUAL = dict.fromkeys(types.BODY.names or (), 0) | {"dof": -1, "driven": -1, "sign": 1.0}
 
+#: Functions that divide flexible links, by name, for the joints that carry them.
+Bend = Mapping[str, Callable[[Joint | None], Sequence[FlexibleLink]]]
+
 
 def spanning_tree(
     mechanism: Mechanism,
     play: Collection[str] = (),
     driven: Sequence[str] = (),
     powered: Sequence[str] = (),
-    bend: Mapping[str, Callable[[Joint | None], Sequence[FlexibleLink]]] | None = None,
+    bend: Bend | None = None,
 ) -> Tree:
     """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
 
@@ -86,17 +89,8 @@ def _opened(
 class _Builder:
     """Collects the bodies of a tree while it grows from its root."""
 
-    def __init__(
-        self,
-        mechanism: Mechanism,
-        driven: tuple[str, ...],
-        joints: Sequence[Joint],
-        bend: Mapping[str, Callable[[Joint | None], Sequence[FlexibleLink]]],
-    ) -> None:
-        self.mechanism = mechanism
-        self.driven = driven
-        self.joints = joints
-        self.bend = bend
+    def __init__(self, mechanism: Mechanism, driven: tuple[str, ...], joints: Sequence[Joint], bend: Bend) -> None:
+        self.mechanism, self.driven, self.joints, self.bend = mechanism, driven, joints, bend
         self.flexible: dict[str, Sequence[FlexibleLink]] = {}
         self.substructures: dict[str, FlexibleLink] = {}
         self.sections: dict[tuple[str, float], int] = {}

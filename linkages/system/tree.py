@@ -188,18 +188,10 @@ class Tree:
                 rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height))
         return np.array(rows, types.ENDS)
 
-    @cached_property
-    def joints(self) -> Records:
-        """Return the records that give each joint force, with clearances."""
-        first = {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
-        return self._joints(self.loops, first)
-
-    @cached_property
-    def ideal_joints(self) -> Records:
-        """Return the same records with every joint ideal, closed by `closure_rows`."""
-        return self._joints((*self.play, *self.loops), {})
-
-    def _joints(self, cut: Sequence[str], contacts: Mapping[str, int]) -> Records:
+    def joints(self, ideal: bool = False) -> Records:
+        """Return the records that give each joint force, with clearances, or with every joint ideal."""
+        cut = (*self.play, *self.loops) if ideal else self.loops
+        contacts = {} if ideal else {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
         rows = accumulate((ROWS[self.mechanism.joint[name].type] for name in cut), initial=0)
         first = dict(zip(cut, rows, strict=False))
         carried = {edge.joint: (self.index[link], edge.reversed) for link, edge in self.edges.items()}

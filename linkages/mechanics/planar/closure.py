@@ -9,6 +9,7 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, Records, inlined_kernel, kernel
 from linkages.mechanics.integrate.factor import back_substitute, decompose, factorise
+from linkages.mechanics.integrate.stepper import copy
 from linkages.mechanics.planar.bodies import Bodies, new_motion, new_pose
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
 from linkages.mechanics.planar.kinematics import (
@@ -112,8 +113,7 @@ def least_squares(matrix: Array, rhs: Array, x: Array) -> None:
     m, n = matrix.shape
     u, s, vt = np.empty((m, min(m, n))), np.empty(min(m, n)), np.empty((min(m, n), n))
     decompose(matrix, u, s, vt)
-    for j in range(n):
-        x[j] = 0.0
+    x[:] = 0.0
     for k in range(len(s)):
         if s[k] <= _DEPENDENT * s[0]:
             break
@@ -169,8 +169,7 @@ def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: flo
             return True
         free_jacobian(bodies, rows, pose, n, free, inner)
         solve_columns(inner, error, step)
-        for i in range(n):
-            trial[i] = q[i]
+        copy(q, trial)
         fraction = 1.0
         improved = False
         while fraction > 1e-4:
@@ -269,10 +268,9 @@ def ideal_state(model: Any, dynamics: Any, rows: Records, closing: Indices, idea
     a, pose, vel and acc of the workspace ``ideal``. Returns False if the loops do not close there.
     """
     bodies = model.bodies
-    for i in range(len(ideal.q)):
-        ideal.q[i] = dynamics.q[i]
-        ideal.v[i] = dynamics.v[i]
-        ideal.a[i] = dynamics.a[i]
+    copy(dynamics.q, ideal.q)
+    copy(dynamics.v, ideal.v)
+    copy(dynamics.a, ideal.a)
     for i in range(len(bodies.records)):
         for k in range(bodies.records[i].modes):
             d = bodies.records[i].eta + k

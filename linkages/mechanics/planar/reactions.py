@@ -38,7 +38,7 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
     needed, used = work.modal_bias.copy(), work.bias.copy()
     generalised_force(bodies, work.pose, used, needed)
     nr, nf = len(rows), len(free)
-    jacobian, rhs, found = np.empty((nr, nf)), np.empty(nf), np.empty(nr)
+    jacobian, rhs = np.empty((nr, nf)), np.empty(nf)
     free_jacobian(bodies, rows, work.pose, n, free, jacobian)
     for i in range(nf):
         rhs[i] = needed[free[i]] - work.tau[free[i]]
@@ -47,13 +47,10 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
         for i in range(nf):
             for k in range(nr):
                 across[i, k] = jacobian[k, i]
-        solve_columns(across, rhs, found)
-        for k in range(nr):
-            work.reaction[k] = found[k]
+        solve_columns(across, rhs, work.reaction)
         return
     work.row_matrix[:] = 0.0  # least squares: as many equations as coordinates, fewer unknowns
-    for k in range(nr):
-        work.row_error[k] = 0.0
+    work.row_error[:] = 0.0
     filled = np.empty(nr, np.int64)
     for i in range(nf):
         count = 0

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.base.kernel import Array, Records, kernel, lazy_kernel
+from linkages.mechanics.integrate.stepper import copy
 from linkages.mechanics.planar.bodies import Bodies
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.kinematics import body_accelerations, body_positions, body_states
@@ -42,8 +43,7 @@ def smooth_dynamics(bodies: Bodies, rows: Records, rank: int, size: float, gravi
     if not len(rows):
         forward_dynamics(bodies, rows, rank, gravity, work)
         return
-    for i in range(len(work.a)):
-        work.prescribed[i] = work.a[i]
+    copy(work.a, work.prescribed)
     conditioning = forward_dynamics(bodies, rows, rank, gravity, work)
     if conditioning < _NEAR:
         q, v = work.q.copy(), work.v.copy()
@@ -51,8 +51,7 @@ def smooth_dynamics(bodies: Bodies, rows: Records, rank: int, size: float, gravi
             work.interpolated[0] = 1.0
             _set_state(bodies, q, v, work)
             return
-        for i in range(len(work.a)):
-            work.a[i] = work.prescribed[i]
+        copy(work.prescribed, work.a)
         _set_state(bodies, q, v, work)
         forward_dynamics(bodies, rows, rank, gravity, work)  # the neighbouring states have left their reactions
 
@@ -73,8 +72,7 @@ def stabilised_dynamics(
     q, v, given = work.q.copy(), work.v.copy(), work.a.copy()
     conditioning = forward_dynamics(bodies, rows, rank, gravity, work)
     if not (conditioning < _NEAR and _interpolate(bodies, rows, rank, size, gravity, conditioning, work)):
-        for i in range(len(q)):
-            work.a[i] = given[i]
+        copy(given, work.a)
         project(bodies, rows, rank, _CLOSED, size, work)
         forward_dynamics(bodies, rows, rank, gravity, work)
     for i in range(len(bodies.records)):
