@@ -60,56 +60,28 @@ class Edge:
 class Tree:
     """A spanning tree of the mechanism, rooted at the world.
 
-    Attributes
-    ----------
-    bodies : Bodies
-        World first, then parents before children. A link that floats on clearance joints follows two massless
-        bodies (its x and y prismatic joints); the massless sections of flexible links come last.
-    index : dict
-        Body index of each link name, "world" included.
-    coordinates : tuple of str
-        Name of each coordinate: a joint's name, or ``link.x``, ``link.y``, ``link.angle`` of a floating link; then
-        modal coordinates, ``link.bending1``.
-    edges : dict
-        Tree joint that carries each link; floating links are absent.
-    drawn : (nb, 2) array
-        Origin of each body frame in its link's reference configuration [m].
-    play : tuple of str
-        Clearance joints; they are always cut.
-    loops : tuple of str
-        Ideal joints cut to open the remaining loops.
-    driven : tuple of str
-        Joints with a prescribed motion.
-    powered : tuple of str
-        Joints with an applied torque.
-    flexible : dict
-        Substructures of the flexible links, by link; one for a link that is not divided. In `index` the link's name
-        is the body that its joint carries; the names of the other substructures follow.
-    sections : dict
-        Bodies of a substructure's sections, by the substructure's name and the abscissa on its beam [m].
-    acting : int
-        Number of bodies without the unloaded sections at the end, which only outputs read.
-    gears : tuple of Gear
-        Pairs of joints with coupled coordinates.
-    hinges : tuple of str
-        Joints between rigid segments of flexible links.
+    The world comes first among the bodies, then parents before children. A link that floats on clearance joints follows
+    two massless bodies (its x and y prismatic joints); the massless sections of flexible links come last. Coordinates
+    have the name of a joint, or ``link.x``, ``link.y``, ``link.angle`` of a floating link; then follow modal
+    coordinates, ``link.bending1``. A link that is not divided is its only substructure; else its name in `index` is the
+    body that its joint carries, and the names of the other substructures follow.
     """
 
     mechanism: Mechanism
     bodies: Bodies
-    index: dict[str, int]
-    coordinates: tuple[str, ...]
-    edges: dict[str, Edge]
-    drawn: Array
-    play: tuple[str, ...]
-    loops: tuple[str, ...]
-    driven: tuple[str, ...]
-    powered: tuple[str, ...]
-    flexible: Mapping[str, Sequence[FlexibleLink]]
-    sections: Mapping[tuple[str, float], int]
-    acting: int
-    gears: tuple[Gear, ...] = ()
-    hinges: tuple[str, ...] = ()
+    index: dict[str, int]  # body index of each link name, "world" included
+    coordinates: tuple[str, ...]  # name of each coordinate
+    edges: dict[str, Edge]  # tree joint that carries each link; floating links are absent
+    drawn: Array  # origin of each body frame in its link's reference configuration, (nb, 2) [m]
+    play: tuple[str, ...]  # clearance joints; they are always cut
+    loops: tuple[str, ...]  # ideal joints cut to open the remaining loops
+    driven: tuple[str, ...]  # joints with a prescribed motion
+    powered: tuple[str, ...]  # joints with an applied torque
+    flexible: Mapping[str, Sequence[FlexibleLink]]  # substructures of the flexible links, by link
+    sections: Mapping[tuple[str, float], int]  # bodies of sections, by substructure and abscissa on its beam [m]
+    acting: int  # number of bodies without the unloaded sections at the end, which only outputs read
+    gears: tuple[Gear, ...] = ()  # pairs of joints with coupled coordinates
+    hinges: tuple[str, ...] = ()  # joints between rigid segments of flexible links
 
     @property
     def size(self) -> int:

@@ -202,7 +202,7 @@ def test_bad_requests_are_refused_before_any_run(press):
         simulate_batch(press, wrt=["joints.A.viscosity"] * 2)
     with pytest.raises(InputError, match="oil: has no rates"):
         simulate_batch(press, wrt=[Direction("oil", 1.0, {})])
-    with pytest.raises(InputError, match="columns"):
+    with pytest.raises(InputError, match="values: have 2 numbers for 1 variables"):
         simulate_batch(press, ["joints.A.viscosity"], [[0.4, 0.3]])
 
 
