@@ -11,14 +11,16 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from linkages import System
+from linkages.base.kernel import kernel
 from linkages.base.kernel.by_reference import reference as reference_to
 from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loop_dynamics import forward_dynamics
 from linkages.mechanics.planar.motion import evaluate_motions
-from linkages.mechanics.planar.workspace import workspace
+from linkages.mechanics.planar.workspace import make_workspace
 
 Array = NDArray[np.float64]
+workspace = kernel(make_workspace)
 
 
 class FreeMotion(NamedTuple):

@@ -24,7 +24,7 @@ from linkages.base.kernel.by_reference import reference
 from linkages.mechanics.integrate.driver import DONE, driver
 from linkages.mechanics.integrate.explicit import explicit
 from linkages.mechanics.integrate.implicit import implicit
-from linkages.mechanics.integrate.shifted import row_times
+from linkages.mechanics.integrate.newton import row_times
 from linkages.mechanics.integrate.stepper import accept
 from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 
@@ -285,8 +285,15 @@ def observe(problem, observer, t, y, row):
     pass
 
 
+@kernel
+def whole(problem, s, t, h, y, divisions):
+    return h
+
+
 IMPLICIT, EXPLICIT = implicit(RADAU_IIA_5, rhs, residual, fill, arrive), explicit(DORMAND_PRINCE_5_4, rhs)
-_drive_implicit, _drive_explicit = (driver(rhs, attempt, signs, settle, observe) for attempt in (IMPLICIT, EXPLICIT))
+_drive_implicit, _drive_explicit = (
+    driver(rhs, attempt, signs, settle, observe, whole) for attempt in (IMPLICIT, EXPLICIT)
+)
 
 
 @kernel

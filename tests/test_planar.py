@@ -13,11 +13,11 @@ from linkages.mechanics.integrate.factor import solve_semidefinite
 from linkages.mechanics.planar.closure import closure_jacobian
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
 from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
-from linkages.mechanics.planar.driven import constrained_dynamics
 from linkages.mechanics.planar.kinematics import body_accelerations, body_positions, body_states, body_velocities
+from linkages.mechanics.planar.loop_dynamics import correct
 from linkages.mechanics.planar.markers import turned
 from linkages.mechanics.planar.motion import Motions, constant_rate, ramped_rate, table
-from linkages.mechanics.planar.projection import correct
+from linkages.mechanics.planar.singularities import constrained_dynamics
 from linkages.mechanics.planar.workspace import make_workspace
 from linkages.results.outputs.columns import columns
 from linkages.system.spanning import spanning_tree

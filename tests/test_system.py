@@ -13,8 +13,7 @@ from linkages.system.system import System
 
 ARRAYS = ("laws", "tables", "film_limits", "touching", "bristles", "gravity")
 OF_TREE = (
-    "drawn", "play_rows", "loop_rows", "ends", "joints", "ideal_joints",
-    "driven_bodies", "powered_bodies", "free_dofs", "driven_dofs", "powered_dofs",
+    "drawn", "closure_rows", "loop_rows", "ends", "free_dofs", "driven_dofs", "powered_dofs",
 )  # fmt: skip
 
 
@@ -25,6 +24,8 @@ def arrays(system: System) -> dict:
     found |= {f"tree.{name}": getattr(tree, name) for name in OF_TREE}
     found |= {f"tree.bodies.{name}": getattr(tree.bodies, name) for name in ("records", "shapes")}
     found |= {"q": assembly.q, "v": assembly.v, "quality": assembly.quality, "mobility": assembly.mobility}
+    found |= {name: getattr(system.arrays, name) for name in ("joints", "driven_bodies", "powered_bodies")}
+    found["ideal joints"] = system.ideal_arrays.joints
     for name in ("motions", "torques"):
         found |= {f"{name}{k}": x for k, x in enumerate(getattr(system, name).arrays)}
     return found | {f"loads{k}": x for k, x in enumerate(system.loads)}

@@ -186,19 +186,11 @@ Lines = Annotated[Any, lines]
 
 @dataclass(frozen=True)
 class Dense(Generic[T]):
-    """A function of times that refuses times outside its range: ``dense(times)``.
+    """A function of times that refuses times outside its range: ``dense(times)``."""
 
-    Attributes
-    ----------
-    function : callable
-        Takes times (n,) [s].
-    start, end : float
-        Ends of the range [s].
-    """
-
-    function: Callable[[Array], T]
-    start: float
-    end: float
+    function: Callable[[Array], T]  # takes times (n,) [s]
+    start: float  # of the range [s]
+    end: float  # of the range [s]
 
     @validated
     def __call__(self, times: Vector) -> T:

@@ -10,14 +10,6 @@ class Brief:
     """Base class of results and models whose full content is too long to print.
 
     A subclass returns its main facts from `_facts`; a dataclass that inherits from it is declared with ``repr=False``.
-
-    Examples
-    --------
-    >>> class Run(Brief):
-    ...     def _facts(self):
-    ...         return "ok, 2 s", {"status": "ok", "duration": "2 s"}
-    >>> Run()
-    <Run: ok, 2 s>
     """
 
     def _facts(self) -> tuple[str, Mapping[str, str]]:
@@ -41,13 +33,7 @@ class Brief:
 
 
 def counted(count: int, noun: str) -> str:
-    """Write a number and its noun: ``1 run``, ``2 runs``.
-
-    Examples
-    --------
-    >>> counted(1, "run"), counted(3, "run")
-    ('1 run', '3 runs')
-    """
+    """Write a number and its noun: ``1 run``, ``2 runs``."""
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 

@@ -78,13 +78,7 @@ def nearest(name: str, known: Iterable[str], others: str = "") -> str:
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
-    """Suggest up to three similar names, or list all owners, as the end of a sentence.
-
-    Parameters
-    ----------
-    name : str
-        ``OWNER.quantity``, misspelt.
-    known : iterable of str
+    """Suggest up to three names similar to ``OWNER.quantity``, or list all of the owner, as the end of a sentence.
 
     Examples
     --------
@@ -112,12 +106,7 @@ def listed(items: Iterable[str]) -> str:
 def unreadable(path: Path, problem: OSError, others: Iterable[Path] = ()) -> InputError:
     """Make the error of an unreadable file; for a missing file with the most similar name.
 
-    Parameters
-    ----------
-    path : Path
-    problem : OSError
-    others : iterable of Path
-        Candidates in addition to files in the same folder with the same suffix.
+    Candidates are the files in the same folder with the same suffix, and `others`.
     """
     reason = f"cannot be read ({problem.strerror})"
     if isinstance(problem, FileNotFoundError) and "\0" not in str(path):  # a name with a null character is invalid

@@ -103,13 +103,8 @@ def interruptible(alone: bool = False) -> Iterator[Received]:
     """Raise `Interrupted` where SIGINT or SIGTERM arrives; yield the numbers that have arrived.
 
     A SIGINT that the process ignores, as a background job of a script does, stays ignored. Outside the main thread
-    nothing changes.
-
-    Parameters
-    ----------
-    alone : bool
-        Whether the process runs this block only: if compiled code does not return soon after a signal, the process
-        ends with one line and the status of the signal.
+    nothing changes. If this block runs `alone`, the process ends with one line and the status of the signal if compiled
+    code does not return soon after a signal.
     """
     received = Received()
 
@@ -218,11 +213,9 @@ def stopping() -> Iterator[None]:
 def deferred(whole: bool = False) -> Iterator[list[tuple[int, FrameType | None]]]:
     """Defer SIGINT and SIGTERM to the end of the block; yield the list of the signals that have arrived.
 
-    Outside the main thread, which no signal reaches, do nothing.
-
     For blocks that must not end half-way: files that are moved into place, compiled code that allocates its results,
     and LLVM, which calls Python where an exception is dropped and then crashes. With `whole` nothing ends the block,
-    however long it takes.
+    however long it takes. Outside the main thread, which no signal reaches, do nothing.
     """
     global _whole
     if threading.current_thread() is not threading.main_thread():

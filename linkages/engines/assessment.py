@@ -9,14 +9,15 @@ import numpy as np
 
 from linkages.base.arguments import Names, validated
 from linkages.base.arrays import Array
-from linkages.base.errors import AssemblyError, InputError, Status
+from linkages.base.errors import AssemblyError, InputError, RunError, Status
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
-from linkages.engines.heat import settle
 from linkages.engines.methods import expect_run
 from linkages.input.model.link_tables import MOST_SEGMENTS
+from linkages.laws.heat import NEAR
 from linkages.results.assessment import Assessment
 from linkages.results.derivatives import Wrt
+from linkages.results.film_heat import heated, joint_heat
 from linkages.results.outputs.columns import columns
 from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
@@ -107,7 +108,7 @@ def assess(
     """Run a system, its ideal counterpart and optionally the run at a tighter tolerance.
 
     Use `simulate` if the run alone is needed. With a heat balance (``joints.NAME.heat``) the run is repeated until the
-    temperature of the oil settles, see `linkages.engines.heat`; `Assessment.system` has this temperature.
+    temperature of the oil settles, see `linkages.engines.assessment`; `Assessment.system` has this temperature.
 
     Parameters
     ----------
@@ -235,3 +236,42 @@ def _with_exact_motion(system: System) -> System | None:
         return system
     ideal_system = system.ideal()
     return ideal_system if ideal_system.determinate else None
+
+
+#: Most runs for one equilibrium, and the origin of the temperatures that it sets.
+_MOST, _ORIGIN = 12, "heat balance"
+
+
+def settle(assessment: Assessment, rerun: Callable[[System, str], Trajectory]) -> Assessment:
+    """Repeat a run until the temperatures of its oil change by less than `linkages.laws.heat.NEAR`.
+
+    Each run's motion gives the power and flow of a cycle (`linkages.results.film_heat`). The next temperature is the
+    one at which this motion would be in balance; the power is taken as proportional to the viscosity. The temperature
+    that settles has no approximation left. The given run is at the first guess; `rerun` runs a system, and its second
+    argument names the run. Returns the assessment of the system with the last temperatures, and its `heat`; without it
+    if a run fails. RunError if no temperature balances.
+    """
+    names = heated(assessment.system)
+    for count in range(1, _MOST + 1):
+        if not names or assessment.run.status is not Status.OK:
+            return assessment
+        try:
+            heats = {name: joint_heat(assessment.system, assessment.run, name, *_cycle(assessment)) for name in names}
+        except ArithmeticError as problem:
+            raise RunError(f"{problem}; the joints are {', '.join(names)}") from None
+        if count == _MOST or all(abs(heat.change) < NEAR for heat in heats.values()):
+            return replace(assessment, heat=heats)
+        values = {f"joints.{name}.oil.temperature": heat.balanced for name, heat in heats.items()}
+        system = assessment.system.replaced(values, _ORIGIN)
+        assessment = replace(assessment, system=system, run=rerun(system, f"run {count + 1}, oil temperature"))
+    raise AssertionError("the loop returns at its last round")
+
+
+def _cycle(assessment: Assessment) -> tuple[tuple[float, float], bool]:
+    """Return the last period of the motion, or the reported part of a run without one; whether the motion repeats."""
+    motion, end = assessment.motion, float(assessment.run.time[-1])
+    if motion.cycle is not None:
+        return motion.cycle, True
+    if motion.period is not None and motion.period <= end:
+        return (end - motion.period, end), False
+    return assessment.windows.get(assessment.reported, (float(assessment.run.time[0]), end)), False

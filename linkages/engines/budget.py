@@ -28,12 +28,7 @@ def least_advance(duration: float) -> float:
 class Budget:
     """Ends runs whose accurate steps are too short to reach the end, as with implausible values.
 
-    Parameters
-    ----------
-    system : System
-        System of the run.
-    limit : int, optional
-        Largest number of steps, instead of `most` of the system.
+    `limit` is the largest number of steps, default `most` of the run's system.
     """
 
     def __init__(self, system: System, limit: int | None = None) -> None:

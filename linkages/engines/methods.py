@@ -29,13 +29,10 @@ def expect_run(system: System, engine: str) -> None:
 
 
 def method(system: System, engine: str) -> str:
-    """Choose the integration method of a run.
+    """Choose the integration method of a run: the experiment's, else an implicit one for stiff joint laws.
 
-    Returns
-    -------
-    str
-        The experiment's method; if the engine does not have it, its default method of the same kind, with a notice on
-        standard error. Without one in the experiment, an implicit method for stiff joint laws, else an explicit one.
+    If the engine does not have the experiment's, its default method of the same kind is used, with a notice on standard
+    error.
     """
     given = system.experiment.solver.integrator
     own = METHODS[engine][is_implicit(system)]

@@ -26,7 +26,8 @@ def in_threads(
 ) -> list[T]:
     """Return work(0), ..., work(count - 1), computed in threads.
 
-    The first error is raised at once; pending work is then dropped.
+    The first error is raised at once; pending work is then dropped. RunError if the threads cannot be started, for
+    instance without memory for their stacks.
 
     Parameters
     ----------
@@ -39,11 +40,6 @@ def in_threads(
     stop : callable, optional
         Called at an error or an interruption to end running work. With it the calling thread does no work, so that
         interruptions reach it.
-
-    Raises
-    ------
-    RunError
-        If the threads cannot be started, for instance without memory for their stacks.
     """
     if stop is None and (threads == 1 or count == 1):
         results = []

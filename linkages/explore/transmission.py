@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array
 from linkages.input.model.load_tables import Gear
 from linkages.input.model.mechanism import Joint, Mechanism
-from linkages.mechanics.integrate.parabola import parabola_top
+from linkages.mechanics.integrate.peak_search import parabola_top
 from linkages.system import System
 
 _STILL = 1e-6  # relative to the fastest body, or to the size: slower points and shorter lines have no direction

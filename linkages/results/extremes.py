@@ -11,7 +11,6 @@ import numpy as np
 from linkages.base.arguments import Names, numbers, validated
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.mechanics.integrate.parabola import parabola_top
 from linkages.mechanics.integrate.peak_search import (
     FEW,
     MOST,
@@ -23,6 +22,7 @@ from linkages.mechanics.integrate.peak_search import (
     candidates,
     integrate_samples,
     next_time,
+    parabola_top,
     take,
 )
 from linkages.results.trajectory import Trajectory

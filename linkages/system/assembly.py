@@ -34,27 +34,13 @@ _ASTRAY = 0.1  # largest relative deviation of a closed neighbouring pose from t
 
 
 class Rank(NamedTuple):
-    """Independence of closure rows at a pose.
+    """Independence of closure rows at a pose."""
 
-    Attributes
-    ----------
-    here : int
-        Independent rows at the pose.
-    most : int
-        Most independent rows there and at neighbouring poses.
-    moves : bool
-        Whether the linkage can move in every direction that its Jacobian leaves open.
-    still : (n,) array of bool
-        Coordinates that its Jacobian leaves open, but that it cannot move.
-    open : (n,) array of bool
-        Coordinates that its Jacobian leaves open.
-    """
-
-    here: int
-    most: int
-    moves: bool
-    still: NDArray[np.bool_]
-    open: NDArray[np.bool_]
+    here: int  # independent rows at the pose
+    most: int  # most independent rows there and at neighbouring poses
+    moves: bool  # whether the linkage can move in every direction that its Jacobian leaves open
+    still: NDArray[np.bool_]  # coordinates that its Jacobian leaves open, but that it cannot move, (n,)
+    open: NDArray[np.bool_]  # coordinates that its Jacobian leaves open, (n,)
 
     @property
     def flat(self) -> bool:

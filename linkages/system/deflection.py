@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, Status
@@ -84,7 +83,10 @@ class _Finder:
                 change = np.linalg.solve(slope, left)
             else:  # Newton's method would converge to an unstable shape: step away from it
                 change = (ways @ (np.linalg.pinv(ways) @ left / np.abs(values))).real
-            change *= min(1.0, _TURN / self._turn(q, change))
+            beside = q.copy()
+            beside[self.modes] -= change
+            turns = np.abs(poses_at(tree.bodies, beside) - poses_at(tree.bodies, q))[:, 2]
+            change *= min(1.0, _TURN / np.max(turns, initial=_DONE))
             q[self.modes] -= change
             size = np.max(np.abs(change))
             if size <= _DONE * tree.extent:
@@ -95,12 +97,6 @@ class _Finder:
             found = f"give no static deflection within {_ROUNDS} Newton iterations"
             raise self._refused(int(np.argmax(np.abs(change))), found)
         return q, a
-
-    def _turn(self, q: Array, change: NDArray[np.floating]) -> float:
-        """Compute the largest rotation of a section due to a change of the modes [rad]."""
-        bodies, other = self.tree.bodies, q.copy()
-        other[self.modes] -= change
-        return float(np.max(np.abs(poses_at(bodies, other) - poses_at(bodies, q))[:, 2], initial=_DONE))
 
     def _refused(self, mode: int, problem: str) -> InputError:
         where = f"links.{self.links[mode]}.start"

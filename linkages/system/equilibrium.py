@@ -17,10 +17,10 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.mechanics.planar.contacts import ContactMotion, contact_action, contact_motion
-from linkages.mechanics.planar.driven import constrained_dynamics
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.record_types import JOURNAL
+from linkages.mechanics.planar.singularities import constrained_dynamics
 from linkages.mechanics.planar.workspace import Workspace
 from linkages.system.assembly import Assembly, independent
 from linkages.system.unassembled import Unassembled
@@ -49,7 +49,7 @@ def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) 
             two = slice(2 * k, 2 * k + 2)
             joint = _LooseJoint(system, name, work.pose, work.vel, offsets[two])
             if np.abs(forces[two]).max() > _NOTHING * largest:
-                offsets[two] = joint.rest(forces[two])
+                offsets[two] = (joint.block if joint.guide else joint.journal)(forces[two])
     return offsets
 
 
@@ -57,7 +57,7 @@ def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, rank: int) -
     """Solve the ideal linkage at time t [s], coordinates q and rates v (n,), with modes that do not accelerate.
 
     `rank` is the number of independent closure rows. The workspace has its pose, vel, a, tau and reaction, see
-    `linkages.mechanics.planar.driven.constrained_dynamics`.
+    `linkages.mechanics.planar.singularities.constrained_dynamics`.
     """
     tree, at = system.tree, np.array([t])
     work = tree.workspace(tree.closure_rows)
@@ -111,12 +111,8 @@ class _LooseJoint:
             total += found[0], found[1], arm[0] * found[1] - arm[1] * found[0]
         return np.array([total[:2] @ self.across, total[2]]) if self.guide else total[:2]
 
-    def rest(self, wanted: Array) -> Array:
-        """Find the offset at which the law gives the wanted force."""
-        return self._block(wanted) if self.guide else self._journal(wanted)
-
-    def _journal(self, wanted: Array) -> Array:
-        """Find the eccentricity from the force's size, then its direction (round bearings are isotropic)."""
+    def journal(self, wanted: Array) -> Array:
+        """Find the eccentricity for a force from its size, then its direction (round bearings are isotropic)."""
         from scipy.optimize import brentq, root  # half a second of import time
 
         law, size = self.system.laws[self.contacts[0]], float(np.hypot(*wanted))
@@ -146,7 +142,7 @@ class _LooseJoint:
             self._refuse(size)
         return np.asarray(found.x) * clearance
 
-    def _block(self, wanted: Array) -> Array:
+    def block(self, wanted: Array) -> Array:
         """Find a block's offset from the transverse force and its tilt from the moment; both laws are monotonic."""
         clearance = float(self.system.laws[self.contacts[0]]["clearance"])
         reach = max(np.hypot(*arm) for arm in self.arms)

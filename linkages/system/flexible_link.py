@@ -29,51 +29,21 @@ _POINTS = 8  # number of Gauss points between stations
 
 @dataclass(frozen=True)
 class FlexibleLink:
-    """A flexible link, or one of its substructures.
-
-    Attributes
-    ----------
-    name : str
-        Name of the link, or of the substructure.
-    model : LinkModel
-        Settings of the link.
-    part : Link
-        Beam and mass of the substructure.
-    carrier : str
-        Substructure that carries this one; empty if a joint carries it, or if it floats.
-    origin : (2,) array
-        Origin of the frame in the reference configuration: on the beam, at the carrier [m].
-    direction : (2,) array
-        Unit vector along the beam in the reference configuration, from its first to its last end.
-    abscissas : tuple of float
-        Sections to which joints and frames are fixed, from the origin [m].
-    acting : frozenset of float
-        Abscissas of the sections on which joints or loads act, without the carrier's [m].
-    modes : ComponentModes
-        Modes of the substructure.
-    damping : (nf,) array
-        Damping over stiffness of each mode [s].
-    ends : (float, float)
-        Abscissas of the substructure's ends [m].
-    first : float
-        Distance of the origin from the first end of the link's beam [m].
-    is_chord : bool
-        Whether the frame's axis passes through another joint; otherwise it is tangent to the beam at the origin.
-    """
+    """A flexible link, or one of its substructures."""
 
     name: str
-    model: LinkModel
-    part: Link
-    carrier: str
-    origin: Array
-    direction: Array
-    abscissas: tuple[float, ...]
-    acting: frozenset[float]
+    model: LinkModel  # settings of the link
+    part: Link  # beam and mass of the substructure
+    carrier: str  # the one that carries this one; empty if a joint carries it, or if it floats
+    origin: Array  # of the frame in the reference configuration: on the beam, at the carrier, (2,) [m]
+    direction: Array  # unit vector along the beam in the reference configuration, from its first to its last end
+    abscissas: tuple[float, ...]  # sections to which joints and frames are fixed, from the origin [m]
+    acting: frozenset[float]  # sections on which joints or loads act, without the carrier's [m]
     modes: ComponentModes
-    damping: Array
-    ends: tuple[float, float]
-    first: float
-    is_chord: bool
+    damping: Array  # over stiffness of each mode, (nf,) [s]
+    ends: tuple[float, float]  # abscissas of the substructure's ends [m]
+    first: float  # distance of the origin from the first end of the link's beam [m]
+    is_chord: bool  # whether its axis passes through another joint; else it is tangent to the beam at the origin
 
     @property
     def beam(self) -> LinkBeam:

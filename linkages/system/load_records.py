@@ -19,22 +19,11 @@ from linkages.input.model.experiment import Experiment
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
 from linkages.input.model.functions import TIME, program, table_over
 from linkages.input.model.load_tables import LoadFunction
+from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import make_motion, make_pose
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
 from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
-from linkages.mechanics.planar.record_types import (
-    ANGLE,
-    COORDINATE_SPRING,
-    CORNER,
-    ENDS,
-    FORCE,
-    LOAD,
-    PUSH,
-    SIGNAL,
-    SPRING,
-    STOP,
-)
 from linkages.system.tree import Tree
 
 #: Scale of contact depths: relative to the linkage's length, for a revolute joint an angle [rad].
@@ -49,39 +38,39 @@ def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | 
     `added` has constants to add to functions, by the functions' index (`LOAD` has it as ``motion``).
     """
     mechanism = tree.mechanism
-    records: Records = np.zeros(len(experiment.loads), LOAD)
+    records: Records = np.zeros(len(experiment.loads), types.LOAD)
     following = iter(records)
     functions = _Functions(tree)
 
     for force in experiment.forces.values():
         record, frame = next(following), mechanism.point[force.point]
         angle = frame.angle if force.axes == "body" else 0.0
-        record["kind"], record["turns"] = FORCE, force.axes == "body"
+        record["kind"], record["turns"] = types.FORCE, force.axes == "body"
         record["ux"], record["uy"] = np.cos(angle), np.sin(angle)
         record["a"] = tree.named_marker(force.point)
         record["motion"] = functions.add(force, force.force, force.forces)
     for torque in experiment.torques.values():
         record = next(following)
-        record["kind"] = PUSH
+        record["kind"] = types.PUSH
         record["term"], record["sign"] = _coordinate(tree, torque.joint, ("world", torque.link))
         constant, values = torque.torque, [[value] for value in torque.torques or []]
         record["motion"] = functions.add(torque, None if constant is None else [constant], values or None)
     for spring in experiment.springs.values():
         record = next(following)
-        record["kind"], record["motion"] = SPRING, -1
+        record["kind"], record["motion"] = types.SPRING, -1
         record["a"] = tree.named_marker(spring.point)
         record["b"] = tree.named_marker(spring.to) if spring.to is not None else (0, *(spring.anchor or ()))
         record["stiffness"], record["free"] = spring.stiffness, spring.free_length
         record["damping"] = spring.damping
     for torsion in experiment.torsion_springs.values():
         record = next(following)
-        record["kind"], record["motion"] = COORDINATE_SPRING, -1
+        record["kind"], record["motion"] = types.COORDINATE_SPRING, -1
         record["term"], record["sign"] = _coordinate(tree, torsion.joint, torsion.links or ())
         record["stiffness"], record["free"] = torsion.stiffness, torsion.free_angle
         record["damping"] = torsion.damping
     for friction in experiment.frictions.values():
         record, rate = next(following), f"{friction.joint}.rate"
-        record["kind"] = PUSH
+        record["kind"] = types.PUSH
         record["term"], record["sign"] = tree.coordinate(friction.joint)
         record["motion"] = functions.add_formula(friction.law, {"v": rate})
     for k, value in (added or {}).items():
@@ -94,7 +83,7 @@ def _coordinate(tree: Tree, joint: str | None, links: Iterable[str | None]) -> t
     if joint is not None:
         return tree.coordinate(joint)
     ends = ((0, 0.0, 0.0) if link in (None, "world") else tree.named_marker(str(link)) for link in links)
-    return (ANGLE, *ends, 0.0, 0.0), 1.0
+    return (types.ANGLE, *ends, 0.0, 0.0), 1.0
 
 
 class _Functions:
@@ -109,7 +98,7 @@ class _Functions:
     @property
     def signals(self) -> Records:
         """Return all collected signals."""
-        return np.array(self._signals, SIGNAL)
+        return np.array(self._signals, types.SIGNAL)
 
     def add_formula(self, given: Formula, names: Mapping[str, str]) -> int:
         """Add a formula whose names stand for signals; returns its index."""
@@ -198,9 +187,9 @@ def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
         joint, side = tree.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0
         ends = tree.marker(joint.parent, joint.on_parent), tree.marker(joint.child, joint.on_child)
         if _turns(tree, stop.joint):
-            records.append((STOP, *ends, side * joint.sign, 0.0, side * stop.limit - REACH))
+            records.append((types.STOP, *ends, side * joint.sign, 0.0, side * stop.limit - REACH))
         else:
-            records.append((CORNER, *ends, *(side * joint.direction), side * stop.limit - REACH * tree.extent))
+            records.append((types.CORNER, *ends, *(side * joint.direction), side * stop.limit - REACH * tree.extent))
     for touch in experiment.contacts.values():
         if touch.line is not None:
             frame = tree.mechanism.point[touch.line]
@@ -208,8 +197,8 @@ def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
         else:
             line, angle = (0, *(touch.anchor or ())), touch.angle
         into = np.sin(angle), -np.cos(angle)
-        records.append((CORNER, line, tree.named_marker(touch.point), *into, -REACH * tree.extent))
-    return np.array(records, ENDS)
+        records.append((types.CORNER, line, tree.named_marker(touch.point), *into, -REACH * tree.extent))
+    return np.array(records, types.ENDS)
 
 
 def _turns(tree: Tree, joint: str) -> bool:

@@ -23,18 +23,10 @@ _SAME = 1e-9  # relative to a segment's length: closer places coincide
 
 @dataclass(frozen=True, eq=False)
 class Segmented(System):
-    """A rigid linkage with sprung hinges, equivalent to a linkage with flexible links; made by `segmented`.
+    """A rigid linkage with sprung hinges, equivalent to a linkage with flexible links; made by `segmented`."""
 
-    Attributes
-    ----------
-    whole : System
-        The equivalent linkage with flexible links.
-    chains : dict of SegmentChain
-        The segments of each flexible link, by name.
-    """
-
-    whole: System = field(kw_only=True)
-    chains: Mapping[str, SegmentChain] = field(kw_only=True)
+    whole: System = field(kw_only=True)  # the equivalent linkage with flexible links
+    chains: Mapping[str, SegmentChain] = field(kw_only=True)  # segments of each flexible link
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the linkage with flexible links."""
@@ -123,16 +115,7 @@ def _section_turns(tree: Tree, link: str, places: Array, q: Array) -> Array:
 
 
 def segmented(system: System) -> Segmented:
-    """Return the same linkage with chains of rigid segments instead of flexible links.
-
-    Examples
-    --------
-    >>> import linkages
-    >>> from linkages.system.rigid_segments import segmented
-    >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
-    >>> segmented(system).tree.coordinates == system.tree.coordinates  # no flexible link
-    True
-    """
+    """Return the same linkage with chains of rigid segments instead of flexible links."""
     found = chains(system.mechanism, system.experiment)
     return Segmented(*cut(system.mechanism, system.experiment), whole=system, chains=found)
 

@@ -11,15 +11,19 @@ import numpy as np
 from linkages.base.arrays import Array, Records
 from linkages.base.errors import InputError
 from linkages.base.kernel.by_reference import packed
+from linkages.base.kernel.simd import lane_array
 from linkages.input.files.raw_model import Chains
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.mechanics.planar import record_types as types
-from linkages.mechanics.planar.bodies import STRAIGHT, Bodies, make_shapes
+from linkages.mechanics.planar.bodies import MATRIX, STRAIGHT, Bodies
 from linkages.system.flexible_link import FlexibleLink, section_at
 from linkages.system.tree import TYPES, Edge, Tree
 
 #: Values of a body's record that differ from zero or are no numbers, where it does not say others.
 _USUAL = dict.fromkeys(types.BODY.names or (), 0) | {"dof": -1, "driven": -1, "sign": 1.0}
+
+#: Functions that divide flexible links, by name, for the joints that carry them.
+Bend = Mapping[str, Callable[[Joint | None], Sequence[FlexibleLink]]]
 
 
 def spanning_tree(
@@ -27,17 +31,13 @@ def spanning_tree(
     play: Collection[str] = (),
     driven: Sequence[str] = (),
     powered: Sequence[str] = (),
-    bend: Mapping[str, Callable[[Joint | None], Sequence[FlexibleLink]]] | None = None,
+    bend: Bend | None = None,
 ) -> Tree:
     """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
 
     Fixed joints and driven joints stay in the tree, so that a drive acts on a coordinate. `play`, `driven` and
-    `powered` are names of joints, as in `Tree`. A flexible link is divided once its carrying joint is known.
-
-    Raises
-    ------
-    InputError
-        If the driven and powered joints alone already close a loop.
+    `powered` are names of joints, as in `Tree`. A flexible link is divided once its carrying joint is known. InputError
+    if the driven and powered joints alone already close a loop.
     """
     joints = tuple((j.name, j.parent, j.child, j.type == "fixed") for j in mechanism.joints if j.name not in play)
     kept, loops = _opened(tuple(mechanism.link), joints, tuple(driven), tuple(powered))
@@ -89,17 +89,8 @@ def _opened(
 class _Builder:
     """Collects the bodies of a tree while it grows from its root."""
 
-    def __init__(
-        self,
-        mechanism: Mechanism,
-        driven: tuple[str, ...],
-        joints: Sequence[Joint],
-        bend: Mapping[str, Callable[[Joint | None], Sequence[FlexibleLink]]],
-    ) -> None:
-        self.mechanism = mechanism
-        self.driven = driven
-        self.joints = joints
-        self.bend = bend
+    def __init__(self, mechanism: Mechanism, driven: tuple[str, ...], joints: Sequence[Joint], bend: Bend) -> None:
+        self.mechanism, self.driven, self.joints, self.bend = mechanism, driven, joints, bend
         self.flexible: dict[str, Sequence[FlexibleLink]] = {}
         self.substructures: dict[str, FlexibleLink] = {}
         self.sections: dict[tuple[str, float], int] = {}
@@ -213,7 +204,7 @@ class _Builder:
                 self.rows[-1]["detached"] = 1
         substructures = [part for link in self.flexible.values() for part in link]
         nm = max((len(flexible.modes.names) for flexible in substructures), default=0)
-        shapes = make_shapes(len(self.rows), nm)
+        shapes = lane_array(len(self.rows), MATRIX + nm, nm)
         for flexible in substructures:
             body = self.index[flexible.name]
             row = self.rows[body]

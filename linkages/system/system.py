@@ -173,10 +173,11 @@ class System(Unassembled):
         """Return all arrays that kernels read."""
         tree = self.tree
         joints = self.laws, self.tables, self.reach, self.touching.astype(np.int64), self.bristles
-        dofs = tree.free_dofs, tree.driven_dofs, tree.powered_dofs, tree.driven_bodies, tree.powered_bodies
+        moved = tree.driven_dofs, tree.powered_dofs
+        dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
         # calls by address assume contiguous arrays without a check
-        rest = map(np.ascontiguousarray, (self.ends, tree.joints, *joints, *dofs, *applied))
+        rest = map(np.ascontiguousarray, (self.ends, tree.joints(), *joints, *dofs, *applied))
         bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.flexible else tree.bodies
         return Arrays._make([*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, tree.extent])
 
@@ -210,7 +211,7 @@ class System(Unassembled):
         tree = self.tree
         rows, rank = self._closed_by(tree.closure_rows, tree.closing_dofs)
         return self.arrays._replace(
-            rows=rows, rank=rank, ends=self.ends[:0], joints=tree.ideal_joints, free=tree.closing_dofs
+            rows=rows, rank=rank, ends=self.ends[:0], joints=tree.joints(ideal=True), free=tree.closing_dofs
         )
 
     @property

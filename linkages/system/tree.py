@@ -60,56 +60,28 @@ class Edge:
 class Tree:
     """A spanning tree of the mechanism, rooted at the world.
 
-    Attributes
-    ----------
-    bodies : Bodies
-        World first, then parents before children. A link that floats on clearance joints follows two massless
-        bodies (its x and y prismatic joints); the massless sections of flexible links come last.
-    index : dict
-        Body index of each link name, "world" included.
-    coordinates : tuple of str
-        Name of each coordinate: a joint's name, or ``link.x``, ``link.y``, ``link.angle`` of a floating link; then
-        modal coordinates, ``link.bending1``.
-    edges : dict
-        Tree joint that carries each link; floating links are absent.
-    drawn : (nb, 2) array
-        Origin of each body frame in its link's reference configuration [m].
-    play : tuple of str
-        Clearance joints; they are always cut.
-    loops : tuple of str
-        Ideal joints cut to open the remaining loops.
-    driven : tuple of str
-        Joints with a prescribed motion.
-    powered : tuple of str
-        Joints with an applied torque.
-    flexible : dict
-        Substructures of the flexible links, by link; one for a link that is not divided. In `index` the link's name
-        is the body that its joint carries; the names of the other substructures follow.
-    sections : dict
-        Bodies of a substructure's sections, by the substructure's name and the abscissa on its beam [m].
-    acting : int
-        Number of bodies without the unloaded sections at the end, which only outputs read.
-    gears : tuple of Gear
-        Pairs of joints with coupled coordinates.
-    hinges : tuple of str
-        Joints between rigid segments of flexible links.
+    The world comes first among the bodies, then parents before children. A link that floats on clearance joints follows
+    two massless bodies (its x and y prismatic joints); the massless sections of flexible links come last. Coordinates
+    have the name of a joint, or ``link.x``, ``link.y``, ``link.angle`` of a floating link; then follow modal
+    coordinates, ``link.bending1``. A link that is not divided is its only substructure; else its name in `index` is the
+    body that its joint carries, and the names of the other substructures follow.
     """
 
     mechanism: Mechanism
     bodies: Bodies
-    index: dict[str, int]
-    coordinates: tuple[str, ...]
-    edges: dict[str, Edge]
-    drawn: Array
-    play: tuple[str, ...]
-    loops: tuple[str, ...]
-    driven: tuple[str, ...]
-    powered: tuple[str, ...]
-    flexible: Mapping[str, Sequence[FlexibleLink]]
-    sections: Mapping[tuple[str, float], int]
-    acting: int
-    gears: tuple[Gear, ...] = ()
-    hinges: tuple[str, ...] = ()
+    index: dict[str, int]  # body index of each link name, "world" included
+    coordinates: tuple[str, ...]  # name of each coordinate
+    edges: dict[str, Edge]  # tree joint that carries each link; floating links are absent
+    drawn: Array  # origin of each body frame in its link's reference configuration, (nb, 2) [m]
+    play: tuple[str, ...]  # clearance joints; they are always cut
+    loops: tuple[str, ...]  # ideal joints cut to open the remaining loops
+    driven: tuple[str, ...]  # joints with a prescribed motion
+    powered: tuple[str, ...]  # joints with an applied torque
+    flexible: Mapping[str, Sequence[FlexibleLink]]  # substructures of the flexible links, by link
+    sections: Mapping[tuple[str, float], int]  # bodies of sections, by substructure and abscissa on its beam [m]
+    acting: int  # number of bodies without the unloaded sections at the end, which only outputs read
+    gears: tuple[Gear, ...] = ()  # pairs of joints with coupled coordinates
+    hinges: tuple[str, ...] = ()  # joints between rigid segments of flexible links
 
     @property
     def size(self) -> int:
@@ -122,28 +94,18 @@ class Tree:
         return {part.name: part for link in self.flexible.values() for part in link}
 
     @cached_property
-    def play_rows(self) -> Records:
-        """Return the closure rows of the clearance joints, two each: the journal's offset along x_P and y_P."""
-        return self._rows(self.play)
-
-    @cached_property
     def loop_rows(self) -> Records:
-        """Return the closure rows of the cut ideal joints, then the gears."""
-        return chained(self._rows(self.loops), self.gear_rows)
-
-    @cached_property
-    def gear_rows(self) -> Records:
-        """Return the rows of the gears; reactions are along the second joints' terms, see `coordinate`."""
+        """Return the closure rows of the cut ideal joints, then the gears: reactions along the second joints' terms."""
         rows = []
         for gear in self.gears:
             (one, sign), (two, other) = (self.coordinate(name) for name in reversed(gear.joints))
             rows.append((one, sign * other * gear.ratio, two, sign * gear.offset, 1.0))
-        return np.array(rows, types.ROW)
+        return chained(self._rows(self.loops), np.array(rows, types.ROW))
 
     @cached_property
     def closure_rows(self) -> Records:
-        """Return the rows that close the whole ideal linkage, clearance joints first."""
-        return chained(self.play_rows, self.loop_rows)
+        """Return the rows that close the whole ideal linkage, first two for each clearance joint, along x_P and y_P."""
+        return chained(self._rows(self.play), self.loop_rows)
 
     def gaps(self, q: Array) -> Array:
         """Compute the errors (nr,) of the closure rows at coordinates q [m, rad]."""
@@ -198,18 +160,10 @@ class Tree:
                 rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height))
         return np.array(rows, types.ENDS)
 
-    @cached_property
-    def joints(self) -> Records:
-        """Return the records that give each joint force, with clearances."""
-        first = {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
-        return self._joints(self.loops, first)
-
-    @cached_property
-    def ideal_joints(self) -> Records:
-        """Return the same records with every joint ideal, closed by `closure_rows`."""
-        return self._joints((*self.play, *self.loops), {})
-
-    def _joints(self, cut: Sequence[str], contacts: Mapping[str, int]) -> Records:
+    def joints(self, ideal: bool = False) -> Records:
+        """Return the records that give each joint force, with clearances, or with every joint ideal."""
+        cut = (*self.play, *self.loops) if ideal else self.loops
+        contacts = {} if ideal else {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
         rows = accumulate((ROWS[self.mechanism.joint[name].type] for name in cut), initial=0)
         first = dict(zip(cut, rows, strict=False))
         carried = {edge.joint: (self.index[link], edge.reversed) for link, edge in self.edges.items()}
@@ -226,17 +180,8 @@ class Tree:
             records.append((source, TYPES[joint.type], at, backwards, parent, child, *joint.direction.tolist()))
         return np.array(records, types.JOINT)
 
-    @cached_property
-    def driven_bodies(self) -> NDArray[np.int64]:
-        """Return the body that each driven joint carries."""
-        return self._bodies_of(self.driven_dofs)
-
-    @cached_property
-    def powered_bodies(self) -> NDArray[np.int64]:
-        """Return the body that each powered joint carries."""
-        return self._bodies_of(self.powered_dofs)
-
-    def _bodies_of(self, dofs: NDArray[np.int64]) -> NDArray[np.int64]:
+    def bodies_of(self, dofs: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the body that the joint of each of these coordinates carries."""
         carried = self.bodies.records["dof"].tolist()
         return np.array([carried.index(dof) for dof in dofs.tolist()], dtype=np.int64)
 

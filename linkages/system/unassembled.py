@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, TypeVar, TypeVarTuple
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,6 @@ _FILM_STEPS = 200  # of a turn of the fastest drive
 _SAMPLED = 2000  # number of times at which the drives' rates are compared
 
 T = TypeVar("T")
-Arguments = TypeVarTuple("Arguments")
 
 
 class Memory:
@@ -41,7 +40,7 @@ class Memory:
     def __init__(self) -> None:
         self._kept: dict[Any, tuple[tuple[Any, ...], Any]] = {}
 
-    def __call__(self, function: Callable[[*Arguments], T], *arguments: *Arguments) -> T:
+    def __call__(self, function: Callable[..., T], *arguments: Any) -> T:
         """Return the result of a function for arguments that can be compared, which decide it alone."""
         kept = self._kept.get(function)
         if kept is None or kept[0] != arguments:

@@ -190,7 +190,7 @@ def test_bad_requests_are_refused_before_any_run(press):
         simulate_batch(press, ["joints.A.viscosity"], [[[0.4]]])
     with pytest.raises(InputError, match="windows: are no real numbers but texts"):
         simulate_batch(press, windows="all")
-    with pytest.raises(InputError, match="limits: have 1 columns for 2 variables"):
+    with pytest.raises(InputError, match="limits: have 1 numbers for 2 variables"):
         simulate_batch(press, ["joints.A.viscosity", "joints.B.viscosity"], [[0.4, 0.3]], limits=[[0.1], [0.5]])
     with pytest.raises(InputError, match="limits: must have two lines"):
         simulate_batch(press, ["joints.A.viscosity"], [[0.4]], limits=[[0.5], [0.1], [0.3]])
@@ -202,7 +202,7 @@ def test_bad_requests_are_refused_before_any_run(press):
         simulate_batch(press, wrt=["joints.A.viscosity"] * 2)
     with pytest.raises(InputError, match="oil: has no rates"):
         simulate_batch(press, wrt=[Direction("oil", 1.0, {})])
-    with pytest.raises(InputError, match="columns"):
+    with pytest.raises(InputError, match="values: have 2 numbers for 1 variables"):
         simulate_batch(press, ["joints.A.viscosity"], [[0.4, 0.3]])
 
 

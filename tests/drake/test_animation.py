@@ -12,7 +12,7 @@ from machines import PLANES, bar, four_bar, joint, model, solid, written
 from shipped import shipped
 
 from linkages import AssemblyError, IdealMotion, Status, Trajectory, assess, load
-from linkages.engines.drake.visuals import visuals
+from linkages.engines.drake.plant import visuals
 from linkages.show.plots.animation.captions import Label, add_captions
 from linkages.show.plots.animation.guide_view import guide_frames
 from linkages.show.plots.animation.journal_view import journal_frames

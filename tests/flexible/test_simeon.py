@@ -14,7 +14,6 @@ from machines import elastic_slider_crank
 from numpy.polynomial import legendre
 
 from linkages.engines.compiled.run.runner import Runner, join
-from linkages.engines.compiled.simulation import Replay
 from linkages.mechanics.flexible.component_modes import _constants, _Series
 from linkages.system import flexible_link
 
@@ -86,7 +85,7 @@ accuracy = 1e-9
     free = [tree.coordinates[i] for i in runner.model.free]
     start = np.array([[values[name][k] for name in free] for k in (0, 1)]).ravel()
     record = runner.run(0.0, start, 1e-8, 10**7)
-    found = Replay(runner, join([record]))(np.array([0.1]))
+    found = runner.outputs(join([record]), np.array([0.1]))
     chord = found["q.O"][0] + found["q.A"][0]
     got = chord, found["slider.x"][0], found["q.rod.bending1"][0]
     for value, expected, close in zip(got, AT_END[factor], (1e-8, 1e-9, 1e-9), strict=True):

@@ -24,7 +24,7 @@ from scipy.special import ellipj
 from linkages.base.kernel.simd import lane_array
 from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Options
 from linkages.mechanics.integrate.factor import back_substitute, decompose, factorise
-from linkages.mechanics.integrate.shifted import invert
+from linkages.mechanics.integrate.newton import invert
 from linkages.mechanics.integrate.stepper import make_stepper
 
 METHODS = [pytest.param(True, id="radau"), pytest.param(False, id="dormand-prince")]

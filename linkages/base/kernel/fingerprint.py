@@ -42,10 +42,7 @@ def toolchain() -> bytes:
 def fingerprint(function: Any) -> str:
     """Compute the digest of a function, plain or compiled, and of all that it refers to.
 
-    Raises
-    ------
-    TypeError
-        If it refers to something whose content is not known.
+    TypeError if it refers to something whose content is not known.
     """
     digest = hashlib.sha256(toolchain())
     for part in _parts(function, set()):

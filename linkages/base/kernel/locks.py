@@ -52,10 +52,7 @@ def impatient() -> Iterator[None]:
 def wait_and_acquire(place: Path, name: str) -> None:
     """Claim a name as soon as no other process has it; do without if one has had it for too long.
 
-    Raises
-    ------
-    LockedError
-        If another process has it, within `impatient`.
+    LockedError if another process has it, within `impatient`.
     """
     patience = _patience.get()
     if not acquire(place, name, patience) and not patience:

@@ -72,10 +72,7 @@ def without_owner(builder: Any, array: Any) -> Any:
 def _compare_words() -> None:
     """Compare `array_words` with numba's words of an array whose fields all differ; numba may not tell its own.
 
-    Raises
-    ------
-    ImportError
-        If they differ.
+    ImportError if they differ.
     """
     rtsys.initialize(cpu_target.target_context)
     telling = binding.address_of_symbol("NRT_adapt_ndarray_from_python")
@@ -112,14 +109,8 @@ INLINED = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  #: options of 
 class Stored:
     """Compiled code of one function, in the place of numba's cache.
 
-    Parameters
-    ----------
-    content : bytes, optional
-        The code; without it, the function is compiled, and the code is then here.
-    symbols : iterable of str
-        Symbols that the code calls.
-    counts : bool, optional
-        Whether the code counts references to arrays.
+    Without content the function is compiled, and the code is then here. `symbols` are those that the code calls;
+    `counts` is whether it counts references to arrays.
     """
 
     cache_path = None

@@ -5,28 +5,22 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 
 from linkages.base.errors import Status
-from linkages.base.kernel import Array
-from linkages.base.kernel.by_reference import packed
 from linkages.base.signals import deferred
 from linkages.engines.budget import WINDOW, Budget
 from linkages.engines.compiled.derivatives.sensitivity import Differentiation
-from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.engines.methods import method
 from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.integrate.driver import PAUSED
 from linkages.results.derivatives import Direction
-from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Loops, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
-
-_CHUNK = WINDOW  # steps between two looks at the clock
 
 
 def simulate(
@@ -35,28 +29,9 @@ def simulate(
     outputs: Sequence[str] | None = None,
     wrt: Sequence[str | Direction] = (),
 ) -> Trajectory:
-    """Simulate a system with the compiled engine.
+    """Simulate a system with the compiled engine; see `linkages.engines.assessment.simulate`.
 
-    Parameters
-    ----------
-    system : System
-    progress : callable, optional
-        Called with the simulated time [s] now and then.
-    outputs : sequence of str, optional
-        Columns of the trajectory; linkages with closed loops add their coordinates. Default: all.
-    wrt : sequence of str or Direction, optional
-        Dotted paths of values, or values that several paths follow; `Trajectory.sensitivity` has the derivatives of the
-        columns with respect to them.
-
-    Returns
-    -------
-    Trajectory
-        Up to the end, or to where the run failed or was interrupted (`Trajectory.status`).
-
-    Raises
-    ------
-    AssemblyError, InputError
-        If there is nothing to start from.
+    Outputs of linkages with closed loops have their coordinates in addition.
     """
     if wrt:
         system.check_analysis(Analysis.DERIVATIVES)
@@ -67,7 +42,7 @@ def simulate(
     try:
         while True:
             with deferred():  # keeps the steps up to a signal
-                part = runner.run(t, y, step, _CHUNK, differentiated=bool(wrt))
+                part = runner.run(t, y, step, WINDOW, differentiated=bool(wrt))
                 parts.append(part)
             t = float(part.times[-1])
             y, step = part.states[-1], part.next_step
@@ -98,7 +73,7 @@ def simulate(
         "wall_time": wall,
     }
     times = np.unique(steps.times[steps.times <= end])
-    run = sample(times, Replay(runner, steps, outputs), status, provenance, loops)
+    run = sample(times, partial(runner.outputs, steps, names=outputs), status, provenance, loops)
     if not wrt:
         return run
     return replace(run, sensitivity=Differentiation(runner, steps, wrt).derivatives(run.time, outputs))
@@ -107,18 +82,3 @@ def simulate(
 def longest_step(system: System) -> float | None:
     """Return the longest step of the experiment [s]; None if it gives none."""
     return system.experiment.solver.max_step
-
-
-class Replay:
-    """Columns at any times of a run; see `linkages.engines.compiled.run.replay`."""
-
-    def __init__(self, runner: Runner, steps: Steps, outputs: Sequence[str] | None = None) -> None:
-        self.runner, self.steps, self.outputs, self._packed = runner, steps, outputs, packed(steps)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the steps; addresses hold in one process only."""
-        return Replay, (self.runner, self.steps, self.outputs)
-
-    def __call__(self, times: Array) -> Columns:
-        """Compute the columns at the given times."""
-        return self.runner.outputs(self._packed, times, self.outputs)

@@ -20,7 +20,15 @@ from linkages.base.arrays import Array
 from linkages.base.kernel import bound
 from linkages.engines.drake.joint_forces import Rooms, joint_forces, placed
 from linkages.engines.drake.plant import StatePlace
-from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, approach_at_start, landing
+from linkages.mechanics.planar.contacts import (
+    BRISTLE_RATE,
+    CLEARANCE_OUTPUTS,
+    CLOSING,
+    PENETRATION,
+    WIDTH,
+    approach_at_start,
+    landing,
+)
 from linkages.mechanics.planar.record_types import WORN
 from linkages.system import System
 
@@ -39,10 +47,6 @@ JOINT_OUTPUTS = {
     "eccentricity_ratio": "length of the eccentricity vector over the radial clearance [1]",
     "attitude": "angle of the eccentricity vector [rad]",
 }
-
-_PENETRATION = CLEARANCE_OUTPUTS.index("penetration")
-_CLOSING = CLEARANCE_OUTPUTS.index("closing")
-_BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 
 
 class ClearanceJoints(LeafSystem):
@@ -85,7 +89,7 @@ class ClearanceJoints(LeafSystem):
         self.joints = tuple(label for _, label in system.contacts)
         self._ends, self._laws = system.ends, laws
         self._rooms = Rooms(system)
-        self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
+        self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
         self._landing = landing(laws, tree.extent)
         self._size, self._beside = num_velocities, len(tree.contacts)
         self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles
@@ -107,10 +111,6 @@ class ClearanceJoints(LeafSystem):
         self._force = self.DeclareVectorOutputPort("generalized_force", num_velocities, self._give_force, needs)
         self._joints = self.DeclareVectorOutputPort("joints", len(JOINT_OUTPUTS) * len(laws), self._give_joints, needs)
 
-    def get_evaluation_output_port(self) -> OutputPort:
-        """Return the output port ``evaluation``."""
-        return self._evaluation
-
     def get_force_output_port(self) -> OutputPort:
         """Return the output port `generalized_force`."""
         return self._force
@@ -124,11 +124,6 @@ class ClearanceJoints(LeafSystem):
         joints: Array = self._evaluation.Eval(context)[self._size :].reshape(-1, WIDTH)
         return joints
 
-    def penetrations(self, context: Context) -> Array:
-        """Compute the penetration of each contact, negative if open, (nc,) [m]."""
-        gaps: Array = self.evaluate(context)[:, _PENETRATION]
-        return gaps
-
     # -- events and states -------------------------------------------------------------------------
 
     def begin(self, context: Context) -> None:
@@ -137,7 +132,7 @@ class ClearanceJoints(LeafSystem):
             return
         joints, speeds = self.evaluate(context), np.full(len(self._laws), np.inf)
         for k in self._touching:
-            speeds[k] = approach_at_start(joints[k, _PENETRATION], joints[k, _CLOSING], self._landing[k])
+            speeds[k] = approach_at_start(joints[k, PENETRATION], joints[k, CLOSING], self._landing[k])
         context.SetDiscreteState(speeds)
 
     def DoGetWitnessFunctions(self, context: Context) -> list[WitnessFunction]:  # noqa: N802
@@ -146,12 +141,12 @@ class ClearanceJoints(LeafSystem):
 
     def _witness(self, k: int) -> WitnessFunction:
         def penetration(context: Context) -> float:
-            return float(self.penetrations(context)[k])
+            return float(self.evaluate(context)[k, PENETRATION])
 
         def latch(system: LeafSystem, context: Context, event: UnrestrictedUpdateEvent, state: State) -> EventStatus:
             touch = self.evaluate(context)[k]
-            starts = (touch[_PENETRATION], touch[_CLOSING]) > (0.0, 0.0)
-            state.get_mutable_discrete_state(0).SetAtIndex(k, touch[_CLOSING] if starts else np.inf)
+            starts = (touch[PENETRATION], touch[CLOSING]) > (0.0, 0.0)
+            state.get_mutable_discrete_state(0).SetAtIndex(k, touch[CLOSING] if starts else np.inf)
             return EventStatus.Succeeded()
 
         return self.MakeWitnessFunction(
@@ -181,7 +176,7 @@ class ClearanceJoints(LeafSystem):
 
     def _give_joints(self, context: Context, output: BasicVector) -> None:
         joints = self.evaluate(context)
-        depth = joints[:, _PENETRATION] + self._laws["clearance"]
+        depth = joints[:, PENETRATION] + self._laws["clearance"]
         length = np.where(self._ends["kind"] == WORN, np.hypot(joints[:, 0], joints[:, 1]), depth)
         ratio = length / self._laws["clearance"]
         extra = np.array([ratio, np.arctan2(joints[:, 1], joints[:, 0])])
@@ -194,4 +189,4 @@ class BristledJoints(ClearanceJoints):
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:  # noqa: N802
         """Compute the rates of LuGre's bristles."""
-        derivatives.SetFromVector(self.evaluate(context)[self._bristles, _BRISTLE_RATE])
+        derivatives.SetFromVector(self.evaluate(context)[self._bristles, BRISTLE_RATE])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 from dataclasses import dataclass
 from itertools import chain, count
 
@@ -9,18 +11,21 @@ import numpy as np
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus, InputPort, OutputPort
 from pydrake.systems.primitives import Adder, ConstantVectorSource
 
 from linkages.base.errors import InputError, Status
-from linkages.engines.drake.advance import advance
+from linkages.engines.budget import Budget
 from linkages.engines.drake.clearance import BristledJoints, ClearanceJoints
 from linkages.engines.drake.drives import Drives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
+from linkages.engines.drake.steps import StepControl, drives_of, is_collapse
 from linkages.input.model.capabilities import Analysis
 from linkages.results.trajectory import TimeReport
 from linkages.system import System
 from linkages.system.rigid_segments import segmented
+
+_FIRST = 1e-3  # first step of `Linkage.advance` over the largest step
 
 
 @dataclass(frozen=True)
@@ -91,7 +96,30 @@ class Linkage:
             OK; TOO_MANY_STEPS if the end is out of reach, as for a mechanism in millimetres; STEP_SIZE_COLLAPSE.
             The simulator keeps its last state and can be advanced further.
         """
-        return advance(self.system, self.drives, simulator, until, progress, limit)
+        drives = {self.drives: None, **dict.fromkeys(drives_of(simulator.get_system()))}
+        steps, budget = StepControl(simulator, *(each.system for each in drives)), Budget(self.system, limit)
+
+        def look(root: Context) -> EventStatus:
+            steps.take(root)
+            if progress is not None:
+                progress(root.get_time())
+            if budget.spent(root.get_time()):
+                return steps.end(Status.TOO_MANY_STEPS)
+            if steps.kept and any(each.has_open_loop(root) for each in drives):
+                return steps.end(Status.LOOP_OPEN)
+            return steps.verdict()
+
+        simulator.set_monitor(look)
+        try:
+            steps.begin(_FIRST * steps.largest, steps.accuracy)
+            steps.advance(until)
+        except RuntimeError as problem:
+            if not is_collapse(problem):
+                raise
+            return Status.STEP_SIZE_COLLAPSE
+        finally:
+            simulator.clear_monitor()
+        return steps.status
 
     def speed(self, drive: str) -> OutputPort:
         """Return the output port of a driven joint's speed, (1,) [rad/s or m/s]."""
@@ -157,25 +185,25 @@ def add_linkage(
         kind = BristledJoints if len(system.bristles) else ClearanceJoints
         clearance = builder.AddNamedSystem(_named(name, "clearance_joints"), kind(system, place))
         builder.Connect(state, clearance.get_input_port(0))
-    direct = clearance.get_evaluation_output_port() if clearance is not None and not external else None
+    direct = clearance.GetOutputPort("evaluation") if clearance is not None and not external else None
     extra = direct.size() - plant.num_velocities() if direct is not None else 0
     drives = builder.AddNamedSystem(_named(name, "drives"), Drives(system, place, extra))
-    builder.Connect(state, drives.get_state_input_port())
+    builder.Connect(state, drives.GetInputPort("state"))
     builder.Connect(drives.get_force_output_port(), plant.get_applied_generalized_force_input_port())
     if direct is not None:
-        builder.Connect(direct, drives.get_applied_input_port())
+        builder.Connect(direct, drives.GetInputPort("applied"))
     elif clearance is not None:
         adder = builder.AddNamedSystem(_named(name, "applied_forces"), Adder(2, plant.num_velocities()))
         builder.Connect(clearance.get_force_output_port(), adder.get_input_port(0))
-        builder.Connect(adder.get_output_port(), drives.get_applied_input_port())
+        builder.Connect(adder.get_output_port(), drives.GetInputPort("applied"))
         port = adder.get_input_port(1)
     elif external:
-        port = drives.get_applied_input_port()
+        port = drives.GetInputPort("applied")
     else:
         nothing = builder.AddNamedSystem(
             _named(name, "no_forces"), ConstantVectorSource(np.zeros(plant.num_velocities()))
         )
-        builder.Connect(nothing.get_output_port(), drives.get_applied_input_port())
+        builder.Connect(nothing.get_output_port(), drives.GetInputPort("applied"))
     return Linkage(name, system, plant, scene_graph, clearance, drives, port, place)
 
 
@@ -216,3 +244,38 @@ def build_diagram(system: System, meshcat: Meshcat | None = None) -> tuple[Diagr
     diagram = builder.Build()
     diagram.set_name(system.mechanism.name)
     return diagram, linkage
+
+
+@dataclass(frozen=True)
+class DiagramPicture:
+    """The Jupyter view of a diagram: drawn by Graphviz, or as a table of its connections."""
+
+    svg: str | None  # Graphviz's drawing; None if the program ``dot`` is not installed
+    connections: tuple[tuple[str, str], ...]  # output and input ports that are connected, as ``system.port``
+
+    def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
+        if self.svg is not None:
+            return {"image/svg+xml": self.svg, "text/plain": str(self)}
+        rows = "".join(f"| `{output}` | `{taker}` |\n" for output, taker in self.connections)
+        note = "\n*Install Graphviz (`dot`) to see the diagram drawn.*\n"
+        return {"text/markdown": f"| output | input |\n|---|---|\n{rows}{note}", "text/plain": str(self)}
+
+    def __str__(self) -> str:
+        width = max((len(output) for output, _ in self.connections), default=0)
+        return "\n".join(f"{output:{width}s} -> {taker}" for output, taker in self.connections)
+
+
+def picture(diagram: Diagram) -> DiagramPicture:
+    """Draw a diagram's systems and the connections between them."""
+    connections = sorted(
+        (
+            f"{giver.get_name()}.{giver.get_output_port(output).get_name()}",
+            f"{taker.get_name()}.{taker.get_input_port(entry).get_name()}",
+        )
+        for (taker, entry), (giver, output) in diagram.connection_map().items()
+    )
+    svg = None
+    if dot := shutil.which("dot"):
+        text = diagram.GetGraphvizString(max_depth=1)
+        svg = subprocess.run([dot, "-Tsvg"], input=text, capture_output=True, text=True, check=True).stdout
+    return DiagramPicture(svg, tuple(connections))

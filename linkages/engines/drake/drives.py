@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort
 
 from linkages.base.arrays import Array
 from linkages.base.kernel import bound
@@ -59,7 +59,7 @@ class Drives(LeafSystem):
         self._tree = tree
         self._place = place
         self._rooms, self._size = Rooms(system), num_velocities
-        self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
+        self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
         sizes = place.num_states, num_velocities + extra, num_velocities, len(self.joints)
         self._drive_forces = bound(drive_forces, self._placed, self._rooms.work, 0.0, *map(np.empty, sizes))
         self._state = self.DeclareVectorInputPort("state", place.num_states)
@@ -76,14 +76,6 @@ class Drives(LeafSystem):
             give = partial(self._give_speed, place.v[dof])
             self.DeclareVectorOutputPort(f"{name}.speed", 1, give, {self.input_port_ticket(self._state.get_index())})
 
-    def get_state_input_port(self) -> InputPort:
-        """Return the input port ``state``."""
-        return self._state
-
-    def get_applied_input_port(self) -> InputPort:
-        """Return the input port ``applied``."""
-        return self._applied
-
     def get_force_output_port(self) -> OutputPort:
         """Return the output port ``generalized_force``."""
         return self._force
@@ -96,7 +88,7 @@ class Drives(LeafSystem):
         """Check for open loops of ideal joints in the context of the whole diagram."""
         if not len(self._tree.loop_rows):
             return False
-        q = self._state.Eval(self.GetMyContextFromRoot(root))[self._place.q]
+        q = self._state.Eval(self.GetMyContextFromRoot(root))[self._place.positions]
         error = loop_errors(self._tree.bodies, self._tree.loop_rows, q[None, :])[0]
         return bool(error > LOOSE * self._tree.extent)
 

@@ -14,11 +14,11 @@ from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.by_reference import packed
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
-from linkages.mechanics.planar.driven import constrained_dynamics
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import generalised_force
+from linkages.mechanics.planar.singularities import constrained_dynamics
 from linkages.mechanics.planar.workspace import Workspace
 from linkages.system import System
 
@@ -59,18 +59,10 @@ def _enter(place: Placed, work: Workspace, state: Array) -> None:
 
 @kernel
 def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, result: Array) -> None:
-    """Compute the generalised forces of all clearance joints.
+    """Compute the generalised forces of all clearance joints at a state (nx,) of the plant.
 
-    Parameters
-    ----------
-    work : Workspace
-        Used up.
-    memory : (nc, 2) array
-        See `linkages.mechanics.planar.contacts.APPROACH`.
-    state : (nx,) array
-        Of the plant.
-    result : (size + WIDTH nc,) array
-        Filled with generalised forces, then `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS` of each contact.
+    Uses `work` up. ``memory`` (nc, 2) begins at `linkages.mechanics.planar.contacts.APPROACH`. ``result`` (size + WIDTH
+    nc,) is filled with generalised forces, then `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS` of each contact.
     """
     model, bodies = place.model, place.model.bodies
     _enter(place, work, state)
@@ -86,22 +78,10 @@ def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, re
 def drive_forces(
     place: Placed, work: Workspace, t: float, state: Array, applied: Array, total: Array, drive: Array
 ) -> None:
-    """Compute the forces of applied loads, drives and loops at a state, added to the forces already applied.
+    """Compute the forces of loads, drives and loops at a state (nx,) of the plant and a time t [s]; uses `work` up.
 
-    Parameters
-    ----------
-    work : Workspace
-        Used up.
-    t : float
-        Time [s].
-    state : (nx,) array
-        Of the plant.
-    applied : (nv,) or longer array
-        All other generalised forces, and any entries after them.
-    total : (nv,) array
-        Filled with `applied` plus the forces of loads, drives and loops.
-    drive : (nd,) array
-        Filled with the torque or force of each drive, prescribed ones first.
+    ``applied`` (nv,), with any entries after them, has all other generalised forces; ``total`` (nv,) is filled with
+    these and the computed ones, ``drive`` (nd,) with the torque or force of each drive, prescribed ones first.
     """
     model, bodies, stabilisation = place.model, place.model.bodies, place.stabilisation
     nd, powered, n = len(model.driven), len(model.powered), len(place.into)

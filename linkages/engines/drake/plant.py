@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,10 +17,14 @@ from pydrake.multibody.tree import FixedOffsetFrame, PlanarJoint
 
 from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError
-from linkages.engines.drake.visuals import visuals
 from linkages.input.files.raw_model import Pose
 from linkages.input.files.xml import parse_xml
+from linkages.input.model.mechanism import Link, Mechanism
+from linkages.input.model.skeleton import skeleton
 from linkages.system.tree import Tree
+
+_WIDTH = 0.02  # width of a bar over the size of the linkage
+_BLOCK = 0.06  # side of a block over the size of the linkage, for a link with one joint
 
 
 def tree_sdf(tree: Tree) -> str:
@@ -83,10 +87,7 @@ def drawn_shifts(tree: Tree) -> dict[str, Array]:
 def add_tree(plant: MultibodyPlant, tree: Tree) -> int:
     """Add the tree's links and joints to a plant that is not finalized; return the model instance.
 
-    Raises
-    ------
-    InputError
-        If Drake rejects a ``<visual>`` of the user's file.
+    InputError if Drake rejects a ``<visual>`` of the user's file.
     """
     try:
         with _unheard(logging.ERROR):
@@ -116,30 +117,17 @@ def _unheard(level: int) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class StatePlace:
-    """Places of a tree's coordinates in the state [q; v] of a plant.
+    """Places of a tree's n coordinates in the state [q; v] of a plant."""
 
-    Attributes
-    ----------
-    positions, velocities : (n,) arrays of int
-        Indices in the plant's positions, and in its velocities and generalised forces.
-    num_positions, num_velocities : int
-        Counts for the whole plant.
-    """
-
-    positions: Indices
-    velocities: Indices
-    num_positions: int
-    num_velocities: int
+    positions: Indices  # indices in the plant's positions, and in the state, (n,)
+    velocities: Indices  # indices in its velocities and generalised forces
+    num_positions: int  # of the whole plant
+    num_velocities: int  # of the whole plant
 
     @property
     def num_states(self) -> int:
         """Return the length of the plant's state."""
         return self.num_positions + self.num_velocities
-
-    @property
-    def q(self) -> Indices:
-        """Return the indices of the coordinates in the state."""
-        return self.positions
 
     @property
     def v(self) -> Indices:
@@ -181,5 +169,39 @@ def _pose(parent: ET.Element, translation: Array, rotation: Array) -> ET.Element
     return pose
 
 
-def _words(values: Array) -> str:
+def _words(values: Iterable[float]) -> str:
     return " ".join(repr(float(value)) for value in values)
+
+
+def visuals(mechanism: Mechanism, link: Link, size: float) -> list[str]:
+    """Make ``<visual>`` elements: a box for each bar of the link's skeleton, or a block for a single place.
+
+    The widths follow from the size of the linkage [m].
+    """
+    shape, width = skeleton(mechanism, link, size), _WIDTH * size
+    if not shape.bars:
+        sides = (_BLOCK * size, _BLOCK * size, width)
+        return [_box(mechanism, link, 0, shape.places[0], np.array([1.0, 0.0]), sides, shape.color)]
+    ends = [(shape.places[a], shape.places[b]) for a, b in shape.bars]
+    lengths = [float(np.linalg.norm(b - a)) for a, b in ends]
+    return [
+        _box(mechanism, link, k, 0.5 * (a + b), b - a, (length + width, width, width), shape.color)
+        for k, ((a, b), length) in enumerate(zip(ends, lengths, strict=True))
+    ]
+
+
+def _box(
+    mechanism: Mechanism, link: Link, number: int, middle: Array, along: Array, sides: tuple[float, ...], color: str
+) -> str:
+    """Make a box in link axes from its reference middle and direction in plane axes."""
+    basis = mechanism.basis
+    x = basis[:, :2] @ along / np.linalg.norm(along)
+    axes = np.column_stack([x, np.cross(basis[:, 2], x), basis[:, 2]])
+    out_of_plane = basis[:, 2] * (basis[:, 2] @ link.translation)  # offset of the link frame
+    position = link.rotation.T @ (basis[:, :2] @ middle + out_of_plane - link.translation)
+    pose = Pose(link.rotation.T @ axes, position).text()
+    diffuse = " ".join(f"{int(color[k : k + 2], 16) / 255:.3g}" for k in (1, 3, 5))
+    return (
+        f'<visual name="skeleton{number}"><pose>{pose}</pose><geometry><box><size>{_words(sides)}</size></box>'
+        f"</geometry><material><diffuse>{diffuse} 1</diffuse></material></visual>"
+    )

@@ -29,24 +29,7 @@ _FINEST = 1e-10  # accuracy beyond which rounding keeps Drake's implicit schemes
 
 
 def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
-    """Simulate a system with Drake.
-
-    Parameters
-    ----------
-    system : System
-    progress : callable, optional
-        Called with the simulated time [s] after every step.
-
-    Returns
-    -------
-    Trajectory
-        Columns up to the end, or until the run failed or was interrupted (`Trajectory.status`).
-
-    Raises
-    ------
-    AssemblyError, InputError
-        If the start cannot be computed.
-    """
+    """Simulate a system with Drake; see `linkages.engines.assessment.simulate`."""
     started = clock.perf_counter()
     expect_run(system, "drake")
     diagram, linkage = build_diagram(system)
@@ -64,8 +47,8 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
         if not is_collapse(problem):
             raise
         status = Status.STEP_SIZE_COLLAPSE
-    if watch.status is not Status.OK:
-        status = watch.status
+    if watch.steps.status is not Status.OK:
+        status = watch.steps.status
     status, end = cause(status, system, watch.times[-1])
     provenance = {
         "engine": "drake",
@@ -86,13 +69,11 @@ class _Watch:
 
     def __init__(self, linkage: Linkage, steps: StepControl, progress: TimeReport | None) -> None:
         self.linkage, self.steps, self.progress = linkage, steps, progress
-        system = linkage.system
-        self.status = Status.OK
-        self.budget = Budget(system)
+        self.budget = Budget(linkage.system)
         self.times: list[float] = []
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
-        self._reach = system.reach
+        self._reach = linkage.system.reach
 
     def __call__(self, root: Context) -> EventStatus:
         time = root.get_time()
@@ -100,7 +81,7 @@ class _Watch:
         if not self.steps.kept or (self.times and time == self.times[-1]):  # the latter after a restart
             return self.steps.verdict()
         if self.times and self.linkage.drives.has_open_loop(root):
-            return self._end(Status.LOOP_OPEN, "a loop opened")
+            return self.steps.end(Status.LOOP_OPEN)
         self.times.append(time)
         self.states.append(state)
         self.memories.append(
@@ -110,19 +91,12 @@ class _Watch:
             self.progress(time)
         linkage = self.linkage
         if self.budget.spent(time):
-            return self._end(Status.TOO_MANY_STEPS, "too many steps")
+            return self.steps.end(Status.TOO_MANY_STEPS)
         if linkage.clearance is not None:
             joints = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
-            outside = np.hypot(joints[:, 0], joints[:, 1]) >= self._reach
-            if outside.any():
-                name = linkage.clearance.joints[int(np.argmax(outside))]
-                return self._end(Status.JOURNAL_LEFT_BEARING, f"journal {name} left its bearing")
+            if np.any(np.hypot(joints[:, 0], joints[:, 1]) >= self._reach):
+                return self.steps.end(Status.JOURNAL_LEFT_BEARING)
         return self.steps.verdict()
-
-    def _end(self, status: Status, reason: str) -> EventStatus:
-        """End the run."""
-        self.status, self.steps.again = status, False
-        return EventStatus.ReachedTermination(self.linkage.drives, reason)
 
 
 class _Recorder:
@@ -160,7 +134,7 @@ class _Recorder:
             if linkage.clearance is not None:
                 contacts[k] = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
         place = linkage.place
-        return columns(self.system, times, states[:, place.q], states[:, place.v], rates[:, place.v], contacts)
+        return columns(self.system, times, states[:, place.positions], states[:, place.v], rates[:, place.v], contacts)
 
     def _go_to(self, t: float) -> None:
         """Set the simulator's context to time t."""

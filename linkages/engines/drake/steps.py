@@ -14,12 +14,15 @@ If an attempt reaches states without finite forces, as deep in a wall, Drake rai
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
-from pydrake.systems.framework import Context, EventStatus
+from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from linkages.base.arrays import Array
-from linkages.base.errors import RunError
+from linkages.base.errors import RunError, Status
+from linkages.engines.drake.drives import Drives
 from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.system import System
@@ -35,11 +38,6 @@ _SINGULAR = "not positive-definite"  # the same about masses
 _SHORTER = 0.9  # reduction of a repeated step that needed a second attempt
 
 
-def scheme(system: System) -> str:
-    """Name the integration scheme as Drake does."""
-    return method(system, "drake")
-
-
 def longest_step(system: System) -> float:
     """Return the longest step [s]: the experiment's, otherwise about 50 microseconds with contacts."""
     return system.experiment.solver.max_step or (2e-5 if system.experiment.can_touch else 2e-3)
@@ -53,15 +51,9 @@ def is_collapse(problem: RuntimeError) -> bool:
 class StepControl:
     """A simulator that advances by valid steps only.
 
-    Its monitor must call `take` at each step, and return `verdict` unless it ends the run.
-
-    Parameters
-    ----------
-    simulator : Simulator
-        Simulator; gets the integrator of the systems' settings: implicit if one needs it, with the smallest accuracy
-        and the shortest steps.
-    *systems : System
-        Of all linkages in its diagram.
+    Its monitor must call `take` at each step, and return `verdict`, or `end` the run. The simulator gets the
+    integrator of the settings of the systems, those of all linkages in its diagram: implicit if one needs it, with the
+    smallest accuracy and the shortest steps.
 
     Attributes
     ----------
@@ -70,12 +62,14 @@ class StepControl:
     kept : bool
         Whether the last step is valid; otherwise it is repeated.
     again : bool
-        Whether the integrator must be restarted; a monitor that ends the run unsets it.
+        Whether the integrator must be restarted.
+    status : Status
+        OK unless `end` has ended the run.
     """
 
     def __init__(self, simulator: Simulator, *systems: System) -> None:
         self.simulator = simulator
-        schemes = sorted(map(scheme, systems), key=lambda name: name not in IMPLICIT)
+        schemes = sorted((method(system, "drake") for system in systems), key=lambda name: name not in IMPLICIT)
         self.accuracy = self._accuracy = min(system.experiment.solver.accuracy for system in systems)
         self.largest = min(map(longest_step, systems))
         self._integrator = ResetIntegratorFromFlags(simulator, schemes[0], self.largest)
@@ -84,7 +78,7 @@ class StepControl:
         self._implicit, self._spoilt = schemes[0] in IMPLICIT, schemes[0] in _SPOILT
         self._evaluations = self._crawling = 0
         self._time, self._step, self._state = 0.0, 0.0, np.empty(0)
-        self.again, self.kept = False, True
+        self.again, self.kept, self.status = False, True, Status.OK
         simulator.get_mutable_context().SetAccuracy(_EVENT_ACCURACY * self._accuracy)
         self._settle()
 
@@ -145,6 +139,11 @@ class StepControl:
             return EventStatus.ReachedTermination(self.simulator.get_system(), "the integrator restarts")
         return EventStatus.DidNothing()
 
+    def end(self, status: Status) -> EventStatus:
+        """End the run; returns the status for Drake's monitor."""
+        self.status, self.again = status, False
+        return EventStatus.ReachedTermination(self.simulator.get_system(), status.value)
+
     def _shrank(self, step: float) -> bool:
         """Check whether steps shrank; if contacts end steps, whether they stay small."""
         if not self._contacts_end_steps:
@@ -166,3 +165,12 @@ class StepControl:
         self._integrator.set_target_accuracy(self._accuracy)
         self._integrator.set_requested_minimum_step_size(self._smallest)
         self._integrator.set_throw_on_minimum_step_size_violation(True)
+
+
+def drives_of(diagram: Diagram) -> Iterator[Drives]:
+    """Yield the drives of all linkages in a diagram, and in diagrams within it."""
+    for system in diagram.GetSystems():
+        if isinstance(system, Drives):
+            yield system
+        elif isinstance(system, Diagram):
+            yield from drives_of(system)

@@ -20,30 +20,14 @@ _GAUSS = np.polynomial.legendre.leggauss(5)
 
 @dataclass(frozen=True)
 class Beam:
-    """A uniform straight beam.
+    """A uniform straight beam."""
 
-    Attributes
-    ----------
-    length : float
-        [m].
-    axial : float
-        E A [N].
-    bending : float
-        E I [N m2].
-    line_density : float
-        rho A [kg/m].
-    shear : float
-        kappa G A [N]; infinite for Euler-Bernoulli's beam.
-    rotary : float
-        rho I [kg m], rotary inertia; zero for Euler-Bernoulli's beam.
-    """
-
-    length: float
-    axial: float
-    bending: float
-    line_density: float
-    shear: float = np.inf
-    rotary: float = 0.0
+    length: float  # [m]
+    axial: float  # E A [N]
+    bending: float  # E I [N m2]
+    line_density: float  # rho A [kg/m]
+    shear: float = np.inf  # kappa G A [N]; infinite for Euler-Bernoulli's beam
+    rotary: float = 0.0  # rho I [kg m], rotary inertia; zero for Euler-Bernoulli's beam
 
     def __post_init__(self) -> None:
         for name in ("length", "axial", "bending", "line_density", "shear"):
@@ -135,19 +119,15 @@ class Beam:
         """Matrices (6, 6) by which a rotating element's inertia depends on its angular velocity omega [kg].
 
         The displacement is u = R N R' U, with R the element's rotation, N the shape functions and U the nodal
-        displacements in plane axes. Its time derivatives at constant U do not vanish, as axial and transverse
-        shapes differ:
+        displacements in plane axes. Its time derivatives at constant U do not vanish, as axial and transverse shapes
+        differ:
 
             du/dt = omega R A R' U,   d2u/dt2 = R (alpha A + omega^2 B) R' U,
             A = S N + N D,   B = -N + 2 S N D + N D D,
 
-        where S rotates by +90 degrees and D the nodes' displacements by -90 degrees. The equations of motion
-        become M U'' + G U' + (K + K_c) U = F with G = 2 omega P and K_c = alpha P + omega^2 Q, in element axes.
-
-        Returns
-        -------
-        (6, 6), (6, 6) arrays
-            P and Q: the integrals of rho A N' A and rho A N' B.
+        where S rotates by +90 degrees and D the nodes' displacements by -90 degrees. The equations of motion become M
+        U'' + G U' + (K + K_c) U = F with G = 2 omega P and K_c = alpha P + omega^2 Q, in element axes. Returns P and Q:
+        the integrals of rho A N' A and rho A N' B.
         """
         s, weight = self.quadrature()
         n = self.shapes(s)[0]
@@ -163,14 +143,9 @@ class Beam:
 
         They follow from equilibrium: the end forces are K u + M a, and the inertia of the acceleration, as the shape
         functions have it, is integrated from the first node. A hinged end has no moment, at rest as in vibration. The
-        shape functions' derivatives alone would give a moment that is linear along the element.
-
-        Parameters
-        ----------
-        u, a : (..., 6) arrays
-            Elastic displacements; accelerations, rigid and elastic together, in element axes.
-        x : (P,) array
-            Distances from the first node [m].
+        shape functions' derivatives alone would give a moment that is linear along the element. `u` and `a` (..., 6)
+        are the elastic displacements, and the accelerations, rigid and elastic together, in element axes; `x` (P,) are
+        distances from the first node [m].
         """
         s, weight = self.quadrature()
         place = x[:, None] * s  # Gauss points between the first node and each x

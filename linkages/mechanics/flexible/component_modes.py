@@ -52,42 +52,24 @@ class _Series:
 class ComponentModes:
     """Modes of a beam and the constants of its equations of motion; nf modes, bending ones first.
 
-    Attributes
-    ----------
-    names : tuple of str
-        "bending1", ..., "axial1", ..., each kind by rising frequency.
-    frequencies : (nf,) array
-        Frequency of each mode alone, sqrt(k / m0) [rad/s].
-    mass, first_moment, second_moment : float
-        Mass moments of the undeformed beam about the origin [kg, kg m, kg m2].
-    sa, sb, ca, cb : (nf,) arrays
-        Integrals of a and b [kg], and of s a and s b [kg m], times the line density.
-    m0, k : (nf,) arrays
-        Modal masses [kg] and stiffnesses [N/m]: the modes are orthogonal in both.
-    g : (nf, nf) array
-        Integral of b a^T - a b^T, antisymmetric: Coriolis and Euler forces between axial deformation and bending [kg].
-    c, d : (nf, nf) arrays
-        Integrals of H [kg/m] and of s H [kg]; zero without stiffening.
-
-    Notes
-    -----
     Shapes are dimensionless with the largest value 1: coordinates are displacements [m] of the points of largest value.
+    The modes are orthogonal in mass and stiffness. The terms of H are zero without stiffening.
     """
 
-    names: tuple[str, ...]
-    frequencies: Array
-    mass: float
-    first_moment: float
-    second_moment: float
-    sa: Array
-    sb: Array
-    ca: Array
-    cb: Array
-    m0: Array
-    k: Array
-    g: Array
-    c: Array
-    d: Array
+    names: tuple[str, ...]  # "bending1", ..., "axial1", ..., each kind by rising frequency
+    frequencies: Array  # of each mode alone, sqrt(k / m0), (nf,) [rad/s]
+    mass: float  # of the undeformed beam [kg]; then its moments about the origin
+    first_moment: float  # [kg m]
+    second_moment: float  # [kg m2]
+    sa: Array  # integrals of a times the line density, (nf,) [kg]
+    sb: Array  # of b [kg]
+    ca: Array  # of s a [kg m]
+    cb: Array  # of s b [kg m]
+    m0: Array  # modal masses, (nf,) [kg]
+    k: Array  # modal stiffnesses, (nf,) [N/m]
+    g: Array  # integral of b a^T - a b^T, for Coriolis and Euler forces between axial and bending modes, (nf, nf) [kg]
+    c: Array  # integral of H, (nf, nf) [kg/m]
+    d: Array  # integral of s H, (nf, nf) [kg]
     stiffening: bool
     _axial: _Series = field(repr=False)
     _bending: _Series = field(repr=False)
@@ -110,12 +92,8 @@ class ComponentModes:
     def moments(self) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array], Array, Array]:
         """Split a, b and H over the mass: means, parts linear in s, and integrals of the remainders.
 
-        Returns
-        -------
-        mean, linear : tuples of (nf,), (nf,) and (nf, nf) arrays
-            Of a, b and H; the second ones multiply the distance from the middle over the radius of gyration.
-        rest, twist : (nf, nf) arrays
-            Integrals of a a^T + b b^T and of b a^T - a b^T for the remainders of a and b [kg].
+        The parts linear in s multiply the distance from the middle over the radius of gyration. The integrals (nf, nf)
+        are those of a a^T + b b^T and of b a^T - a b^T for the remainders of a and b [kg].
         """
         middle = self.first_moment / self.mass
         spread = np.sqrt(self.mass * self.second_moment - self.first_moment**2)

@@ -19,21 +19,10 @@ _SHIFT = -((2.0 * np.pi * 5.0) ** 2)  # (rad/s)^2, below the spectrum: a mechani
 
 
 def dense_modes(k: Array, m: Array, count: int, vectors: bool = True) -> tuple[Array, Array]:
-    """Solve K a = p^2 M a for the lowest modes of many systems.
+    """Solve K a = p^2 M a for the lowest modes of N systems, (N, size, size); M is positive definite.
 
-    Parameters
-    ----------
-    k, m : (N, size, size) arrays
-        Symmetric; m positive definite.
-    count : int
-        Number of modes.
-    vectors : bool
-        Whether to compute shapes.
-
-    Returns
-    -------
-    (N, count), (N, size, count) arrays
-        Eigenvalues p^2 [(rad/s)^2], rising, and shapes of unit modal mass; the shapes are empty without `vectors`.
+    Returns eigenvalues p^2 (N, count) [(rad/s)^2], rising, and shapes (N, size, count) of unit modal mass, which are
+    empty without `vectors`.
     """
     inverse = np.linalg.inv(np.linalg.cholesky(m))
     transposed = np.swapaxes(inverse, 1, 2)
@@ -45,13 +34,7 @@ def dense_modes(k: Array, m: Array, count: int, vectors: bool = True) -> tuple[A
 
 
 def sparse_modes(k: sparse.csc_matrix, m: sparse.csc_matrix, count: int) -> tuple[Array, Array]:
-    """Solve K a = p^2 M a for the lowest modes of one sparse system, by shift and invert.
-
-    Returns
-    -------
-    (count,), (size, count) arrays
-        As from `dense_modes`.
-    """
+    """Solve K a = p^2 M a for the lowest modes of one sparse system, by shift and invert; returns as `dense_modes`."""
     from scipy.sparse.linalg import eigsh
 
     values, found = eigsh(k, count, m, sigma=_SHIFT, v0=np.ones(k.shape[0]))  # repeatable: a fixed start
@@ -76,46 +59,21 @@ def mac(first: Array, second: Array, mass: Array) -> Array:
 
 @dataclass(frozen=True)
 class ModesAt:
-    """Modes of a system that changes with a parameter, at one of its values.
+    """Modes of a system that changes with a parameter, at one of its values."""
 
-    Attributes
-    ----------
-    parameter : float
-        For instance time [s].
-    values : (n,) array
-        Frequencies, or other values of the shapes.
-    shapes : (size, n) array
-        Shapes in the same order.
-    mass : (size, size) array
-        Mass matrix.
-    """
-
-    parameter: float
-    values: Array
-    shapes: Array
-    mass: Array
+    parameter: float  # for instance time [s]
+    values: Array  # frequencies, or other values of the shapes, (n,)
+    shapes: Array  # in the same order, (size, n)
+    mass: Array  # mass matrix, (size, size)
 
 
 def continued(shapes: Array, target: Array, mass: Array, together: int = 0) -> tuple[NDArray[np.int64], Array, Array]:
-    """Select the target's modes that continue the given ones: largest sum of MAC, equal signs.
+    """Select the target's modes that continue the given ones (size, n): largest sum of MAC, equal signs.
 
-    Modes with a common frequency have a common space instead of individual shapes: the basis of it that is nearest to
-    the given one continues it (orthogonal Procrustes problem).
-
-    Parameters
-    ----------
-    shapes : (size, n) array
-    target : (size, m) array
-        Modes in any order and with any signs; m >= n.
-    mass : (size, size) array
-        Mass matrix at the target.
-    together : int
-        Number of first modes with a common frequency, such as the zero modes of a mechanism.
-
-    Returns
-    -------
-    (n,) array of int, (size, n), (n,) arrays
-        Indices, shapes, and MAC of the selected modes.
+    The target's modes (size, m) are in any order and with any signs; m >= n. The mass matrix is the target's. The first
+    modes `together` have a common frequency, such as the zero modes of a mechanism, and a common space instead of
+    individual shapes: the basis of it that is nearest to the given one continues it (orthogonal Procrustes problem).
+    Returns indices, shapes, and MAC of the selected modes.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -130,24 +88,12 @@ def continued(shapes: Array, target: Array, mass: Array, together: int = 0) -> t
 
 
 def track(points: Iterable[ModesAt], between: Callable[[float], ModesAt], count: int) -> tuple[Array, Array, Array]:
-    """Follow modes along a parameter.
+    """Follow the first `count` modes along a parameter.
 
     Each point's modes are assigned to the previous point's so that the sum of their MAC is largest, and signs are
-    chosen alike. Where a MAC falls below 0.9 (modes that veer or cross) the step is halved, up to ten times.
-
-    Parameters
-    ----------
-    points : iterable of ModesAt
-        N points by their parameter; each has a few more modes than `count`, for crossings.
-    between : callable
-        Modes at any parameter between two points.
-    count : int
-        Number of modes to follow from the first point.
-
-    Returns
-    -------
-    (N, count), (N, size, count), (N - 1, count) arrays
-        Values and shapes of each mode, and the least MAC within each step.
+    chosen alike; each of the N points has a few more modes than `count`, for crossings. Where a MAC falls below 0.9
+    (modes that veer or cross) the step is halved, up to ten times, by the modes `between` two points. Returns values
+    (N, count) and shapes (N, size, count) of each mode, and the least MAC within each step (N - 1, count).
     """
     points = iter(points)
     last = next(points)

@@ -16,42 +16,18 @@ _FREE = 1e-8  # (p t)^2 below which a mode counts as free: the errors of 1 - cos
 
 
 def quasi_static(k: Array | sparse.csc_matrix, load: Array) -> Array:
-    """Solve K u = f, without inertia.
-
-    Parameters
-    ----------
-    k, load : (N, size, size) and (N, size) arrays, or a sparse (size, size) matrix and a (size,) array
-        Stiffness matrices and loads.
-
-    Returns
-    -------
-    array, like load
-    """
+    """Solve K u = f, without inertia: (N, size, size) and (N, size) arrays, or a sparse matrix and a (size,) array."""
     return spsolve(k, load) if sparse.issparse(k) else np.linalg.solve(k, load[..., None])[..., 0]
 
 
 def modal_step(
     square: Array, alpha: float, beta: float, q: Array, dq: Array, force: Array, step: float
 ) -> tuple[Array, Array]:
-    """Exact solution of q'' + (alpha + beta p^2) q' + p^2 q = force after a step, for each mode.
+    """Exact solution of q'' + (alpha + beta p^2) q' + p^2 q = force after a step [s], for each of n modes of unit mass.
 
-    A mode without stiffness moves as a free mass: with p -> 0, (1 - cos p t)/p^2 -> t^2/2.
-
-    Parameters
-    ----------
-    square : (n,) array
-        p^2 [(rad/s)^2]; zero, but for rounding, for rigid motion.
-    alpha, beta : float
-        Rayleigh's damping coefficients of mass [1/s] and stiffness [s].
-    q, dq, force : (n,) arrays
-        Modal coordinates, their rates and the constant modal forces, for unit modal masses.
-    step : float
-        [s].
-
-    Returns
-    -------
-    (n,), (n,) arrays
-        q and q' after the step.
+    A mode without stiffness moves as a free mass: with p -> 0, (1 - cos p t)/p^2 -> t^2/2. `square` is p^2 [(rad/s)^2],
+    zero, but for rounding, for rigid motion; `alpha` [1/s] and `beta` [s] are Rayleigh's damping coefficients; the
+    modal forces are constant. Returns q and q'.
     """
     decay = 0.5 * (alpha + beta * square)
     inner = np.sqrt((square - decay**2).astype(complex))
@@ -70,28 +46,10 @@ def generalised_alpha(
 ) -> Iterator[tuple[Array, Array, Array]]:
     """Integrate M(t) u'' + C(t) u' + K(t) u = f(t), to second order in the step (Chung and Hulbert, 1993).
 
-    Only `BATCH` times are held at once, so that memory does not grow with the number of steps.
-
-    Parameters
-    ----------
-    matrices : callable
-        (M, C, K, f) at any times (n,): (n, size, size) each, and (n, size).
-    times : (N,) array
-        Equally spaced [s].
-    u0, v0 : (size,) arrays
-        Displacements and rates at the first time.
-    radius : float
-        Spectral radius at infinite frequency, in [0, 1]: 1 keeps all energy, 0 damps the highest modes at once.
-
-    Yields
-    ------
-    (n, size), (n, size), (n, size) arrays
-        u, u' and u'' at the next n of the times.
-
-    Raises
-    ------
-    InputError
-        If the radius lies outside [0, 1].
+    `matrices` gives M, C, K (n, size, size) and f (n, size) at any times (n,); the `times` (N,) are equally spaced [s].
+    Yields u, u' and u'' (n, size) at the next n of the times: only `BATCH` times are held at once, so that memory does
+    not grow with the number of steps. The spectral radius at infinite frequency is in [0, 1]: 1 keeps all energy, 0
+    damps the highest modes at once; InputError for others.
     """
     if not 0.0 <= radius <= 1.0:
         raise InputError("generalised-alpha", "radius", f"is {radius:g}; it must lie in [0, 1]")

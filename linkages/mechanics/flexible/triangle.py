@@ -18,21 +18,13 @@ def signed_area(corners: Array) -> float:
 
 @dataclass(frozen=True)
 class Triangle:
-    """A triangular plate in plane stress with linear displacements (u_1, v_1, u_2, v_2, u_3, v_3).
+    """A triangular plate in plane stress with linear displacements (u_1, v_1, u_2, v_2, u_3, v_3)."""
 
-    Attributes
-    ----------
-    corners : (3, 2) array
-        [m].
-    thickness, youngs_modulus, poisson, density
-        [m, Pa, 1, kg/m3].
-    """
-
-    corners: Array
-    thickness: float
-    youngs_modulus: float
+    corners: Array  # (3, 2) [m]
+    thickness: float  # [m]
+    youngs_modulus: float  # [Pa]
     poisson: float
-    density: float
+    density: float  # [kg/m3]
 
     def __post_init__(self) -> None:
         for name in ("thickness", "youngs_modulus", "density"):

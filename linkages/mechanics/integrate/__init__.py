@@ -7,15 +7,12 @@ A method is a tableau with a stage solver (`explicit` or `implicit`); both use t
 | tableau      | Butcher tableaus: ``RADAU_IIA_5`` for stiff equations, ``DORMAND_PRINCE_5_4`` for others |
 | explicit     | a step of an explicit pair                                                               |
 | implicit     | a step of a three-stage collocation method: prediction, error estimate                   |
-| newton       | simplified Newton iterations for its stages                                              |
+| newton       | simplified Newton iterations for its stages, inverses of their matrices                  |
 | controller   | ratio of the next step size to the present one                                           |
-| first_step   | size of the first step                                                                   |
 | events       | the first event within a step, and a step that ends there                                |
-| driver       | the loop over steps: error control, events, records                                      |
+| driver       | the loop over steps: first step, error control, events, records                          |
 | sensitivity  | derivatives of a step of given size                                                      |
 | stepper      | arrays of a method                                                                       |
-| shifted      | inverses of a real and a complex matrix together                                         |
 | factor       | linear algebra of small matrices                                                         |
-| parabola     | the maximum of a parabola, for searches of extremes                                      |
 | peak_search  | the highest value of a curve between its samples, integrals over them                    |
 """

@@ -38,15 +38,7 @@ def controller(settings: Controller) -> Any:
 
     @inlined_kernel
     def ratio(error: float, previous: float, safety: float) -> float:
-        """Compute the ratio of the next step size to the present one.
-
-        Parameters
-        ----------
-        error, previous : float
-            Error of this step, and of the step before.
-        safety : float
-            Safety factor.
-        """
+        """Compute the next step size over the present one from the errors of this step and of the one before."""
         if error > 1.0:
             return max(smallest, safety * error**-rejected)
         return min(largest, max(smallest, safety * max(error, _LEAST_ERROR) ** -proportional * previous**integral))

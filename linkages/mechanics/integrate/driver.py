@@ -14,7 +14,7 @@ signs      ``signs(problem, g, dg)`` fills the event functions and their rates a
 settle     ``settle(problem, t, y, event) -> (status, changed)`` is called with every new state, the first one included,
            and with the event at the end of the step, or -1; it may change y
 divide     ``divide(problem, s, t, h, y, divisions) -> size`` shortens an attempted step to end where the equations stop
-           being smooth, and attempts it again; h if they are smooth, negative if the attempt failed. Default: `whole`
+           being smooth, and attempts it again; h if they are smooth, negative if the attempt failed
 observe    ``observe(problem, observer, t, y, row)`` fills further columns of the record; the last evaluation of
            the problem belongs to the state, if `attempt` ends with it
 ========== ==========================================================================================================
@@ -29,11 +29,15 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, inlined_kernel, kernel
 from linkages.mechanics.integrate.events import lander
-from linkages.mechanics.integrate.first_step import starter
 from linkages.mechanics.integrate.stepper import COUNT, ERROR, Stepper, accept, copy, restart
 
 #: Status of a run: complete; paused after its number of steps; step size too small. `settle` may return larger values.
 DONE, PAUSED, COLLAPSED = 0, 1, 2
+
+# Limits of the first step, over the sixth root of the accuracy: change of an entry of the state relative to its scale;
+# length relative to the shortest time constant; length where all rates are zero.
+_CHANGE, _TIME_CONSTANT, _AT_REST = 0.01, 0.5, 1e-6
+_DISTANCE = 1e-7  # of the state, relative to its scale, for the differences that give the time constant
 
 _SMALLEST = 1e-14  # smallest step size, relative to the time so far or to the first step
 _STUCK = 200  # consecutive events without a step above the smallest size, after which the run has collapsed
@@ -112,13 +116,7 @@ def _set_scale(s: Stepper, tolerance: Array, relative: float, y: Array) -> None:
         s.scale[i] = tolerance[i] + relative * abs(y[i])
 
 
-@kernel
-def whole(problem: Any, s: Stepper, t: float, h: float, y: Array, divisions: Array) -> float:
-    """Divide no step: return h."""
-    return h
-
-
-def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide: Any = whole) -> Any:
+def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide: Any) -> Any:
     """Make the function that integrates, from compiled functions; see the table at the head of the module."""
     first_step, land = starter(rhs), lander(attempt, signs)
 
@@ -134,18 +132,10 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide
         problem: Any, observer: Any, s: Stepper, tolerance: Array, t: float, start: Array, modes: Indices, width: int,
         options: Options,
     ) -> Record:  # fmt: skip
-        """Integrate from (t, start).
+        """Integrate from (t, start), with an absolute tolerance of each entry.
 
-        Parameters
-        ----------
-        observer : any
-            Further argument of `observe`.
-        tolerance : (n,) array
-            Absolute tolerance of each entry.
-        modes : (ne,) array of int
-            Sign of each event function, +1 or -1; updated at each event.
-        width : int
-            Number of columns that `observe` fills.
+        ``modes`` (ne,) are the signs of the event functions, +1 or -1, updated at each event. `observer` is the further
+        argument of `observe`, `width` the number of columns that it fills.
         """
         n, ne = len(start), len(modes)
         restart(s)
@@ -223,3 +213,50 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide
         return Record(*found, status, steps, rejected, int(s.memory[COUNT]), h)
 
     return drive
+
+
+def starter(rhs: Any) -> Any:
+    """Make the compiled function that chooses the first step."""
+
+    @kernel
+    def first_step(problem: Any, s: Stepper, t: float, y: Array, accuracy: float) -> float:
+        """Choose the size of the first step from (t, y), with f0 and the scale known.
+
+        The size depends on the state and on the accuracy, and not on the end of the run. It resolves a stiff start,
+        such as a film that stops a journal within nanoseconds: three differences of the rates, each in the direction of
+        the previous one, give the shortest time constant.
+        """
+        speed = _largest(s.f0, s.scale)
+        if not 0.0 < speed < math.inf:
+            return _AT_REST
+        direction, trial = s.error, s.trial[0]
+        copy(s.f0, direction)
+        size, square, distance = speed, 1.0, _DISTANCE / accuracy
+        for k in range(3):
+            for i in range(len(y)):
+                trial[i] = y[i] + distance * direction[i] / size
+            rhs(problem, t, trial, s.f1)
+            for i in range(len(y)):
+                direction[i] = s.f1[i] - s.f0[i]
+            size = _largest(direction, s.scale)
+            if not 0.0 < size < math.inf:
+                square = 0.0
+                break
+            if k > 0:
+                square *= size / distance
+        rhs(problem, t, y, s.f0)
+        step = _CHANGE / (accuracy * speed)
+        if square > 0.0:
+            step = min(step, _TIME_CONSTANT / math.sqrt(square))
+        return step * accuracy ** (1.0 / 6.0)
+
+    return first_step
+
+
+@kernel
+def _largest(entries: Array, scale: Array) -> float:
+    """Find the largest magnitude of the entries relative to their scales."""
+    found = 0.0
+    for i in range(len(entries)):
+        found = max(found, abs(entries[i]) / scale[i])
+    return found

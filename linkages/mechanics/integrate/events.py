@@ -15,27 +15,11 @@ _TRIES = 60  # attempts at a step that ends on an event
 def first_event(
     modes: Indices, landing: Array, g0: Array, d0: Array, g1: Array, d1: Array, h: float
 ) -> tuple[int, float]:
-    """Find the event function that changes its sign first within a step.
+    """Find the event function that changes its sign first within a step of size h: its index, -1 without; when, over h.
 
-    Each function is interpolated by Hermite's cubic, so that a double change within the step is found too.
-
-    Parameters
-    ----------
-    modes : (ne,) array of int
-        Sign of each function before the event, +1 or -1.
-    landing : (ne,) array
-        Magnitude of a function that counts as zero.
-    g0, d0, g1, d1 : (ne,) arrays
-        Values and rates at the start and at the end of the step.
-    h : float
-        Step size.
-
-    Returns
-    -------
-    event : int
-        Index of the function; -1 if no sign changes.
-    fraction : float
-        Time of the change, relative to the step.
+    Each function is interpolated by Hermite's cubic, so that a double change within the step is found too. ``modes``
+    (ne,) are the signs before the event, ``landing`` the magnitudes that count as zero; values and rates are those at
+    the start (0) and at the end (1) of the step.
     """
     which, where = -1, 2.0
     for k in range(len(modes)):
@@ -91,14 +75,8 @@ def lander(attempt: Any, signs: Any) -> Any:
     ) -> tuple[int, float]:  # fmt: skip
         """Find the first event within an accurate step of size h, and repeat the step to end just across the event.
 
-        The shorter steps have no error control, because they are parts of an accurate step.
-
-        Returns
-        -------
-        event : int
-            Index of the event function; -1 without an event.
-        size : float
-            Size of the shortened step; h without an event; negative if a shorter step failed.
+        The shorter steps have no error control, because they are parts of an accurate step. Returns the index of the
+        event function, -1 without an event, and the size of the step, h without one, negative if a shorter step failed.
         """
         signs(problem, g1, d1)
         event, fraction = first_event(modes, landing, g0, d0, g1, d1, h)

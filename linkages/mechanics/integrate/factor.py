@@ -96,8 +96,7 @@ def solve_semidefinite(matrix: Array, rhs: Array, rank: int, room: Indices, x: A
             rhs[r] -= factor * rhs[p]
             for j in range(count):
                 matrix[r, filled[j]] -= factor * matrix[p, filled[j]]
-    for k in range(n):
-        x[k] = 0.0
+    x[:] = 0.0
     for k in range(found - 1, -1, -1):
         p = order[k]
         total = rhs[p]

@@ -124,14 +124,12 @@ def _estimator(tableau: Tableau, form: Transformation) -> Any:
 
 
 def implicit(tableau: Tableau, rhs: Any, residual: Any, jacobian: Any, arrive: Any) -> Any:
-    """Make the compiled function ``attempt`` of a tableau; see `linkages.mechanics.integrate.driver`.
+    """Make the compiled function ``attempt`` of a tableau of three stages, the last of which is at the end of the step.
+
+    See `linkages.mechanics.integrate.driver`, which explains `rhs` too; f are the derivatives that it fills.
 
     Parameters
     ----------
-    tableau : Tableau
-        Three stages, the last of which is at the end of the step.
-    rhs : function
-        ``rhs(problem, t, y, dy)`` fills the derivatives f.
     residual : function
         ``residual(problem, t, y, dy, out)`` fills M(t, y) (f(t, y) - y'); `dy` (y') and `out`
         have no positions.

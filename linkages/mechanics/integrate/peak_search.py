@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 
 from linkages.base.kernel import Array, Indices, kernel
-from linkages.mechanics.integrate.parabola import parabola_top
 
 #: Rows of a search, (3, 3): times and values of the samples around its highest one, and its course.
 TIMES, VALUES, COURSE = range(3)
@@ -35,6 +34,18 @@ _EQUAL = 1e-8  # relative difference of maxima that count as equal
 
 
 @kernel
+def parabola_top(a: float, b: float, c: float, fa: float, fb: float, fc: float) -> tuple[float, float]:
+    """Compute place and height of the maximum of the parabola through three ordered points; else the middle point."""
+    left, right = (fb - fa) / (b - a), (fc - fb) / (c - b)
+    curvature = (right - left) / (c - a)
+    if not curvature < 0.0:
+        return b, fb
+    slope = left + curvature * (b - a)  # at b
+    shift = -0.5 * slope / curvature
+    return b + shift, fb + 0.5 * slope * shift
+
+
+@kernel
 def above(highest: float) -> float:
     """Return the value that a maximum exceeds which is not equal to the highest before it."""
     return highest + _EQUAL * abs(highest)
@@ -44,19 +55,8 @@ def above(highest: float) -> float:
 def candidates(times: Array, values: Array, sign: float, places: Indices, tops: Array) -> int:
     """Find the local maxima of sign * values that may be the highest between the samples, the most promising first.
 
-    Of maxima that promise nearly the same, as in a periodic motion, the first is the first of all.
-
-    Parameters
-    ----------
-    times, values : (n,) arrays
-    sign : float
-    places, tops : (MOST,) arrays
-        Filled with the samples at local maxima, and with the heights that their parabolas promise.
-
-    Returns
-    -------
-    int
-        How many there are.
+    Of maxima that promise nearly the same, as in a periodic motion, the first is the first of all. Fills ``places`` and
+    ``tops`` (MOST,) with the samples and the heights that their parabolas promise; returns how many there are.
     """
     n, count = len(times), 0
     low, high = math.inf, -math.inf

@@ -28,7 +28,7 @@ class Stepper(NamedTuple):
     mass: Array  # mass matrix of the k entries that are not positions, (k, k)
     slope: Array  # derivatives at the stages, for the residual, (3, k)
     residual: Array  # (3, k)
-    inverse: Lanes  # inverses of the iteration's two matrices, see `linkages.mechanics.integrate.shifted`, (k, k)
+    inverse: Lanes  # inverses of the iteration's two matrices, see `linkages.mechanics.integrate.newton`, (k, k)
     cross: Lanes
     order: Indices  # order of their rows, (k,)
     total: Lanes  # residual in the basis of the two systems, (k,), and with real and imaginary part exchanged

@@ -13,29 +13,16 @@ from linkages.base.kernel import Array
 class Tableau(NamedTuple):
     """Coefficients of a Runge-Kutta method with s stages.
 
-    Attributes
-    ----------
-    name : str
-        Name of the method in experiments and results.
-    order : int
-        Order of the solution: a step of size h has an error of h^(order + 1).
-    c : (s,) array
-        Nodes: times of the stages, relative to the step.
-    a : (s, s) array
-        Stage coefficients, lower triangular for an explicit method.
-    b : (s,) array
-        Weights of the solution.
-    error : array
-        Weights of the error estimate. Explicit method, (s + 1,): of the derivatives at the stages and at the end of the
-        step. Implicit method, (s,): of the stages' increments, divided by the step size.
+    The weights of the error estimate are those of the derivatives at the stages and at the end of the step for an
+    explicit method, (s + 1,), and of the stages' increments, divided by the step size, for an implicit one, (s,).
     """
 
-    name: str
-    order: int
-    c: Array
-    a: Array
-    b: Array
-    error: Array
+    name: str  # in experiments and results
+    order: int  # of the solution: a step of size h has an error of h^(order + 1)
+    c: Array  # nodes: times of the stages, relative to the step, (s,)
+    a: Array  # stage coefficients, lower triangular for an explicit method, (s, s)
+    b: Array  # weights of the solution, (s,)
+    error: Array  # weights of the error estimate
 
 
 def _radau_iia_5() -> Tableau:

@@ -17,17 +17,13 @@
 | newton_euler        | recursive Newton-Euler algorithm: inverse dynamics, force residual                     |
 | composite_inertia   | composite rigid body algorithm: mass matrix                                            |
 | articulated_body    | articulated-body algorithm: forward dynamics of the tree, response to forces           |
-| loop_dynamics       | forward dynamics with the reactions of cut ideal joints                                |
-| projection          | projection of positions and rates onto closed loops                                    |
-| singularities       | forward dynamics near singularities                                                    |
-| driven              | forces of loads, drives and loops, for a simulator of all coordinates                  |
+| loop_dynamics       | forward dynamics with the reactions of cut ideal joints; projection onto closed loops  |
+| singularities       | forward dynamics near singularities; forces of drives and loops for a simulator        |
 | contacts            | clearance joints: from body states to force pairs, by the laws                         |
 | contact_partials    | partial derivatives of a contact's force                                               |
 | loads               | applied forces, torques and springs: wrenches                                          |
-| closure             | Newton's method on the closure rows; consistent rates and accelerations                |
-| ideal               | the ideal linkage at the time and near the state of a run                              |
-| internal_forces     | axial force, bending moment and stress within flexible links                           |
-| beam_deflection     | deflections of flexible links                                                          |
+| closure             | Newton's method on the closure rows; consistent rates; the ideal linkage near a run    |
+| beams               | internal forces, stress and deflection of flexible links                               |
 | reactions           | forces in all joints, efforts of all drives                                            |
 
 Arguments have the same names everywhere:
@@ -40,6 +36,12 @@ Arguments have the same names everywhere:
 | ``pose``                           | (nb, 5) | x, y [m] and angle [rad] of body frames, its cosine and sine      |
 | ``vel, acc``                       | (nb, 3) | angular velocity and velocity of the frame's origin; their rates  |
 | ``wrench, bias``                   | (nb, 3) | moment about the frame's origin [N m] and force [N]               |
+| ``work``                           |         | `Workspace`                                                       |
+| ``gravity``                        | (2,)    | in plane axes [m/s2]                                              |
+| ``rank``                           |         | number of independent rows where the linkage is not singular      |
+| ``size``                           |         | length of the linkage [m], the scale of tolerances                |
+| ``free``                           | (nf,)   | coordinates that may move                                         |
+| ``offset``                         | (nr,)   | required values of the rows [m, rad]; zero closes the joints      |
 
 A function that fills arrays has them as its last arguments. If any body is flexible, lines of poses are longer:
 `linkages.mechanics.planar.bodies`.

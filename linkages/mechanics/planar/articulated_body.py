@@ -36,13 +36,8 @@ def articulated_inertias(bodies: Bodies, work: Workspace) -> None:
 def tree_dynamics(bodies: Bodies, gravity: Array, work: Workspace) -> None:
     """Find the accelerations of the free coordinates and of the bodies, without the reactions of cut joints.
 
-    Parameters
-    ----------
-    gravity : (2,) array
-        In plane axes [m/s2].
-    work : Workspace
-        Its q, v, pose, vel, wrench, tau, and a with the prescribed accelerations and zero for free coordinates; sets a,
-        acc, inertia, joint and modal; uses bias and response.
+    Takes `work`'s q, v, pose, vel, wrench, tau, and a with the prescribed accelerations and zero for free coordinates;
+    sets a, acc, inertia, joint and modal; uses bias and response.
     """
     _velocity_terms(bodies, work, gravity)
     _reduce(bodies, work)
@@ -53,20 +48,10 @@ def tree_dynamics(bodies: Bodies, gravity: Array, work: Workspace) -> None:
 def acceleration_response(
     bodies: Bodies, work: Workspace, bias: Array, modal_bias: Array, tau: Array, a: Array
 ) -> None:
-    """Find the change of the accelerations due to given forces; branches without forces cost next to nothing.
+    """Add the change of the accelerations due to given forces to ``a``; branches without forces cost next to nothing.
 
-    Parameters
-    ----------
-    work : Workspace
-        Its pose, and inertia, joint and modal from `articulated_inertias`; sets the response.
-    bias : (nb, 3) array
-        Wrenches that oppose the motion; used up.
-    modal_bias : (n,) array
-        The same for modes; used up.
-    tau : (n,) array
-        Generalised forces.
-    a : (n,) array
-        The changes of the free coordinates' accelerations are added.
+    Takes `work`'s pose, and inertia, joint and modal from `articulated_inertias`; sets the response. The wrenches
+    ``bias`` and their modal entries ``modal_bias`` (n,) oppose the motion, and are used up.
     """
     _backward_pass(bodies, work, bias, modal_bias, tau)
     _forward_pass(bodies, work, a)

@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array, Records, inlined_kernel
-from linkages.base.kernel.simd import LaneArray, lane_array, lanes_at
+from linkages.base.kernel.simd import LaneArray, lanes_at
 
 
 class Bodies(NamedTuple):
@@ -92,12 +92,8 @@ def section_motion(pose: Array, i: int, k: int) -> tuple[float, float, float]:
     return pose[i, at + TURN], pose[i, at + MOVE_X], pose[i, at + MOVE_Y]
 
 
-def make_shapes(nb: int, nm: int) -> LaneArray:
-    """Make the shapes of nb bodies with up to nm modes, all zero."""
-    return lane_array(nb, MATRIX + nm, nm)
-
-
-def make_poses(nb: int, nm: int) -> Array:
+@inlined_kernel
+def new_poses(nb: int, nm: int) -> Array:
     """Make the poses of nb bodies, (nb, 5) if none is flexible."""
     return np.zeros((nb, _MODES + _MODE * nm if nm else _POSE))
 
@@ -113,5 +109,4 @@ def make_motion(bodies: Bodies) -> Array:
 
 
 #: The same for compiled callers.
-new_poses = inlined_kernel(make_poses)
 new_pose, new_motion = inlined_kernel(make_pose), inlined_kernel(make_motion)

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from linkages.base.kernel import Array, Indices, Records, inlined_kernel, kernel
 from linkages.mechanics.integrate.factor import back_substitute, decompose, factorise
+from linkages.mechanics.integrate.stepper import copy
 from linkages.mechanics.planar.bodies import Bodies, new_motion, new_pose
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
 from linkages.mechanics.planar.kinematics import (
     body_accelerations,
     body_positions,
+    body_states,
     body_velocities,
     joint_force,
     poses_at,
@@ -110,8 +113,7 @@ def least_squares(matrix: Array, rhs: Array, x: Array) -> None:
     m, n = matrix.shape
     u, s, vt = np.empty((m, min(m, n))), np.empty(min(m, n)), np.empty((min(m, n), n))
     decompose(matrix, u, s, vt)
-    for j in range(n):
-        x[j] = 0.0
+    x[:] = 0.0
     for k in range(len(s)):
         if s[k] <= _DEPENDENT * s[0]:
             break
@@ -154,18 +156,9 @@ def sum_of_squares(x: Array) -> float:
 
 @kernel
 def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: float, q: Array) -> bool:
-    """Move the free coordinates of ``q`` (in place) until the rows are closed.
+    """Move the free coordinates of ``q`` (in place) until the rows are closed; False if this does not converge.
 
-    Newton's method with step halving on the sum of squares. Returns False if it does not converge.
-
-    Parameters
-    ----------
-    offset : (nr,) array
-        Required row values [m, rad]; zero closes the joints.
-    free : (nf,) array of int
-        Coordinates that may move.
-    size : float
-        Length of the linkage [m], which scales the tolerance.
+    Newton's method with step halving on the sum of squares.
     """
     n, nr, nf = len(q), len(rows), len(free)
     pose, inner, error, step, trial = new_pose(bodies), np.empty((nr, nf)), np.empty(nr), np.empty(nf), np.empty(n)
@@ -176,8 +169,7 @@ def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: flo
             return True
         free_jacobian(bodies, rows, pose, n, free, inner)
         solve_columns(inner, error, step)
-        for i in range(n):
-            trial[i] = q[i]
+        copy(q, trial)
         fraction = 1.0
         improved = False
         while fraction > 1e-4:
@@ -254,20 +246,10 @@ def follow(
     a: Array,
     quality: Array,
 ) -> int:
-    """Close the rows for a table of prescribed motions, starting from the guess in each line of q.
+    """Close the rows for a table of prescribed motions, starting from the guess in each line of q (nt, n).
 
-    Parameters
-    ----------
-    offset : (nt, nr) array
-    q, v, a : (nt, n) arrays
-        Prescribed entries given, free entries guessed in q; on return all of them.
-    quality : (nt,) array
-        Filled with `closure_quality`.
-
-    Returns
-    -------
-    int
-        Number of lines solved; less than nt where the closure failed.
+    ``offset`` has a line for each, (nt, nr). Free entries of q, v and a are set, and ``quality`` (nt,), the
+    `closure_quality`. Returns the number of lines solved; less than nt where the closure failed.
     """
     for k in range(len(q)):
         if not close(bodies, rows, offset[k], free, size, q[k]):
@@ -275,3 +257,27 @@ def follow(
         consistent_rates(bodies, rows, free, q[k], v[k], a[k])
         quality[k] = closure_quality(bodies, rows, free, q[k])
     return len(q)
+
+
+@kernel
+def ideal_state(model: Any, dynamics: Any, rows: Records, closing: Indices, ideal: Any) -> bool:
+    """Fill the state of the linkage with every joint ideal, at the time and near the state of a run.
+
+    The driven coordinates are the run's, and its state is the first guess. The links are rigid: modal coordinates are
+    zero. Takes the closure rows of all cut joints and the coordinates of joints that no drive prescribes; fills q, v,
+    a, pose, vel and acc of the workspace ``ideal``. Returns False if the loops do not close there.
+    """
+    bodies = model.bodies
+    copy(dynamics.q, ideal.q)
+    copy(dynamics.v, ideal.v)
+    copy(dynamics.a, ideal.a)
+    for i in range(len(bodies.records)):
+        for k in range(bodies.records[i].modes):
+            d = bodies.records[i].eta + k
+            ideal.q[d], ideal.v[d], ideal.a[d] = 0.0, 0.0, 0.0
+    if not close(bodies, rows, np.zeros(len(rows)), closing, model.size, ideal.q):
+        return False
+    consistent_rates(bodies, rows, closing, ideal.q, ideal.v, ideal.a)
+    body_states(bodies, ideal.q, ideal.v, ideal.pose, ideal.vel)
+    body_accelerations(bodies, ideal.pose, ideal.vel, ideal.v, ideal.a, ideal.acc)
+    return True

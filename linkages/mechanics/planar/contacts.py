@@ -49,14 +49,8 @@ def approach_at_start(delta: float, closing: float, landing: float) -> float:
 
     A contact begins at the start if the bodies touch and do not separate, or if they overlap and approach faster than
     `GRAZING`. Bodies that overlap otherwise were in contact before: the speed at which that contact began is unknown,
-    and an infinite speed gives a contact without damping.
-
-    Parameters
-    ----------
-    delta, closing : float
-        Penetration [m] and its rate [m/s] at the start.
-    landing : float
-        Of the contact, from `landing`.
+    and an infinite speed gives a contact without damping. `delta` and `closing` are the penetration [m] and its rate
+    [m/s], `landing` is the contact's, see above.
     """
     least = GRAZING if delta > landing else -GRAZING
     return max(closing, 0.0) if delta >= -landing and closing > least else np.inf
@@ -68,20 +62,9 @@ def clearance_wrenches(
 ) -> None:
     """Add the force pair of every clearance joint to the bodies' wrenches.
 
-    Parameters
-    ----------
-    ends : array of ENDS
-    laws : array of `linkages.laws.PARAMETERS`
-    tables : (nj, nt) array
-        Map of each joint's finite film, or its cells if it has a history; of a worn joint, at the line's end, its
-        profiles, see `linkages.laws.wear.force.place_of`.
-    memory : (nj, 2 or more) array
-        `APPROACH`, `BRISTLE` and `OIL` of each contact.
-    pose, vel : (nb, 5), (nb, 3) arrays
-    wrench : (nb, 3) array
-        Added to.
-    out : (nj, WIDTH) array
-        Filled with `CLEARANCE_OUTPUTS`, content and flow.
+    ``tables`` (nc, nt) have the map of each contact's finite film, or its cells if it has a history; of a worn joint,
+    at the line's end, its profiles, see `linkages.laws.wear.force.place_of`. ``memory`` has `APPROACH`, `BRISTLE` and
+    `OIL` of each contact. ``out`` (nc, WIDTH) is filled with `CLEARANCE_OUTPUTS`, content and flow.
     """
     for k in range(len(ends)):
         end = ends[k]
@@ -110,13 +93,8 @@ def add_contact(
 def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[ContactMotion, Arms]:
     """Compute the motion of a contact's inner end relative to its outer end, and the arms of both.
 
-    Returns
-    -------
-    motion : tuple
-        Vector e between the ends, its rate, angular velocities of outer and inner body; corner: normal into the wall;
-        worn, grooved, with history, stop: angles of outer and inner body.
-    arms : tuple
-        From the origin of the outer body's frame to its end, and of the inner's.
+    The motion is the vector e between the ends, its rate, the angular velocities of outer and inner body; corner: the
+    normal into the wall; worn, grooved, with history, stop: the angles of outer and inner body.
     """
     ex, ey, arms = gap(pose, end.bearing, end.journal)
     vx, vy = gap_rate(vel, end.bearing, end.journal, arms)
@@ -134,10 +112,7 @@ def contact_action(
 ) -> tuple[float, float, float, float, float, float, float, float]:
     """Compute the force (2) and couple on the inner body, and the state of the contact, from `contact_motion`.
 
-    Returns
-    -------
-    tuple
-        fx, fy, couple, rate of the bristles, penetration, its rate, sliding speed, normal load.
+    The state is the rate of the bristles, penetration, its rate, sliding speed, normal load.
     """
     return _action(end, law, table, approach, bristle, motion)
 

@@ -35,25 +35,13 @@ VALUE, SECOND, POWER, ENERGY = range(len(LOAD_OUTPUTS))
 
 @lazy_kernel
 def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array) -> None:
-    """Add the wrenches of all loads to the bodies' wrenches.
-
-    Parameters
-    ----------
-    loads : tuple
-        From `linkages.system.load_records.pack_loads`.
-    t : float
-        Time [s].
-    pose, vel : (nb, 5), (nb, 3) arrays
-        From `body_positions` and `body_velocities`.
-    wrench : (nb, 3) array
-        Added to.
-    """
+    """Add the wrenches of all loads at time t [s] to the bodies' wrenches."""
     records, curves = loads[0], loads[2:]
     inputs = _inputs(loads[1], t, pose, vel)
     for k in range(len(records)):
         load = records[k]
         if load.kind == FORCE:
-            fx, fy, _, _ = _force(load, curves, inputs, pose)
+            fx, fy = _force(load, curves, inputs, pose)
             rx, ry = arm(pose, load.a)
             add_force(wrench, load.a.body, rx, ry, fx, fy)
         elif load.kind == PUSH:
@@ -82,7 +70,7 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
             value = function_jet(curves, load.motion, inputs)[0]
             power = value * load.sign * term_rate(load.term, pose, vel)
         elif load.kind == FORCE:
-            value, second, _, _ = _force(load, curves, inputs, pose)
+            value, second = _force(load, curves, inputs, pose)
             rx, ry = arm(pose, load.a)
             vx, vy = marker_velocity(vel, load.a.body, rx, ry)
             power = value * vx + second * vy
@@ -111,14 +99,14 @@ def _inputs(signals: Records, t: float, pose: Array, vel: Array) -> Array:
 
 
 @kernel
-def _force(load: np.record, curves: Curves, inputs: Array, pose: Array) -> tuple[float, float, float, float]:
-    """Components of a force in plane axes, and their derivatives at a constant direction of the force's axes."""
-    x, dx, _ = function_jet(curves, load.motion, inputs)
-    y, dy, _ = function_jet(curves, load.motion + 1, inputs)
+def _force(load: np.record, curves: Curves, inputs: Array, pose: Array) -> tuple[float, float]:
+    """Components of a force in plane axes."""
+    x, _, _ = function_jet(curves, load.motion, inputs)
+    y, _, _ = function_jet(curves, load.motion + 1, inputs)
     ux, uy = load.ux, load.uy
     if load.turns:
         ux, uy = turned(pose, load.a.body, ux, uy)
-    return ux * x - uy * y, uy * x + ux * y, ux * dx - uy * dy, uy * dx + ux * dy
+    return ux * x - uy * y, uy * x + ux * y
 
 
 @kernel

@@ -159,15 +159,9 @@ def _polynomial(curves: Curves, i: int, x: float) -> Jet:
 
 @lazy_kernel
 def function_jet(curves: Curves, i: int, inputs: Array) -> Jet:
-    """Value of function i and its first two derivatives along a line.
+    """Value of function i and its first two derivatives along a line, with inputs (m, 3) and theirs, the time first.
 
-    Parameters
-    ----------
-    curves : tuple
-    i : int
-        A piecewise polynomial is one of time.
-    inputs : (m, 3) array
-        Inputs with their first two derivatives along the line, the time first.
+    A piecewise polynomial is a function of time.
     """
     if curves[2][i] < 0:
         return _program_jet(curves, i, inputs)

@@ -48,16 +48,8 @@ _accumulate = backward(add_to_parent, moving=False)
 def inertial_forces(bodies: Bodies, work: Workspace, gravity: Array, bias: Array, modal_bias: Array) -> None:
     """Set the forces that the motion of each body needs: rate of change of momentum less gravity and applied wrenches.
 
-    Parameters
-    ----------
-    work : Workspace
-        Its q, v, a, pose, vel, acc and wrench.
-    gravity : (2,) array
-        In plane axes [m/s2].
-    bias : (nb, 3) array
-        Filled with the wrenches on the frames.
-    modal_bias : (n,) array
-        Entries of modes are filled with their generalised forces, elastic ones included.
+    Takes `work`'s q, v, a, pose, vel, acc and wrench. Fills ``bias`` with the wrenches on the frames, and the entries
+    of modes in ``modal_bias`` (n,) with their generalised forces, elastic ones included.
     """
     _set_inertial_forces(bodies, work, gravity, bias, modal_bias)
 

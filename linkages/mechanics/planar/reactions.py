@@ -38,7 +38,7 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
     needed, used = work.modal_bias.copy(), work.bias.copy()
     generalised_force(bodies, work.pose, used, needed)
     nr, nf = len(rows), len(free)
-    jacobian, rhs, found = np.empty((nr, nf)), np.empty(nf), np.empty(nr)
+    jacobian, rhs = np.empty((nr, nf)), np.empty(nf)
     free_jacobian(bodies, rows, work.pose, n, free, jacobian)
     for i in range(nf):
         rhs[i] = needed[free[i]] - work.tau[free[i]]
@@ -47,13 +47,10 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
         for i in range(nf):
             for k in range(nr):
                 across[i, k] = jacobian[k, i]
-        solve_columns(across, rhs, found)
-        for k in range(nr):
-            work.reaction[k] = found[k]
+        solve_columns(across, rhs, work.reaction)
         return
     work.row_matrix[:] = 0.0  # least squares: as many equations as coordinates, fewer unknowns
-    for k in range(nr):
-        work.row_error[k] = 0.0
+    work.row_error[:] = 0.0
     filled = np.empty(nr, np.int64)
     for i in range(nf):
         count = 0
@@ -73,16 +70,10 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
 def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array, efforts: Array) -> None:
     """Fill the forces in all joints and the efforts of all drives.
 
-    Parameters
-    ----------
-    work : Workspace
-        Its pose, tau, reaction, and bias of `linkages.mechanics.planar.newton_euler.inertial_forces`; on return the
-        bias is the wrench that each body gets through its joint.
-    contacts : (nc, WIDTH) array
-    forces : (nj, 3) array
-        Filled with fx, fy [N] and moment about the joint [N m] on each joint's child, its drive's effort left out.
-    efforts : (nd,) array
-        Filled with the torque [N m] or force [N] of each drive, prescribed ones first.
+    Takes `work`'s pose, tau, reaction, and bias of `linkages.mechanics.planar.newton_euler.inertial_forces`; on return
+    the bias is the wrench that each body gets through its joint. Fills ``forces`` (nj, 3) with fx, fy [N] and moment
+    about the joint [N m] on each joint's child, its drive's effort left out, and ``efforts`` (nd,) with the torque [N
+    m] or force [N] of each drive, prescribed ones first.
     """
     bodies, rows, ends, joints = model.bodies, model.rows, model.ends, model.joints
     pose, load, reaction = work.pose, work.bias, work.reaction

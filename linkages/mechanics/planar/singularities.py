@@ -13,10 +13,12 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.base.kernel import Array, Records, kernel, lazy_kernel
+from linkages.mechanics.integrate.stepper import copy
 from linkages.mechanics.planar.bodies import Bodies
+from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.kinematics import body_accelerations, body_positions, body_states
-from linkages.mechanics.planar.loop_dynamics import forward_dynamics
-from linkages.mechanics.planar.projection import correct, project, value_errors
+from linkages.mechanics.planar.loop_dynamics import correct, forward_dynamics, project, value_errors
+from linkages.mechanics.planar.newton_euler import generalised_force, inertial_forces
 from linkages.mechanics.planar.record_types import PRISMATIC
 from linkages.mechanics.planar.workspace import Workspace
 
@@ -36,18 +38,12 @@ def smooth_dynamics(bodies: Bodies, rows: Records, rank: int, size: float, gravi
     """Find the accelerations of the coordinates as `forward_dynamics`, but interpolate them near a singularity.
 
     Sets `work`'s interpolated; its reactions and row responses are undefined where that is 1.
-
-    Parameters
-    ----------
-    size : float
-        Length of the linkage [m].
     """
     work.interpolated[0] = 0.0
     if not len(rows):
         forward_dynamics(bodies, rows, rank, gravity, work)
         return
-    for i in range(len(work.a)):
-        work.prescribed[i] = work.a[i]
+    copy(work.a, work.prescribed)
     conditioning = forward_dynamics(bodies, rows, rank, gravity, work)
     if conditioning < _NEAR:
         q, v = work.q.copy(), work.v.copy()
@@ -55,8 +51,7 @@ def smooth_dynamics(bodies: Bodies, rows: Records, rank: int, size: float, gravi
             work.interpolated[0] = 1.0
             _set_state(bodies, q, v, work)
             return
-        for i in range(len(work.a)):
-            work.a[i] = work.prescribed[i]
+        copy(work.prescribed, work.a)
         _set_state(bodies, q, v, work)
         forward_dynamics(bodies, rows, rank, gravity, work)  # the neighbouring states have left their reactions
 
@@ -69,11 +64,7 @@ def stabilised_dynamics(
 
     For a simulator that does not project its states: near a singularity the accelerations of `smooth_dynamics` have the
     closure error of the state over its distance from the singularity as an error; these accelerations do not.
-
-    Parameters
-    ----------
-    rate : float
-        Double root of the decay of deviations from the closed state [1/s].
+    Deviations from the closed state decay with the double root ``rate`` [1/s].
     """
     if not len(rows):
         forward_dynamics(bodies, rows, rank, gravity, work)
@@ -81,8 +72,7 @@ def stabilised_dynamics(
     q, v, given = work.q.copy(), work.v.copy(), work.a.copy()
     conditioning = forward_dynamics(bodies, rows, rank, gravity, work)
     if not (conditioning < _NEAR and _interpolate(bodies, rows, rank, size, gravity, conditioning, work)):
-        for i in range(len(q)):
-            work.a[i] = given[i]
+        copy(given, work.a)
         project(bodies, rows, rank, _CLOSED, size, work)
         forward_dynamics(bodies, rows, rank, gravity, work)
     for i in range(len(bodies.records)):
@@ -181,3 +171,40 @@ def _solve_at_distance(
     project(bodies, rows, rank, _GOAL, size, work)
     conditioning = forward_dynamics(bodies, rows, rank, gravity, work)
     return conditioning if value_errors(rows, work) <= _CLOSED * size else 0.0
+
+
+@kernel
+def constrained_dynamics(
+    bodies: Bodies,
+    rows: Records,
+    rank: int,
+    size: float,
+    stabilisation: float,
+    gravity: Array,
+    work: Workspace,
+    loops: Array,
+) -> None:
+    """Find accelerations, drive forces and loop reactions at a state; see `stabilised_dynamics`.
+
+    Takes `work`'s q, v, wrench, tau of the free joints, and a with the prescribed accelerations and zero for free
+    joints; sets a, tau of the prescribed joints, and the reactions, which are undefined where accelerations are
+    interpolated near a singularity. Uses the other fields. Fills ``loops`` (n,) with the generalised forces of the
+    loops, which are defined near a singularity too.
+    """
+    body_states(bodies, work.q, work.v, work.pose, work.vel)
+    stabilised_dynamics(bodies, rows, rank, size, stabilisation, gravity, work)
+    needed = work.modal_response
+    needed[:] = 0.0
+    inertial_forces(bodies, work, gravity, work.bias, needed)
+    generalised_force(bodies, work.pose, work.bias, needed)
+    work.wrench[:] = 0.0
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], work.pose, work.reaction[k], work.wrench)
+    loops[:] = 0.0
+    generalised_force(bodies, work.pose, work.wrench, loops)
+    for i in range(len(bodies.records)):
+        d = bodies.records[i].dof
+        if d >= 0 and bodies.records[i].driven >= 0:
+            work.tau[d] = needed[d] - loops[d]
+        elif d >= 0 and len(rows):
+            loops[d] = needed[d] - work.tau[d]

@@ -12,49 +12,31 @@ from linkages.mechanics.planar.bodies import Bodies
 def forward(visit: Callable[..., Any], moving: bool = True) -> Callable[..., None]:
     """Make a pass that calls ``visit(bodies, i, *given)`` for parents before their children, the world excepted.
 
-    Parameters
-    ----------
-    visit : kernel
-    moving : bool
-        Only for bodies that a free coordinate moves.
-
-    Returns
-    -------
-    kernel ``(bodies, *given)``, inlined into its callers
+    The pass is a kernel ``(bodies, *given)``, inlined into its callers; with `moving` it visits only bodies that a free
+    coordinate moves.
     """
-    step = _if_moving(visit) if moving else visit
 
     @inlined_kernel
     def sweep(bodies: Bodies, *given: Any) -> None:
         """Visit the bodies in their order."""
         for i in range(1, len(bodies.records)):
-            step(bodies, i, *given)
+            if not moving or bodies.records[i].moving:
+                visit(bodies, i, *given)
 
     return sweep
 
 
 def backward(visit: Callable[..., Any], moving: bool = True) -> Callable[..., None]:
     """Make a pass that calls ``visit(bodies, i, *given)`` for children before their parents; see `forward`."""
-    step = _if_moving(visit) if moving else visit
 
     @inlined_kernel
     def sweep(bodies: Bodies, *given: Any) -> None:
         """Visit the bodies in the reverse of their order."""
         for i in range(len(bodies.records) - 1, 0, -1):
-            step(bodies, i, *given)
+            if not moving or bodies.records[i].moving:
+                visit(bodies, i, *given)
 
     return sweep
-
-
-def _if_moving(visit: Callable[..., Any]) -> Callable[..., None]:
-    """Make a kernel that visits bodies that a free coordinate moves, and no others."""
-
-    @inlined_kernel
-    def check(bodies: Bodies, i: int, *given: Any) -> None:
-        if bodies.records[i].moving:
-            visit(bodies, i, *given)
-
-    return check
 
 
 #: What a change of some coordinates does to a body: nothing; moves it; nothing, but the change before has moved it.

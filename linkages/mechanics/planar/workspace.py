@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, Records, kernel, record_type
+from linkages.base.kernel import Array, Indices, Records, record_type
 from linkages.mechanics.planar.bodies import new_poses
 
 #: Symmetric inertia that takes a motion to a wrench; t: turn about the frame's origin, x and y: translation.
@@ -88,7 +88,3 @@ def make_workspace(nb: int, n: int, nr: int, nm: int = 0) -> Workspace:
         np.zeros((nr, n)), np.zeros((nr, nr)), np.zeros(nr), np.zeros((2, nr), np.int64),
         np.zeros(frames), np.zeros(n), np.zeros(n), np.zeros(1),
     )  # fmt: skip
-
-
-#: The same for compiled callers.
-workspace = kernel(make_workspace)

@@ -7,9 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from linkages.input.model.experiment import FRAME_BENDING, LINK_BENDING
-from linkages.mechanics.planar.beam_deflection import deflection, largest_deflection
+from linkages.mechanics.planar.beams import beam_state, deflection, largest_deflection
 from linkages.mechanics.planar.flexible_dynamics import flexible_energy
-from linkages.mechanics.planar.internal_forces import beam_state
 from linkages.mechanics.planar.loads import ENERGY
 from linkages.mechanics.planar.markers import arm, marker_velocity, turned
 from linkages.results.outputs.quantity import Element, Owner, Snapshot, formula, quantities

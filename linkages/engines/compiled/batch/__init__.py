@@ -4,7 +4,6 @@
 |-------------------|------------------------------------------------------------------------|
 | statistics        | runs of many designs in compiled code, and their statistics in windows |
 | designs           | the designs of a batch as numbers                                      |
-| runs              | `Runs`: runs of many designs in parallel threads                       |
-| batch_derivatives | derivatives of the statistics of many runs                             |
+| runs              | `Runs`: runs of many designs in parallel threads, their derivatives    |
 | batch             | `simulate_batch`: summaries of many runs                               |
 """

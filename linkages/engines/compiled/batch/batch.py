@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from linkages.base.arguments import Count, Lines, Names, validated
+from linkages.base.arguments import Count, Lines, Names, fitting, validated
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, Status
 from linkages.base.kernel import Array, Indices
-from linkages.engines.compiled.batch.batch_derivatives import STATISTICS_WITH_RATES, differentiate_runs
 from linkages.engines.compiled.batch.designs import designs_of
-from linkages.engines.compiled.batch.runs import Runs
+from linkages.engines.compiled.batch.runs import STATISTICS_WITH_RATES, Runs, differentiate_runs
 from linkages.engines.compiled.batch.statistics import STATISTICS
 from linkages.input.files.table_formats import needed
 from linkages.input.model.capabilities import Analysis
@@ -221,7 +220,8 @@ def simulate_batch(
     for name in variables:
         if variables.count(name) > 1:
             raise InputError("argument", "variables", f'has "{name}" twice; give each once')
-    table, spans = _values_of(values, variables), _spans_of(windows, variables, system.experiment.duration)
+    table = fitting(np.zeros((1, 0)) if values is None else values, len(variables), "values", "variables")
+    spans = _spans_of(windows, variables, system.experiment.duration)
     chosen = default_outputs(system) if outputs is None else tuple(outputs)
     designs = designs_of(system, tuple(variables), chosen, spans.tobytes())
     if not designs.checked:  # a search makes many batches of the same designs
@@ -232,7 +232,7 @@ def simulate_batch(
         system.check_analysis(Analysis.DERIVATIVES)
     runs = Runs(designs, table)
     share = _OF_RUNS if wrt else 1.0
-    bounds = None if limits is None else _values_of(limits, variables, "limits")
+    bounds = None if limits is None else fitting(limits, len(variables), "limits", "variables")
     if bounds is not None and (len(bounds) != 2 or not np.isfinite(bounds).all()):
         raise InputError("argument", "limits", "must have two lines, the ends of the ranges, of finite numbers")
     with _shown(progress) as show:
@@ -258,16 +258,6 @@ def _shown(progress: Callable[[float], None] | None) -> Iterator[Callable[[float
         yield lambda part: cast(None, bar.update(part - bar.n))
 
 
-def _values_of(values: Array | None, variables: Sequence[str], name: str = "values") -> Array:
-    """Return the values of the runs, (m, nv)."""
-    table = np.zeros((1, 0)) if values is None else values
-    if table.shape[1] != len(variables):
-        raise InputError(
-            "argument", name, f"have {table.shape[1]} columns for {len(variables)} variables; give as many"
-        )
-    return table
-
-
 def _spans_of(windows: Array | None, variables: Sequence[str], duration: float) -> Array:
     """Return the times of the windows, (nw, 2); the whole run by default."""
     spans = np.array([[0.0, duration]]) if windows is None else windows
@@ -287,7 +277,10 @@ def _check_paths(system: System, variables: Sequence[str], table: Array) -> None
     for name, column in zip(variables, table.T, strict=True):
         first: InputError | None = None
         finite = column[np.isfinite(column)]
-        for value in [*_own(system, name), *finite[:1], *([finite.min(), finite.max()] if len(finite) else []), 1.0]:
+        tried = [*finite[:1], *([finite.min(), finite.max()] if len(finite) else []), 1.0]
+        with suppress(InputError):
+            tried = [system.value(name), *tried]
+        for value in tried:
             try:
                 system.replaced({name: float(value)})
                 break
@@ -295,11 +288,3 @@ def _check_paths(system: System, variables: Sequence[str], table: Array) -> None
                 first = first or problem
         else:
             raise cast(InputError, first)
-
-
-def _own(system: System, path: str) -> list[float]:
-    """Return the number of a system at a path; none if it has no value there."""
-    try:
-        return [system.value(path)]
-    except InputError:
-        return []

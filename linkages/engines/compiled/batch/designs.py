@@ -58,10 +58,7 @@ class Designs:
     def given(self, values: Array, left: Any = False) -> Given:
         """Build the system of a design (nv,), and collect its numbers.
 
-        Raises
-        ------
-        InputError, AssemblyError
-            If a value is not valid, or the linkage cannot be assembled.
+        InputError if a value is not valid, AssemblyError if the linkage cannot be assembled.
         """
         system, windows = self.built(values, left)
         if np.any(windows[:, 1] > system.experiment.duration * (1.0 + 1e-12)):
@@ -71,10 +68,7 @@ class Designs:
     def build(self, values: Array) -> tuple[Given, Contents]:
         """Build a system for a design (nv,), with other values where these are numbers; return it, and all numbers.
 
-        Raises
-        ------
-        InputError, AssemblyError
-            See `given`.
+        Errors as for `given`.
         """
         if self._numbers.any() and self._inside(values):
             with suppress(InputError, AssemblyError):  # the message may depend on all values

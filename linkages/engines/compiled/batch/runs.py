@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import Any
 
@@ -14,11 +14,18 @@ from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.precompiled import processors
 from linkages.engines.compiled.batch.designs import Bench, Designs
 from linkages.engines.compiled.batch.statistics import NO_IDEAL, STATISTICS
+from linkages.engines.compiled.derivatives.neighbours import neighbours
 from linkages.engines.compiled.run.job import Given
 from linkages.engines.compiled.run.runner import STATUS
+from linkages.engines.compiled.simulation import simulate
 from linkages.engines.threads import in_threads
 from linkages.mechanics.integrate.driver import DONE
+from linkages.results.derivatives import NO_RUN, REFUSED, Direction
+from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
 from linkages.system.ideal_motion import cause
+
+#: Statistics of a batch with derivatives.
+STATISTICS_WITH_RATES = ("minimum", "maximum", "peak", "mean", "rms", "last")
 
 _AT_ONCE = 16  # most runs in one call of compiled code
 _PARTS = 4  # calls for each thread, at least
@@ -146,3 +153,42 @@ class Runs:
 
     def _fail(self, row: int, status: Status, reason: str) -> None:
         self.status[row], self.reason[row], self._ended[row] = status, reason, True
+
+
+def differentiate_runs(
+    runs: Runs, wrt: Sequence[str | Direction], threads: int | None, progress: Callable[[float], None]
+) -> tuple[dict[str, dict[str, Array]], list[str]]:
+    """Differentiate the statistics of m finished runs with respect to values, in threads.
+
+    Runs that did not reach their end have no derivatives. Returns (m, nw, no) arrays by path and statistic, NaN where
+    there is none, and the status of each run, see `linkages.results.derivatives.MEANING`. `progress` is called now and
+    then with the part that is done. InputError if a path of the nominal system has no number or no derivative.
+    """
+    paths = [one.path for one in neighbours(runs.designs.system, wrt)]
+    count, shape = len(runs.table), runs.found.shape[:3]
+    table = np.full((len(STATISTICS_WITH_RATES), len(paths), *shape), np.nan)
+    status, done = [NO_RUN] * count, np.zeros(count)
+
+    def differentiate(row: int) -> None:
+        """Fill a row of the table, unless its run failed."""
+        if runs.status[row] is Status.OK:
+            system, windows = runs.designs.built(runs.table[row])
+            wanted = [
+                Wanted(output, name, float(start), float(end))
+                for name in STATISTICS_WITH_RATES
+                for start, end in windows
+                for output in runs.designs.outputs
+            ]
+            try:
+                run = simulate(system, outputs=runs.designs.outputs, wrt=wrt)
+            except InputError:
+                status[row] = REFUSED
+            else:
+                found = np.array([one.rates for one in differentiate_statistics(run, wanted)])
+                table[:, :, row] = np.moveaxis(found.reshape(len(table), *shape[1:], len(paths)), 3, 1)
+                status[row] = run.sensitivity.status
+        done[row] = 1.0
+
+    in_threads(differentiate, count, threads, lambda: progress(float(done.mean())))
+    rates = {path: {name: table[k, p] for k, name in enumerate(STATISTICS_WITH_RATES)} for p, path in enumerate(paths)}
+    return rates, status

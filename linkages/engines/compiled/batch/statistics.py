@@ -16,19 +16,8 @@ from linkages.engines.compiled.run.equations import solve_state
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.replay import Steps, recorded, remember
 from linkages.engines.compiled.run.sampling import Sampler, asked, knows_outputs, look, sample
+from linkages.mechanics.integrate import peak_search
 from linkages.mechanics.integrate.driver import DONE, PAUSED
-from linkages.mechanics.integrate.peak_search import (
-    FEW,
-    MOST,
-    TIMES,
-    VALUES,
-    above,
-    average,
-    begin,
-    candidates,
-    next_time,
-    take,
-)
 from linkages.mechanics.integrate.stepper import copy
 
 #: Statistics of each window and output. To add one: its name here, at the end, and its formula in `summarise`.
@@ -43,14 +32,8 @@ NO_IDEAL = 5
 def summarise(job: Job, steps: Steps, valid: float, out: Array) -> bool:
     """Fill `STATISTICS` (nw, no, ns) of a run over the job's windows; returns False if the ideal linkage is open.
 
-    Parameters
-    ----------
-    job : Job
-        Whose contacts remember nothing.
-    steps : Steps
-        Of the run; after what contacts remember follow the outputs (nt, no), filled unless `knows_outputs`.
-    valid : float
-        Time up to which the run is valid [s]; windows that do not end before it get NaN.
+    The job's contacts remember nothing. After what contacts remember, the steps' memory has the outputs (nt, no); they
+    are filled here unless `knows_outputs`. Windows that do not end before the time `valid` [s] get NaN.
     """
     sampler, first = reference(Sampler(job, steps)), recorded(job.equations.work.memory)
     if not knows_outputs(job):
@@ -70,8 +53,8 @@ def summarise(job: Job, steps: Steps, valid: float, out: Array) -> bool:
         count = _fill(sampler, job.windows[m, 0], job.windows[m, 1], times, values)
         for k in range(no if count > 0 else 0):
             samples, line = values[k, :count], out[m, k]
-            line[4] = average(times[:count], samples, False)
-            line[5] = average(times[:count], samples, True)
+            line[4] = peak_search.average(times[:count], samples, False)
+            line[5] = peak_search.average(times[:count], samples, True)
             line[6] = samples[count - 1]
         count = _add_middles(sampler, times, values, count)
         if count < 0:
@@ -140,30 +123,30 @@ def _add_middles(sampler: Sampler, times: Array, values: Array, count: int) -> i
 @kernel
 def _extreme(sampler: Sampler, k: int, sign: float, times: Array, values: Array, search: Array) -> tuple[float, float]:
     """Find the extreme of output k, the maximum of sign times it, from its samples; return it and its time."""
-    places, tops = np.empty(MOST, np.int64), np.empty(MOST)
+    places, tops = np.empty(peak_search.MOST, np.int64), np.empty(peak_search.MOST)
     best = 0
     for i in range(len(times)):
         if sign * values[i] > sign * values[best]:
             best = i
     when, highest, floor = times[best], sign * values[best], -math.inf
-    for c in range(candidates(times, values, sign, places, tops)):
-        if c < FEW or tops[c] > highest:
-            begin(search, times, values, sign, places[c])
+    for c in range(peak_search.candidates(times, values, sign, places, tops)):
+        if c < peak_search.FEW or tops[c] > highest:
+            peak_search.begin(search, times, values, sign, places[c])
             _refine(sampler, k, sign, floor, search)
-            if search[VALUES, 1] > (above(highest) if c else highest):
-                when, highest = search[TIMES, 1], search[VALUES, 1]
+            if search[peak_search.VALUES, 1] > (peak_search.above(highest) if c else highest):
+                when, highest = search[peak_search.TIMES, 1], search[peak_search.VALUES, 1]
             if c == 0:
-                floor = above(highest)
+                floor = peak_search.above(highest)
     return sign * highest, when
 
 
 @kernel
 def _refine(sampler: Sampler, k: int, sign: float, floor: float, search: Array) -> None:
     """Go through the search for a maximum of sign times output k, unless it turns out to be below the floor."""
-    t = next_time(search, floor)
+    t = peak_search.next_time(search, floor)
     while t == t and sample(sampler, t, sampler.job.row):
-        take(search, t, sign * sampler.job.row[k])
-        t = next_time(search, floor)
+        peak_search.take(search, t, sign * sampler.job.row[k])
+        t = peak_search.next_time(search, floor)
 
 
 @kernel
@@ -186,24 +169,12 @@ def run_rows(
     found: Array,
     ended: Array,
 ) -> None:
-    """Run the designs of some rows.
+    """Run the designs of m rows, until ``stop`` (1,) is set.
 
-    Parameters
-    ----------
-    job : Job
-        In a `linkages.base.kernel.block.Block`.
-    memory, initial : (n,) arrays
-        Of the block.
-    columns : (k,) array
-        Indices of the memory at which the designs differ.
-    words : (m, k) array
-        Their values in each row.
-    stop : (1,) array
-        Not zero as soon as the batch is to end.
-    found : (m, nw, no, ns) array
-        Filled with statistics; NaN for windows of which a failed run did not reach the end.
-    ended : (m, 3) array
-        Filled with the status of each row, the time that the run has reached [s], and the number of steps.
+    The job is in a `linkages.base.kernel.block.Block`, whose memory and initial memory are (n,) arrays; the designs
+    differ at the indices ``columns`` (k,) of it, and have the values ``words`` (m, k). Fills ``found`` (m, nw, no, ns)
+    with statistics, NaN for windows of which a failed run did not reach the end, and ``ended`` (m, 3) with the status
+    of each row, the time that the run has reached [s], and the number of steps.
     """
     for i in range(len(words)):
         if stop[0]:

@@ -31,7 +31,7 @@ from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.closure_rows import row_rate, row_value
 from linkages.mechanics.planar.contacts import PENETRATION
-from linkages.mechanics.planar.projection import correct
+from linkages.mechanics.planar.loop_dynamics import correct
 
 _MOST = 1000  # attempts within one step
 _STEEP = 0.3  # ratio of the depths at the ends of a step below which the step is graded

@@ -7,9 +7,8 @@
 | equations  | equations of motion, driven coordinates eliminated: accelerations; balance of forces |
 | jacobian   | their Jacobian: exact mechanics, partial derivatives of the contacts' laws           |
 | linear     | the equations of motion linearised about a state at rest                             |
-| projection | back onto the closure of ideal loops after each step                                 |
 | binding    | integrators and equations bound together: runs, and states between their steps       |
-| replay     | states between steps, by stepping there again                                        |
+| replay     | states between steps, by stepping there again; back onto closed loops after a step   |
 | kinks      | steps divided where the slope of a contact's force jumps                             |
 | sampling   | outputs at any times of a run                                                        |
 | runner     | `Runner`: a system as an object that runs                                            |

@@ -12,8 +12,7 @@ from linkages.engines.compiled.run.job import ACCURACY, END, LEAST, LONGEST, MOS
 from linkages.engines.compiled.run.kinks import set_sides, shortened
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
-from linkages.engines.compiled.run.projection import project_state
-from linkages.engines.compiled.run.replay import STAGES, Steps, record_memory, recorded, replay
+from linkages.engines.compiled.run.replay import STAGES, Steps, project_state, record_memory, recorded, replay
 from linkages.engines.compiled.run.sampling import asked, knows_outputs, look
 from linkages.mechanics.integrate.driver import DONE, PAUSED, Options, Record, driver, joined, without_last
 from linkages.mechanics.integrate.stepper import Stepper, copy, restart
@@ -130,23 +129,9 @@ def run(
 ) -> Record:
     """Run from (t, y), at most up to the last step with closed loops; keep the contacts' memory and modes up to date.
 
-    Parameters
-    ----------
-    job : Job
-    kinks : (nc, KINKS) array, or none
-        Kinks at which steps end.
-    stages : bool
-        Whether to record the increments of an implicit method's stages, for a job without outputs.
-    t : float
-    y : (ny,) array
-    first : float
-        Step to try [s]; 0 lets the driver choose it.
-    most : int
-        Steps after which the run pauses.
-    end : float
-        Last time [s].
-    stop : (1,) array of int
-        Not zero as soon as the run is to pause after its present step.
+    ``kinks`` (nc, KINKS), or none, are those at which steps end. With `stages` the increments of an implicit method's
+    stages are recorded, for a job without outputs. The first step to try [s] is 0 if the driver is to choose it. The
+    run pauses after so many steps, or after the present one as soon as ``stop`` (1,) is not zero.
     """
     equations, limits = job.equations, job.limits
     model, work = equations.model, equations.work

@@ -19,64 +19,31 @@ from linkages.mechanics.planar.kinematics import body_accelerations, body_veloci
 
 
 class Closure(NamedTuple):
-    """Derivatives of the nr closure rows at a state, with nf free coordinates.
+    """Derivatives of the nr closure rows at a state, with nf free coordinates."""
 
-    Attributes
-    ----------
-    rows : (nr, nf) array
-        Change of the rows with the free coordinates, and of their rates with the free rates.
-    turning : (nr, nf) array
-        Change of the rows' rates with the free coordinates.
-    rank : int
-        Number of independent rows.
-    """
-
-    rows: Array
-    turning: Array
-    rank: int
+    rows: Array  # change of the rows with the free coordinates, and of their rates with the free rates, (nr, nf)
+    turning: Array  # change of the rows' rates with the free coordinates, (nr, nf)
+    rank: int  # number of independent rows
 
 
 class Slopes(NamedTuple):
-    """Derivatives of the equations dy/dt = f(t, y) at a state y (ny,), with n coordinates.
+    """Derivatives of the equations dy/dt = f(t, y) at a state y (ny,), with n coordinates."""
 
-    Attributes
-    ----------
-    rates : (ny,) array
-        f.
-    jacobian : (ny, ny) array
-        df/dy.
-    masses : (n, n) array
-        Mass matrix of all coordinates; zero rows and columns for prescribed ones.
-    closure : Closure
-    """
-
-    rates: Array
-    jacobian: Array
-    masses: Array
+    rates: Array  # f, (ny,)
+    jacobian: Array  # df/dy, (ny, ny)
+    masses: Array  # mass matrix of all coordinates, (n, n); zero rows and columns for prescribed ones
     closure: Closure
 
 
 class Linear(NamedTuple):
-    """Matrices of M x'' + C x' + K x = 0: ``ways @ x``, with m entries of x, are the changes of the n free coordinates.
+    """Matrices of M x'' + C x' + K x = 0: ``ways @ x``, with m entries of x, changes the n free coordinates."""
 
-    Attributes
-    ----------
-    mass, damping, stiffness : (m, m) arrays
-        SI units of the coordinates: rad, m.
-    ways : (n, m) array
-        Orthonormal columns.
-    masses : (n, n) array
-        Mass matrix of the free coordinates.
-    acceleration : (m,) array
-        Of the state itself; zero in equilibrium.
-    """
-
-    mass: Array
+    mass: Array  # (m, m), in SI units of the coordinates: rad, m
     damping: Array
     stiffness: Array
-    ways: Array
-    masses: Array
-    acceleration: Array
+    ways: Array  # orthonormal columns, (n, m)
+    masses: Array  # mass matrix of the free coordinates, (n, n)
+    acceleration: Array  # of the state itself, zero in equilibrium, (m,)
 
 
 @kernel
@@ -103,19 +70,11 @@ def _row_curvature(equations: Equations, v: Array, out: Array) -> None:
 
 
 def slopes(runner: Runner, t: float, y: Array) -> Slopes:
-    """Differentiate the equations of motion at a state.
+    """Differentiate the equations of motion at a time t [s] and a state y (ny,) of a runner.
 
-    The mechanics are differentiated exactly, the laws of contacts by differences of the fourth order.
-
-    Parameters
-    ----------
-    runner : Runner
-        Of a system with a Jacobian, that is with the integrator ``radau_iia_5``. Its contacts must be open or have a
-        film: the copy of the equations has no approach speeds.
-    t : float
-        Time [s].
-    y : (ny,) array
-        State, see `linkages.engines.compiled.run.model`.
+    The mechanics are differentiated exactly, the laws of contacts by differences of the fourth order. The runner's
+    system has a Jacobian, that is the integrator ``radau_iia_5``. Its contacts must be open or have a film: the copy of
+    the equations has no approach speeds.
     """
     equations, model = runner.aside(), runner.model
     n, ny, w = len(model.free), len(y), equations.work.dynamics
@@ -146,12 +105,7 @@ def closure_at(runner: Runner, t: float, y: Array) -> Closure:
 def linearised(runner: Runner, t: float) -> Linear:
     """Linearise the equations of motion about the start of a runner's system, which stands still.
 
-    Parameters
-    ----------
-    runner : Runner
-        Of a system without contacts; stiff, so that it has a Jacobian.
-    t : float
-        Time at which loads act [s].
+    Its loads are those at t [s]. It has no contacts, and is stiff, so that it has a Jacobian.
     """
     model, n = runner.model, len(runner.model.free)
     rates, changes, masses, (rows, _, _) = slopes(runner, t, runner.start)

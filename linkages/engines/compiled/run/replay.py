@@ -1,7 +1,7 @@
 """States between the steps of a run, by stepping there again.
 
 A film's force follows from the last digits of the velocities, so that interpolated states would spoil it. A step from
-the one before, of given size, is as accurate as the run.
+the one before, of given size, is as accurate as the run. After each step the state is moved back onto closed loops.
 """
 
 from __future__ import annotations
@@ -11,20 +11,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, kernel
+from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
 from linkages.engines.compiled.run.equations import derivatives, is_solved, solve_state
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
-from linkages.engines.compiled.run.projection import project_state
 from linkages.laws.film.film_history import MISSING, remembered_cells
 from linkages.mechanics.integrate.implicit import set_last_step
 from linkages.mechanics.integrate.stepper import OF, Stepper, copy, restart
 from linkages.mechanics.planar.contacts import APPROACH, OIL
+from linkages.mechanics.planar.loop_dynamics import project
 from linkages.mechanics.planar.motion import last_start
 
 _MOST = 1000  # attempts within one step of a run, where Newton's method does not converge over all of it
 _APART = 0.1  # of a step: what others are away, at least, of which states lie on one curve with its own
-
+_CLOSED = 1e-14  # closure error that a projection leaves, in parts of the linkage's length
 
 #: Stages of the implicit method.
 STAGES = 3
@@ -40,6 +40,22 @@ class Steps(NamedTuple):
     times: Array
     states: Array
     memory: Array
+
+
+@lazy_kernel
+def project_state(equations: Equations, y: Array) -> bool:
+    """Move coordinates and rates, in y and in the work, to where the loops are closed; False if they were already.
+
+    The equations are solved at y. Where the accelerations are interpolated near a singularity the state stays as it is:
+    the loops determine it there only to digits that it does not have.
+    """
+    model, w, n = equations.model, equations.work.dynamics, len(equations.model.free)
+    if w.interpolated[0] > 0.0 or not project(model.stiff, model.rows, model.rank, _CLOSED, model.size, w):
+        return False
+    for i in range(n):
+        y[i] = w.q[model.free[i]]
+        y[n + i] = w.v[model.free[i]]
+    return True
 
 
 @kernel

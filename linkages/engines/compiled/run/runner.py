@@ -12,7 +12,7 @@ import numpy as np
 
 from linkages.base.errors import AssemblyError, Status
 from linkages.base.kernel import Array, Indices
-from linkages.base.kernel.by_reference import Packed, packed
+from linkages.base.kernel.by_reference import packed
 from linkages.base.signals import arrival, deferred
 from linkages.engines.compiled.run.binding import LEFT, OPEN, check, evaluate, run
 from linkages.engines.compiled.run.job import END, Job, make_given, make_job
@@ -83,23 +83,12 @@ class Runner:
     def run(
         self, t: float, y: Array, first: float, most: int, end: float | None = None, differentiated: bool = False
     ) -> Record:
-        """Run from a state, at most up to the last step with closed loops.
+        """Run from a state y (ny,) at t [s], at most up to the last step with closed loops.
 
-        Parameters
-        ----------
-        t : float
-            Time [s].
-        y : (ny,) array
-            State.
-        first : float
-            Step to try [s]; 0 lets the driver choose it, so that a tighter accuracy has a shorter one.
-        most : int
-            Steps after which the run pauses; it also pauses where a signal arrives.
-        end : float, optional
-            Default the experiment's duration [s].
-        differentiated : bool
-            Whether derivatives will be computed: steps end at kinks at any accuracy, and the stages of an implicit
-            method are recorded.
+        `first` is the step to try [s]; 0 lets the driver choose it, so that a tighter accuracy has a shorter one. The
+        run pauses after `most` steps, and where a signal arrives; its end is the experiment's duration by default. If
+        it is to be differentiated, steps end at kinks at any accuracy, and the stages of an implicit method are
+        recorded.
         """
         stop, end = np.frombuffer(arrival(), np.int64, 1), float(self._given.limits[END]) if end is None else end
         with deferred():
@@ -119,23 +108,20 @@ class Runner:
         nt, nc, n = len(times), len(self.model.ends), len(self.model.free) + len(self.model.driven)
         out = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH))
         with _table(self.system, ()).lent() as job:
-            evaluate(job, _packed(steps), np.asarray(times, dtype=np.float64), *out)
+            evaluate(job, packed(steps), np.asarray(times, dtype=np.float64), *out)
         return out
 
     def outputs(self, steps: Steps, times: Array, names: Sequence[str] | None = None) -> Columns:
         """Compute outputs at times within steps of a run, as `linkages.results.outputs.columns.columns`.
 
-        Raises
-        ------
-        AssemblyError
-            If jitter is requested and the ideal linkage does not close.
+        AssemblyError if jitter is requested and the ideal linkage does not close.
         """
         if names is None and isinstance(self.system, Segmented):
             return whole_columns(self.system, False, lambda own: self.outputs(steps, times, own))
         table = _table(self.system, None if names is None else tuple(names))
         found = np.empty((len(times), len(table.names)))
         with table.lent() as job:
-            if not tabulate_run(job, _packed(steps), np.asarray(times, dtype=np.float64), found):
+            if not tabulate_run(job, packed(steps), np.asarray(times, dtype=np.float64), found):
                 raise AssemblyError(Status.NO_ASSEMBLY, "the ideal linkage does not close")
         return {"time": times} | dict(zip(table.names, np.ascontiguousarray(found.T), strict=True))
 
@@ -170,10 +156,6 @@ class _Table:
 @lru_cache(maxsize=32)  # a search for peaks evaluates repeatedly, in each thread
 def _table(system: System, names: tuple[str, ...] | None) -> _Table:
     return _Table(system, tuple(all_names(system)) if names is None else names)
-
-
-def _packed(steps: Steps) -> Steps:
-    return steps if isinstance(steps, Packed) else packed(steps)
 
 
 def _restored(system: System, memory: Array, modes: Indices) -> Runner:

@@ -10,7 +10,7 @@ from linkages.base.kernel.by_reference import reference
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.replay import Steps, replay
 from linkages.mechanics.integrate.stepper import restart
-from linkages.mechanics.planar.ideal import ideal_state
+from linkages.mechanics.planar.closure import ideal_state
 from linkages.mechanics.planar.loads import load_outputs
 from linkages.mechanics.planar.newton_euler import inertial_forces
 from linkages.mechanics.planar.reactions import joint_forces, row_reactions
