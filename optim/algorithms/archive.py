@@ -74,21 +74,11 @@ class Archive:
 
 
 def by_feasibility(values: Values, tolerance: float = 0.0) -> Indices:
-    """Sort designs: feasible ones by the first objective, then infeasible ones by their violation, then failed ones.
+    """Sort designs, the best first; return their rows (m,).
 
-    K. Deb, An efficient constraint handling method for genetic algorithms, Computer Methods in Applied
-    Mechanics and Engineering 186 (2000) 311-338.
-
-    Parameters
-    ----------
-    values : Values
-    tolerance : float
-        Violation up to which a constraint counts as satisfied.
-
-    Returns
-    -------
-    (m,) array of int
-        Rows, the best first; equal ones in their order.
+    Feasible ones (violations up to the tolerance) by the first objective, then infeasible ones by their violation, then
+    failed ones; equal ones in their order. K. Deb, An efficient constraint handling method for genetic algorithms,
+    Computer Methods in Applied Mechanics and Engineering 186 (2000) 311-338.
     """
     feasible = values.feasible(tolerance)
     key = np.where(feasible, values.objectives[:, 0], values.violation)

@@ -80,15 +80,10 @@ class NondominatedSorting(_Generations):
 
 
 def genetic(problem: Problem, settings: Genetic, seed: int = 0, progress: Report | None = None) -> Result:
-    """Minimise one objective.
+    """Minimise one objective; `Result.runs` are the restarts.
 
-    Parameters as in `optim.minimise`. The problem's start is a member of the first generation; `progress` is
-    called after each generation, with the states of the random generators.
-
-    Returns
-    -------
-    Result
-        `runs` are the restarts.
+    Parameters as in `optim.minimise`. The problem's start is a member of the first generation; `progress` is called
+    after each generation, with the states of the random generators.
     """
     return _restarts(problem, settings, seed, progress, min(settings.elites, settings.population))
 
@@ -96,14 +91,9 @@ def genetic(problem: Problem, settings: Genetic, seed: int = 0, progress: Report
 def nondominated_sorting(
     problem: Problem, settings: NondominatedSorting, seed: int = 0, progress: Report | None = None
 ) -> Result:
-    """Find the Pareto front of several objectives by NSGA-II.
+    """Find the Pareto front of all designs that were evaluated, in order of the first objective, by NSGA-II.
 
     Parameters as in `genetic`.
-
-    Returns
-    -------
-    Result
-        The Pareto front of all designs that were evaluated, in order of the first objective.
     """
     return _restarts(problem, settings, seed, progress, settings.population)
 

@@ -8,29 +8,12 @@ from linkages.base.arrays import Array
 
 
 def latin_hypercube(count: int, size: int, rng: np.random.Generator) -> Array:
-    """Draw designs of which each variable has exactly one in each of `count` equal parts of its range.
+    """Draw designs (count, size), 0 to 1: each variable has one in each of `count` equal parts of its range.
 
-    The numbers are those of `scipy.stats.qmc.LatinHypercube`; its import takes as long as several hundred runs of a
-    small machine.
-
-    Parameters
-    ----------
-    count : int
-        Number of designs.
-    size : int
-        Number of variables.
-    rng : numpy.random.Generator
-        Its state stays the same; each call draws other designs.
-
-    Returns
-    -------
-    (count, size) array
-        Relative to the bounds, 0 to 1.
-
-    References
-    ----------
-    M. D. McKay, R. J. Beckman, W. J. Conover, A comparison of three methods for selecting values of input variables in
-    the analysis of output from a computer code, Technometrics 21(2), 1979.
+    The state of the random generator stays the same; each call draws other designs. The numbers are those of
+    `scipy.stats.qmc.LatinHypercube`; its import takes as long as several hundred runs of a small machine. M. D. McKay,
+    R. J. Beckman, W. J. Conover, A comparison of three methods for selecting values of input variables in the analysis
+    of output from a computer code, Technometrics 21(2), 1979.
 
     Examples
     --------

@@ -15,18 +15,9 @@ from optim.problem.study import Array
 
 
 def run_on_drake(request: Request, progress: Callable[[float], None] | None = None) -> Statistics:
-    """Run the designs of a request on Drake, one after the other.
+    """Run the designs of a request on Drake, one after the other; KeyboardInterrupt if a run was interrupted.
 
-    Parameters
-    ----------
-    request : Request
-    progress : callable, optional
-        Called with the simulated time of all runs so far [s].
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If a run was interrupted.
+    `progress` is called with the simulated time of all runs so far [s].
     """
 
     def statistics(i: int, system: System) -> Array:
@@ -37,13 +28,7 @@ def run_on_drake(request: Request, progress: Callable[[float], None] | None = No
 
 
 def _statistics(request: Request, system: System, progress: Callable[[float], None] | None) -> Array:
-    """`STATISTICS` of each output in each window, (4, nw, no).
-
-    Raises
-    ------
-    AssemblyError
-        Also if the run does not reach its end.
-    """
+    """`STATISTICS` of each output in each window, (4, nw, no); AssemblyError if the run does not reach its end."""
     outputs = request.outputs
     run = simulate(system, "drake", progress)
     if run.status is Status.INTERRUPTED:

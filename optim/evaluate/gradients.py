@@ -129,13 +129,7 @@ class Gradients:
 
 
 def check_sensitivities(study: Study) -> None:
-    """Check that every output of a study has sensitivities.
-
-    Raises
-    ------
-    InputError
-        If one is a service life or belongs to the ideal linkage.
-    """
+    """Refuse a study with an output that has no sensitivities: a service life, or one of the ideal linkage."""
     for _, _, quantity in study.quantities:
         for term in quantity.terms or ():
             if term.output.startswith((LIFE, IDEAL)):

@@ -13,20 +13,9 @@ from optim.problem.study import Array
 
 
 def run_lives(request: Request, lives: Mapping[str, ServiceLife]) -> Statistics:
-    """Wear the designs of a request, each by its own jumps.
+    """Wear the designs of a request, each by its own jumps; KeyboardInterrupt if a computation was interrupted.
 
-    A service life is one number: each of `STATISTICS`, in each window.
-
-    Parameters
-    ----------
-    request : Request
-    lives : mapping
-        By name.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If a computation was interrupted.
+    A service life, of `lives` by name, is one number: each of `STATISTICS`, in each window.
     """
     wanted = [lives[name.removeprefix(LIFE)] for name in request.outputs]
 
@@ -38,13 +27,7 @@ def run_lives(request: Request, lives: Mapping[str, ServiceLife]) -> Statistics:
 
 
 def cycles_of(system: System, life: ServiceLife) -> float:
-    """Compute the service life in cycles, at most the limit of simulated cycles.
-
-    Raises
-    ------
-    AssemblyError
-        If a block failed before.
-    """
+    """Compute the service life, at most the limit of simulated cycles; AssemblyError if a block failed before."""
     found = wear_life(
         system,
         int(life.cycles),

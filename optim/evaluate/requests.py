@@ -23,32 +23,15 @@ _ONE_AT_A_TIME = threading.Lock()
 
 @dataclass(frozen=True)
 class Request:
-    """Runs of some designs at one operating point: the work of one process.
-
-    Attributes
-    ----------
-    point : OperatingPoint
-    values : (m, np) array
-        Values of the point's paths.
-    limits : (2, np) array
-        Least and greatest values in the study.
-    outputs : tuple of str
-        Names of `linkages.results.outputs.registry`.
-    windows : (nw, 2) array
-        Times [s].
-    threads : int or None
-        Threads of the compiled engine.
-    progress : callable or None
-        Called with the finished fraction; None in another process.
-    """
+    """Runs of some designs at one operating point: the work of one process."""
 
     point: OperatingPoint
-    values: Array
-    limits: Array
-    outputs: tuple[str, ...]
-    windows: Array
-    threads: int | None
-    progress: Callable[[float], None] | None = None
+    values: Array  # (m, np) values of the point's paths
+    limits: Array  # (2, np) least and greatest values in the study
+    outputs: tuple[str, ...]  # names of `linkages.results.outputs.registry`
+    windows: Array  # (nw, 2) times [s]
+    threads: int | None  # of the compiled engine
+    progress: Callable[[float], None] | None = None  # called with the finished fraction; None in another process
 
 
 @dataclass(frozen=True)
@@ -89,11 +72,7 @@ def run_compiled(request: Request) -> Statistics:
 def run_parts(engines: Mapping[str, RequestEngine], request: Request) -> Statistics:
     """Have a request answered by several engines; a design that fails with one of them has failed.
 
-    Parameters
-    ----------
-    engines : mapping
-        By the prefix of the names of their outputs; "": of all others.
-    request : Request
+    Engines are named by the prefix of the names of their outputs; "": of all others.
     """
     others = [prefix for prefix in engines if prefix]
     owners = [next(filter(name.startswith, others), "") for name in request.outputs]
@@ -126,12 +105,8 @@ def _answer(run: RequestEngine, request: Request) -> Statistics:
 def run_each(request: Request, statistics: Callable[[int, System], Array]) -> Statistics:
     """Run the designs of a request one after the other; one that fails has a status.
 
-    Parameters
-    ----------
-    request : Request
-    statistics : callable
-        From a design's number and system to `STATISTICS` of each output in each window, (4, nw, no). It may raise
-        InputError or RunError.
+    `statistics` gets a design's number and system, and returns `STATISTICS` of each output in each window, (4, nw, no),
+    or raises InputError or RunError.
     """
     m = len(request.values)
     found = np.full((len(STATISTICS), m, len(request.windows), len(request.outputs)), np.nan)

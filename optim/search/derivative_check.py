@@ -32,13 +32,7 @@ VERDICTS = {
 
 
 def check_usable(study: Study) -> None:
-    """Check that a study's algorithm uses derivatives that can be checked.
-
-    Raises
-    ------
-    InputError
-        If its algorithm uses no derivatives, or an output has no sensitivities.
-    """
+    """Refuse a study whose algorithm uses no derivatives, or with an output that has no sensitivities."""
     name, settings = settings_of(study)
     if not hasattr(settings, "derivatives"):
         raise InputError(study.source, "algorithm.name", f'"{name}" uses no derivatives; leave out --check')

@@ -157,10 +157,7 @@ def optimise(
 def settings_of(study: Study) -> tuple[str, Table]:
     """Name and settings of a study's algorithm.
 
-    Raises
-    ------
-    InputError
-        If there is no such algorithm, it has no such setting, or it cannot solve the problem.
+    InputError if there is no such algorithm, it has no such setting, or it cannot solve the problem.
     """
     given = dict(study.file.algorithm)
     name = given.pop("name", None)

@@ -94,22 +94,10 @@ def verify(
 def unseen_phases(study: Study, design: Array, threads: int | None = None) -> dict[str, Any] | None:
     """Evaluate objectives from other starts of the drives than the study's; impacts depend on where they begin.
 
-    All drives start as they are at a later time, so that the machine passes the same positions.
-
-    Parameters
-    ----------
-    study : Study
-    design : (n,) array
-    threads : int, optional
-        Threads of the compiled engine.
-
-    Returns
-    -------
-    dict or None
-        ``angles`` by which the first drive is turned [rad]; for each objective values of the ``best`` and of the
-        ``nominal`` design at each (undivided, if relative; None where it failed), and ``change``, that of their mean
-        over the phases where neither failed. None without dry contact, or where no drive has a speed and a start
-        angle that the design leaves alone.
+    All drives start as they are at a later time, so that the machine passes the same positions. Returns ``angles`` by
+    which the first drive is turned [rad]; for each objective values of the ``best`` design (n,) and of the ``nominal``
+    one at each (undivided, if relative; None where it failed), and ``change``, that of their mean over the phases where
+    neither failed. None without dry contact, or where no drive has a speed and a start angle that the design leaves.
     """
     if not all(point.system.experiment.can_touch and _turns(point.system, point.paths) for point in study.points):
         return None

@@ -14,15 +14,11 @@ from linkages.results.outputs.registry import unit
 def content(life: Life) -> dict[str, Any]:
     """Make the content of ``wear.json``: final wear, and all stages, in SI units.
 
-    Returns
-    -------
-    dict
-        ``joints`` by name: ``volume`` [m3], largest ``depth`` [m], ``play`` [m] (mean radial clearance),
-        ``load_distance``, the integral of N |v_t| dt [N m], ``coefficient`` [m2/N], and for `bearing` and `journal`
-        their parts with ``profile``, pairs of angle [rad] and depth [m]; ``profile`` of the joint belongs to the
-        wearing part (to the bearing if both wear). ``blocks`` has an entry for each stage: ``cycles``, ``error`` of
-        the depth in the jump [m], measured work per cycle, volumes, depths, clearances, profiles; ``peaks`` at the
-        cycle ``middle``, in the ``units``.
+    ``joints`` by name: ``volume`` [m3], largest ``depth`` [m], ``play`` [m] (mean radial clearance), ``load_distance``,
+    the integral of N |v_t| dt [N m], ``coefficient`` [m2/N], and for `bearing` and `journal` their parts with
+    ``profile``, pairs of angle [rad] and depth [m]; ``profile`` of the joint belongs to the wearing part (to the
+    bearing if both wear). ``blocks`` has an entry for each stage: ``cycles``, ``error`` of the depth in the jump [m],
+    measured work per cycle, volumes, depths, clearances, profiles; ``peaks`` at the cycle ``middle``, in the ``units``.
     """
     joints = {joint.name: _joint(life, joint.name, -1) for joint in life.joints}
     blocks = []

@@ -29,13 +29,7 @@ def work_of(loads: LoadSamples, joint: str) -> float:
 
 
 def worn(joints: tuple[Wearing, ...], removed: Removed, loads: LoadSamples, cycles: float) -> dict[str, Array]:
-    """Compute the profiles after `cycles` cycles of a block's loads.
-
-    Raises
-    ------
-    RunError
-        If journal positions could not be found.
-    """
+    """Compute the profiles after `cycles` cycles of a block's loads; RunError if no journal positions are found."""
     result = {}
     for joint in joints:
         lost, samples = removed[joint.name].copy(), loads[joint.name].copy()

@@ -33,54 +33,24 @@ _CLOSE = 1e-4  # tolerance of the cycle of a limit over the jump length
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage of the service life.
-
-    Attributes
-    ----------
-    cycles : int
-    removed : dict of (2, n) arrays
-        Area per angle over the radius [m], bearing then journal, by joint.
-    work : dict of float
-        Integral of N |v_t| dt up to this stage [N m], by joint.
-    middle : float
-        Cycle of the block.
-    block : CycleBlock
-        Measurements of the last jump.
-    loads : mapping of (m, 7) arrays
-        Loads of the last jump: the block's, or interpolated with the previous block's.
-    error : float
-        Largest difference of depth between first and second order in the last jump [m].
-    rejected : int
-        Number of rejected longer jumps.
-    """
+    """A stage of the service life."""
 
     cycles: int
-    removed: dict[str, Array]
-    work: dict[str, float]
-    middle: float
-    block: CycleBlock
-    loads: LoadSamples
-    error: float = 0.0
-    rejected: int = 0
+    removed: dict[str, Array]  # (2, n) area per angle over the radius [m], bearing then journal, by joint
+    work: dict[str, float]  # integral of N |v_t| dt up to this stage [N m], by joint
+    middle: float  # cycle of the block
+    block: CycleBlock  # measurements of the last jump
+    loads: LoadSamples  # of the last jump: the block's, or interpolated with the previous block's
+    error: float = 0.0  # largest difference of depth between first and second order in the last jump [m]
+    rejected: int = 0  # number of rejected longer jumps
 
 
 @dataclass(frozen=True, repr=False)
 class Life(Brief):
-    """Wear of a linkage over its service life; made by `wear_life`.
+    """Wear of a linkage over its service life; made by `wear_life`, which explains tolerance and scatter."""
 
-    Attributes
-    ----------
-    system : System
-        The initial system.
-    stages : tuple of Stage
-        Stages; the first is the initial one.
-    status : Status
-    tolerance, scatter : float
-        See `wear_life`.
-    """
-
-    system: System
-    stages: tuple[Stage, ...]
+    system: System  # the initial system
+    stages: tuple[Stage, ...]  # the first is the initial one
     status: Status
     tolerance: float
     scatter: float
@@ -193,20 +163,7 @@ class Life(Brief):
 
 
 def check_life(system: System, quantity: str, drive: str | None = None) -> None:
-    """Check that a system has wearing joints, and a quantity of `Life.cycles_until`.
-
-    Parameters
-    ----------
-    system : System
-    quantity : str
-    drive : str, optional
-        Drive that defines a cycle; default: see `linkages.explore.flow.period_of`.
-
-    Raises
-    ------
-    InputError
-        If a wearing joint, a periodic drive, or the quantity is missing.
-    """
+    """Check that a system has wearing joints, a periodic drive, and this quantity of `Life.cycles_until`."""
     known = [f"{joint.name}.{what}" for joint in check_wears(system, drive) for what in SIZES] + watched(system)
     if quantity not in known:
         raise InputError("argument", quantity, f"is unknown; {nearest(quantity, known)}")
