@@ -195,21 +195,6 @@ def travel(branch: AssemblyBranch, metric: Metric, points: int = 2001) -> float:
     return float(trapezoid(speed, times))
 
 
-def shortest(geometry: Geometry, cranks: CrankMotion, duration: float, metric: Metric) -> AssemblyBranch:
-    """Follow every assembly at t = 0 and return the one of least travel that lasts for the whole duration.
-
-    BranchError if there is none.
-    """
-    phi0 = cranks(np.zeros(1))[0][0]
-    start_assembly(geometry, phi0)  # refuses where there is none
-    branches = [follow(geometry, cranks, x, duration) for x in assemblies(geometry, phi0).x]
-    whole = [branch for branch in branches if branch.status is Status.OK]
-    if not whole:
-        last = max(float(branch.times[-1]) for branch in branches)
-        raise BranchError(Status.SINGULAR, f"every branch ends at a fold, the last at t = {last:g} s")
-    return min(whole, key=lambda branch: travel(branch, metric))
-
-
 def _at(branch: AssemblyBranch, time: float, guess: Array) -> tuple[RobotMotion, float, float]:
     """Motion at one time, with zero rates at a singular pose; its loop error [m] and dimensionless det Jx."""
     times = np.array([time])

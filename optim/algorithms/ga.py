@@ -26,10 +26,9 @@ from pydantic import Field
 
 from linkages.base.arrays import Indices
 from linkages.input.files.toml import NonNegative, Positive, Table
-from optim.algorithms.archive import Archive
+from optim.algorithms.archive import Archive, latin_hypercube
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
 from optim.algorithms.pareto import pareto_front, ranks
-from optim.algorithms.sampling import latin_hypercube
 
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -96,15 +95,6 @@ def nondominated_sorting(
     Parameters as in `genetic`.
     """
     return _restarts(problem, settings, seed, progress, settings.population)
-
-
-def statistics(result: Result) -> dict[str, float]:
-    """Best, mean, worst and standard deviation of the first objective over the feasible restarts."""
-    found = np.array([run.values.objectives[0, 0] for run in result.runs if run.status != Ending.INFEASIBLE])
-    if len(found) == 0:
-        return {}
-    names = "best", "mean", "worst", "standard deviation"
-    return dict(zip(names, map(float, (found.min(), found.mean(), found.max(), found.std())), strict=True))
 
 
 def scale_of(values: Values, tolerance: float) -> tuple[Array, Array]:

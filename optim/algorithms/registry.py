@@ -19,9 +19,8 @@ from linkages import InputError
 from linkages.base.arguments import Whole, validated
 from linkages.base.errors import nearest
 from linkages.input.files.toml import Table, validate
-from optim.algorithms.archive import Archive, by_feasibility
+from optim.algorithms.archive import Archive, by_feasibility, latin_hypercube
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
-from optim.algorithms.sampling import latin_hypercube
 
 Minimiser = Callable[[Problem, Any, int, Report | None], Result]
 #: Violation up to which a start's result counts as feasible when the best one is taken.

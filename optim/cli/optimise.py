@@ -104,11 +104,9 @@ def run(options: argparse.Namespace) -> int:
 
 def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     """Output folder, and every study with every seed, checked before the first begins."""
-    from optim.problem.load import load_study
-    from optim.problem.shipped import find_study
+    from optim.problem.load import find_study, load_study
     from optim.search.derivative_check import check_usable
-    from optim.search.optimise import settings_of
-    from optim.search.start import start_of
+    from optim.search.optimise import settings_of, start_of
 
     studies = [load_study(find_study(file)) for file in options.files]
     for study in studies:

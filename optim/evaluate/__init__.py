@@ -4,9 +4,7 @@
 |-------------|------------------------------------------------------------------------------------|
 | evaluations | `Evaluations`: numbers of designs, or why there are none                           |
 | requests    | `Request`, runs of some designs at one operating point; `Statistics`, its answer   |
-| ideal_runs  | outputs of the linkage without clearance                                           |
-| life_runs   | service lives of designs: cycles until a quantity exceeds its limit                 |
-| drake_runs  | requests answered by Drake                                                         |
+| single_runs | runs on Drake, of the linkage without clearance, over the service life             |
 | evaluator   | `Evaluator`: designs -> requests -> evaluations                                    |
 | gradients   | `Gradients`: derivatives by sensitivities of runs                                  |
 | limits      | evaluations -> the mathematical problem that algorithms see                        |

@@ -104,14 +104,10 @@ class Evaluator:
     def _engines(self) -> dict[str, RequestEngine]:
         """Return what answers for outputs, by what their names begin with."""
         engines = {"": self.engine}
-        if any(output.startswith(IDEAL) for output in self.outputs):
-            from optim.evaluate.ideal_runs import run_ideal
+        if any(output.startswith((IDEAL, LIFE)) for output in self.outputs):
+            from optim.evaluate.single_runs import run_ideal, run_lives
 
-            engines[IDEAL] = run_ideal
-        if any(output.startswith(LIFE) for output in self.outputs):
-            from optim.evaluate.life_runs import run_lives
-
-            engines[LIFE] = partial(run_lives, lives=self.study.file.lives)
+            engines |= {IDEAL: run_ideal, LIFE: partial(run_lives, lives=self.study.file.lives)}
         return engines
 
     def _request(self, point: OperatingPoint, designs: Array) -> Request:

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages import AssemblyError, InputError, RunError, Status, System
+from linkages import InputError
 from linkages.base.arguments import shaped
-from optim.evaluate.evaluations import NO_VALUE, OK
+from optim.evaluate.evaluations import OK
 from optim.problem.study import Array, OperatingPoint
 
 #: Statistics for functionals, in this order.
@@ -100,28 +100,6 @@ def _answer(run: RequestEngine, request: Request) -> Statistics:
         problem = f"returned {len(found.status)} statuses and {len(found.reason)} reasons for {m} designs; give as many"
         raise InputError("argument", "engine", problem)
     return found
-
-
-def run_each(request: Request, statistics: Callable[[int, System], Array]) -> Statistics:
-    """Run the designs of a request one after the other; one that fails has a status.
-
-    `statistics` gets a design's number and system, and returns `STATISTICS` of each output in each window, (4, nw, no),
-    or raises InputError or RunError.
-    """
-    m = len(request.values)
-    found = np.full((len(STATISTICS), m, len(request.windows), len(request.outputs)), np.nan)
-    status, reason = [OK] * m, [""] * m
-    for i, line in enumerate(request.values):
-        try:
-            values = dict(zip(request.point.paths, map(float, line), strict=True))
-            found[:, i] = statistics(i, request.point.system.replaced(values))
-        except InputError as problem:
-            status[i], reason[i] = Status.BAD_INPUT.value, str(problem)
-        except AssemblyError as problem:
-            status[i], reason[i] = problem.status.value, str(problem)
-        except RunError as problem:
-            status[i], reason[i] = NO_VALUE, str(problem)
-    return Statistics(found, status, reason)
 
 
 def joined(parts: Sequence[Statistics]) -> Statistics:

@@ -6,6 +6,7 @@ Values keep their units (SI). The comment after a value in the file is its sourc
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages import Experiment, InputError, System, load
+from linkages import Experiment, InputError, System, find_file, load
 from linkages.base.errors import nearest
 from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import leaves, read_toml, validate
@@ -21,8 +22,33 @@ from linkages.input.files.unit_conversion import is_quantity, read_either
 from linkages.input.model.experiment import value_unit
 from linkages.results.outputs.registry import check_output
 from optim.problem.schema import LIFE, PointTable, StudyFile, StudyWindow, Term
-from optim.problem.shipped import find_experiment
 from optim.problem.study import Array, OperatingPoint, Study
+
+
+def studies_folder() -> Path:
+    """Folder of the shipped studies."""
+    return Path(__file__).resolve().parents[1] / "studies"
+
+
+def find_study(name: str | Path) -> Path:
+    """Return the file as given if it exists, else a shipped study of that name, else the path as given.
+
+    Examples
+    --------
+    >>> import optim
+    >>> optim.find_study("sevenbar_force").name
+    'sevenbar_force.toml'
+    """
+    path = Path(name)
+    shipped = studies_folder() / f"{path.stem}.toml"
+    bare = path.parent in (Path(), Path("optim/studies"))
+    return shipped if bare and not path.exists() and shipped.exists() else path
+
+
+def find_experiment(name: str, study: Path) -> Path:
+    """Return the experiment of a study: in the same folder, else a shipped one."""
+    beside = study.parent / name
+    return beside if os.path.exists(beside) else find_file(name)
 
 
 def load_study(path: str | Path) -> Study:

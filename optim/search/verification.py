@@ -12,11 +12,11 @@ import numpy as np
 from linkages import System
 from linkages.base.arguments import Count, validated
 from linkages.base.brief import cell
-from optim.evaluate.drake_runs import run_on_drake
 from optim.evaluate.evaluations import INFEASIBLE, OK, finite
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units
 from optim.evaluate.requests import Request, Statistics
+from optim.evaluate.single_runs import run_on_drake
 from optim.problem.schema import LIFE
 from optim.problem.study import Array, Study
 

@@ -3,8 +3,7 @@
 | module      | responsibility                                                           |
 |-------------|--------------------------------------------------------------------------|
 | measure     | a block of cycles with constant profiles: loads, peaks, scatter          |
-| jump        | profiles worn by a block's loads                                         |
-| stages      | stages of the service life, and the time to reach a limit                |
+| stages      | jumps, stages of the service life, and the time to reach a limit         |
 | life        | jumps of second order from block to block, step control                  |
 | content     | content of ``wear.json``                                                 |
 | block_store | store of blocks on disk, from which an interrupted calculation continues |

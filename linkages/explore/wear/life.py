@@ -24,9 +24,8 @@ from linkages.base.arguments import Count, validated
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
 from linkages.explore.wear.block_store import BlockStore
-from linkages.explore.wear.jump import between, deepest, difference, work_of, worn
 from linkages.explore.wear.measure import CycleBlock, LoadSamples, Removed, Wearing, check_wears, wearing
-from linkages.explore.wear.stages import Life, Stage
+from linkages.explore.wear.stages import Life, Stage, between, deepest, difference, work_of, worn
 from linkages.input.model.check import DEEPEST
 from linkages.laws.wear.profile import removed_of
 from linkages.system import System
