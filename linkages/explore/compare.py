@@ -90,11 +90,6 @@ def compare(system: System, progress: Callable[[str], TimeReport] | None = None)
     progress : callable, optional
         Called with the name of each stage; returns the stage's progress function.
 
-    Returns
-    -------
-    Comparison
-        Both runs, their horizons, the differences up to the earlier one, pairs of the first contacts.
-
     Raises
     ------
     InputError, AssemblyError

@@ -84,11 +84,6 @@ def largest_exponent(
     renormalisations : int
         Renormalisations per revolution; use more if trajectories diverge fast.
 
-    Returns
-    -------
-    Exponent
-        Growth rate in each revolution [1/s], its mean, and the standard error of the mean.
-
     Raises
     ------
     InputError, AssemblyError

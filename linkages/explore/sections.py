@@ -82,11 +82,6 @@ def stroboscopic(
     progress : callable, optional
         Called with the finished fraction, 0 to 1.
 
-    Returns
-    -------
-    Section
-        End of each revolution [s], with each output's value there and extremes within.
-
     Raises
     ------
     InputError, AssemblyError

@@ -56,11 +56,6 @@ def spectrum(
     window : str
         Name of a window of `scipy.signal.get_window` without parameters.
 
-    Returns
-    -------
-    Spectrum
-        Frequencies [Hz] and densities [unit of the column squared, per Hz], (nf,) arrays.
-
     Raises
     ------
     InputError

@@ -105,19 +105,10 @@ def follow(geometry: Geometry, cranks: CrankMotion, x0: Vector, duration: float)
     """Follow the assembly x0 (3,) for a time [s], by a second-order predictor and Newton's method.
 
     A step counts only if the cranks turn and the corrector moves the prediction little and det Jx keeps its sign, so
-    that the branch can neither jump to another one nor pass a fold unseen. At a fold the time is located and the
-    branch ends.
-
-    Parameters
-    ----------
-    cranks : callable
-        Any motion of the cranks that starts at x0: `Robot.cranks`, or a function of times (N,) that returns angles,
-        rates and accelerations (N, 3), the latter two the derivatives of the first.
-
-    Raises
-    ------
-    InputError
-        If a number is invalid, or `cranks` returns other arrays.
+    that the branch can neither jump to another one nor pass a fold unseen. At a fold the time is located and the branch
+    ends. `cranks` is any motion of the cranks that starts at x0: `Robot.cranks`, or a function of times (N,) that
+    returns angles, rates and accelerations (N, 3), the latter two the derivatives of the first. InputError if a number
+    is invalid, or `cranks` returns other arrays.
     """
     fitting(x0, 3, "x0", "coordinates of the platform")
     if not duration > 0.0:

@@ -192,13 +192,7 @@ class Robot(Table):
 
 
 def load_robot(path: str | Path) -> Robot:
-    """Read a robot from TOML, and the dimensions from the SDFormat file it names.
-
-    Raises
-    ------
-    InputError
-        One line with file, key and reason.
-    """
+    """Read a robot from TOML, and the dimensions from its SDFormat file; InputError names file, key and reason."""
     data, _ = read_toml(Path(path))
     return make_robot(data, path)
 

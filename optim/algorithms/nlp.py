@@ -28,33 +28,33 @@ class Ending(enum.StrEnum):
     @property
     def words(self) -> str:
         """Return a text for readers."""
-        return _WORDS[self]
+        return _TEXTS[self][0]
 
     @property
     def remedy(self) -> str:
         """Return the advice for the user, in one sentence."""
-        return _REMEDY[self]
+        return _TEXTS[self][1]
 
 
-_WORDS = {
-    Ending.CONVERGED: "converged",
-    Ending.BUDGET_USED: "all iterations made",
-    Ending.NO_PROGRESS: "no further progress",
-    Ending.INFEASIBLE: "no feasible design found",
-    Ending.EVALUATION_FAILED: "an evaluation failed",
-    Ending.INTERRUPTED: "interrupted",
-}
-
-_REMEDY = {
-    Ending.CONVERGED: "nothing: the conditions of optimality hold within the tolerance",
-    Ending.BUDGET_USED: "all iterations were made: more of them may find a better design",
-    Ending.NO_PROGRESS: "no step betters the objective: if it is rough, take a longer difference step or an"
-    " algorithm without gradients; if it is smooth, this is the optimum as far as it can be resolved",
-    Ending.INFEASIBLE: "no design near the last one violates the constraints less: start elsewhere, take"
-    " several starts, or loosen the constraints",
-    Ending.EVALUATION_FAILED: "there is no value at the start, or around a design that was reached: start"
-    " elsewhere or tighten the bounds",
-    Ending.INTERRUPTED: "the run was stopped by the user; the results up to then are kept",
+#: Text and remedy of each ending.
+_TEXTS = {
+    Ending.CONVERGED: ("converged", "nothing: the conditions of optimality hold within the tolerance"),
+    Ending.BUDGET_USED: ("all iterations made", "all iterations were made: more of them may find a better design"),
+    Ending.NO_PROGRESS: (
+        "no further progress",
+        "no step betters the objective: if it is rough, take a longer difference step or an algorithm without"
+        " gradients; if it is smooth, this is the optimum as far as it can be resolved",
+    ),
+    Ending.INFEASIBLE: (
+        "no feasible design found",
+        "no design near the last one violates the constraints less: start elsewhere, take several starts, or loosen"
+        " the constraints",
+    ),
+    Ending.EVALUATION_FAILED: (
+        "an evaluation failed",
+        "there is no value at the start, or around a design that was reached: start elsewhere or tighten the bounds",
+    ),
+    Ending.INTERRUPTED: ("interrupted", "the run was stopped by the user; the results up to then are kept"),
 }
 
 

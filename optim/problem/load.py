@@ -52,17 +52,9 @@ def find_experiment(name: str, study: Path) -> Path:
 
 
 def load_study(path: str | Path) -> Study:
-    """Read a study, its experiment and its mechanism, and check that they fit each other.
+    """Read a study from a TOML file, its experiment and its mechanism, and check that they fit each other.
 
-    Parameters
-    ----------
-    path : str or Path
-        The TOML file; see `optim.find_study` for the shipped ones.
-
-    Raises
-    ------
-    InputError
-        One line with file, key and reason.
+    See `optim.find_study` for the shipped ones. An InputError of one line names file, key and reason.
 
     Examples
     --------

@@ -123,15 +123,7 @@ def _entry(own: float, difference: float, doubt: float, scale: float, width: flo
 
 
 def format_derivative_check(study: Study, report: dict[str, Any], where: str) -> str:
-    """Format a check of derivatives as lines of text.
-
-    Parameters
-    ----------
-    study : Study
-    report : dict
-        From `optim.check_derivatives`.
-    where : str
-        Name of the design: "start".
+    """Format a check of `optim.check_derivatives` as lines of text; `where` names the design, such as "start".
 
     Examples
     --------

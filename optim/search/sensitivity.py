@@ -190,13 +190,7 @@ def sensitivity(
 
 
 def format_sensitivity(study: Study, report: dict[str, Any]) -> str:
-    """Format indices as lines of text.
-
-    Parameters
-    ----------
-    study : Study
-    report : dict
-        From `optim.sensitivity`.
+    """Format the indices of `optim.sensitivity` as lines of text.
 
     Examples
     --------

@@ -118,12 +118,7 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
 
 
 def format_verification(report: dict[str, Any]) -> str:
-    """Format a verification as lines of text.
-
-    Parameters
-    ----------
-    report : dict
-        From `optim.verify`.
+    """Format the report of `optim.verify` as lines of text.
 
     Examples
     --------

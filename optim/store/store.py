@@ -190,12 +190,7 @@ def open_store(path: Path) -> Store:
 
 
 def read_store(path: Path) -> Store:
-    """Open the file of a study to read it, even while another process writes.
-
-    Raises
-    ------
-    InputError
-        As `open_store`.
+    """Open the file of a study to read it, even while another process writes; errors as `open_store`.
 
     Examples
     --------

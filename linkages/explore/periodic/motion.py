@@ -9,7 +9,7 @@ import numpy as np
 
 from linkages.base.arguments import validated
 from linkages.base.brief import Brief, counted
-from linkages.explore.periodic.continuation import Settings, Solution, forced, solve
+from linkages.explore.periodic.continuation import Settings, Solution, solve
 from linkages.explore.periodic.multipliers import Multipliers
 from linkages.explore.periodic.return_map import Passage, ReturnMap, least_clearance
 from linkages.explore.periodic.settings import ACCURACY, TOLERANCE, check_settings
@@ -117,12 +117,11 @@ def periodic_motion(
     found = ReturnMap(system, None, periods, transient, accuracy)
     sizes = found.sizes(least_clearance(system))
     settings = Settings(sizes, 1.0, np.minimum(found.error, sizes), tolerance)
-    point = solve(forced(found), found.start, 0.0, settings)
+    point = solve(found, found.start, 0.0, settings)
     return made(found, point, None)
 
 
 def made(found: ReturnMap, point: Solution, value: float | None) -> PeriodicMotion:
     """Make the periodic motion of a point."""
-    passage = point.detail.detail
     state = dict(zip(found.names, map(float, point.u), strict=True))
-    return PeriodicMotion(found.periods, value, state, point.residual, passage)
+    return PeriodicMotion(found.periods, value, state, point.residual, point.detail)

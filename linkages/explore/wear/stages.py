@@ -155,21 +155,11 @@ class Life(Brief):
         return np.array([stage.block.peaks[output] for stage in self.stages]), np.array(at)
 
     def cycles_until(self, quantity: str, limit: float) -> float:
-        """Compute the cycles until a quantity first exceeds a limit; inf if it never does.
+        """Compute the cycles until a quantity first exceeds a limit; inf if it never does. InputError if it is unknown.
 
-        Within a jump depth and clearance follow from its loads; peaks of outputs are interpolated linearly.
-
-        Parameters
-        ----------
-        quantity : str
-            ``JOINT.depth`` or ``JOINT.play`` [m], or an output with recorded peaks, in its unit:
-            ``JOINT.force``, ``DRIVE.torque``, ``OUTPUT.jitter`` (of a point), ``OUTPUT``.
-        limit : float
-
-        Raises
-        ------
-        InputError
-            If the quantity is unknown.
+        The quantity is ``JOINT.depth`` or ``JOINT.play`` [m], or an output with recorded peaks, in its unit:
+        ``JOINT.force``, ``DRIVE.torque``, ``OUTPUT.jitter`` (of a point), ``OUTPUT``. Within a jump depth and clearance
+        follow from its loads; peaks of outputs are interpolated linearly.
         """
         cycles, values = self.history(quantity)
         above = np.flatnonzero(values > limit)
