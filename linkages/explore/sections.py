@@ -224,27 +224,12 @@ def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = Tru
 
 @validated
 def horizon(system: System, most: float, drive: str | None = None) -> float:
-    """Count the revolutions for which runs at the experiment's and at a ten times looser accuracy agree.
+    """Count the revolutions, up to `most`, for which runs at the experiment's and at a ten times looser accuracy agree.
 
     Two runs agree as long as no entry of their configurations (`linkages.results.divergence`) differs by more than
     `linkages.results.divergence.PARTED`: eccentricities over clearances, and free coordinates. They are compared at 200
-    times in each revolution. Both are runs of `linkages.simulate`, so the horizon does not depend on `most`.
-
-    Parameters
-    ----------
-    system : System
-    most : float
-        Largest number of compared revolutions, returned if the runs still agree.
-
-    Returns
-    -------
-    float
-        Horizon [revolutions], a multiple of 1/200; `most` if the runs agree up to there.
-
-    Raises
-    ------
-    InputError, AssemblyError
-        See `stroboscopic`.
+    times in each revolution, of which the horizon is a multiple. Both are runs of `linkages.simulate`, so the horizon
+    does not depend on `most`. InputError and AssemblyError as `stroboscopic`.
 
     Examples
     --------

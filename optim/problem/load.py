@@ -45,12 +45,6 @@ def find_study(name: str | Path) -> Path:
     return shipped if bare and not path.exists() and shipped.exists() else path
 
 
-def find_experiment(name: str, study: Path) -> Path:
-    """Return the experiment of a study: in the same folder, else a shipped one."""
-    beside = study.parent / name
-    return beside if os.path.exists(beside) else find_file(name)
-
-
 def load_study(path: str | Path) -> Study:
     """Read a study from a TOML file, its experiment and its mechanism, and check that they fit each other.
 
@@ -67,7 +61,8 @@ def load_study(path: str | Path) -> Study:
     data, sources = read_toml(path)
     file = validate(StudyFile, data, path)
     with _within(path, "experiment"):
-        system = load(find_experiment(file.experiment, path))
+        beside = path.parent / file.experiment
+        system = load(beside if os.path.exists(beside) else find_file(file.experiment))
     with _within(path, "set"):
         system = system.replaced(dict(leaves(file.set)))
     rows = [_variable(path, file, name, system) for name in file.variables]

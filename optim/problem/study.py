@@ -21,16 +21,8 @@ from optim.problem.schema import Constraint, Objective, StudyFile
 class OperatingPoint:
     """A system that every design is run in.
 
-    Attributes
-    ----------
-    system : System
-        Before a design is put in.
-    paths : tuple of str
-        Paths that a design sets: the variables, then the linked values; of equal ones the last counts.
-    links : tuple of Formula
-        Formulas of the linked paths.
-    windows : dict of (nw, 2) arrays
-        Times by name [s]; "run" is all of it.
+    A design is put into `system` at its `paths`: the variables, then the linked values, whose formulas are `links`; of
+    equal paths the last counts. `windows` (nw, 2) are times by name [s]; "run" is all of it.
     """
 
     name: str
@@ -42,25 +34,11 @@ class OperatingPoint:
 
 @dataclass(frozen=True, repr=False)
 class Study(Brief):
-    """A checked design study.
+    """A checked design study, of n design variables with `names` and `paths`.
 
-    Attributes
-    ----------
-    source : Path
-        The file.
-    file : StudyFile
-        Its content.
-    sources : dict
-        The comment after each value, by dotted path.
-    names, paths : tuples of str
-        Names and paths of the n design variables.
-    lower, upper, nominal : (n,) arrays
-        Bounds and start.
-    points : tuple of OperatingPoint
-    formulas : dict
-        By name of an objective or constraint.
-    designs : dict of (n,) arrays
-        Reference designs by name.
+    `file` is the content of the file `source`, `sources` the comment after each value, by dotted path. `lower`, `upper`
+    and `nominal` (n,) are bounds and start, `formulas` are by name of an objective or constraint, `designs` (n,)
+    reference designs by name.
     """
 
     source: Path

@@ -236,16 +236,12 @@ class _BranchSearch:
     ) -> tuple[ReturnMap, Trace] | None:
         """Trace the branch that begins at a period doubling; None if its start is not found."""
         try:
-            given = self._map(event.point, 2 * periods)
+            last = event.point.detail
+            given = ReturnMap(last.system, self.path, 2 * periods, 0, self.accuracy, (last.y, last.memory))
             first = doubled(given, event.point, settings)
         except KeyboardInterrupt:
             self.interrupted, first = True, None
         return None if first is None else (given, self._trace(given, first, settings, done, share))
-
-    def _map(self, point: Solution, periods: int) -> ReturnMap:
-        """Make a return map that starts at a motion of a branch."""
-        passage = point.detail
-        return ReturnMap(passage.system, self.path, periods, 0, self.accuracy, (passage.y, passage.memory))
 
     def _branch(self, given: ReturnMap, traces: list[Trace], source: tuple[int, int] | None) -> Branch:
         """Join the traces of a branch, and compute the outputs of its motions."""

@@ -155,7 +155,8 @@ def _jumps(
     joints: Joints, last: Stage, store: BlockStore, cycles: int, tolerance: float, scatter: float, add: Add
 ) -> Status:
     """Jump from block to block up to the last cycle, until `add` returns True, or until a block fails."""
-    jump = _first_jump(joints, last, tolerance)
+    rate = difference(joints, worn(joints, last.removed, last.block.loads, 1.0), last.removed)
+    jump = max(1, int(min(_FIRST * tolerance / rate, 1e9))) if rate > 0.0 else 10**9
     while last.cycles < cycles:
         jump = min(jump, cycles - last.cycles)
         ahead = worn(joints, last.removed, last.block.loads, jump)
@@ -223,9 +224,3 @@ def _new(system: System) -> dict[str, Array]:
         lines = [np.array(depths or [0.0] * wear.nodes) for depths in wear.depths]
         found[joint.name] = np.array([removed_of(line, r) for line, r in zip(lines, joint.radii, strict=True)])
     return found
-
-
-def _first_jump(joints: Joints, new: Stage, tolerance: float) -> int:
-    """Compute the cycles until the first block's loads wear some tolerances, at the rate of one cycle."""
-    rate = difference(joints, worn(joints, new.removed, new.block.loads, 1.0), new.removed)
-    return max(1, int(min(_FIRST * tolerance / rate, 1e9))) if rate > 0.0 else 10**9
