@@ -13,17 +13,10 @@ from optim.algorithms.nlp import Array, Ending, Problem, Result, Values
 
 
 class Archive:
-    """Evaluate populations of a problem, and remember them.
+    """Evaluate populations of a problem, and remember their `designs` (k, n), in order, and `values`.
 
     Values that are not finite count as failed evaluations: infinite objectives and inequalities. Only a design that
     violates constraints may have infinite objectives: they were not evaluated.
-
-    Attributes
-    ----------
-    designs : (k, n) array
-        All designs in the order in which they were evaluated.
-    values : Values
-        Their values.
     """
 
     values: Values

@@ -14,17 +14,12 @@ from optim.problem.study import Array, Study
 class Screened:
     """Evaluates designs of a study, but runs only designs that satisfy its constraints as far as formulas tell.
 
-    By the rules of feasibility an infeasible design is judged by its violation alone, and runs of linkages that
-    cannot turn are slow. The nominal design is run in any case: others are measured by it.
+    By the rules of feasibility an infeasible design is judged by its violation alone, and runs of linkages that cannot
+    turn are slow. The nominal design is run in any case: others are measured by it. `evaluate` returns evaluations of
+    designs (m, n), by runs.
 
-    Parameters
-    ----------
-    study : Study
-    evaluate : callable
-        Evaluations of designs (m, n), by runs.
-    step : float
-        Step of an algorithm's differences, relative to the bounds. They reach beyond the constraints, so designs one or
-        two steps along a variable from one that satisfies them are run too, but not beyond a hard constraint.
+    The step of an algorithm's differences, relative to the bounds, reaches beyond the constraints. So designs one or
+    two steps along a variable from one that satisfies them are run too, but not beyond a hard constraint.
     """
 
     def __init__(self, study: Study, evaluate: Callable[[Array], Evaluations], step: float | None = None) -> None:

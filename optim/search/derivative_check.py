@@ -41,30 +41,15 @@ def check_usable(study: Study) -> None:
 
 @validated
 def check_derivatives(study: Study, design: Vector, evaluator: Evaluator | None = None) -> dict[str, Any]:
-    """Compare the derivatives of objectives and limits by sensitivities with differences of designs.
+    """Compare the derivatives of objectives and limits at a design (n,) by sensitivities with differences of designs.
 
     Differences have steps of 1e-5 to 1e-2 of the bounds. For each derivative the two neighbouring steps count whose
-    differences agree best; their distance is the doubt.
+    differences agree best; their distance is the doubt. The default evaluator runs here, in all threads.
 
-    Parameters
-    ----------
-    study : Study
-    design : (n,) array
-    evaluator : Evaluator, optional
-        Default one that runs here, in all threads.
-
-    Returns
-    -------
-    dict
-        ``agrees``: whether no derivative differs. ``quantities``: for each objective and limit (``NAME.at_most``), as
-        the algorithm sees it, and each variable's path ``sensitivity``, ``difference`` (per unit of the variable; None
-        where there is none), ``deviation`` and ``doubt`` (changes over the bounds, in parts of the largest one of the
-        quantity), and ``verdict``.
-
-    Raises
-    ------
-    InputError
-        If an output has no sensitivities.
+    Returns ``agrees``: whether no derivative differs; ``quantities``: for each objective and limit (``NAME.at_most``),
+    as the algorithm sees it, and each variable's path ``sensitivity``, ``difference`` (per unit of the variable; None
+    where there is none), ``deviation`` and ``doubt`` (changes over the bounds, in parts of the largest one of the
+    quantity), and ``verdict``. InputError if an output has no sensitivities.
 
     Examples
     --------

@@ -31,22 +31,12 @@ def verify(
 ) -> dict[str, Any]:
     """Check an optimum at a ten times tighter tolerance: on Drake, and, with dry contact, from unseen starts.
 
-    Parameters
-    ----------
-    study : Study
-    best : dict
-        The optimum as in ``result.json``.
-    threads : int, optional
-        Threads of the compiled engine.
-    progress : callable, optional
-        Called with the part of Drake's simulated time that is done.
+    The optimum is `best` of ``result.json``; `threads` are of the compiled engine; `progress` is called with the part
+    of Drake's simulated time that is done.
 
-    Returns
-    -------
-    dict
-        ``engine``; ``status``, "ok" or why there is nothing to compare; ``objectives`` and ``constraints`` by name:
-        values of the ``study`` and of ``drake``, and ``difference``, study minus Drake relative to
-        Drake's (None if that is zero). ``phases``: see `unseen_phases`, None if it does not apply.
+    Returns ``engine``; ``status``, "ok" or why there is nothing to compare; ``objectives`` and ``constraints`` by name:
+    values of the ``study`` and of ``drake``, and ``difference``, study minus Drake relative to Drake's (None if that is
+    zero); ``phases``: see `unseen_phases`, None if it does not apply.
 
     Examples
     --------
