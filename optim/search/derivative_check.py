@@ -11,10 +11,9 @@ from linkages.base.arguments import Vector, fitting, validated
 from linkages.base.brief import cell
 from optim.algorithms.derivatives import jacobian
 from optim.evaluate.evaluations import finite
-from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.gradients import Gradients, check_sensitivities
 from optim.evaluate.limits import limits, problem_of
-from optim.evaluate.screen import Screened
 from optim.problem.study import Array, Study
 from optim.search.optimise import settings_of
 

@@ -23,10 +23,9 @@ from optim.algorithms.derivatives import DIFFERENCES
 from optim.algorithms.nlp import Values
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
 from optim.evaluate.evaluations import INFEASIBLE, Evaluations, finite
-from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.gradients import Gradients, check_sensitivities
 from optim.evaluate.limits import FEASIBLE, in_units, problem_of, values_of
-from optim.evaluate.screen import Screened
 from optim.problem.study import Array, Study
 from optim.search.recorder import recording
 from optim.store.store import Iteration

@@ -7,8 +7,7 @@ import pytest
 from scipy.stats import qmc, spearmanr
 
 from linkages import InputError, ideal
-from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.screen import Screened
+from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.single_runs import turning_rate
 from optim.problem.load import find_study, load_study
 
