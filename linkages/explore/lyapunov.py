@@ -112,7 +112,7 @@ def largest_exponent(
     if len(first.runner.model.free) == first.runner.model.rank:
         problem = "they determine the whole motion, so nothing can diverge"
         raise InputError(experiment.source, "drives", problem)
-    second.put(first.y + distance * first.scale, first)
+    second.resume(first.t, first.y + distance * first.scale, first.memory, first.step)
     logarithms = np.empty((total, renormalisations))
     for turn in range(total):
         for k in range(renormalisations):
@@ -122,5 +122,5 @@ def largest_exponent(
             apart = second.y - first.y
             size = float(np.sqrt(np.mean((apart / first.scale) ** 2)))
             logarithms[turn, k] = np.log(size / distance)
-            second.put(first.y + distance / size * apart, first)
+            second.resume(first.t, first.y + distance / size * apart, first.memory, first.step)
     return Exponent(logarithms[transient:].sum(axis=1) / period, period)

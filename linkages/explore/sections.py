@@ -172,32 +172,11 @@ def recorded(flow: Flow, start: float, period: float, names: Sequence[str], revo
 
 @validated
 def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = True, start: float = 0.0) -> Columns:
-    """Compute a Poincaré section at a level of a column: all columns at the crossings.
+    """Compute a Poincaré section at a level of a column: all outputs (n,) at the n crossings, and their "time" [s].
 
-    For sections once per revolution use `stroboscopic`. Two crossings within one integrator step are not detected.
-
-    Parameters
-    ----------
-    run : Trajectory
-        Run with dense output.
-    name : str
-        Name of the column.
-    level : float
-        Level in the column's unit.
-    rising : bool
-        Whether to take upward crossings; otherwise downward ones.
-    start : float
-        Start of the evaluated time range [s].
-
-    Returns
-    -------
-    dict of (n,) arrays
-        All outputs at the n crossings, and the crossing times as "time" [s].
-
-    Raises
-    ------
-    InputError
-        If the run was loaded from a file.
+    The run has dense output; InputError if it was loaded from a file. The level is in the column's unit. Upward
+    crossings count, without `rising` downward ones, from the time `start` [s] on. For sections once per revolution use
+    `stroboscopic`. Two crossings within one integrator step are not detected.
 
     Examples
     --------

@@ -206,15 +206,11 @@ def read_store(path: Path) -> Store:
     """
     check_header(path)
     with guarded(path):
-        db = sqlite3.connect(f"{path.resolve().as_uri()}?{_how_to_read(path)}", uri=True)
+        # a shared file with the writer, unless the folder is read-only
+        alone = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
+        db = sqlite3.connect(f"{path.resolve().as_uri()}?{'immutable=1' if alone else 'mode=ro'}", uri=True)
         check_content(db, COLUMNS)
     return Store(path, db)
-
-
-def _how_to_read(path: Path) -> str:
-    """Options for a reader: a shared file with the writer, unless the folder is read-only."""
-    alone = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
-    return "immutable=1" if alone else "mode=ro"
 
 
 def _connect(path: Path) -> sqlite3.Connection:
