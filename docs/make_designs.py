@@ -16,7 +16,7 @@ import numpy as np
 from replication.recorded import generations, load_record, save, write_record
 
 from optim import Evaluator, find_study, load_study, optimise
-from optim.evaluate.drake_runs import run_on_drake
+from optim.evaluate.single_runs import run_on_drake
 
 STUDIES = (
     "sevenbar_force", "sevenbar_acceleration", "sevenbar_paper_force", "sevenbar_paper_acceleration", "sevenbar_robust", "fourbar_kept", "fivebar_jitter",

@@ -18,7 +18,7 @@ The path of ``optimise(study)``, in the order of the first calls:
 2. ``algorithms.registry.read_settings``: the algorithm's settings, checked
 3. ``search.recorder.recording``: the store of the study, created or opened
 4. ``search.recorder.Recorder.evaluate``: designs from the store, or else by 5, each once; the nominal one first
-5. ``evaluate.screen.Screened.__call__``: leaves out designs that formulas exclude
+5. ``evaluate.evaluator.Screened.__call__``: leaves out designs that formulas exclude
 6. ``evaluate.evaluator.Evaluator.__call__``: runs at each operating point; objectives and constraints from them
 7. ``evaluate.requests.run_compiled``: a batch of runs of the engine
 8. ``evaluate.limits.problem_of``: the mathematical problem, which evaluates by 4
@@ -44,20 +44,17 @@ if TYPE_CHECKING:
     from optim.algorithms.pareto import hypervolume, knee
     from optim.algorithms.registry import ALGORITHMS, Table, minimise
     from optim.evaluate.evaluations import Evaluations
-    from optim.evaluate.evaluator import Evaluator
+    from optim.evaluate.evaluator import Evaluator, Screened
     from optim.evaluate.gradients import Gradients
     from optim.evaluate.limits import problem_of
-    from optim.evaluate.screen import Screened
-    from optim.problem.load import load_study
-    from optim.problem.shipped import find_study
+    from optim.problem.load import find_study, load_study
     from optim.problem.study import OperatingPoint, Study
     from optim.report.export import export
     from optim.report.figures import write_front, write_indices, write_one_at_a_time, write_pareto_front
     from optim.report.result import format_result
     from optim.search.derivative_check import check_derivatives, format_derivative_check
-    from optim.search.optimise import Stopped, optimise
+    from optim.search.optimise import Stopped, optimise, start_of
     from optim.search.sensitivity import format_sensitivity, sensitivity
-    from optim.search.start import start_of
     from optim.search.verification import format_verification, verify
     from optim.store.store import Store, read_store
 
@@ -70,20 +67,17 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "algorithms.pareto": ("hypervolume", "knee"),
         "algorithms.registry": ("ALGORITHMS", "Table", "minimise"),
         "evaluate.evaluations": ("Evaluations",),
-        "evaluate.evaluator": ("Evaluator",),
+        "evaluate.evaluator": ("Evaluator", "Screened"),
         "evaluate.gradients": ("Gradients",),
         "evaluate.limits": ("problem_of",),
-        "evaluate.screen": ("Screened",),
-        "problem.load": ("load_study",),
-        "problem.shipped": ("find_study",),
+        "problem.load": ("find_study", "load_study"),
         "problem.study": ("OperatingPoint", "Study"),
         "report.export": ("export",),
         "report.figures": ("write_front", "write_indices", "write_one_at_a_time", "write_pareto_front"),
         "report.result": ("format_result",),
         "search.derivative_check": ("check_derivatives", "format_derivative_check"),
-        "search.optimise": ("Stopped", "optimise"),
+        "search.optimise": ("Stopped", "optimise", "start_of"),
         "search.sensitivity": ("format_sensitivity", "sensitivity"),
-        "search.start": ("start_of",),
         "search.verification": ("format_verification", "verify"),
         "store.store": ("Store", "read_store"),
     },

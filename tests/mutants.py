@@ -16,7 +16,7 @@ from shipped import BENT, NAMES
 from linkages.input.files.shipped import data_folder
 from linkages.input.files.toml import leaves
 from linkages.input.model.experiment import keys
-from optim.problem.shipped import studies_folder
+from optim.problem.load import studies_folder
 
 MACHINES = [path for path in sorted(data_folder().glob("*.sdf")) if not path.stem.startswith("three_rrr")]
 EXPERIMENTS = [data_folder() / f"{name}.toml" for name in (*NAMES, *BENT)]

@@ -1,6 +1,7 @@
 """Periodic motions, Floquet multipliers and branches against the literature, closed forms and other methods."""
 
 import json
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from shipped import shipped
 
 from linkages import InputError, RunError, bearing, branches, load, periodic_motion, stroboscopic
 from linkages.cli.main import main
-from linkages.explore.periodic.continuation import Residual, Return, Settings, forced, rescaled, solve
+from linkages.explore.periodic.continuation import Residual, Settings, rescaled, solve
 from linkages.explore.periodic.multipliers import (
     BRANCH_POINT,
     DOUBLING,
@@ -21,9 +22,37 @@ from linkages.explore.periodic.multipliers import (
     kind,
     multipliers,
 )
-from linkages.explore.periodic.tracing import CLOSED, LIMIT, LOST, MOST, PointFacts, trace, turned
+from linkages.explore.periodic.tracing import CLOSED, LIMIT, LOST, MOST, trace, turned
 
 # ---- equations ------------------------------------------------------------------------------------------------------
+
+
+class Return(NamedTuple):
+    """State after a period (n,), and its derivatives with respect to the state before and to the value."""
+
+    end: np.ndarray
+    monodromy: np.ndarray
+    by_p: np.ndarray
+    rate: np.ndarray | None = None
+
+
+class Facts(NamedTuple):
+    """What a branch knows of a point."""
+
+    multipliers: np.ndarray = np.array([0.5 + 0.0j])
+    monodromy: np.ndarray | None = None
+    contacts: tuple[int, ...] = ()
+
+
+def forced(return_map):
+    """Equations of a motion with a given period, a fixed point of the return map."""
+
+    def equations(u, p):
+        found = return_map(u, p)
+        facts = Facts(multipliers(found.monodromy), found.monodromy)
+        return Residual(found.end - u, found.monodromy - np.eye(len(u)), found.by_p, facts)
+
+    return equations
 
 
 def flow_of(rate, jacobian, by_value):
@@ -53,9 +82,11 @@ def autonomous(flow, anchor, along):
         found = flow(state, u[-1], p)
         by_u = np.zeros((n + 1, n + 1))
         by_u[:n, :n] = found.monodromy - np.eye(n)
-        by_u[:n, n], by_u[n, :n] = found.detail, along
+        by_u[:n, n], by_u[n, :n] = found.rate, along
         value = np.append(found.end - state, along @ (state - anchor))
-        return Residual(value, by_u, np.append(found.by_p, 0.0), found)
+        spectrum = multipliers(found.monodromy)
+        others = np.delete(spectrum, np.argmin(np.abs(spectrum - 1.0)))  # without the flow's own
+        return Residual(value, by_u, np.append(found.by_p, 0.0), Facts(others, found.monodromy))
 
     return problem
 
@@ -102,11 +133,7 @@ def test_a_cycle_of_an_adaptive_controller_doubles_where_matcont_says():
     settings = settings_of([1.0, 1.0, 1.0, 10.0], 1.0)
     start = turned(solve(problem, np.append(anchor, 6.306), 0.9, settings))
 
-    def look(point):
-        found = multipliers(point.detail.monodromy)
-        return PointFacts(np.delete(found, np.argmin(np.abs(found - 1.0))))  # without the flow's own
-
-    found = trace(problem, start, (0.58, 1.0), settings, look, 100)
+    found = trace(problem, start, (0.58, 1.0), settings, 100)
     (event,) = found.bifurcations
     assert event.kind == DOUBLING
     assert event.point.p == pytest.approx(0.6303020, abs=5e-8)
@@ -132,9 +159,7 @@ def test_duffing_folds_where_its_amplitude_does():
 
     settings = settings_of([1.0, 1.0], 0.5, most=0.4)
     start = solve(forced(return_map), np.array([0.3, 0.0]), 0.8, settings)
-    found = trace(
-        forced(return_map), start, (0.8, 1.6), settings, lambda p: PointFacts(multipliers(p.detail.monodromy)), 200
-    )
+    found = trace(forced(return_map), start, (0.8, 1.6), settings, 200)
     folds = [event for event in found.bifurcations if event.kind == FOLD]
     assert len(folds) == len(found.bifurcations) == 2
     for point in found.points:  # Liouville
@@ -238,10 +263,7 @@ def test_the_impact_oscillator_has_its_closed_form_branch_and_fold():
     start = solve(forced(impact_map), x, gap, settings)
     assert start.residual < 1e-12
 
-    def look(point):
-        return PointFacts(multipliers(point.detail.monodromy))
-
-    found = [trace(forced(impact_map), end, (-0.3, 0.6), settings, look, 60) for end in (start, turned(start))]
+    found = [trace(forced(impact_map), end, (-0.3, 0.6), settings, 60) for end in (start, turned(start))]
     points = [point for part in found for point in part.points]
     assert len(points) > 8
     for point in points:
@@ -533,20 +555,20 @@ def test_a_branch_that_starts_near_a_fold_goes_around_it(distance):
     """The parabola p = -u^2, in units of which u is the larger the farther the branch goes."""
 
     def parabola(u, p):
-        return Residual(np.array([u[0] ** 2 + p]), np.array([[2.0 * u[0]]]), np.array([1.0]))
+        return Residual(np.array([u[0] ** 2 + p]), np.array([[2.0 * u[0]]]), np.array([1.0]), Facts())
 
     settings = Settings(np.array([0.01]), 1.0, np.array([1.0]), tolerance=1e-12)
     start, settings = rescaled(solve(parabola, np.array([-np.sqrt(distance)]), -distance, settings), settings)
-    found = trace(parabola, start, (-1.0, 0.5), settings, lambda p: PointFacts(np.array([0.5 + 0.0j])), 3000)
+    found = trace(parabola, start, (-1.0, 0.5), settings, 3000)
     assert found.end == LIMIT
     assert found.points[-1].u[0] == pytest.approx(1.0, abs=1e-9)
     assert [event.kind for event in found.bifurcations] == [FOLD]
-    assert trace(parabola, start, (-1.0, 0.5), settings, lambda p: PointFacts(np.array([0.5 + 0.0j])), 3).end == MOST
+    assert trace(parabola, start, (-1.0, 0.5), settings, 3).end == MOST
 
 
 def test_a_circle_is_closed_and_a_branch_without_an_end_is_lost():
     def circle(u, p):
-        return Residual(np.array([u[0] ** 2 + p**2 - 1.0]), np.array([[2.0 * u[0]]]), np.array([2.0 * p]))
+        return Residual(np.array([u[0] ** 2 + p**2 - 1.0]), np.array([[2.0 * u[0]]]), np.array([2.0 * p]), Facts())
 
     def half(u, p):
         if p > 0.5:
@@ -556,20 +578,20 @@ def test_a_circle_is_closed_and_a_branch_without_an_end_is_lost():
     settings = Settings(np.array([1.0]), 1.0, np.array([1.0]), tolerance=1e-12)
     for problem, end in ((circle, CLOSED), (half, LOST)):
         start = solve(problem, np.array([1.0]), 0.1, settings)
-        assert (
-            trace(problem, start, (-2.0, 2.0), settings, lambda p: PointFacts(np.array([0.5 + 0.0j])), 500).end == end
-        )
+        assert trace(problem, start, (-2.0, 2.0), settings, 500).end == end
 
 
 def test_a_branch_with_short_steps_is_not_closed():
     """The first points are nearer to the start than half the longest step."""
 
     def cubic(u, p):
-        return Residual(np.array([u[0] ** 3 + u[0] - p]), np.array([[3.0 * u[0] ** 2 + 1.0]]), np.array([-1.0]))
+        return Residual(
+            np.array([u[0] ** 3 + u[0] - p]), np.array([[3.0 * u[0] ** 2 + 1.0]]), np.array([-1.0]), Facts()
+        )
 
     settings = Settings(np.array([1.0]), 1.0, np.array([1.0]), tolerance=1e-12, first=1e-4)
     start = solve(cubic, np.array([0.0]), 0.0, settings)
-    found = trace(cubic, start, (-1.0, 1.0), settings, lambda p: PointFacts(np.array([0.5 + 0.0j])), 500)
+    found = trace(cubic, start, (-1.0, 1.0), settings, 500)
     assert found.end == LIMIT
     assert np.linalg.norm([found.points[6].u[0], found.points[6].p]) < 0.5 * settings.most
 

@@ -9,7 +9,7 @@ import linkages
 import optim
 from linkages.cli.sweep import format_sweep
 from linkages.cli.wear import format_life
-from linkages.explore.wear.content import content
+from linkages.explore.wear.stages import content
 from linkages.results.outputs.registry import unit
 from optim.algorithms.nlp import Ending
 from optim.report.result import format_table

@@ -14,10 +14,9 @@ from wearing_press import CLEARANCE, FORCE, RADIUS, SPRING, write_press
 import linkages
 from linkages.cli.main import main
 from linkages.explore.wear.block_store import BlockStore
-from linkages.explore.wear.content import content
-from linkages.explore.wear.jump import worn
 from linkages.explore.wear.life import wear_life
 from linkages.explore.wear.measure import BlockStart, CycleBlock, _settled, depths_of, wearing
+from linkages.explore.wear.stages import content, worn
 from linkages.input.model.check import DEEPEST
 from linkages.laws.wear.profile import node_depths
 from linkages.show.report.page_tables import number

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.three_rrr.branch import follow, shortest, travel
+from linkages.three_rrr.branch import follow, travel
 from linkages.three_rrr.direct import assemblies, count, polynomial
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import determinants
@@ -24,7 +24,7 @@ def kinematics() -> list[Claim]:
     angles = ", ".join(f"{np.rad2deg(a):.2f}" for a in start.x[:, 0])
     branches = [follow(g, robot().cranks, x, robot().duration) for x in start.x]
     paths = ", ".join(f"{travel(b, 'path'):.4f}" for b in branches)
-    best = shortest(g, robot().cranks, robot().duration, "path")
+    best = min(branches, key=lambda branch: travel(branch, "path"))
     degree = polynomial(g, robot().phi0[None]).shape[1] - 1
     rate = np.max(np.abs(motion.dx[:, 0]))
     speed, acceleration = (1e3 * np.max(np.linalg.norm(x[:, 1:], axis=1)) for x in (motion.dx, motion.ddx))

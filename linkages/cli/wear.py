@@ -51,8 +51,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compute the wear; return the exit status."""
-    from linkages.explore.wear.content import content
     from linkages.explore.wear.life import wear_life
+    from linkages.explore.wear.stages import content
 
     cycles = int(options.cycles) if options.cycles == options.cycles and abs(options.cycles) < 1e15 else 0
     if cycles != options.cycles or cycles < 1:

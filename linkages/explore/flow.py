@@ -77,13 +77,6 @@ class Flow:
             self.status = STATUS[record.status]
         return record
 
-    def put(self, y: Array, other: Flow) -> None:
-        """Move the run to the time of another one, into a state close to the other's.
-
-        The contacts' memory is copied from the other run.
-        """
-        self.resume(other.t, y, other.memory, other.step)
-
     def resume(self, t: float, y: Array, memory: Array, step: float) -> None:
         """Set state, contacts' memory and next step of the run; contacts keep their status.
 

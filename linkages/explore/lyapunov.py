@@ -84,11 +84,6 @@ def largest_exponent(
     renormalisations : int
         Renormalisations per revolution; use more if trajectories diverge fast.
 
-    Returns
-    -------
-    Exponent
-        Growth rate in each revolution [1/s], its mean, and the standard error of the mean.
-
     Raises
     ------
     InputError, AssemblyError
@@ -117,7 +112,7 @@ def largest_exponent(
     if len(first.runner.model.free) == first.runner.model.rank:
         problem = "they determine the whole motion, so nothing can diverge"
         raise InputError(experiment.source, "drives", problem)
-    second.put(first.y + distance * first.scale, first)
+    second.resume(first.t, first.y + distance * first.scale, first.memory, first.step)
     logarithms = np.empty((total, renormalisations))
     for turn in range(total):
         for k in range(renormalisations):
@@ -127,5 +122,5 @@ def largest_exponent(
             apart = second.y - first.y
             size = float(np.sqrt(np.mean((apart / first.scale) ** 2)))
             logarithms[turn, k] = np.log(size / distance)
-            second.put(first.y + distance / size * apart, first)
+            second.resume(first.t, first.y + distance / size * apart, first.memory, first.step)
     return Exponent(logarithms[transient:].sum(axis=1) / period, period)

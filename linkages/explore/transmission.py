@@ -184,12 +184,8 @@ def _dead_centres(system: System, joint: Joint, motion: DrivenMotion) -> tuple[f
     rate = _followed(system, joint.child, joint.on_child, motion)[1]
     fastest = np.abs(motion.vel[:, :, 1:]).max(axis=(1, 2))
     moves = motion.counts & (np.linalg.norm(rate, axis=1) > _STILL * fastest)
-    return _turns_back(motion.values[moves], rate[moves], motion.full) if moves.any() else ()
-
-
-def _turns_back(values: Array, rate: Array, full: bool) -> tuple[float, ...]:
-    """Find values at which a point with these rates (n, 2) reverses, over a revolution or between its ends."""
-    if full:
+    values, rate = motion.values[moves], rate[moves]
+    if motion.full and moves.any():
         values, rate = np.append(values, values[0] + 2.0 * np.pi), np.append(rate, rate[:1], axis=0)
     speed = np.linalg.norm(rate, axis=1)
     at = values[:-1] + np.diff(values) * speed[:-1] / (speed[:-1] + speed[1:])

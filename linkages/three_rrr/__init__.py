@@ -11,8 +11,7 @@ Society for Agricultural Machinery 41(6), 2010, pp. 208-215 ("the paper"); equat
 | kinematics      | loops, Jacobians, velocities, accelerations, inverse kinematics                           |
 | direct          | every assembly, from a polynomial of degree three, its roots counted; maps of assemblies  |
 | branch          | one assembly followed over time; folds and singularities; travel                          |
-| finite_elements | mass and stiffness matrices in any pose, rigid fields, inertia loads                      |
-| velocity_terms  | gyroscopic and centrifugal terms, geometric stiffness                                     |
+| finite_elements | mass and stiffness matrices in any pose, rigid fields, inertia loads, velocity terms      |
 | modes           | natural frequencies and shapes over poses, followed by MAC                                |
 | response        | quasi-static, the paper's recursion, generalised-alpha                                    |
 | stress          | stress along each link and in the platform                                                |

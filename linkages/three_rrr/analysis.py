@@ -50,12 +50,7 @@ class RobotResults:
 def analyse(robot: Robot, progress: Callable[[float], None] | None = None, poses: Count = POSES) -> RobotResults:
     """Follow the robot's branch (`robot.branch`, or the first assembly) and compute everything along it.
 
-    A branch that ends at a fold is analysed up to nearly there.
-
-    Raises
-    ------
-    BranchError
-        If there is no such assembly.
+    A branch that ends at a fold is analysed up to nearly there. BranchError if there is no such assembly.
     """
     found = assemblies(robot.geometry, robot.phi0)
     theta = None if robot.branch is None else float(np.deg2rad(robot.branch))

@@ -105,19 +105,10 @@ def follow(geometry: Geometry, cranks: CrankMotion, x0: Vector, duration: float)
     """Follow the assembly x0 (3,) for a time [s], by a second-order predictor and Newton's method.
 
     A step counts only if the cranks turn and the corrector moves the prediction little and det Jx keeps its sign, so
-    that the branch can neither jump to another one nor pass a fold unseen. At a fold the time is located and the
-    branch ends.
-
-    Parameters
-    ----------
-    cranks : callable
-        Any motion of the cranks that starts at x0: `Robot.cranks`, or a function of times (N,) that returns angles,
-        rates and accelerations (N, 3), the latter two the derivatives of the first.
-
-    Raises
-    ------
-    InputError
-        If a number is invalid, or `cranks` returns other arrays.
+    that the branch can neither jump to another one nor pass a fold unseen. At a fold the time is located and the branch
+    ends. `cranks` is any motion of the cranks that starts at x0: `Robot.cranks`, or a function of times (N,) that
+    returns angles, rates and accelerations (N, 3), the latter two the derivatives of the first. InputError if a number
+    is invalid, or `cranks` returns other arrays.
     """
     fitting(x0, 3, "x0", "coordinates of the platform")
     if not duration > 0.0:
@@ -193,21 +184,6 @@ def travel(branch: AssemblyBranch, metric: Metric, points: int = 2001) -> float:
         velocity = state.dx[:, None, 1:] + state.dx[:, :1, None] * turned(r)
         speed = np.mean(np.linalg.norm(velocity, axis=-1), axis=1)
     return float(trapezoid(speed, times))
-
-
-def shortest(geometry: Geometry, cranks: CrankMotion, duration: float, metric: Metric) -> AssemblyBranch:
-    """Follow every assembly at t = 0 and return the one of least travel that lasts for the whole duration.
-
-    BranchError if there is none.
-    """
-    phi0 = cranks(np.zeros(1))[0][0]
-    start_assembly(geometry, phi0)  # refuses where there is none
-    branches = [follow(geometry, cranks, x, duration) for x in assemblies(geometry, phi0).x]
-    whole = [branch for branch in branches if branch.status is Status.OK]
-    if not whole:
-        last = max(float(branch.times[-1]) for branch in branches)
-        raise BranchError(Status.SINGULAR, f"every branch ends at a fold, the last at t = {last:g} s")
-    return min(whole, key=lambda branch: travel(branch, metric))
 
 
 def _at(branch: AssemblyBranch, time: float, guess: Array) -> tuple[RobotMotion, float, float]:

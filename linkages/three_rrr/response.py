@@ -13,10 +13,9 @@ from linkages.base.errors import InputError
 from linkages.mechanics.flexible import response as flexible
 from linkages.mechanics.flexible.modes import continued, dense_modes
 from linkages.three_rrr.branch import AssemblyBranch
-from linkages.three_rrr.finite_elements import FiniteElementModel
+from linkages.three_rrr.finite_elements import FiniteElementModel, velocity_terms
 from linkages.three_rrr.kinematics import RobotMotion
 from linkages.three_rrr.modes import DENSE
-from linkages.three_rrr.velocity_terms import velocity_terms
 
 ResponseStart = Literal["rest", "quasi-static"]
 
@@ -111,7 +110,7 @@ def march(
 
     The times (N,) are equally spaced [s]; the parts follow each other, together at all of them. The start is "rest" (no
     displacement and no rate) or "quasi-static". The radius is the spectral radius at infinite frequency: 1 keeps all
-    energy, 0 damps the highest modes at once. The terms of `linkages.three_rrr.velocity_terms` can act. InputError if
+    energy, 0 damps the highest modes at once. The terms of `linkages.three_rrr.finite_elements` can act. InputError if
     the radius lies outside [0, 1], or the crank roots are free and the start or these terms need the quasi-static
     solution.
     """

@@ -13,7 +13,7 @@ from pydantic import Field, PrivateAttr, model_validator
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, check_history, read_toml, validate
-from linkages.input.model.mechanism import Mechanism, load_mechanism
+from linkages.input.model.mechanism import load_mechanism
 from linkages.mechanics.planar import motion
 from linkages.mechanics.planar.motion import Motions
 from linkages.three_rrr.geometry import LEGS, Geometry, from_mechanism
@@ -138,7 +138,7 @@ class Robot(Table):
     @cached_property
     def geometry(self) -> Geometry:
         """Return the dimensions: given ones, otherwise the SDFormat file's."""
-        return self._geometry if self._geometry is not None else from_mechanism(self.load_mechanism())
+        return self._geometry if self._geometry is not None else from_mechanism(load_mechanism(self.mechanism_path))
 
     @cached_property
     def cranks(self) -> CrankMotion:
@@ -154,10 +154,6 @@ class Robot(Table):
         """Area [m2] and second moment of area [m4] of a crank or coupler."""
         d = self.sections.crank_diameter if kind == "crank" else self.sections.coupler_diameter
         return np.pi * d**2 / 4.0, np.pi * d**4 / 64.0
-
-    def load_mechanism(self) -> Mechanism:
-        """Read the rigid mechanism as the SDFormat file has it."""
-        return load_mechanism(self.mechanism_path)
 
     def rigid_properties(self) -> dict[str, float]:
         """Masses, centres and inertias of thin rods and a lamina of this material, as SDFormat overrides.
@@ -192,13 +188,7 @@ class Robot(Table):
 
 
 def load_robot(path: str | Path) -> Robot:
-    """Read a robot from TOML, and the dimensions from the SDFormat file it names.
-
-    Raises
-    ------
-    InputError
-        One line with file, key and reason.
-    """
+    """Read a robot from TOML, and the dimensions from its SDFormat file; InputError names file, key and reason."""
     data, _ = read_toml(Path(path))
     return make_robot(data, path)
 

@@ -12,11 +12,10 @@ from linkages.base.arrays import Array
 from linkages.mechanics.flexible.modes import eigenvalues
 from linkages.mechanics.flexible.response import quasi_static as solve
 from linkages.three_rrr.branch import AssemblyBranch
-from linkages.three_rrr.finite_elements import FiniteElementModel
+from linkages.three_rrr.finite_elements import FiniteElementModel, velocity_terms
 from linkages.three_rrr.modes import frequencies
 from linkages.three_rrr.response import generalised_alpha, quasi_static
 from linkages.three_rrr.robot import Robot, changed
-from linkages.three_rrr.velocity_terms import velocity_terms
 
 RESONANCE = 1.5  # dynamic over quasi-static peak from which a local maximum counts as a resonance
 

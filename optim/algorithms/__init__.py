@@ -4,8 +4,7 @@
 |---------------|----------------------------------------------------------------------------------|
 | nlp           | `Problem`, `Values`, `Progress`, `Result`, `Ending`                              |
 | registry      | all algorithms by name; several starts of the local ones                         |
-| archive       | every design of a run, none evaluated twice; order by the rules of feasibility   |
-| sampling      | Latin hypercube                                                                  |
+| archive       | every design of a run, none evaluated twice; order by feasibility; first designs |
 | pareto        | domination, fronts, hypervolume, knee                                            |
 | derivatives   | differences                                                                      |
 | ga            | genetic algorithms on pygad: one objective, several (NSGA-II)                    |

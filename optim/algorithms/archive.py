@@ -1,4 +1,4 @@
-"""`Archive`: every design that an algorithm evaluated in one run, none twice; the order by feasibility."""
+"""`Archive`: every design that an algorithm evaluated in one run, none twice; order by feasibility; first designs."""
 
 from __future__ import annotations
 
@@ -13,17 +13,10 @@ from optim.algorithms.nlp import Array, Ending, Problem, Result, Values
 
 
 class Archive:
-    """Evaluate populations of a problem, and remember them.
+    """Evaluate populations of a problem, and remember their `designs` (k, n), in order, and `values`.
 
     Values that are not finite count as failed evaluations: infinite objectives and inequalities. Only a design that
     violates constraints may have infinite objectives: they were not evaluated.
-
-    Attributes
-    ----------
-    designs : (k, n) array
-        All designs in the order in which they were evaluated.
-    values : Values
-        Their values.
     """
 
     values: Values
@@ -74,25 +67,39 @@ class Archive:
 
 
 def by_feasibility(values: Values, tolerance: float = 0.0) -> Indices:
-    """Sort designs: feasible ones by the first objective, then infeasible ones by their violation, then failed ones.
+    """Sort designs, the best first; return their rows (m,).
 
-    K. Deb, An efficient constraint handling method for genetic algorithms, Computer Methods in Applied
-    Mechanics and Engineering 186 (2000) 311-338.
-
-    Parameters
-    ----------
-    values : Values
-    tolerance : float
-        Violation up to which a constraint counts as satisfied.
-
-    Returns
-    -------
-    (m,) array of int
-        Rows, the best first; equal ones in their order.
+    Feasible ones (violations up to the tolerance) by the first objective, then infeasible ones by their violation, then
+    failed ones; equal ones in their order. K. Deb, An efficient constraint handling method for genetic algorithms,
+    Computer Methods in Applied Mechanics and Engineering 186 (2000) 311-338.
     """
     feasible = values.feasible(tolerance)
     key = np.where(feasible, values.objectives[:, 0], values.violation)
     return np.lexsort((key, ~feasible))
+
+
+def latin_hypercube(count: int, size: int, rng: np.random.Generator) -> Array:
+    """Draw designs (count, size), 0 to 1: each variable has one in each of `count` equal parts of its range.
+
+    The state of the random generator stays the same; each call draws other designs. The numbers are those of
+    `scipy.stats.qmc.LatinHypercube`; its import takes as long as several hundred runs of a small machine. M. D. McKay,
+    R. J. Beckman, W. J. Conover, A comparison of three methods for selecting values of input variables in the analysis
+    of output from a computer code, Technometrics 21(2), 1979.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from optim.algorithms.archive import latin_hypercube
+    >>> designs = latin_hypercube(4, 2, np.random.default_rng(0))
+    >>> np.sort(np.floor(4.0 * designs), axis=0).T.tolist()
+    [[0.0, 1.0, 2.0, 3.0], [0.0, 1.0, 2.0, 3.0]]
+    """
+    rng = rng.spawn(1)[0]
+    within = rng.uniform(size=(count, size))
+    parts = np.tile(np.arange(1, count + 1), (size, 1))
+    for one in parts:
+        rng.shuffle(one)
+    return (parts.T - within) / count
 
 
 def _finite_or_failed(values: Values) -> Values:

@@ -23,29 +23,17 @@ def stack(values: Values) -> Array:
 def jacobian(
     problem: Problem, evaluate: Callable[[Array], Values], x: Array, scale: Array, step: float
 ) -> Array | None:
-    """Differentiate the objectives, inequalities and equalities at a design.
+    """Differentiate the objectives, inequalities and equalities at a design x (n,): (no + ni + ne, n).
 
     The problem's own where it has them and they are finite; else differences of second order from two further designs
-    for each variable: central ones inside, one-sided ones where a bound is nearer than the step. Of first order where
-    there is a value on one side only: an evaluation failed, or was not made beyond a constraint. Where there is a value
-    on neither side, as in a corner between constraints, the difference is taken beside the design: at one of those that
-    were evaluated for the other variables.
+    for each variable, a step times its scale (n,) away: central ones inside, one-sided ones where a bound is nearer. Of
+    first order where there is a value on one side only: an evaluation failed, or was not made beyond a constraint.
+    Where there is a value on neither side, as in a corner between constraints, the difference is taken beside the
+    design: at one of those that were evaluated for the other variables. `evaluate` is called once with 2 n designs, in
+    a corner once more.
 
-    Parameters
-    ----------
-    problem : Problem
-    evaluate : callable
-        Values of designs, called once with 2 n of them; in a corner once more.
-    x : (n,) array
-    scale : (n,) array
-        Size of the variables; the difference step is `step` times this.
-    step : float
-
-    Returns
-    -------
-    (no + ni + ne, n) array or None
-        None where a derivative cannot be had: there is no value on either side, nor beside. At a design without
-        objectives, because it violates constraints, their derivatives are zero.
+    None where there is no value on either side, nor beside. At a design without objectives, because it violates
+    constraints, their derivatives are zero.
     """
     own = problem.derivatives(x)
     if own is not None and np.isfinite(own).all():

@@ -13,9 +13,8 @@ from pydantic import Field
 from scipy.optimize import Bounds, NonlinearConstraint, differential_evolution
 
 from linkages.input.files.toml import NonNegative, Table
-from optim.algorithms.archive import Archive
+from optim.algorithms.archive import Archive, latin_hypercube
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
-from optim.algorithms.sampling import latin_hypercube
 
 
 class DifferentialEvolution(Table):

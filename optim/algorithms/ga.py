@@ -26,10 +26,9 @@ from pydantic import Field
 
 from linkages.base.arrays import Indices
 from linkages.input.files.toml import NonNegative, Positive, Table
-from optim.algorithms.archive import Archive
+from optim.algorithms.archive import Archive, latin_hypercube
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
 from optim.algorithms.pareto import pareto_front, ranks
-from optim.algorithms.sampling import latin_hypercube
 
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -80,15 +79,10 @@ class NondominatedSorting(_Generations):
 
 
 def genetic(problem: Problem, settings: Genetic, seed: int = 0, progress: Report | None = None) -> Result:
-    """Minimise one objective.
+    """Minimise one objective; `Result.runs` are the restarts.
 
-    Parameters as in `optim.minimise`. The problem's start is a member of the first generation; `progress` is
-    called after each generation, with the states of the random generators.
-
-    Returns
-    -------
-    Result
-        `runs` are the restarts.
+    Parameters as in `optim.minimise`. The problem's start is a member of the first generation; `progress` is called
+    after each generation, with the states of the random generators.
     """
     return _restarts(problem, settings, seed, progress, min(settings.elites, settings.population))
 
@@ -96,25 +90,11 @@ def genetic(problem: Problem, settings: Genetic, seed: int = 0, progress: Report
 def nondominated_sorting(
     problem: Problem, settings: NondominatedSorting, seed: int = 0, progress: Report | None = None
 ) -> Result:
-    """Find the Pareto front of several objectives by NSGA-II.
+    """Find the Pareto front of all designs that were evaluated, in order of the first objective, by NSGA-II.
 
     Parameters as in `genetic`.
-
-    Returns
-    -------
-    Result
-        The Pareto front of all designs that were evaluated, in order of the first objective.
     """
     return _restarts(problem, settings, seed, progress, settings.population)
-
-
-def statistics(result: Result) -> dict[str, float]:
-    """Best, mean, worst and standard deviation of the first objective over the feasible restarts."""
-    found = np.array([run.values.objectives[0, 0] for run in result.runs if run.status != Ending.INFEASIBLE])
-    if len(found) == 0:
-        return {}
-    names = "best", "mean", "worst", "standard deviation"
-    return dict(zip(names, map(float, (found.min(), found.mean(), found.max(), found.std())), strict=True))
 
 
 def scale_of(values: Values, tolerance: float) -> tuple[Array, Array]:

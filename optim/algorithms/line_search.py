@@ -49,27 +49,9 @@ def search(
 ) -> tuple[Restored, int] | None:
     """Take the whole step, or shorten it by quadratic interpolation until the merit falls enough.
 
-    Parameters
-    ----------
-    form : StandardForm
-    A : (m, n + m) array
-        Jacobian of the equations at the point.
-    at : Restored
-        The point, with the partition of its reduced gradient.
-    partition : Partition
-        Used by the search.
-    direction : (n + m,) array
-        Step, tangential to the equations.
-    slope : float
-        Slope of the merit along it, negative.
-    phase : Phase
-    tolerance : float
-        Tolerance of the equations.
-
-    Returns
-    -------
-    Restored, int
-        The better point, and how many trials it took; None if there is none.
+    The search goes from the point `at`, which has the partition of its reduced gradient, along a direction (n + m,)
+    tangential to the equations, whose Jacobian is A (m, n + m), with a negative slope of the merit, in `partition`.
+    Returns the better point, and how many trials it took; None if there is none.
     """
     # remaining residuals of the equations spoil small differences of the objective: to first order by the
     # multipliers times the residual
@@ -113,28 +95,12 @@ def _extend(trial: Trial, point: Restored, new: float, value: float, slope: floa
 def restore(
     form: StandardForm, A: Array, y: Array, partition: Partition, low: Array, high: Array, tolerance: float
 ) -> Restored | None:
-    """Correct the basic variables until the equations hold.
+    """Correct the basic variables of a trial point y (n + m,) until the scaled equations hold within the tolerance.
 
-    Newton's method with the Jacobian `A` of a point nearby, improved by Broyden's updates from the residuals.
-    A basic variable that leaves its bounds is set on the bound and changes places with the nonbasic variable
-    that has the largest pivot times room, and the correction goes on.
-
-    Parameters
-    ----------
-    form : StandardForm
-    A : (m, n + m) array
-    y : (n + m,) array
-        Trial point; its nonbasic variables lie within the bounds.
-    partition : Partition
-    low, high : (n + m,) arrays
-        Bounds that the point must keep.
-    tolerance : float
-        Tolerance of the scaled equations.
-
-    Returns
-    -------
-    Restored or None
-        None if the correction does not converge, or an evaluation failed.
+    Its nonbasic variables lie within the bounds low and high (n + m,), which the point must keep. Newton's method with
+    the Jacobian A (m, n + m) of a point nearby, improved by Broyden's updates from the residuals. A basic variable that
+    leaves its bounds is set on the bound and changes places with the nonbasic variable that has the largest pivot times
+    room, and the correction goes on. None if it does not converge, or an evaluation failed.
     """
     y, n = y.copy(), form.n
     settled = _settle(A, y, partition, low, high, tolerance)

@@ -28,50 +28,44 @@ class Ending(enum.StrEnum):
     @property
     def words(self) -> str:
         """Return a text for readers."""
-        return _WORDS[self]
+        return _TEXTS[self][0]
 
     @property
     def remedy(self) -> str:
         """Return the advice for the user, in one sentence."""
-        return _REMEDY[self]
+        return _TEXTS[self][1]
 
 
-_WORDS = {
-    Ending.CONVERGED: "converged",
-    Ending.BUDGET_USED: "all iterations made",
-    Ending.NO_PROGRESS: "no further progress",
-    Ending.INFEASIBLE: "no feasible design found",
-    Ending.EVALUATION_FAILED: "an evaluation failed",
-    Ending.INTERRUPTED: "interrupted",
-}
-
-_REMEDY = {
-    Ending.CONVERGED: "nothing: the conditions of optimality hold within the tolerance",
-    Ending.BUDGET_USED: "all iterations were made: more of them may find a better design",
-    Ending.NO_PROGRESS: "no step betters the objective: if it is rough, take a longer difference step or an"
-    " algorithm without gradients; if it is smooth, this is the optimum as far as it can be resolved",
-    Ending.INFEASIBLE: "no design near the last one violates the constraints less: start elsewhere, take"
-    " several starts, or loosen the constraints",
-    Ending.EVALUATION_FAILED: "there is no value at the start, or around a design that was reached: start"
-    " elsewhere or tighten the bounds",
-    Ending.INTERRUPTED: "the run was stopped by the user; the results up to then are kept",
+#: Text and remedy of each ending.
+_TEXTS = {
+    Ending.CONVERGED: ("converged", "nothing: the conditions of optimality hold within the tolerance"),
+    Ending.BUDGET_USED: ("all iterations made", "all iterations were made: more of them may find a better design"),
+    Ending.NO_PROGRESS: (
+        "no further progress",
+        "no step betters the objective: if it is rough, take a longer difference step or an algorithm without"
+        " gradients; if it is smooth, this is the optimum as far as it can be resolved",
+    ),
+    Ending.INFEASIBLE: (
+        "no feasible design found",
+        "no design near the last one violates the constraints less: start elsewhere, take several starts, or loosen"
+        " the constraints",
+    ),
+    Ending.EVALUATION_FAILED: (
+        "an evaluation failed",
+        "there is no value at the start, or around a design that was reached: start elsewhere or tighten the bounds",
+    ),
+    Ending.INTERRUPTED: ("interrupted", "the run was stopped by the user; the results up to then are kept"),
 }
 
 
 @dataclass(frozen=True)
 class Values:
-    """Objectives and constraints of m designs.
+    """Objectives (m, no), inequalities (m, ni) and equalities (m, ne) of m designs.
 
-    Attributes
-    ----------
-    objectives : (m, no) array
-        Smaller is better; infinite where the evaluation failed, or was not made because constraints are violated.
-    inequalities : (m, ni) array
-        Satisfied where <= 0; infinite where the evaluation failed.
-    equalities : (m, ne) array
-        Satisfied where = 0.
-    failed : (m,) array of bool
-        Where there is no value: the run did not reach its end, or the linkage could not be assembled.
+    Smaller objectives are better; they are infinite where the evaluation failed, or was not made because constraints
+    are violated. Inequalities are satisfied where <= 0, infinite where the evaluation failed; equalities are satisfied
+    where = 0. `failed` (m,) is where there is no value: the run did not reach its end, or the linkage could not be
+    assembled.
     """
 
     objectives: Array
@@ -105,21 +99,13 @@ class Values:
 
 @dataclass(frozen=True)
 class Problem:
-    """Minimise objectives over a box, subject to constraints.
+    """Minimise objectives over a box with the bounds `lower` and `upper` (n,), subject to constraints.
 
-    Attributes
-    ----------
-    lower, upper : (n,) arrays
-        Bounds of the variables.
-    evaluate : callable
-        Values of designs (m, n); deterministic, and the same for a design whatever population it comes in.
-    objectives, inequalities, equalities : tuples of str
-        Their names, in the order of the columns of `Values`.
-    start : (n,) array or None
-        Nominal design.
-    jacobian : callable or None
-        Derivatives at a design (n,), as (no + ni + ne, n): rows of the objectives, inequalities, equalities.
-        Without it, and where it is not finite, gradient methods take differences.
+    `evaluate` returns the `Values` of designs (m, n); it is deterministic, and the same for a design whatever
+    population it comes in. `objectives`, `inequalities` and `equalities` are names, in the order of the columns of
+    `Values`. `start` (n,) is the nominal design. `jacobian` returns the derivatives at a design (n,), as (no + ni + ne,
+    n): rows of the objectives, inequalities, equalities. Without it, and where it is not finite, gradient methods take
+    differences.
     """
 
     lower: Array
@@ -170,17 +156,9 @@ class Problem:
 class Progress:
     """State of an algorithm after an iteration (a generation, a line search).
 
-    Attributes
-    ----------
-    iteration, iterations : int
-        Number of this iteration, the first being 1, and how many there are at most.
-    best : (k, n) array
-        The best design so far; of several objectives, the Pareto front.
-    values : Values
-        Values of these designs.
-    state : dict
-        Population and states of the random generators, as JSON types. For the record: a run is resumed by running the
-        algorithm again on stored values.
+    `iteration` is its number, the first being 1, of at most `iterations`. `best` (k, n) is the best design so far, of
+    several objectives the Pareto front, with these `values`. `state` has the population and states of the random
+    generators, as JSON types, for the record: a run is resumed by running the algorithm again on stored values.
     """
 
     iteration: int
@@ -198,18 +176,9 @@ Report = Callable[[Progress], None]
 class Result:
     """Output of an algorithm.
 
-    Attributes
-    ----------
-    x : (k, n) array
-        The best design; of several objectives, the Pareto front.
-    values : Values
-        Values of these designs.
-    status : Ending
-        Why it stopped.
-    iterations, evaluations : int
-        Evaluations count each design once.
-    runs : tuple of Result
-        The parts of an algorithm that starts several times.
+    `x` (k, n) is the best design, of several objectives the Pareto front, with these `values`; `status` is why the
+    algorithm stopped. `evaluations` count each design once. `runs` are the parts of an algorithm that starts several
+    times.
     """
 
     x: Array

@@ -12,23 +12,11 @@ from optim.algorithms.nlp import Array
 def bounded_minimum(H: Array, r: Array, Z: Array, low: Array, high: Array) -> tuple[Array, Array]:
     """Minimise ``r.v + v.H.v / 2`` subject to ``low <= Z v <= high``.
 
-    Written in ``z = L^T v + L^-1 r`` with ``H = L L^T`` this is a least-distance problem, which is one of
+    H (k, k) is symmetric and positive definite, r (k,), Z (rows, k); ``low <= 0 <= high`` (rows,), infinite where there
+    is no bound. Written in ``z = L^T v + L^-1 r`` with ``H = L L^T`` this is a least-distance problem, which is one of
     nonnegative least squares (C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, SIAM 1995, ch. 23).
 
-    Parameters
-    ----------
-    H : (k, k) array
-        Symmetric, positive definite.
-    r : (k,) array
-    Z : (rows, k) array
-    low, high : (rows,) arrays
-        ``low <= 0 <= high``: no step at all is allowed; infinite where there is no bound.
-
-    Returns
-    -------
-    v : (k,) array
-    multipliers : (rows,) array
-        Multipliers of ``low <= Z v <= high``: positive where `low` holds the step back, negative where `high` does.
+    Returns v (k,), and multipliers (rows,): positive where `low` holds the step back, negative where `high` does.
     """
     if len(r) == 0 or not np.any(r):
         return np.zeros(len(r)), np.zeros(len(Z))

@@ -19,9 +19,8 @@ from linkages import InputError
 from linkages.base.arguments import Whole, validated
 from linkages.base.errors import nearest
 from linkages.input.files.toml import Table, validate
-from optim.algorithms.archive import Archive, by_feasibility
+from optim.algorithms.archive import Archive, by_feasibility, latin_hypercube
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
-from optim.algorithms.sampling import latin_hypercube
 
 Minimiser = Callable[[Problem, Any, int, Report | None], Result]
 #: Violation up to which a start's result counts as feasible when the best one is taken.
@@ -29,26 +28,15 @@ TOLERANCE = 1e-6
 
 
 class Algorithm(NamedTuple):
-    """An algorithm by the names of its parts, so that it is imported only when it is used.
-
-    Attributes
-    ----------
-    module, function, settings, summary : str
-    local : bool
-        Searches from a start; its settings have a key `starts`.
-    several : bool
-        Takes several objectives.
-    revision : int
-        Larger if it evaluates other designs than earlier versions did for the same seed: their stores are refused.
-    """
+    """An algorithm by the names of its parts, so that it is imported only when it is used."""
 
     module: str
     function: str
     settings: str
     summary: str
-    local: bool = False
-    several: bool = False
-    revision: int = 1
+    local: bool = False  # searches from a start; its settings have a key `starts`
+    several: bool = False  # takes several objectives
+    revision: int = 1  # larger if other designs come from a seed than in earlier versions: their stores are refused
 
     @property
     def table(self) -> type[Table]:
@@ -84,21 +72,9 @@ ALGORITHMS = {
 
 
 def read_settings(name: str, data: Mapping[str, Any], source: Path | str = "settings") -> Table:
-    """Read the settings of an algorithm from the values of a table.
+    """Read the settings of an algorithm from the values of a table; missing keys have their default.
 
-    Parameters
-    ----------
-    name : str
-        Key of `ALGORITHMS`.
-    data : mapping
-        Missing keys have their default.
-    source : Path or str
-        Named in errors.
-
-    Raises
-    ------
-    InputError
-        If there is no such algorithm, or a value is wrong.
+    InputError, which names the source, if there is no such algorithm, or a value is wrong.
     """
     return validate(_find(name, source).table, data, Path(source))
 

@@ -30,55 +30,24 @@ class ScaledSlopes(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """The task at a point.
+    """The task at a point; arrays are (n + m,)."""
 
-    Attributes
-    ----------
-    first : bool
-        Phase I: some slack violates its bounds by more than the tolerance.
-    gradient : (n + m,) array
-        Gradient of the merit: in phase I of the sum of the violations, then of the objective.
-    low, high : (n + m,) arrays
-        Bounds of the step's model: a slack that violates a bound goes as far as that bound.
-    keep_low, keep_high : (n + m,) arrays
-        Bounds of the search: there it may pass.
-    """
-
-    first: bool
-    gradient: Array
-    low: Array
+    first: bool  # phase I: some slack violates its bounds by more than the tolerance
+    gradient: Array  # of the merit: in phase I of the sum of the violations, then of the objective
+    low: Array  # bounds of the step's model: a slack that violates a bound goes as far as that bound
     high: Array
-    keep_low: Array
+    keep_low: Array  # bounds of the search: there it may pass
     keep_high: Array
 
 
 class StandardForm:
-    """Minimise f(x) subject to ``c(x) + s = 0`` and ``lower <= (x, s) <= upper``.
+    """Minimise f(x) subject to ``c(x) + s = 0`` and ``lower <= (x, s) <= upper``, with n variables and m constraints.
 
     The slack of an inequality lies in [0, inf), the slack of an equality in [0, 0]. A variable is measured by the
     distance of its bounds (by its own start where they are infinite), the objective and each constraint by their
-    largest change over such a distance, to first order at the start.
-
-    Parameters
-    ----------
-    problem : Problem
-    archive : Archive
-        Evaluates the problem.
-    start : (n,) array
-        Where the scales are measured.
-    step : float
-        Step of the differences, relative to the scales of the variables.
-
-    Attributes
-    ----------
-    n, m : int
-        Numbers of variables and of constraints.
-    lower, upper : (n + m,) arrays
-        Scaled bounds of variables and slacks.
-    width : (n,) array
-        Scales of the variables.
-    slacks : Partition
-        With the slacks as basis.
+    largest change over such a distance, to first order at the start (n,). `lower` and `upper` (n + m,) are the scaled
+    bounds, `width` (n,) the scales of the variables, `slacks` the partition with the slacks as basis. The step of the
+    differences is relative to the scales.
     """
 
     def __init__(self, problem: Problem, archive: Archive, start: Array, step: float) -> None:
@@ -164,16 +133,10 @@ class Partition(NamedTuple):
     def improved(self, A: Array, room: Array) -> Partition:
         """Choose basic variables that are independent and far from their bounds.
 
-        Columns of the Jacobian are weighted by the room of their variables. As long as there is an exchange that
-        makes the weighted determinant of the basis more than ten times larger, the largest one is made; so the
-        partition stays while it is good, and there is an end to it.
-
-        Parameters
-        ----------
-        A : (m, n + m) array
-            With a regular basis.
-        room : (n + m,) array
-            Scaled distance of each variable to the nearer bound.
+        Columns of the Jacobian A (m, n + m), which has a regular basis, are weighted by the room (n + m,) of their
+        variables: the scaled distance to the nearer bound. As long as there is an exchange that makes the weighted
+        determinant of the basis more than ten times larger, the largest one is made; so the partition stays while it is
+        good, and there is an end to it.
         """
         current, weights = self, np.clip(room, 1e-8, 1.0)
         while len(current.basic):

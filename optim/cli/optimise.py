@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -104,11 +104,9 @@ def run(options: argparse.Namespace) -> int:
 
 def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     """Output folder, and every study with every seed, checked before the first begins."""
-    from optim.problem.load import load_study
-    from optim.problem.shipped import find_study
+    from optim.problem.load import find_study, load_study
     from optim.search.derivative_check import check_usable
-    from optim.search.optimise import settings_of
-    from optim.search.start import start_of
+    from optim.search.optimise import settings_of, start_of
 
     studies = [load_study(find_study(file)) for file in options.files]
     for study in studies:
@@ -118,13 +116,13 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     names = [study.source.stem for study in studies]
     if len(set(names)) < len(names):
         raise InputError("command line", names[0], "two studies have this name; rename a file")
-    pairs = [(study, seed) for study in studies for seed in _seeds(options, study)]
     root = output_folder(options, names[0] if len(studies) == 1 else "optimise", "optimise").path
-    one = len(pairs) == 1
-    starts = {s.source.stem: start_of(s, options.start) if options.start else None for s in studies}
-    jobs = [
-        _Task(s, seed, starts[s.source.stem], root if one else root / f"{s.source.stem}_{seed}") for s, seed in pairs
-    ]
+    jobs = []
+    for study in studies:
+        start = start_of(study, options.start) if options.start else None
+        jobs += [_Task(study, seed, start, root / f"{study.source.stem}_{seed}") for seed in _seeds(options, study)]
+    if len(jobs) == 1:
+        jobs = [replace(jobs[0], folder=root)]
     for job in jobs:
         store = job.folder / STORE
         if store.exists() and not options.resume:

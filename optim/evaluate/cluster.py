@@ -20,20 +20,10 @@ _RETRIES = 5  # deaths of its worker that a request survives
 
 @contextmanager
 def cluster(address: str) -> Iterator[tuple[Executor, int]]:
-    """Connect to a scheduler; yields an executor and the number of worker threads.
+    """Connect to a scheduler, ``tcp://host:8786``; yields an executor and the number of worker threads.
 
-    Parameters
-    ----------
-    address : str
-        Address of the scheduler: ``tcp://host:8786``.
-
-    Raises
-    ------
-    InputError
-        If Dask is not installed, or no scheduler answers.
-    RunError
-        If there is no worker, if a worker has other package versions than this process, or if the connection to the
-        scheduler is lost while the executor is in use.
+    InputError if Dask is not installed, or no scheduler answers. RunError if there is no worker, if a worker has other
+    package versions than this process, or if the connection is lost while the executor is in use.
     """
     try:
         from distributed import Client

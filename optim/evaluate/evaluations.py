@@ -24,17 +24,10 @@ def finite(value: float) -> float | None:
 
 @dataclass(frozen=True, repr=False)
 class Evaluations(Brief):
-    """Objectives and constraints of m designs, in the units of the study file; NaN where there is no value.
+    """Objectives (m, no) and constraints (m, nc) of m designs, in the units of the study file; NaN where there is none.
 
-    Attributes
-    ----------
-    objectives : (m, no) array
-    constraints : (m, nc) array
-    status : tuple of str
-        "ok", or why the design has no values: a `linkages.base.errors.Status`, `NO_VALUE`, or `INFEASIBLE`; such a
-        design has the values of the constraints that need no run.
-    reason : tuple of str
-        One line; empty if ok.
+    The status is "ok", or why a design has no values: a `linkages.base.errors.Status`, `NO_VALUE`, or `INFEASIBLE`;
+    such a design has the values of the constraints that need no run. The reason is one line; empty if ok.
     """
 
     objectives: Array

@@ -31,21 +31,12 @@ _Functionals = dict[tuple[str, str, str], Array]
 class Gradients:
     """Differentiates objectives and limits as an algorithm sees them; see `optim.Problem`.
 
-    Parameters
-    ----------
-    study : Study
-    evaluate : callable
-        From designs (m, n) to their evaluations: the function of the problem, a `Screened` one if the problem has one.
-        Else designs that the problem does not run get derivatives of limits that it does not know.
-    nominal : Evaluations
-        Evaluation of the nominal design, by which relative quantities are divided.
-    threads : int, optional
-        Threads in which operating points are run; default: number of processors.
+    `evaluate`, from designs (m, n) to their evaluations, is the function of the problem, a `Screened` one if the
+    problem has one. Else designs that the problem does not run get derivatives of limits that it does not know.
+    Relative quantities are divided by the evaluation of the `nominal` design. Operating points run in `threads`, by
+    default as many as processors.
 
-    Raises
-    ------
-    InputError
-        If an output of the study has no sensitivities: a service life, or one of the ideal linkage.
+    InputError if an output of the study has no sensitivities: a service life, or one of the ideal linkage.
 
     Examples
     --------
@@ -129,13 +120,7 @@ class Gradients:
 
 
 def check_sensitivities(study: Study) -> None:
-    """Check that every output of a study has sensitivities.
-
-    Raises
-    ------
-    InputError
-        If one is a service life or belongs to the ideal linkage.
-    """
+    """Refuse a study with an output that has no sensitivities: a service life, or one of the ideal linkage."""
     for _, _, quantity in study.quantities:
         for term in quantity.terms or ():
             if term.output.startswith((LIFE, IDEAL)):

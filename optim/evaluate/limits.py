@@ -25,15 +25,8 @@ def problem_of(
 ) -> Problem:
     """Make the problem of a study as an algorithm sees it.
 
-    Parameters
-    ----------
-    study : Study
-    evaluate : callable
-        From designs (m, n) to their evaluations: an `Evaluator`.
-    nominal : Evaluations, optional
-        Evaluation of the nominal design alone; default evaluated here.
-    start : (n,) array, optional
-        Default the nominal design.
+    `evaluate` returns evaluations of designs (m, n): an `Evaluator`. By default the nominal design is evaluated here,
+    and the start (n,) is the nominal design.
 
     Examples
     --------
@@ -58,17 +51,10 @@ def problem_of(
 
 
 def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
-    """Convert evaluations for an algorithm: objectives to minimise, limits as g <= 0 and h = 0.
+    """Convert evaluations of m designs for an algorithm: objectives to minimise, limits as g <= 0 and h = 0.
 
-    Relative quantities are divided by the nominal design's. A limit L of a value f becomes (f - L)/|L|, or f if
-    L = 0, so that violations of different constraints can be summed.
-
-    Parameters
-    ----------
-    found : Evaluations
-        Evaluations of m designs.
-    nominal : Evaluations
-        Evaluation of the nominal design alone.
+    Relative quantities are divided by those of the nominal design, evaluated alone. A limit L of a value f becomes
+    (f - L)/|L|, or f if L = 0, so that violations of different constraints can be summed.
     """
     objectives, constraints = in_units(study, found, nominal)
     columns, failed = dict(zip(study.file.constraints, constraints.T, strict=True)), found.failed[:, None]
@@ -83,13 +69,7 @@ def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
 
 
 def in_units(study: Study, found: Evaluations, nominal: Evaluations) -> tuple[Array, Array]:
-    """Objectives and constraints as the file means them: relative ones divided by the nominal design's.
-
-    Raises
-    ------
-    RunError
-        As `scales`.
-    """
+    """Objectives and constraints as the file means them: relative ones divided by the nominal design's (`scales`)."""
     size, split = scales(study, nominal), found.objectives.shape[1]
     return found.objectives / size[:split], found.constraints / size[split:]
 
@@ -97,10 +77,7 @@ def in_units(study: Study, found: Evaluations, nominal: Evaluations) -> tuple[Ar
 def scales(study: Study, nominal: Evaluations) -> Array:
     """Return what each objective and constraint is divided by: the nominal design's value if it is relative, else 1.
 
-    Raises
-    ------
-    RunError
-        If the nominal design, by which they are divided, failed or has the value zero.
+    RunError if the nominal design failed or has the value zero.
     """
     found = np.ones(len(study.quantities))
     reference = np.concatenate([nominal.objectives[0], nominal.constraints[0]])

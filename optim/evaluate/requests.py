@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages import AssemblyError, InputError, RunError, Status, System
+from linkages import InputError
 from linkages.base.arguments import shaped
-from optim.evaluate.evaluations import NO_VALUE, OK
+from optim.evaluate.evaluations import OK
 from optim.problem.study import Array, OperatingPoint
 
 #: Statistics for functionals, in this order.
@@ -23,32 +23,15 @@ _ONE_AT_A_TIME = threading.Lock()
 
 @dataclass(frozen=True)
 class Request:
-    """Runs of some designs at one operating point: the work of one process.
-
-    Attributes
-    ----------
-    point : OperatingPoint
-    values : (m, np) array
-        Values of the point's paths.
-    limits : (2, np) array
-        Least and greatest values in the study.
-    outputs : tuple of str
-        Names of `linkages.results.outputs.registry`.
-    windows : (nw, 2) array
-        Times [s].
-    threads : int or None
-        Threads of the compiled engine.
-    progress : callable or None
-        Called with the finished fraction; None in another process.
-    """
+    """Runs of some designs at one operating point: the work of one process."""
 
     point: OperatingPoint
-    values: Array
-    limits: Array
-    outputs: tuple[str, ...]
-    windows: Array
-    threads: int | None
-    progress: Callable[[float], None] | None = None
+    values: Array  # (m, np) values of the point's paths
+    limits: Array  # (2, np) least and greatest values in the study
+    outputs: tuple[str, ...]  # names of `linkages.results.outputs.registry`
+    windows: Array  # (nw, 2) times [s]
+    threads: int | None  # of the compiled engine
+    progress: Callable[[float], None] | None = None  # called with the finished fraction; None in another process
 
 
 @dataclass(frozen=True)
@@ -89,11 +72,7 @@ def run_compiled(request: Request) -> Statistics:
 def run_parts(engines: Mapping[str, RequestEngine], request: Request) -> Statistics:
     """Have a request answered by several engines; a design that fails with one of them has failed.
 
-    Parameters
-    ----------
-    engines : mapping
-        By the prefix of the names of their outputs; "": of all others.
-    request : Request
+    Engines are named by the prefix of the names of their outputs; "": of all others.
     """
     others = [prefix for prefix in engines if prefix]
     owners = [next(filter(name.startswith, others), "") for name in request.outputs]
@@ -121,32 +100,6 @@ def _answer(run: RequestEngine, request: Request) -> Statistics:
         problem = f"returned {len(found.status)} statuses and {len(found.reason)} reasons for {m} designs; give as many"
         raise InputError("argument", "engine", problem)
     return found
-
-
-def run_each(request: Request, statistics: Callable[[int, System], Array]) -> Statistics:
-    """Run the designs of a request one after the other; one that fails has a status.
-
-    Parameters
-    ----------
-    request : Request
-    statistics : callable
-        From a design's number and system to `STATISTICS` of each output in each window, (4, nw, no). It may raise
-        InputError or RunError.
-    """
-    m = len(request.values)
-    found = np.full((len(STATISTICS), m, len(request.windows), len(request.outputs)), np.nan)
-    status, reason = [OK] * m, [""] * m
-    for i, line in enumerate(request.values):
-        try:
-            values = dict(zip(request.point.paths, map(float, line), strict=True))
-            found[:, i] = statistics(i, request.point.system.replaced(values))
-        except InputError as problem:
-            status[i], reason[i] = Status.BAD_INPUT.value, str(problem)
-        except AssemblyError as problem:
-            status[i], reason[i] = problem.status.value, str(problem)
-        except RunError as problem:
-            status[i], reason[i] = NO_VALUE, str(problem)
-    return Statistics(found, status, reason)
 
 
 def joined(parts: Sequence[Statistics]) -> Statistics:

@@ -3,7 +3,6 @@
 | module  | responsibility                                            |
 |---------|-----------------------------------------------------------|
 | schema  | the tables of a study file                                |
-| shipped | where the shipped studies are                             |
 | study   | `Study`, `OperatingPoint`                                 |
-| load    | study file -> `Study`, checked against its experiment     |
+| load    | study file, yours or shipped -> `Study`, checked          |
 """

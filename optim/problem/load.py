@@ -6,6 +6,7 @@ Values keep their units (SI). The comment after a value in the file is its sourc
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages import Experiment, InputError, System, load
+from linkages import Experiment, InputError, System, find_file, load
 from linkages.base.errors import nearest
 from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import leaves, read_toml, validate
@@ -21,22 +22,33 @@ from linkages.input.files.unit_conversion import is_quantity, read_either
 from linkages.input.model.experiment import value_unit
 from linkages.results.outputs.registry import check_output
 from optim.problem.schema import LIFE, PointTable, StudyFile, StudyWindow, Term
-from optim.problem.shipped import find_experiment
 from optim.problem.study import Array, OperatingPoint, Study
 
 
+def studies_folder() -> Path:
+    """Folder of the shipped studies."""
+    return Path(__file__).resolve().parents[1] / "studies"
+
+
+def find_study(name: str | Path) -> Path:
+    """Return the file as given if it exists, else a shipped study of that name, else the path as given.
+
+    Examples
+    --------
+    >>> import optim
+    >>> optim.find_study("sevenbar_force").name
+    'sevenbar_force.toml'
+    """
+    path = Path(name)
+    shipped = studies_folder() / f"{path.stem}.toml"
+    bare = path.parent in (Path(), Path("optim/studies"))
+    return shipped if bare and not path.exists() and shipped.exists() else path
+
+
 def load_study(path: str | Path) -> Study:
-    """Read a study, its experiment and its mechanism, and check that they fit each other.
+    """Read a study from a TOML file, its experiment and its mechanism, and check that they fit each other.
 
-    Parameters
-    ----------
-    path : str or Path
-        The TOML file; see `optim.find_study` for the shipped ones.
-
-    Raises
-    ------
-    InputError
-        One line with file, key and reason.
+    See `optim.find_study` for the shipped ones. An InputError of one line names file, key and reason.
 
     Examples
     --------
@@ -49,7 +61,8 @@ def load_study(path: str | Path) -> Study:
     data, sources = read_toml(path)
     file = validate(StudyFile, data, path)
     with _within(path, "experiment"):
-        system = load(find_experiment(file.experiment, path))
+        beside = path.parent / file.experiment
+        system = load(beside if os.path.exists(beside) else find_file(file.experiment))
     with _within(path, "set"):
         system = system.replaced(dict(leaves(file.set)))
     rows = [_variable(path, file, name, system) for name in file.variables]

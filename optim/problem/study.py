@@ -21,16 +21,8 @@ from optim.problem.schema import Constraint, Objective, StudyFile
 class OperatingPoint:
     """A system that every design is run in.
 
-    Attributes
-    ----------
-    system : System
-        Before a design is put in.
-    paths : tuple of str
-        Paths that a design sets: the variables, then the linked values; of equal ones the last counts.
-    links : tuple of Formula
-        Formulas of the linked paths.
-    windows : dict of (nw, 2) arrays
-        Times by name [s]; "run" is all of it.
+    A design is put into `system` at its `paths`: the variables, then the linked values, whose formulas are `links`; of
+    equal paths the last counts. `windows` (nw, 2) are times by name [s]; "run" is all of it.
     """
 
     name: str
@@ -42,25 +34,11 @@ class OperatingPoint:
 
 @dataclass(frozen=True, repr=False)
 class Study(Brief):
-    """A checked design study.
+    """A checked design study, of n design variables with `names` and `paths`.
 
-    Attributes
-    ----------
-    source : Path
-        The file.
-    file : StudyFile
-        Its content.
-    sources : dict
-        The comment after each value, by dotted path.
-    names, paths : tuples of str
-        Names and paths of the n design variables.
-    lower, upper, nominal : (n,) arrays
-        Bounds and start.
-    points : tuple of OperatingPoint
-    formulas : dict
-        By name of an objective or constraint.
-    designs : dict of (n,) arrays
-        Reference designs by name.
+    `file` is the content of the file `source`, `sources` the comment after each value, by dotted path. `lower`, `upper`
+    and `nominal` (n,) are bounds and start, `formulas` are by name of an objective or constraint, `designs` (n,)
+    reference designs by name.
     """
 
     source: Path
@@ -123,34 +101,14 @@ class Study(Brief):
         return [*map(float, design), *(link(named) for link in point.links)]
 
     def system(self, design: Array, point: OperatingPoint | None = None) -> System:
-        """Put a design into the system of an operating point.
-
-        Parameters
-        ----------
-        design : (n,) array
-        point : OperatingPoint, optional
-            Default the first one.
-
-        Raises
-        ------
-        InputError
-            If a value is not valid.
-        """
+        """Put a design (n,) into the system of a point, by default the first; InputError if a value is not valid."""
         point = point or self.points[0]
         return point.system.replaced(dict(zip(point.paths, self.row(design, point), strict=True)))
 
     def replaced(self, values: Callable[[System], Mapping[str, Any]]) -> Study:
-        """Return the study with values replaced at every operating point.
+        """Return the study with values replaced at every operating point; InputError if a path or a value is not valid.
 
-        Parameters
-        ----------
-        values : callable
-            From a point's system to values by dotted path.
-
-        Raises
-        ------
-        InputError
-            If a path or a value is not valid.
+        `values` returns for a point's system values by dotted path.
         """
         points = (
             dataclasses.replace(point, system=point.system.replaced(values(point.system))) for point in self.points

@@ -18,15 +18,7 @@ _SHARE = 0.05  # of the time that drawings take, at most
 
 
 class Observer:
-    """Called after every iteration.
-
-    Parameters
-    ----------
-    study : Study
-    seed : int
-    figure : Path or None
-        Where to draw the convergence.
-    """
+    """Called after every iteration; draws the convergence to the path `figure`, if there is one."""
 
     def __init__(self, study: Study, seed: int, figure: Path | None) -> None:
         self.title = f"{study.source.stem}, seed {seed}"

@@ -2,9 +2,8 @@
 
 | module       | responsibility                                                               |
 |--------------|------------------------------------------------------------------------------|
-| optimise     | `optimise`: a study solved; the content of ``result.json``                   |
+| optimise     | `optimise`: a study solved; ``result.json``, which can start another study   |
 | recorder     | evaluations and iterations in a store: stopped at any moment, resumed by replay |
-| start        | the answer of one study as the start of another                              |
 | verification | an optimum run again: on Drake, more tightly, from unseen starts             |
 | derivative_check | sensitivities of runs against differences of designs                     |
 | sensitivity  | Sobol's indices, one variable at a time                                      |

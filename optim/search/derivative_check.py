@@ -11,10 +11,9 @@ from linkages.base.arguments import Vector, fitting, validated
 from linkages.base.brief import cell
 from optim.algorithms.derivatives import jacobian
 from optim.evaluate.evaluations import finite
-from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.gradients import Gradients, check_sensitivities
 from optim.evaluate.limits import limits, problem_of
-from optim.evaluate.screen import Screened
 from optim.problem.study import Array, Study
 from optim.search.optimise import settings_of
 
@@ -32,13 +31,7 @@ VERDICTS = {
 
 
 def check_usable(study: Study) -> None:
-    """Check that a study's algorithm uses derivatives that can be checked.
-
-    Raises
-    ------
-    InputError
-        If its algorithm uses no derivatives, or an output has no sensitivities.
-    """
+    """Refuse a study whose algorithm uses no derivatives, or with an output that has no sensitivities."""
     name, settings = settings_of(study)
     if not hasattr(settings, "derivatives"):
         raise InputError(study.source, "algorithm.name", f'"{name}" uses no derivatives; leave out --check')
@@ -47,30 +40,15 @@ def check_usable(study: Study) -> None:
 
 @validated
 def check_derivatives(study: Study, design: Vector, evaluator: Evaluator | None = None) -> dict[str, Any]:
-    """Compare the derivatives of objectives and limits by sensitivities with differences of designs.
+    """Compare the derivatives of objectives and limits at a design (n,) by sensitivities with differences of designs.
 
     Differences have steps of 1e-5 to 1e-2 of the bounds. For each derivative the two neighbouring steps count whose
-    differences agree best; their distance is the doubt.
+    differences agree best; their distance is the doubt. The default evaluator runs here, in all threads.
 
-    Parameters
-    ----------
-    study : Study
-    design : (n,) array
-    evaluator : Evaluator, optional
-        Default one that runs here, in all threads.
-
-    Returns
-    -------
-    dict
-        ``agrees``: whether no derivative differs. ``quantities``: for each objective and limit (``NAME.at_most``), as
-        the algorithm sees it, and each variable's path ``sensitivity``, ``difference`` (per unit of the variable; None
-        where there is none), ``deviation`` and ``doubt`` (changes over the bounds, in parts of the largest one of the
-        quantity), and ``verdict``.
-
-    Raises
-    ------
-    InputError
-        If an output has no sensitivities.
+    Returns ``agrees``: whether no derivative differs; ``quantities``: for each objective and limit (``NAME.at_most``),
+    as the algorithm sees it, and each variable's path ``sensitivity``, ``difference`` (per unit of the variable; None
+    where there is none), ``deviation`` and ``doubt`` (changes over the bounds, in parts of the largest one of the
+    quantity), and ``verdict``. InputError if an output has no sensitivities.
 
     Examples
     --------
@@ -129,15 +107,7 @@ def _entry(own: float, difference: float, doubt: float, scale: float, width: flo
 
 
 def format_derivative_check(study: Study, report: dict[str, Any], where: str) -> str:
-    """Format a check of derivatives as lines of text.
-
-    Parameters
-    ----------
-    study : Study
-    report : dict
-        From `optim.check_derivatives`.
-    where : str
-        Name of the design: "start".
+    """Format a check of `optim.check_derivatives` as lines of text; `where` names the design, such as "start".
 
     Examples
     --------

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import json
+import math
 import tempfile
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
@@ -21,10 +23,9 @@ from optim.algorithms.derivatives import DIFFERENCES
 from optim.algorithms.nlp import Values
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
 from optim.evaluate.evaluations import INFEASIBLE, Evaluations, finite
-from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.gradients import Gradients, check_sensitivities
 from optim.evaluate.limits import FEASIBLE, in_units, problem_of, values_of
-from optim.evaluate.screen import Screened
 from optim.problem.study import Array, Study
 from optim.search.recorder import recording
 from optim.store.store import Iteration
@@ -157,10 +158,7 @@ def optimise(
 def settings_of(study: Study) -> tuple[str, Table]:
     """Name and settings of a study's algorithm.
 
-    Raises
-    ------
-    InputError
-        If there is no such algorithm, it has no such setting, or it cannot solve the problem.
+    InputError if there is no such algorithm, it has no such setting, or it cannot solve the problem.
     """
     given = dict(study.file.algorithm)
     name = given.pop("name", None)
@@ -172,6 +170,52 @@ def settings_of(study: Study) -> tuple[str, Table]:
         able = ", ".join(key for key, entry in ALGORITHMS.items() if entry.several)
         raise InputError(study.source, "algorithm.name", f'"{name}" takes one objective; of several: {able}')
     return name, read_settings(name, given, f"{study.source.name}: algorithm")
+
+
+def start_of(study: Study, path: Path, source: str = "--start") -> Array:
+    """Read the best design (n,) of a finished study as a start for this one, SI units.
+
+    The path is a ``result.json`` of ``linkages optimise``, or the folder that holds it; variables that only this study
+    has are nominal. InputError, which names the source, if there is no such result, it varies what this study does not,
+    or its design is outside the bounds here.
+
+    Examples
+    --------
+    >>> import json, pathlib, tempfile
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "result.json"
+    >>> _ = file.write_text(json.dumps({"best": {"variables": {"joints.A.viscosity": 0.3}}}))
+    >>> float(optim.start_of(study, file)[-1])
+    0.3
+    """
+    file = path / "result.json" if path.is_dir() else path
+    found = _variables(file, source)
+    for key in found:
+        if key not in study.paths:
+            near = nearest(key, study.paths)
+            raise InputError(source, str(file), f"varies {key}, {study.source.name} does not; {near}")
+    start = np.array([found.get(key, x) for key, x in zip(study.paths, study.nominal, strict=True)])
+    for key, x, lower, upper in zip(study.paths, start, study.lower, study.upper, strict=True):
+        if not lower <= x <= upper:
+            here = f"in {study.source.name} between {lower:g} and {upper:g}"
+            raise InputError(source, str(file), f"{key} is {x:g}, {here}")
+    return start
+
+
+def _variables(file: Path, source: str) -> dict[str, float]:
+    """Read the best design's variables by dotted path."""
+    try:
+        best: Any = json.loads(file.read_text(encoding="utf-8"))["best"]
+        found = {key: float(value) for key, value in best["variables"].items()}
+    except OSError:
+        problem = "cannot be read; give the output folder of a finished linkages optimise"
+        raise InputError(source, str(file), problem) from None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise InputError(source, str(file), "is not a result.json of linkages optimise") from None
+    if not all(map(math.isfinite, found.values())):
+        raise InputError(source, str(file), "has a value that is not finite")
+    return found
 
 
 def described(name: str, settings: Table) -> dict[str, Any]:

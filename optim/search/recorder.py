@@ -29,26 +29,14 @@ from optim.store.store import Iteration, Store, create, open_store
 def recording(
     path: Path, identity: Mapping[str, Any], evaluate: Callable[[Array], Evaluations], resume: bool = False
 ) -> Iterator[Recorder]:
-    """Create a store, or open it and check that it is of the same study.
+    """Create a store, ``study.sqlite``, or with `resume` open it and check that it is of the same study.
 
-    Parameters
-    ----------
-    path : Path
-        The store, ``study.sqlite``.
-    identity : mapping
-        JSON types: ``task``, everything that determines the numbers, algorithm and seed among them; ``versions`` of the
-        packages that determine them; ``variables``, ``objectives`` and ``constraints``, names of the store's columns.
-    evaluate : callable
-        Evaluations of designs (m, n); independent of the other designs.
-    resume : bool
-        Whether the store may exist.
+    The identity has JSON types: ``task``, everything that determines the numbers, algorithm and seed among them;
+    ``versions`` of the packages that determine them; ``variables``, ``objectives`` and ``constraints``, names of the
+    store's columns. `evaluate` returns evaluations of designs (m, n), each independent of the other designs.
 
-    Raises
-    ------
-    InputError
-        If the store is in use, damaged, of another study or version, or exists without `resume`.
-    RunError
-        If the disk is full.
+    InputError if the store is in use, damaged, of another study or version, or exists without `resume`; RunError if the
+    disk is full.
     """
     with locked(path.with_name(path.name + ".lock"), path), _opened(path, identity, resume) as store:
         yield Recorder(store, evaluate)
@@ -135,20 +123,10 @@ class Recorder:
     def minimise(
         self, problem: Problem, algorithm: Callable[[Problem, Report], Result], observe: Callable[[Iteration], None]
     ) -> Result:
-        """Run an algorithm whose problem evaluates through `evaluate`.
+        """Run an algorithm, with its settings and seed, whose problem evaluates through `evaluate`.
 
-        Parameters
-        ----------
-        problem : Problem
-        algorithm : callable
-            With its settings and seed.
-        observe : callable
-            Called after every iteration; what it raises ends the algorithm.
-
-        Raises
-        ------
-        RunError
-            If the disk is full, or the replay differs from the store.
+        `observe` is called after every iteration; what it raises ends the algorithm. RunError if the disk is full, or
+        the replay differs from the store.
         """
 
         @_leaving()

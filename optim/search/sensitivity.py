@@ -27,50 +27,26 @@ _RESAMPLES = 100  # bootstrap samples for a standard error
 
 @dataclass(frozen=True)
 class SobolIndices:
-    """Sobol's indices of nq quantities to n variables, and half-widths of their 95 % confidence intervals.
+    """Sobol's indices of nq quantities to n variables, and half-widths of their 95 % confidence intervals."""
 
-    Attributes
-    ----------
-    first, first_confidence : (nq, n) arrays
-        Share of the variance that a variable explains alone; NaN where the quantity does not vary.
-    total, total_confidence : (nq, n) arrays
-        Share of the variance that vanishes if all other variables are known: with interactions.
-    mean, deviation : (nq,) arrays
-        Mean and standard deviation of the quantity over the bounds.
-    evaluations, failed : int
-        Designs, and those without values: each takes its sample, n + 2 designs, out of the estimate.
-    """
-
-    first: Array
+    first: Array  # (nq, n) share of the variance that a variable explains alone; NaN where the quantity does not vary
     first_confidence: Array
-    total: Array
+    total: Array  # (nq, n) share that vanishes if all other variables are known: with interactions
     total_confidence: Array
-    mean: Array
+    mean: Array  # (nq,) mean and standard deviation of the quantity over the bounds
     deviation: Array
     evaluations: int
-    failed: int
+    failed: int  # designs without values: each takes its sample, n + 2 designs, out of the estimate
 
 
 def sobol(evaluate: Callable[[Array], Array], lower: Array, upper: Array, samples: int, seed: int) -> SobolIndices:
-    """Estimate Sobol's indices of functions of independent variables, uniform between bounds.
+    """Estimate Sobol's indices of functions of independent variables, uniform between bounds (n,).
 
-    Designs and estimators as in `scipy.stats.sobol_indices`, which takes no failed designs: A. Saltelli et al.,
-    Variance based sensitivity analysis of model output, Computer Physics Communications 181 (2010) 259-270, table 2
-    (b) and (f), on scrambled Sobol points. Confidence intervals are 1.96 standard errors, from bootstrap resampling.
-
-    Parameters
-    ----------
-    evaluate : callable
-        From designs (m, n) to quantities (m, nq), NaN where a design has failed.
-    lower, upper : (n,) arrays
-    samples : int
-        A power of two, 2 at least; costs samples*(n + 2) evaluations.
-    seed : int
-
-    Raises
-    ------
-    RunError
-        If fewer than half of the samples are left by failures.
+    `evaluate` returns quantities (m, nq) of designs (m, n), NaN where a design has failed; it gets samples*(n + 2), the
+    samples a power of two. Designs and estimators as in `scipy.stats.sobol_indices`, which takes no failed designs:
+    A. Saltelli et al., Variance based sensitivity analysis of model output, Computer Physics Communications 181 (2010)
+    259-270, table 2 (b) and (f), on scrambled Sobol points. Confidence intervals are 1.96 standard errors, from
+    bootstrap resampling. RunError if fewer than half of the samples are left by failures.
     """
     n, rng = len(lower), np.random.default_rng(seed)
     first, second = np.hsplit(qmc.scale(qmc.Sobol(2 * n, rng=rng).random(samples), *np.tile([lower, upper], 2)), 2)
@@ -113,12 +89,7 @@ def one_at_a_time(
 ) -> tuple[Array, Array]:
     """Vary each variable between its bounds while the others are nominal.
 
-    Returns
-    -------
-    grid : (n, steps) array
-        Values of each variable.
-    found : (n, steps, nq) array
-        Quantities there; NaN where a design has failed.
+    Returns the values of each variable (n, steps), and the quantities there (n, steps, nq); NaN where a design failed.
     """
     grid = np.linspace(lower, upper, steps, axis=1)
     designs = np.tile(nominal, (len(lower) * steps, 1))
@@ -135,13 +106,7 @@ def inert(found: Array) -> NDArray[np.bool_]:
 
 
 def check_samples(samples: int, source: str = "samples") -> None:
-    """Check the number of Sobol points.
-
-    Raises
-    ------
-    InputError
-        If it is no power of two: other numbers are not balanced.
-    """
+    """Refuse a number of Sobol points that is no power of two: other numbers are not balanced."""
     if samples < 2 or samples & (samples - 1):
         raise InputError(source, str(samples), "must be a power of two, 2 at least")
 
@@ -150,29 +115,14 @@ def check_samples(samples: int, source: str = "samples") -> None:
 def sensitivity(
     study: Study, samples: int = 256, seed: Whole | None = None, evaluator: Evaluator | None = None
 ) -> dict[str, Any]:
-    """Find out how the objectives and constraints of a study depend on its variables.
+    """Find out how objectives and constraints of a study depend on its variables: the content of ``sensitivity.json``.
 
-    Parameters
-    ----------
-    study : Study
-    samples : int
-        A power of two, 2 at least; costs samples*(n + 2) evaluations.
-    seed : int, optional
-        Default the study's.
-    evaluator : Evaluator, optional
+    The samples are a power of two, 2 at least; they cost samples*(n + 2) evaluations. The seed is by default the
+    study's. Numbers are in SI units; relative quantities are multiples of the nominal design's; None where there is no
+    number.
 
-    Returns
-    -------
-    dict
-        The content of ``sensitivity.json``, SI units; relative quantities are multiples of the nominal design's. None
-        where there is no number.
-
-    Raises
-    ------
-    InputError
-        If `samples` is no power of two.
-    RunError
-        As `sobol`; or if quantities are relative to a nominal design that failed.
+    InputError if `samples` is no power of two; RunError as `sobol`, or if quantities are relative to a nominal design
+    that failed.
 
     Examples
     --------
@@ -225,13 +175,7 @@ def sensitivity(
 
 
 def format_sensitivity(study: Study, report: dict[str, Any]) -> str:
-    """Format indices as lines of text.
-
-    Parameters
-    ----------
-    study : Study
-    report : dict
-        From `optim.sensitivity`.
+    """Format the indices of `optim.sensitivity` as lines of text.
 
     Examples
     --------

@@ -12,11 +12,11 @@ import numpy as np
 from linkages import System
 from linkages.base.arguments import Count, validated
 from linkages.base.brief import cell
-from optim.evaluate.drake_runs import run_on_drake
 from optim.evaluate.evaluations import INFEASIBLE, OK, finite
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units
 from optim.evaluate.requests import Request, Statistics
+from optim.evaluate.single_runs import run_on_drake
 from optim.problem.schema import LIFE
 from optim.problem.study import Array, Study
 
@@ -31,22 +31,12 @@ def verify(
 ) -> dict[str, Any]:
     """Check an optimum at a ten times tighter tolerance: on Drake, and, with dry contact, from unseen starts.
 
-    Parameters
-    ----------
-    study : Study
-    best : dict
-        The optimum as in ``result.json``.
-    threads : int, optional
-        Threads of the compiled engine.
-    progress : callable, optional
-        Called with the part of Drake's simulated time that is done.
+    The optimum is `best` of ``result.json``; `threads` are of the compiled engine; `progress` is called with the part
+    of Drake's simulated time that is done.
 
-    Returns
-    -------
-    dict
-        ``engine``; ``status``, "ok" or why there is nothing to compare; ``objectives`` and ``constraints`` by name:
-        values of the ``study`` and of ``drake``, and ``difference``, study minus Drake relative to
-        Drake's (None if that is zero). ``phases``: see `unseen_phases`, None if it does not apply.
+    Returns ``engine``; ``status``, "ok" or why there is nothing to compare; ``objectives`` and ``constraints`` by name:
+    values of the ``study`` and of ``drake``, and ``difference``, study minus Drake relative to Drake's (None if that is
+    zero); ``phases``: see `unseen_phases`, None if it does not apply.
 
     Examples
     --------
@@ -94,22 +84,10 @@ def verify(
 def unseen_phases(study: Study, design: Array, threads: int | None = None) -> dict[str, Any] | None:
     """Evaluate objectives from other starts of the drives than the study's; impacts depend on where they begin.
 
-    All drives start as they are at a later time, so that the machine passes the same positions.
-
-    Parameters
-    ----------
-    study : Study
-    design : (n,) array
-    threads : int, optional
-        Threads of the compiled engine.
-
-    Returns
-    -------
-    dict or None
-        ``angles`` by which the first drive is turned [rad]; for each objective values of the ``best`` and of the
-        ``nominal`` design at each (undivided, if relative; None where it failed), and ``change``, that of their mean
-        over the phases where neither failed. None without dry contact, or where no drive has a speed and a start
-        angle that the design leaves alone.
+    All drives start as they are at a later time, so that the machine passes the same positions. Returns ``angles`` by
+    which the first drive is turned [rad]; for each objective values of the ``best`` design (n,) and of the ``nominal``
+    one at each (undivided, if relative; None where it failed), and ``change``, that of their mean over the phases where
+    neither failed. None without dry contact, or where no drive has a speed and a start angle that the design leaves.
     """
     if not all(point.system.experiment.can_touch and _turns(point.system, point.paths) for point in study.points):
         return None
@@ -130,12 +108,7 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
 
 
 def format_verification(report: dict[str, Any]) -> str:
-    """Format a verification as lines of text.
-
-    Parameters
-    ----------
-    report : dict
-        From `optim.verify`.
+    """Format the report of `optim.verify` as lines of text.
 
     Examples
     --------

@@ -26,12 +26,7 @@ _TRANSIENT = (
 def guarded(path: Path) -> Iterator[None]:
     """Turn SQLite's errors into one line.
 
-    Raises
-    ------
-    RunError
-        If the disk is full or fails: committed content is kept.
-    InputError
-        If the file is damaged.
+    RunError if the disk is full or fails: committed content is kept. InputError if the file is damaged.
     """
     try:
         yield
@@ -48,10 +43,7 @@ def guarded(path: Path) -> Iterator[None]:
 def check_header(path: Path) -> None:
     """Check the first bytes, before SQLite opens the file and perhaps changes it.
 
-    Raises
-    ------
-    InputError
-        If it is no SQLite file, not a study's, or of another version.
+    InputError if it is no SQLite file, not a study's, or of another version.
     """
     try:
         with open(path, "rb") as file:
@@ -98,12 +90,7 @@ def _version(db: sqlite3.Connection) -> int:
 def check_content(db: sqlite3.Connection, tables: Mapping[str, str]) -> None:
     """Check that the file is whole, and has these tables with these columns, and rows that are as they were stored.
 
-    Rows of a file of the version before have no seal to be checked by.
-
-    Raises
-    ------
-    sqlite3.DatabaseError
-        Naming the fault.
+    Rows of a file of the version before have no seal to be checked by. A DatabaseError names the fault.
     """
     found = db.execute("PRAGMA integrity_check(1)").fetchone()[0]
     if found != "ok":

@@ -51,33 +51,16 @@ COLUMNS = {
 
 @dataclass(frozen=True)
 class Iteration:
-    """State of an algorithm after an iteration.
+    """State of an algorithm after an iteration."""
 
-    Attributes
-    ----------
-    step : int
-        Number among all that were reported.
-    iteration, iterations : int
-        The algorithm's own number of it, and how many there are at most.
-    evaluations : int
-        Designs evaluated so far.
-    best : (k, n) array
-        Best designs.
-    objectives : (k, no) array
-        Theirs, smaller is better.
-    violation : (k,) array
-    state : str
-        JSON.
-    """
-
-    step: int
-    iteration: int
-    iterations: int
-    evaluations: int
-    best: Array
-    objectives: Array
-    violation: Array
-    state: str
+    step: int  # number among all that were reported
+    iteration: int  # the algorithm's own number of it
+    iterations: int  # how many there are at most
+    evaluations: int  # designs evaluated so far
+    best: Array  # (k, n) best designs
+    objectives: Array  # (k, no) theirs, smaller is better
+    violation: Array  # (k,)
+    state: str  # JSON
 
     @property
     def best_feasible(self) -> Array:
@@ -180,18 +163,8 @@ class Store:
 def create(path: Path, meta: dict[str, Any]) -> Store:
     """Create the file of a study.
 
-    Parameters
-    ----------
-    path : Path
-    meta : dict
-        JSON types; "variables", "objectives" and "constraints" name the columns.
-
-    Raises
-    ------
-    InputError
-        If the file exists already.
-    RunError
-        If it cannot be written.
+    `meta` has JSON types; "variables", "objectives" and "constraints" name the columns. InputError if the file exists
+    already, RunError if it cannot be written.
     """
     if path.exists():
         raise InputError(path, "", "exists already")
@@ -205,13 +178,7 @@ def create(path: Path, meta: dict[str, Any]) -> Store:
 
 
 def open_store(path: Path) -> Store:
-    """Open the file of a study to continue it.
-
-    Raises
-    ------
-    InputError
-        If it is not the file of a study, is damaged, or of another version.
-    """
+    """Open the file of a study to continue it; InputError if it is none, is damaged, or of another version."""
     check_header(path)
     with guarded(path):
         db = _connect(path)
@@ -223,12 +190,7 @@ def open_store(path: Path) -> Store:
 
 
 def read_store(path: Path) -> Store:
-    """Open the file of a study to read it, even while another process writes.
-
-    Raises
-    ------
-    InputError
-        As `open_store`.
+    """Open the file of a study to read it, even while another process writes; errors as `open_store`.
 
     Examples
     --------
@@ -244,15 +206,11 @@ def read_store(path: Path) -> Store:
     """
     check_header(path)
     with guarded(path):
-        db = sqlite3.connect(f"{path.resolve().as_uri()}?{_how_to_read(path)}", uri=True)
+        # a shared file with the writer, unless the folder is read-only
+        alone = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
+        db = sqlite3.connect(f"{path.resolve().as_uri()}?{'immutable=1' if alone else 'mode=ro'}", uri=True)
         check_content(db, COLUMNS)
     return Store(path, db)
-
-
-def _how_to_read(path: Path) -> str:
-    """Options for a reader: a shared file with the writer, unless the folder is read-only."""
-    alone = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
-    return "immutable=1" if alone else "mode=ro"
 
 
 def _connect(path: Path) -> sqlite3.Connection:

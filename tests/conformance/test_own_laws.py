@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from linkages import extremes, find_file, laws, load, simulate, simulate_batch
 from linkages.laws import Parameter
 from optim import Evaluator, load_study, optimise
-from optim.evaluate.drake_runs import run_on_drake
+from optim.evaluate.single_runs import run_on_drake
 
 MASS, SPEED, GRAVITY = 2.0, 0.5, 9.81
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\nmax_step = 1e-3\n"

@@ -11,11 +11,11 @@ from multiobjective import problem, zdt
 from scipy.stats import qmc
 
 from linkages import InputError, RunError
+from optim.algorithms.archive import latin_hypercube
 from optim.algorithms.evolution import DifferentialEvolution
 from optim.algorithms.gradient import ReducedGradient
 from optim.algorithms.nlp import Ending, Values
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings, start_designs
-from optim.algorithms.sampling import latin_hypercube
 
 BY_NUMBER = {example.number: example for example in (*EXAMPLES, *SEVERAL_OPTIMA)}
 LOCAL = [name for name, algorithm in ALGORITHMS.items() if algorithm.local]

@@ -7,11 +7,9 @@ import pytest
 from scipy.stats import qmc, spearmanr
 
 from linkages import InputError, ideal
-from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.ideal_runs import turning_rate
-from optim.evaluate.screen import Screened
-from optim.problem.load import load_study
-from optim.problem.shipped import find_study
+from optim.evaluate.evaluator import Evaluator, Screened
+from optim.evaluate.single_runs import turning_rate
+from optim.problem.load import find_study, load_study
 
 STUDY = """
 experiment = "seven_bar.toml"

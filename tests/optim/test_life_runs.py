@@ -8,9 +8,8 @@ from wearing_press import CLEARANCE, LENGTH, RADIUS, area, write_press
 
 from linkages import InputError
 from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.life_runs import cycles_of
-from optim.problem.load import load_study
-from optim.problem.shipped import find_study
+from optim.evaluate.single_runs import cycles_of
+from optim.problem.load import find_study, load_study
 
 LOAD, LIMIT = 100.0, 5e-6
 STUDY = f"""

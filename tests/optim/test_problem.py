@@ -12,9 +12,8 @@ from linkages.input.files.shipped import data_folder
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.results.outputs.registry import names
 from optim import Evaluator
-from optim.problem.load import load_study
+from optim.problem.load import find_study, load_study, studies_folder
 from optim.problem.schema import StudyFile
-from optim.problem.shipped import find_study, studies_folder
 
 STUDY = """
 experiment = "seven_bar.toml"

@@ -12,9 +12,8 @@ from optim.algorithms.derivatives import jacobian
 from optim.algorithms.nlp import Ending, Problem, Values
 from optim.algorithms.registry import minimise, read_settings
 from optim.cli import optimise as command
-from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.limits import problem_of, values_of
-from optim.evaluate.screen import Screened
 from optim.problem.load import load_study
 
 STUDY = """

@@ -10,8 +10,7 @@ from scipy.stats import sobol_indices, uniform
 from linkages import InputError, RunError
 from linkages.cli.main import main
 from optim.evaluate.evaluator import Evaluator
-from optim.problem.load import load_study
-from optim.problem.shipped import find_study
+from optim.problem.load import find_study, load_study
 from optim.search.sensitivity import inert, one_at_a_time, sensitivity, sobol
 
 A, B = 7.0, 0.1

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from optim.evaluate.drake_runs import run_on_drake
 from optim.evaluate.evaluator import Evaluator, run_compiled
 from optim.evaluate.requests import STATISTICS
+from optim.evaluate.single_runs import run_on_drake
 from optim.problem.load import load_study
 from optim.search.verification import format_verification, unseen_phases, verify
 

@@ -10,11 +10,9 @@ from replication.recorded import load_record, path_of, write_record
 from linkages import InputError
 from optim import optimise, read_store
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
-from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.limits import problem_of, values_of
-from optim.evaluate.screen import Screened
-from optim.problem.load import load_study
-from optim.problem.shipped import find_study
+from optim.problem.load import find_study, load_study
 
 RECORDS = sorted(path.stem for path in path_of("any").parent.glob("*.toml"))
 

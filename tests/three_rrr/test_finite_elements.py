@@ -10,13 +10,12 @@ import pytest
 from linkages.mechanics.flexible.modes import dense_modes, mac
 from linkages.mechanics.flexible.rotation import rotations
 from linkages.three_rrr.branch import AssemblyBranch
-from linkages.three_rrr.finite_elements import FiniteElementModel
+from linkages.three_rrr.finite_elements import FiniteElementModel, velocity_terms
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import RobotMotion
 from linkages.three_rrr.modes import frequencies, modes, tracked_modes
 from linkages.three_rrr.robot import Robot, changed, load_robot, make_robot
 from linkages.three_rrr.speed import faster
-from linkages.three_rrr.velocity_terms import velocity_terms
 
 
 def papers_matrices(robot: Robot, state: RobotMotion) -> tuple[np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from linkages.input.model.mechanism import load_mechanism
 from linkages.three_rrr.branch import AssemblyBranch, follow
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.finite_elements import FiniteElementModel
@@ -45,7 +46,7 @@ def test_drives_with_acceleration_agree_with_drake(robot: Robot, branch: Assembl
 
 
 def test_the_sdf_file_has_the_masses_of_the_robot_file(robot: Robot) -> None:
-    mechanism = robot.load_mechanism()
+    mechanism = load_mechanism(robot.mechanism_path)
     for key, value in robot.rigid_properties().items():
         _, link, quantity = key.split(".", 2)
         if quantity in ("mass", "inertia"):

@@ -10,12 +10,12 @@ import numpy as np
 from linkages.base.arguments import Names, validated
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, Status
-from linkages.explore.periodic.continuation import Settings, Solution, forced, rescaled, solve
+from linkages.explore.periodic.continuation import Settings, Solution, rescaled, solve
 from linkages.explore.periodic.motion import PeriodicMotion, made
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
 from linkages.explore.periodic.return_map import ReturnMap, least_clearance
 from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE, check_settings
-from linkages.explore.periodic.tracing import INTERRUPTED, Bifurcation, PointFacts, Trace, doubled, trace, turned
+from linkages.explore.periodic.tracing import INTERRUPTED, Bifurcation, Trace, doubled, trace, turned
 from linkages.input.model.experiment import ARGUMENT
 from linkages.results.outputs.registry import pack
 from linkages.system import System
@@ -176,7 +176,7 @@ class _BranchSearch:
         """Trace the branch of the first motion, and the branches from period doublings."""
         given = ReturnMap(self.system.replaced({self.path: first}), self.path, periods, transient, self.accuracy)
         settings = self._settings(given)
-        point, settings = rescaled(solve(forced(given), given.start, first, settings), settings)
+        point, settings = rescaled(solve(given, given.start, first, settings), settings)
         ends = [turned(point)] * (first > self.low) + [point] * (first < self.high)
         share = 1.0 / (doublings + 1.0)
         below_first = share * (first - self.low) / self._range
@@ -227,7 +227,7 @@ class _BranchSearch:
             self._motion(given, point)  # not at the end, which an interruption should reach soon
             self.progress(_SHOWN * (done + share * abs(point.p - start) / self._range))
 
-        found = trace(forced(given), point, (self.low, self.high), settings, _seen, _MOST, report)
+        found = trace(given, point, (self.low, self.high), settings, _MOST, report)
         self.interrupted |= found.end == INTERRUPTED
         return found
 
@@ -236,16 +236,12 @@ class _BranchSearch:
     ) -> tuple[ReturnMap, Trace] | None:
         """Trace the branch that begins at a period doubling; None if its start is not found."""
         try:
-            given = self._map(event.point, 2 * periods)
-            first = doubled(forced(given), event, event.point.detail.monodromy, settings)
+            last = event.point.detail
+            given = ReturnMap(last.system, self.path, 2 * periods, 0, self.accuracy, (last.y, last.memory))
+            first = doubled(given, event.point, settings)
         except KeyboardInterrupt:
             self.interrupted, first = True, None
         return None if first is None else (given, self._trace(given, first, settings, done, share))
-
-    def _map(self, point: Solution, periods: int) -> ReturnMap:
-        """Make a return map that starts at a motion of a branch."""
-        passage = point.detail.detail
-        return ReturnMap(passage.system, self.path, periods, 0, self.accuracy, (passage.y, passage.memory))
 
     def _branch(self, given: ReturnMap, traces: list[Trace], source: tuple[int, int] | None) -> Branch:
         """Join the traces of a branch, and compute the outputs of its motions."""
@@ -261,11 +257,6 @@ class _BranchSearch:
             motion = replace(motion, outputs=motion.section(self.outputs)) if self.outputs else motion
             self.known[id(point)] = point, motion
         return self.known[id(point)][1]
-
-
-def _seen(point: Solution) -> PointFacts:
-    passage = point.detail.detail
-    return PointFacts(passage.multipliers, passage.contacts)
 
 
 def _in_order(traces: list[Trace]) -> tuple[list[Solution], list[Bifurcation]]:

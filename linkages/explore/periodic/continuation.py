@@ -40,25 +40,6 @@ class Residual(NamedTuple):
 ResidualFunction = Callable[[Array, float], Residual]
 
 
-class Return(NamedTuple):
-    """State after a period (n,), less whole turns; its derivatives with respect to the state before and to p."""
-
-    end: Array
-    monodromy: Array
-    by_p: Array
-    detail: Any = None
-
-
-def forced(return_map: Callable[[Array, float], Return]) -> ResidualFunction:
-    """Return the equations of a motion with a given period, a fixed point u (n,) of the return map."""
-
-    def equations(u: Array, p: float) -> Residual:
-        found = return_map(u, p)
-        return Residual(found.end - u, found.monodromy - np.eye(len(u)), found.by_p, found)
-
-    return equations
-
-
 class Settings(NamedTuple):
     """Scales of unknowns (n,), parameter and residual (n,); tolerance of the residual; steps in scaled arclength."""
 

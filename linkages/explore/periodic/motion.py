@@ -9,7 +9,7 @@ import numpy as np
 
 from linkages.base.arguments import validated
 from linkages.base.brief import Brief, counted
-from linkages.explore.periodic.continuation import Settings, Solution, forced, solve
+from linkages.explore.periodic.continuation import Settings, Solution, solve
 from linkages.explore.periodic.multipliers import Multipliers
 from linkages.explore.periodic.return_map import Passage, ReturnMap, least_clearance
 from linkages.explore.periodic.settings import ACCURACY, TOLERANCE, check_settings
@@ -23,21 +23,11 @@ _UNDECIDED = 1e-6  # distance from the unit circle within which a multiplier dec
 class PeriodicMotion(Brief):
     """A periodic motion; made by `periodic_motion` and `linkages.branches`.
 
-    Attributes
-    ----------
-    periods : int
-        Number of common periods of the drives in one period of the motion.
-    value : float or None
-        The varied value.
-    state : dict of str to float
-        State at the section, the start of a period of the drives: coordinates ``q.NAME``, rates ``v.NAME``, bristles,
-        and the approach speeds that contacts remember.
-    residual : float
-        Largest change of a state in a period, over its usual change (some clearances, or its range).
-    passage : Passage
-        One period of the motion.
-    outputs : Section or None
-        Outputs of each of the drives' periods, if the motion keeps them; see `section`.
+    It takes `periods` common periods of the drives, at the varied `value` if there is one. `state` is the state at the
+    section, the start of a period of the drives, by name: coordinates ``q.NAME``, rates ``v.NAME``, bristles, and the
+    approach speeds that contacts remember. `residual` is the largest change of a state in a period, over its usual
+    change (some clearances, or its range). `passage` is one period of the motion, `outputs` the outputs of each of the
+    drives' periods, if the motion keeps them; see `section`.
     """
 
     periods: int
@@ -117,12 +107,11 @@ def periodic_motion(
     found = ReturnMap(system, None, periods, transient, accuracy)
     sizes = found.sizes(least_clearance(system))
     settings = Settings(sizes, 1.0, np.minimum(found.error, sizes), tolerance)
-    point = solve(forced(found), found.start, 0.0, settings)
+    point = solve(found, found.start, 0.0, settings)
     return made(found, point, None)
 
 
 def made(found: ReturnMap, point: Solution, value: float | None) -> PeriodicMotion:
     """Make the periodic motion of a point."""
-    passage = point.detail.detail
     state = dict(zip(found.names, map(float, point.u), strict=True))
-    return PeriodicMotion(found.periods, value, state, point.residual, passage)
+    return PeriodicMotion(found.periods, value, state, point.residual, point.detail)

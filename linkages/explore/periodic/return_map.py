@@ -22,7 +22,7 @@ from linkages.engines.compiled.run.replay import Steps
 from linkages.explore.differences import extrapolated
 from linkages.explore.flow import Flow
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
-from linkages.explore.periodic.continuation import Return
+from linkages.explore.periodic.continuation import Residual
 from linkages.explore.periodic.multipliers import Multipliers, multipliers
 from linkages.explore.sections import Section, recorded
 from linkages.input.model.capabilities import Analysis
@@ -50,6 +50,7 @@ class Passage:
     start: float  # time of its start [s]
     y: Array  # (ny,) state at the start, see `linkages.explore.flow.Flow`
     memory: Array  # (nc, 2) what contacts remember
+    monodromy: Array  # (n, n) derivative of the state at the end with respect to the state at the start
     multipliers: Multipliers  # (n,) Floquet multipliers; NaN if an impact grazes
     contacts: tuple[int, ...]  # for each contact that can touch, how often it begins; -1 if it stays closed
 
@@ -62,7 +63,7 @@ class Passage:
 
 
 class ReturnMap:
-    """The return map of a linkage as a function of the state at the section and of the value at a path, if given.
+    """The return map of a linkage, as equations of its fixed point: the state at the section, and the value at a path.
 
     `start` (nx,) is the state at the section after the transient, or the given state with the memory of the contacts;
     `names` are its entries, ``approach.CONTACT`` of approach speeds; `error` (nx,) is their scale in the engine's error
@@ -145,8 +146,11 @@ class ReturnMap:
             raise InputError(where, "drives", "have no common period, or loads depend on time: no motion is periodic")
         return period
 
-    def __call__(self, x: Array, value: float) -> Return:
-        """Map the state x at the section to the state after the passage, with derivatives. RunError if it fails."""
+    def __call__(self, x: Array, value: float) -> Residual:
+        """Return the change of the state x at the section by the passage, less whole turns, with its derivatives.
+
+        Its detail is the `Passage`. RunError if it fails.
+        """
         begin = self._first
         if value not in self._flows:
             self._flows = {value: self._flow(value, begin + self.periods)}
@@ -159,7 +163,7 @@ class ReturnMap:
         steps = flow.reach(last)
         return self._returned(flow, period, steps, x, value)
 
-    def _returned(self, flow: Flow, period: float, steps: Steps, x: Array, value: float) -> Return:
+    def _returned(self, flow: Flow, period: float, steps: Steps, x: Array, value: float) -> Residual:
         """Differentiate a passage and collect its result."""
         local, latched, runner = self._local, self._latched, flow.runner
         nx, ny, nm = len(local.entries), len(flow.y), len(latched)
@@ -196,10 +200,10 @@ class ReturnMap:
         memory = np.zeros_like(flow.memory)
         memory[:, 0] = start.memory[0]
         passage = Passage(
-            flow.system, self.periods * period, float(start.times[0]), start.states[0].copy(), memory, spectrum,
-            tuple(int(k) for k in contacts),
+            flow.system, self.periods * period, float(start.times[0]), start.states[0].copy(), memory, monodromy,
+            spectrum, tuple(int(k) for k in contacts),
         )  # fmt: skip
-        return Return(end - self._turns, monodromy, by_p, passage)
+        return Residual(end - self._turns - x, monodromy - np.eye(len(x)), by_p, passage)
 
     def _period_slope(self, value: float) -> float:
         """Differentiate the common period by the value; only drives change it."""

@@ -13,15 +13,10 @@ STEP = 0.05
 LEAST = {"periods": 1, "transient": 0, "doublings": 0}
 
 
-def fault(key: str, number: float) -> str | None:
-    """Return the error of a setting out of its range; None if it is valid."""
-    if key in LEAST:
-        return None if number >= LEAST[key] else f"must be {LEAST[key]} or more"
-    return None if 0.0 < number <= 1.0 else "must be greater than 0, and at most 1"
-
-
 def check_settings(**numbers: float) -> None:
     """Check settings; InputError if one is out of its range."""
     for key, number in numbers.items():
-        if problem := fault(key, number):
-            raise InputError("argument", key, f"is {number:g}; it {problem}")
+        if key in LEAST and number < LEAST[key]:
+            raise InputError("argument", key, f"is {number:g}; it must be {LEAST[key]} or more")
+        if key not in LEAST and not 0.0 < number <= 1.0:
+            raise InputError("argument", key, f"is {number:g}; it must be greater than 0, and at most 1")

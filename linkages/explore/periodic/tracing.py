@@ -1,16 +1,17 @@
-"""Trace a branch of periodic motions: points, bifurcations between them, and the start of a doubled branch."""
+"""Trace a branch of periodic motions: points, bifurcations between them, and the start of a doubled branch.
+
+The detail of a point has its Floquet `multipliers`, its `monodromy` matrix, and `contacts`: how often each one begins.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
-from linkages.base.arrays import Array
 from linkages.explore.periodic.continuation import ResidualFunction, Settings, Solution, follow, locate, packed, step
-from linkages.explore.periodic.multipliers import FOLD, GRAZING, Multipliers, crossing, kind
+from linkages.explore.periodic.multipliers import FOLD, GRAZING, crossing, kind
 
 LIMIT, CLOSED, MOST, LOST, INTERRUPTED = "limit", "closed", "most", "lost", "interrupted"
 #: Why a branch ends.
@@ -26,13 +27,6 @@ _LOCATED = 1e-8  # scaled arclength to which bifurcations are located
 _GRAZED = 1e-9  # and to which a change of the contacts is
 _SMOOTH = 1e-3  # distance of a located multiplier from the circle above which it jumped there
 _STARTS = (1.0, 0.5, 0.25, 0.1, 0.04)  # sizes of the first step on a doubled branch, over the first step of a branch
-
-
-class PointFacts(NamedTuple):
-    """Facts of a point that bifurcations change: Floquet multipliers, and how often each contact begins."""
-
-    multipliers: Multipliers
-    contacts: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,20 +52,19 @@ def trace(
     start: Solution,
     limits: tuple[float, float],
     settings: Settings,
-    look: Callable[[Solution], PointFacts],
     most: int,
     report: Callable[[Solution], None] = lambda point: None,
 ) -> Trace:
     """Follow a branch from a point along its tangent, and locate the bifurcations between its points.
 
     It ends at the lowest or highest p of `limits`, after `most` points, or with the last point at `KeyboardInterrupt`.
-    `look` returns multipliers and contacts of a point; `report` is called with each point.
+    `report` is called with each point.
     """
     points, found, end = [start], list[Bifurcation](), LOST
     try:
         for point in follow(equations, start, *limits, settings):
             before = points[-1]
-            found += _between(equations, before, point, settings, look)
+            found += _between(equations, before, point, settings)
             points.append(point)
             report(point)
             end = _ending(start, before, point, limits, settings, len(points) > most)
@@ -98,15 +91,12 @@ def turned(point: Solution) -> Solution:
     return replace(point, tangent=-point.tangent)
 
 
-def doubled(
-    equations: ResidualFunction, bifurcation: Bifurcation, monodromy: Array, settings: Settings
-) -> Solution | None:
+def doubled(equations: ResidualFunction, point: Solution, settings: Settings) -> Solution | None:
     """Return the first point of the doubled branch beyond a period doubling; None if no correction converges.
 
-    The equations have motions with twice the period; the monodromy matrix (n, n) belongs to the bifurcation's point.
+    The equations have motions with twice the period.
     """
-    point = bifurcation.point
-    values, vectors = np.linalg.eig(monodromy)
+    values, vectors = np.linalg.eig(point.detail.monodromy)
     away = vectors[:, np.argmin(np.abs(values + 1.0))].real / settings.scale
     ahead = replace(point, tangent=np.append(away / np.linalg.norm(away), 0.0))
     for size in _STARTS:
@@ -117,33 +107,28 @@ def doubled(
 
 
 def _between(
-    equations: ResidualFunction,
-    point: Solution,
-    ahead: Solution,
-    settings: Settings,
-    look: Callable[[Solution], PointFacts],
+    equations: ResidualFunction, point: Solution, ahead: Solution, settings: Settings
 ) -> Iterator[Bifurcation]:
     """Locate the bifurcations between two neighbours."""
-    before, after = look(point), look(ahead)
     turns_back = point.tangent[-1] * ahead.tangent[-1] < 0.0
-    grazes = before.contacts != after.contacts
+    changed = ahead.detail.contacts
+    grazes = point.detail.contacts != changed
     if grazes:
-        changed = after.contacts
-        at = locate(equations, point, ahead, lambda p: 1.0 if look(p).contacts == changed else -1.0, settings, _GRAZED)
+        at = locate(equations, point, ahead, lambda p: 1.0 if p.detail.contacts == changed else -1.0, settings, _GRAZED)
         yield Bifurcation(GRAZING, at, complex("nan"))
     if turns_back:
         at = locate(equations, point, ahead, lambda p: float(p.tangent[-1]), settings, _LOCATED)
-        nearest = look(at).multipliers
+        nearest = at.detail.multipliers
         yield Bifurcation(FOLD, at, complex(nearest[np.argmin(np.abs(nearest - 1.0))]))
-    k = crossing(before.multipliers, after.multipliers)
+    k = crossing(point.detail.multipliers, ahead.detail.multipliers)
     if k is None:
         return
 
     def outside(p: Solution) -> float:
-        return float(np.abs(look(p).multipliers[k])) - 1.0
+        return float(np.abs(p.detail.multipliers[k])) - 1.0
 
     at = locate(equations, point, ahead, outside, settings, _LOCATED)
-    multiplier = complex(look(at).multipliers[k])
+    multiplier = complex(at.detail.multipliers[k])
     what = kind(multiplier, turns_back)
     if what != FOLD and not (grazes and abs(abs(multiplier) - 1.0) > _SMOOTH):
         yield Bifurcation(what, at, multiplier)

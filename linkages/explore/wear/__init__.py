@@ -3,10 +3,8 @@
 | module      | responsibility                                                           |
 |-------------|--------------------------------------------------------------------------|
 | measure     | a block of cycles with constant profiles: loads, peaks, scatter          |
-| jump        | profiles worn by a block's loads                                         |
-| stages      | stages of the service life, and the time to reach a limit                |
+| stages      | jumps, stages, the time to reach a limit; content of ``wear.json``       |
 | life        | jumps of second order from block to block, step control                  |
-| content     | content of ``wear.json``                                                 |
 | block_store | store of blocks on disk, from which an interrupted calculation continues |
 
 A *cycle* is a revolution of the drive, or a period of an oscillating drive. A block with given profiles gives samples

@@ -19,18 +19,10 @@ from linkages.system import System
 
 
 class BlockStore:
-    """Measures blocks, or reads blocks measured earlier from a folder.
+    """Measures blocks, or reads blocks measured earlier from a folder, if one is given.
 
     A block depends on the system, the profiles, its start and the required accuracy; these, and the versions of the
     packages, determine its file name. A file is written atomically, with a digest: a damaged one is ignored.
-
-    Parameters
-    ----------
-    system : System
-    drive : str, optional
-        Drive that defines a cycle; default: see `linkages.explore.flow.period_of`.
-    folder : Path, optional
-        Folder of the store; default: no store.
     """
 
     def __init__(self, system: System, drive: str | None, folder: Path | None) -> None:

@@ -24,9 +24,8 @@ from linkages.base.arguments import Count, validated
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
 from linkages.explore.wear.block_store import BlockStore
-from linkages.explore.wear.jump import between, deepest, difference, work_of, worn
 from linkages.explore.wear.measure import CycleBlock, LoadSamples, Removed, Wearing, check_wears, wearing
-from linkages.explore.wear.stages import Life, Stage
+from linkages.explore.wear.stages import Life, Stage, between, deepest, difference, work_of, worn
 from linkages.input.model.check import DEEPEST
 from linkages.laws.wear.profile import removed_of
 from linkages.system import System
@@ -156,7 +155,8 @@ def _jumps(
     joints: Joints, last: Stage, store: BlockStore, cycles: int, tolerance: float, scatter: float, add: Add
 ) -> Status:
     """Jump from block to block up to the last cycle, until `add` returns True, or until a block fails."""
-    jump = _first_jump(joints, last, tolerance)
+    rate = difference(joints, worn(joints, last.removed, last.block.loads, 1.0), last.removed)
+    jump = max(1, int(min(_FIRST * tolerance / rate, 1e9))) if rate > 0.0 else 10**9
     while last.cycles < cycles:
         jump = min(jump, cycles - last.cycles)
         ahead = worn(joints, last.removed, last.block.loads, jump)
@@ -224,9 +224,3 @@ def _new(system: System) -> dict[str, Array]:
         lines = [np.array(depths or [0.0] * wear.nodes) for depths in wear.depths]
         found[joint.name] = np.array([removed_of(line, r) for line, r in zip(lines, joint.radii, strict=True)])
     return found
-
-
-def _first_jump(joints: Joints, new: Stage, tolerance: float) -> int:
-    """Compute the cycles until the first block's loads wear some tolerances, at the rate of one cycle."""
-    rate = difference(joints, worn(joints, new.removed, new.block.loads, 1.0), new.removed)
-    return max(1, int(min(_FIRST * tolerance / rate, 1e9))) if rate > 0.0 else 10**9

@@ -49,28 +49,13 @@ class BlockStart:
 
 @dataclass(frozen=True)
 class CycleBlock:
-    """Measurements with given profiles.
+    """Measurements with given profiles."""
 
-    Attributes
-    ----------
-    loads : dict of (m, 7) arrays
-        `linkages.laws.wear.archard.SAMPLE` of a mean cycle, by joint.
-    work : dict of (nc,) arrays
-        Integral of N |v_t| dt over each measured cycle [N m], by joint.
-    peaks : dict of float
-        Largest magnitude of outputs in a cycle, over continuous time; mean over the measured cycles.
-    cycles : int
-        All simulated cycles, including the unmeasured ones.
-    end : BlockStart
-        Start of the next block.
-    status : Status
-    """
-
-    loads: dict[str, Array]
-    work: dict[str, Array]
-    peaks: dict[str, float]
-    cycles: int
-    end: BlockStart
+    loads: dict[str, Array]  # (m, 7) `linkages.laws.wear.archard.SAMPLE` of a mean cycle, by joint
+    work: dict[str, Array]  # (nc,) integral of N |v_t| dt over each measured cycle [N m], by joint
+    peaks: dict[str, float]  # largest magnitude of outputs in a cycle, over continuous time; mean over measured cycles
+    cycles: int  # all simulated cycles, including the unmeasured ones
+    end: BlockStart  # start of the next block
     status: Status
 
 
@@ -109,10 +94,7 @@ def wearing(system: System) -> tuple[Wearing, ...]:
 def check_wears(system: System, drive: str | None = None) -> tuple[Wearing, ...]:
     """Return the wearing joints of a system with a periodic drive.
 
-    Raises
-    ------
-    InputError
-        If no joint wears, a model does not support it, or the drive is not periodic.
+    InputError if no joint wears, a model does not support it, or the drive is not periodic.
     """
     system.check_analysis(Analysis.WEAR)
     joints = wearing(system)
@@ -142,22 +124,11 @@ def measure(
 ) -> CycleBlock:
     """Simulate cycles with given profiles until their mean work has a required standard error.
 
-    Parameters
-    ----------
-    system : System
-    removed : mapping of (2, n) arrays
-        Profiles by joint.
-    start : BlockStart, optional
-        Default: the experiment's start, without measurement during the drive's ramp and two more cycles. A later
-        block skips one cycle, in which the contacts adapt to the profiles.
-    scatter : float
-        Required relative standard error of the mean work of each joint, multiplied by Student's factor for few
-        cycles. The first cycles are dropped if the others suffice without them; after 16 cycles the last 12 are
-        used.
-    drive : str, optional
-        Drive that defines a cycle; default: see `linkages.explore.flow.period_of`.
-    single : bool
-        Measure only the first cycle after the start.
+    By default the block begins at the experiment's start, without measurement during the drive's ramp and two more
+    cycles. A later block skips one cycle, in which the contacts adapt to the profiles. `scatter` is the relative
+    standard error of the mean work of each joint, multiplied by Student's factor for few cycles. The first cycles are
+    dropped if the others suffice without them; after 16 cycles the last 12 are used. With `single` only the first cycle
+    after the start is measured.
     """
     joints = wearing(system)
     period = period_of(system, drive)

@@ -1,16 +1,16 @@
-"""Service life with wear: stages, and the time to reach a limit."""
+"""Service life with wear: jumps of many cycles, stages, the time to reach a limit; content of ``wear.json``."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
-from linkages.base.errors import InputError, Status, nearest
-from linkages.explore.wear.jump import worn
+from linkages.base.errors import InputError, RunError, Status, nearest
 from linkages.explore.wear.measure import (
     CycleBlock,
     LoadSamples,
@@ -18,10 +18,14 @@ from linkages.explore.wear.measure import (
     Wearing,
     check_wears,
     depths_of,
+    equal_works,
     watched,
     wearing,
 )
+from linkages.input.files.versions import versions
+from linkages.laws.wear.archard import FRACTION, wear_away
 from linkages.laws.wear.profile import node_depths, volume_of
+from linkages.results.outputs.registry import unit
 from linkages.system import System
 
 SIDES = ("bearing", "journal")
@@ -29,58 +33,78 @@ SIDES = ("bearing", "journal")
 SIZES = ("depth", "play")
 
 _CLOSE = 1e-4  # tolerance of the cycle of a limit over the jump length
+_SWEEPS = (1, 1000)
+_MISSED = 0.01  # largest fraction of the work without a found journal position
+
+
+def between(before: LoadSamples, after: LoadSamples, part: float) -> dict[str, Array]:
+    """Mix the loads of two blocks: a fraction `part` of the cycles is like the second."""
+    found = {}
+    for name in after:
+        lines = np.concatenate([before[name], after[name]])
+        lines[:, 6] *= np.repeat([1.0 - part, part], [len(before[name]), len(after[name])])
+        found[name] = equal_works(lines[lines[:, 6] > 0.0])
+    return found
+
+
+def work_of(loads: LoadSamples, joint: str) -> float:
+    """Compute the integral of N |v_t| dt over a mean cycle [N m]."""
+    return float(loads[joint][:, 6].sum())
+
+
+def worn(joints: tuple[Wearing, ...], removed: Removed, loads: LoadSamples, cycles: float) -> dict[str, Array]:
+    """Compute the profiles after `cycles` cycles of a block's loads; RunError if no journal positions are found."""
+    result = {}
+    for joint in joints:
+        lost, samples = removed[joint.name].copy(), loads[joint.name].copy()
+        result[joint.name] = lost
+        if len(samples) == 0:
+            continue
+        k = np.array(joint.coefficients) * cycles
+        # repetitions such that deposits are small against their overlaps, except for a tenth of the work
+        parts = (
+            k.sum() * samples[:, 6] / (FRACTION * joint.radius * joint.length * np.hypot(samples[:, 4], samples[:, 5]))
+        )
+        order = np.argsort(parts)
+        reached = np.cumsum(samples[order, 6])
+        sweeps = int(np.clip(parts[order][np.searchsorted(reached, 0.9 * reached[-1])], *_SWEEPS)) + 1
+        journal = joint.radius - joint.clearance
+        missed = wear_away(samples, joint.reach, (joint.radius, journal), joint.length, (k[0], k[1]), sweeps, lost)
+        if missed > _MISSED:
+            raise RunError(f"joint {joint.name}: no position found for {missed:.0%} of its loads; use more nodes")
+    return result
+
+
+def difference(joints: tuple[Wearing, ...], one: Removed, other: Removed) -> float:
+    """Compute the largest difference of depth between two sets of profiles [m]."""
+    return max(float(np.abs(depths_of(j, one[j.name]) - depths_of(j, other[j.name])).max()) for j in joints)
+
+
+def deepest(joints: tuple[Wearing, ...], removed: Removed) -> float:
+    """Compute the largest depth over the bearing's radius."""
+    return max(float(depths_of(joint, removed[joint.name]).max()) / joint.radius for joint in joints)
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage of the service life.
-
-    Attributes
-    ----------
-    cycles : int
-    removed : dict of (2, n) arrays
-        Area per angle over the radius [m], bearing then journal, by joint.
-    work : dict of float
-        Integral of N |v_t| dt up to this stage [N m], by joint.
-    middle : float
-        Cycle of the block.
-    block : CycleBlock
-        Measurements of the last jump.
-    loads : mapping of (m, 7) arrays
-        Loads of the last jump: the block's, or interpolated with the previous block's.
-    error : float
-        Largest difference of depth between first and second order in the last jump [m].
-    rejected : int
-        Number of rejected longer jumps.
-    """
+    """A stage of the service life."""
 
     cycles: int
-    removed: dict[str, Array]
-    work: dict[str, float]
-    middle: float
-    block: CycleBlock
-    loads: LoadSamples
-    error: float = 0.0
-    rejected: int = 0
+    removed: dict[str, Array]  # (2, n) area per angle over the radius [m], bearing then journal, by joint
+    work: dict[str, float]  # integral of N |v_t| dt up to this stage [N m], by joint
+    middle: float  # cycle of the block
+    block: CycleBlock  # measurements of the last jump
+    loads: LoadSamples  # of the last jump: the block's, or interpolated with the previous block's
+    error: float = 0.0  # largest difference of depth between first and second order in the last jump [m]
+    rejected: int = 0  # number of rejected longer jumps
 
 
 @dataclass(frozen=True, repr=False)
 class Life(Brief):
-    """Wear of a linkage over its service life; made by `wear_life`.
+    """Wear of a linkage over its service life; made by `wear_life`, which explains tolerance and scatter."""
 
-    Attributes
-    ----------
-    system : System
-        The initial system.
-    stages : tuple of Stage
-        Stages; the first is the initial one.
-    status : Status
-    tolerance, scatter : float
-        See `wear_life`.
-    """
-
-    system: System
-    stages: tuple[Stage, ...]
+    system: System  # the initial system
+    stages: tuple[Stage, ...]  # the first is the initial one
     status: Status
     tolerance: float
     scatter: float
@@ -134,21 +158,11 @@ class Life(Brief):
         return np.array([stage.block.peaks[output] for stage in self.stages]), np.array(at)
 
     def cycles_until(self, quantity: str, limit: float) -> float:
-        """Compute the cycles until a quantity first exceeds a limit; inf if it never does.
+        """Compute the cycles until a quantity first exceeds a limit; inf if it never does. InputError if it is unknown.
 
-        Within a jump depth and clearance follow from its loads; peaks of outputs are interpolated linearly.
-
-        Parameters
-        ----------
-        quantity : str
-            ``JOINT.depth`` or ``JOINT.play`` [m], or an output with recorded peaks, in its unit:
-            ``JOINT.force``, ``DRIVE.torque``, ``OUTPUT.jitter`` (of a point), ``OUTPUT``.
-        limit : float
-
-        Raises
-        ------
-        InputError
-            If the quantity is unknown.
+        The quantity is ``JOINT.depth`` or ``JOINT.play`` [m], or an output with recorded peaks, in its unit:
+        ``JOINT.force``, ``DRIVE.torque``, ``OUTPUT.jitter`` (of a point), ``OUTPUT``. Within a jump depth and clearance
+        follow from its loads; peaks of outputs are interpolated linearly.
         """
         cycles, values = self.history(quantity)
         above = np.flatnonzero(values > limit)
@@ -193,20 +207,78 @@ class Life(Brief):
 
 
 def check_life(system: System, quantity: str, drive: str | None = None) -> None:
-    """Check that a system has wearing joints, and a quantity of `Life.cycles_until`.
-
-    Parameters
-    ----------
-    system : System
-    quantity : str
-    drive : str, optional
-        Drive that defines a cycle; default: see `linkages.explore.flow.period_of`.
-
-    Raises
-    ------
-    InputError
-        If a wearing joint, a periodic drive, or the quantity is missing.
-    """
+    """Check that a system has wearing joints, a periodic drive, and this quantity of `Life.cycles_until`."""
     known = [f"{joint.name}.{what}" for joint in check_wears(system, drive) for what in SIZES] + watched(system)
     if quantity not in known:
         raise InputError("argument", quantity, f"is unknown; {nearest(quantity, known)}")
+
+
+def content(life: Life) -> dict[str, Any]:
+    """Make the content of ``wear.json``: final wear, and all stages, in SI units.
+
+    ``joints`` by name: ``volume`` [m3], largest ``depth`` [m], ``play`` [m] (mean radial clearance), ``load_distance``,
+    the integral of N |v_t| dt [N m], ``coefficient`` [m2/N], and for `bearing` and `journal` their parts with
+    ``profile``, pairs of angle [rad] and depth [m]; ``profile`` of the joint belongs to the wearing part (to the
+    bearing if both wear). ``blocks`` has an entry for each stage: ``cycles``, ``error`` of the depth in the jump [m],
+    measured work per cycle, volumes, depths, clearances, profiles; ``peaks`` at the cycle ``middle``, in the ``units``.
+    """
+    joints = {joint.name: _joint(life, joint.name, -1) for joint in life.joints}
+    blocks = []
+    for k, stage in enumerate(life.stages):
+        measured = {}
+        for name, work in stage.block.work.items():
+            deviation = float(np.std(work, ddof=1)) if len(work) > 1 else None
+            measured[name] = {"cycles": len(work), "work": float(work.mean()), "deviation": deviation}
+        blocks.append(
+            {
+                "cycles": stage.cycles,
+                "middle": stage.middle,
+                "error": stage.error,
+                "simulated": stage.block.cycles,
+                "measured": measured,
+                "peaks": stage.block.peaks,
+                "joints": {name: _joint(life, name, k) for name in joints},
+            }
+        )
+    return {
+        "cycles": int(life.cycles[-1]),
+        "status": life.status.value,
+        "joints": joints,
+        "units": {name: unit(life.system, name) for name in life.stages[0].block.peaks},
+        "blocks": blocks,
+        "simulated_cycles": life.simulated,
+        "rejected_jumps": life.rejected,
+        "tolerance": life.tolerance,
+        "scatter": life.scatter,
+        "title": life.system.experiment.title,
+        "experiment": life.system.experiment.source.name,
+        "provenance": {"versions": versions()},
+    }
+
+
+def _joint(life: Life, name: str, k: int) -> dict[str, Any]:
+    """Describe the wear of a joint at a stage."""
+    profiles, volumes = life.profiles(name)[k], life.volumes(name)[k]
+    owner = next(joint for joint in life.joints if joint.name == name)
+    angles = 2.0 * np.pi * np.arange(profiles.shape[1]) / profiles.shape[1]
+    parts = {
+        side: {
+            "coefficient": coefficient,
+            "volume": float(volume),
+            "depth": float(profile.max()),
+            "profile": np.column_stack([angles, profile]).tolist(),
+        }
+        for side, coefficient, volume, profile in zip(SIDES, owner.coefficients, volumes, profiles, strict=True)
+        if coefficient > 0.0 or profile.any()
+    }
+    return {
+        "volume": float(volumes.sum()),
+        "depth": float(profiles.max()),
+        "play": float(life.play(name)[k]),
+        "clearance": owner.clearance,
+        "radius": owner.radius,
+        "coefficient": sum(owner.coefficients),
+        "load_distance": life.stages[k].work[name],
+        "profile": next(iter(parts.values()))["profile"],
+        **parts,
+    }
