@@ -31,13 +31,7 @@ _NEAR = 0.01  # deficit of the smaller of two extremes over their range from whi
 
 
 class Bracket(NamedTuple):
-    """A maximum to refine: column, sign (-1 for a minimum), at most 3 samples around it.
-
-    Attributes
-    ----------
-    times, values : (n,) arrays
-        The column's values, times the sign.
-    """
+    """A maximum to refine: column, sign (-1 for a minimum), its up to 3 samples, their values times the sign."""
 
     name: str
     sign: float
@@ -108,19 +102,7 @@ def extremes(trajectory: Trajectory, names: Names) -> dict[str, Extremes]:
 
 
 def peaks(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Peak]:
-    """Compute the largest magnitudes over continuous time of columns (faster than `extremes`).
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-    names : sequence of str
-        Columns of the trajectory.
-
-    Returns
-    -------
-    dict of str to Peak
-        Peaks by name, in the unit of the column; times [s].
-    """
+    """Compute the largest magnitudes over continuous time of columns, by name (faster than `extremes`)."""
     wanted = []
     for name in names:
         high, low = trajectory[name].max(), trajectory[name].min()
@@ -201,19 +183,8 @@ def refine(
     """Compute time and value of the maximum in each bracket, over continuous time.
 
     See `linkages.mechanics.integrate.peak_search`. Without `Trajectory.evaluate` (a loaded trajectory) the parabola
-    alone refines the samples.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-    brackets : sequence of Bracket
-    floors : sequence of float, optional
-        Heights of which it is enough to know that the maximum of a bracket is lower.
-
-    Returns
-    -------
-    list of (float, float)
-        Times [s] and values, with the brackets' signs.
+    alone refines the samples. `floors` are heights of which it is enough to know that the maximum of a bracket is
+    lower. The values, as those of the brackets, are times the sign.
     """
     result = [vertex(bracket.times, bracket.values) for bracket in brackets]
     if trajectory.evaluate is None:
@@ -314,5 +285,4 @@ def vertex(t: Array, y: Array) -> tuple[float, float]:
     best = int(np.argmax(y))
     if len(t) < 3 or best != 1:
         return float(t[best]), float(y[best])
-    top, height = parabola_top(*map(float, t), *map(float, y))
-    return top, height
+    return parabola_top(*map(float, t), *map(float, y))

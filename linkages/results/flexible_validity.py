@@ -55,10 +55,8 @@ def flexible_cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -
 def _carriers(system: System) -> dict[str, set[str]]:
     """Return the links on which each contact acts, by its label."""
     tree = system.tree
-    records, names = (
-        tree.bodies.records,
-        {tree.index[p.name]: link for link, found in tree.flexible.items() for p in found},
-    )
+    records = tree.bodies.records
+    names = {tree.index[part.name]: link for link, parts in tree.flexible.items() for part in parts}
     found: dict[str, set[str]] = {}
     for (_, label), end in zip(system.contacts, system.ends, strict=True):
         bodies = [int(end[side]["body"]) for side in ("bearing", "journal")]

@@ -190,18 +190,16 @@ def _reynolds(case: JournalCase, scale: float, limit: float, words: str) -> Viol
     model = case.model
     if not model.has_film or not model.clearance:
         return None
-    turning = np.abs(_rate(case, case.joint.child) - _rate(case, case.joint.parent))
+    links = (case.joint.child, case.joint.parent)
+    child, parent = (case.run[f"{link}.omega"] if link != "world" else 0.0 for link in links)
+    turning = np.abs(child - parent)
     worst = int(np.argmax(turning))
-    rho, origin = (
-        (DENSITY_15, " assumed") if model.oil is None else (density(model.oil.temperature, model.oil.density), "")
-    )
+    rho, origin = DENSITY_15, " assumed"
+    if model.oil is not None:
+        rho, origin = density(model.oil.temperature, model.oil.density), ""
     value = rho * float(turning[worst]) * model.clearance**2 / float(case.law.viscosity) * scale
     text = f"{words} {limit:.3g}, with a density of {rho:.0f} kg/m3{origin}"
     return Violation(value, float(case.run.time[worst]), text) if value > limit else None
-
-
-def _rate(case: JournalCase, link: str) -> Any:
-    return case.run[f"{link}.omega"] if link != "world" else np.zeros(len(case.run.time))
 
 
 @RULES.rule(

@@ -10,5 +10,4 @@
 | registry        | outputs of a system by name, their units, the record of each   |
 | evaluation      | all outputs at states, in compiled code                        |
 | columns         | outputs over time, from the states of a run or an ideal motion |
-| segment_outputs | outputs of flexible links from a run with rigid segments       |
 """
