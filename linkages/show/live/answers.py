@@ -36,8 +36,7 @@ from linkages.input.files.writing import errors_of_writing, whole
 from linkages.input.model.experiment import Experiment
 from linkages.show.live.controls import Control
 from linkages.show.live.session import OutdatedError, Session, TimeLimitError, checked
-from linkages.show.plots.curves import script
-from linkages.show.plots.pages import own_text
+from linkages.show.plots.pages import own_text, script
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _EXPORT = 600.0  # longest time of an export [s]

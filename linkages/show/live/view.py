@@ -22,16 +22,16 @@ from linkages.results.characteristics import link_columns, numbers
 from linkages.results.extremes import peaks
 from linkages.results.outputs.registry import names
 from linkages.results.trajectory import Trajectory
-from linkages.show.plots.curves import columns, curves, short
 from linkages.show.plots.drawing import draw, svg
 from linkages.show.plots.drawing.drawing import Drawing
 from linkages.show.plots.drawing.svg import scale
+from linkages.show.plots.pages import columns, curves, short
 from linkages.show.report.words import motion_lines, output_unit
 from linkages.system import System
 
 _FRAMES = 121  # poses of the moving picture; the page interpolates
 _ORBIT = 600  # points of an orbit
-_INTERVALS = 160  # parts of the time of a curve, see `linkages.show.plots.curves.seen`
+_INTERVALS = 160  # parts of the time of a curve, see `linkages.show.plots.pages.seen`
 
 
 def columns_of(system: System) -> list[str]:

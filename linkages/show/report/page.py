@@ -11,8 +11,7 @@ from markupsafe import Markup
 
 from linkages.input.files.writing import whole
 from linkages.results.trajectory import load_trajectory
-from linkages.show.plots.curves import columns, curves, script
-from linkages.show.plots.pages import embedded, filled, own_text
+from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
 from linkages.show.report import page_tables, words
 from linkages.show.report.result_folder import FIGURES, Results
 

@@ -12,8 +12,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from linkages.show.plots.curves import script
-from linkages.show.plots.pages import embedded, filled, own_text
+from linkages.show.plots.pages import embedded, filled, own_text, script
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,7 @@ def add_captions(page: str, labels: list[Label], shown: Mapping[str, Any]) -> st
 
     `shown` has ``view`` and ``aspect``: width and height [m] of the visible scene, and the window's ratio of both for
     which the camera was set; ``clock``: a text for each frame; ``legend``: a text; ``curves``: from
-    `linkages.show.plots.curves.curves`; ``end``: time of the mechanism at the last frame [s].
+    `linkages.show.plots.pages.curves`; ``end``: time of the mechanism at the last frame [s].
     """
     entries = [asdict(label) | {"path": label.anchor.strip("/").split("/")} for label in labels]
     head, found, tail = page.rpartition("</body>")

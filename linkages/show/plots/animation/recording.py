@@ -24,7 +24,7 @@ from linkages.show.plots.animation.guide_view import GuideView
 from linkages.show.plots.animation.journal_view import JournalView
 from linkages.show.plots.animation.magnified import MagnifiedView
 from linkages.show.plots.animation.surroundings import Surroundings
-from linkages.show.plots.curves import columns, curves
+from linkages.show.plots.pages import columns, curves
 from linkages.show.plots.style import round_length
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion

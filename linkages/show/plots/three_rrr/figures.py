@@ -41,15 +41,12 @@ def write_figures(results: RobotResults, folder: Path, progress: Callable[[float
         ("velocity_terms", parameter_maps.velocity_figure),
         ("speed_sweep", parameter_maps.speed_figure),
     ]
-    written = []
     with figure_style():
         for index, (name, draw) in enumerate(jobs):
-            path = folder / f"{name}.png"
-            write_png(draw(results), path)
-            written.append(path)
+            write_png(draw(results), folder / f"{name}.png")
             if progress is not None:
                 progress((index + 1) / len(jobs))
-    return written
+    return [folder / f"{name}.png" for name, _ in jobs]
 
 
 def _over_time(name: str, labels: tuple[str, str, str], results: RobotResults) -> Figure:
