@@ -48,7 +48,10 @@ def svg(drawing: Drawing, said: bool = True) -> Markup:
 def _element(drawing: Drawing, one: Shape, static: bool) -> Markup:
     """Write an element, with its body-fixed points if it is movable."""
     style, unit = STYLES[one.role], 0.01 * WIDTH
-    look = [f"fill='{_color(style.fill, one)}'", f"stroke='{_color(style.stroke, one)}'"]
+    fill, stroke = ("none" if named is None else named or one.color for named in (style.fill, style.stroke))
+    look = [f"fill='{fill}'", f"stroke='{stroke}'"]
+    if style.kind == "text":
+        look[1] = f"stroke='#FFFFFF' stroke-width='{_HALO * unit:.1f}' paint-order='stroke' stroke-linejoin='round'"
     if style.width:
         look.append(f"stroke-width='{style.width * unit:.2f}' stroke-linecap='round' stroke-linejoin='round'")
     if style.opacity < 1.0:
@@ -57,13 +60,12 @@ def _element(drawing: Drawing, one: Shape, static: bool) -> Markup:
         look.append(f"stroke-dasharray='{style.dash * unit:.1f}'")
     points = pixels(drawing, placed(one.at, drawing.pose))
     if not static:
-        look.append(f"data-at='{_numbers(one.at)}'")
+        numbers = " ".join(",".join(f"{value:.6g}" for value in row) for row in one.at)
+        look.append(f"data-at='{numbers}'")
     shown = " ".join(look)
     if style.kind == "text":
         x, y = points[0]
         font = f"font-size='{style.size * unit:.1f}' text-anchor='middle' dominant-baseline='central'"
-        look[1] = f"stroke='#FFFFFF' stroke-width='{_HALO * unit:.1f}' paint-order='stroke' stroke-linejoin='round'"
-        shown = " ".join(look)
         heavy = " font-weight='bold'" if style.bold else ""
         return Markup(f"<text x='{x:.1f}' y='{y:.1f}' {font}{heavy} {shown}>{escape(one.text)}</text>")
     if style.kind == "circle":
@@ -78,14 +80,6 @@ def pixels(drawing: Drawing, points: Array) -> Array:
     """Return positions in the picture, y downwards [px]."""
     x, y = ((points - [drawing.low[0], drawing.high[1]]) * scale(drawing)).T
     return np.column_stack([x, -y])
-
-
-def _numbers(at: Array) -> str:
-    return " ".join(",".join(f"{value:.6g}" for value in row) for row in at)
-
-
-def _color(named: str | None, one: Shape) -> str:
-    return "none" if named is None else named or one.color
 
 
 def notes(drawing: Drawing) -> list[tuple[str, str]]:
