@@ -41,19 +41,14 @@ def journal_frames(assessment: Assessment, name: str, times: Array) -> JournalFr
     moments = strongest(run, name, times)
     clearance = assessment.system.experiment.joints[name].clearance or 0.0
 
-    def at(column: str, when: Array) -> Array:
-        return np.interp(when, run.time, run[column])
+    def vector(symbol: str) -> Array:
+        return np.stack([np.interp(moments, run.time, run[f"{name}.{symbol}{axis}"]) for axis in "xy"], axis=1)
 
     def angle(body: str) -> Array:
-        return np.zeros(len(times)) if body == "world" else at(f"{body}.angle", times)
+        return np.zeros(len(times)) if body == "world" else np.interp(times, run.time, run[f"{body}.angle"])
 
-    return JournalFrames(
-        np.stack([at(f"{name}.ex", moments), at(f"{name}.ey", moments)], axis=1) / clearance,
-        np.stack([at(f"{name}.fx", moments), at(f"{name}.fy", moments)], axis=1),
-        closed(run, name, times),
-        angle(joint.child),
-        angle(joint.parent),
-    )
+    e, force = vector("e") / clearance, vector("f")
+    return JournalFrames(e, force, closed(run, name, times), angle(joint.child), angle(joint.parent))
 
 
 class JournalView(MagnifiedView):

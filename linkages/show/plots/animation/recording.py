@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import gc
 import logging
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
@@ -19,12 +21,11 @@ from linkages.engines.drake.plant import add_tree, state_place
 from linkages.input.files.magnitudes import rounded
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.results.assessment import Assessment
-from linkages.show.plots.animation.captions import Label, add_captions
 from linkages.show.plots.animation.guide_view import GuideView
 from linkages.show.plots.animation.journal_view import JournalView
 from linkages.show.plots.animation.magnified import MagnifiedView
-from linkages.show.plots.animation.surroundings import Surroundings
-from linkages.show.plots.pages import columns, curves
+from linkages.show.plots.animation.surroundings import SCALE, Surroundings
+from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
 from linkages.show.plots.style import round_length
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
@@ -94,16 +95,20 @@ def _page(assessment: Assessment, exaggerate: float | None) -> str:
     places: dict[tuple[float, ...], list[Joint]] = {}
     for joint in assessment.system.mechanism.joints:  # joints at one place get a common label
         places.setdefault(tuple((joint.position / assessment.system.tree.extent).round(6) + 0.0), []).append(joint)
-    names = [
-        Label(
-            _anchor(shown.mechanism, meshcat, shown.mechanism.joint[group[0].name]),
-            ", ".join(one.name for one in group),
-            [],
-        )
-        for group in places.values()
+    labels = [
+        _label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))]) for view in views
     ]
-    shown_at = {"view": seen.tolist(), "aspect": _ASPECT}
-    return _captioned(meshcat.StaticHtml(), assessment, views, [*names, scale], times, slow, magnified, shown_at)
+    for group in places.values():
+        anchor = _anchor(shown.mechanism, meshcat, shown.mechanism.joint[group[0].name])
+        labels.append(_label(anchor, ", ".join(one.name for one in group)))
+    labels.append(_label(SCALE, scale))
+    said = _texts(assessment, views, times, slow, magnified)
+    return add_captions(meshcat.StaticHtml(), {"labels": labels, "view": seen.tolist(), "aspect": _ASPECT, **said})
+
+
+def _label(anchor: str, title: str, lines: Sequence[str] = ()) -> dict[str, Any]:
+    """Make a label at a Meshcat path: a title, and below it a line for each frame, if any."""
+    return {"path": anchor.strip("/").split("/"), "title": title, "lines": list(lines)}
 
 
 def _anchor(mechanism: Mechanism, meshcat: Meshcat, joint: Joint) -> str:
@@ -204,38 +209,37 @@ def _look_at(assessment: Assessment, meshcat: Meshcat, views: list[MagnifiedView
     return size
 
 
-def _captioned(
-    page: str,
-    assessment: Assessment,
-    views: list[MagnifiedView],
-    names: list[Label],
-    times: Array,
-    slow: float,
-    magnified: float,
-    shown_at: dict[str, Any],
-) -> str:
-    """Write names, eccentricities, forces and the time on the recording."""
-    labels = [
-        Label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))]) for view in views
-    ] + names
+def _texts(
+    assessment: Assessment, views: list[MagnifiedView], times: Array, slow: float, magnified: float
+) -> dict[str, Any]:
+    """Return time, legend and curves below the scene; see `add_captions`."""
+    experiment, tree = assessment.system.experiment, assessment.system.tree
     pace = f"{rounded(slow)} times slower than real time" if slow > 1.0 else "real time"
-    clock = [f"t = {t:.4f} s, {pace}" for t in times]
     scales = "; ".join(f"{view.name}: {view.scales}" for view in views)
     legend = (
         "Magnified views: the largest force on journal or block within each frame (arrow; its length is proportional to"
         f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
-    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if assessment.system.tree.flexible else ""
-    drawn = curves(
-        columns(assessment.system.experiment.outputs, assessment.system.tree.play, assessment.system.experiment.drives),
-        assessment.run,
-        assessment.ideal,
-        assessment.noise,
-    )
-    shown = shown_at | {
-        "clock": clock,
+    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.flexible else ""
+    names = columns(experiment.outputs, tree.play, experiment.drives)
+    return {
+        "clock": [f"t = {t:.4f} s, {pace}" for t in times],
         "legend": bent + (legend if views else ""),
-        "curves": drawn,
+        "curves": curves(names, assessment.run, assessment.ideal, assessment.noise),
         "end": float(times[-1]),
     }
-    return add_captions(page, labels, shown)
+
+
+def add_captions(page: str, shown: Mapping[str, Any]) -> str:
+    """Add texts that Meshcat cannot draw, and a bar to play, stop and seek, to a recording's page.
+
+    The script `overlay.html` writes the texts of the current frame. `shown` has ``labels`` in the scene; ``view`` and
+    ``aspect``: width and height [m] of the visible scene, and the window's ratio of both for which the camera was set;
+    ``clock``: a text for each frame; ``legend``: a text; ``curves``: from `linkages.show.plots.pages.curves`; ``end``:
+    time of the mechanism at the last frame [s].
+    """
+    head, found, tail = page.rpartition("</body>")
+    if not found:
+        raise ValueError("the recording has no body to write captions into")
+    overlay = own_text("linkages.show.plots.animation", "overlay.html")
+    return f"{head}{filled(overlay, curves=Markup(script()), data=embedded(shown))}{found}{tail}"

@@ -14,7 +14,6 @@ from pydrake.math import RigidTransform, RotationMatrix
 from linkages.base.arrays import Array
 from linkages.input.model.mechanism import Joint
 from linkages.results.assessment import Assessment
-from linkages.show.plots.animation.captions import Label
 from linkages.show.plots.animation.magnified import GROUND, joint_axes
 from linkages.show.plots.drawing.shapes import MARK, below, hatched
 from linkages.show.plots.style import asked_points, round_length
@@ -27,6 +26,7 @@ _RAIL = 0.035  # height of the hatched ground below a rail
 _BENEATH = 0.02  # depth of paths and hatching below the plane
 
 _PATH_POINTS = 1000
+SCALE = "/ground/scale/label"  # place of a label in the scene
 
 
 class Surroundings:
@@ -44,8 +44,8 @@ class Surroundings:
         places = np.concatenate([*(self._path(name) for name in self.mechanism.point), *self._rails().values()])
         return places.min(axis=0), places.max(axis=0)
 
-    def draw(self) -> Label:
-        """Draw all surroundings; return the label of the scale."""
+    def draw(self) -> str:
+        """Draw all surroundings; return the text of the scale, whose label is at `SCALE`."""
         for joint in self.mechanism.joints:
             if "world" in (joint.parent, joint.child):
                 self._ground(joint)
@@ -80,7 +80,7 @@ class Surroundings:
         step = _HATCH * size
         self._lines(f"{joint.name}/hatching", [ends, *hatched(ends, normal, step, 0.8 * step)], GROUND)
 
-    def _scale(self) -> Label:
+    def _scale(self) -> str:
         """Draw a scale below the linkage, a length with one digit."""
         low, high = self.span()
         wide = max(high[0] - low[0], self.size)
@@ -91,8 +91,8 @@ class Surroundings:
         ticks = [end + tick * np.array([[0.0, -1.0], [0.0, 1.0]]) for end in ends]
         self._lines("scale", [ends, *ticks], GROUND)
         at = ends.mean(axis=0) + np.array([0.0, 0.5 * tick])
-        self.meshcat.SetTransform("/ground/scale/label", RigidTransform(self.basis[:, :2] @ at))
-        return Label("/ground/scale/label", text, [])
+        self.meshcat.SetTransform(SCALE, RigidTransform(self.basis[:, :2] @ at))
+        return text
 
     def _lines(self, part: str, lines: Sequence[Array], color: Rgba) -> None:
         """Draw lines, each through points (n, 2) in plane axes [m], as ribbons."""
