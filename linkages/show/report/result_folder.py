@@ -47,14 +47,9 @@ class Results:
         """Return the name of the experiment's file."""
         return str(self.summary["provenance"]["experiment"]["file"])
 
-    @property
-    def sources(self) -> dict[str, str]:
-        """Return the source of each value by dotted path."""
-        return dict(self.summary["provenance"]["sources"])
-
     def source_of(self, path: str) -> str:
         """Return the source of the value at a dotted path, or of the table that it came with; empty if unknown."""
-        sources = self.sources
+        sources: dict[str, str] = self.summary["provenance"]["sources"]
         while path and path not in sources:
             path = path.rpartition(".")[0]
         return sources.get(path, "")

@@ -37,10 +37,9 @@ def beyond(summary: dict[str, Any], key: str, of: str = "") -> str:
     shown, owner, _, effort = reported(summary), *key.removesuffix(".peak").rpartition(".")
     found: list[dict[str, Any]] = []
     for numbers in (shown, summary):
-        entry = numbers["outputs"].get(f"{owner}.{effort}")
-        kinds = [numbers[kind].get(owner, {}) for kind in ("joints", "drives", "loads") if kind in numbers]
-        kinds.append(numbers.get("links", {}).get(owner, {}))
-        found.append(entry or next((each[effort] for each in kinds if effort in each), {"peak": None}))
+        kinds = [numbers.get(kind, {}).get(owner, {}) for kind in ("joints", "drives", "loads", "links")]
+        kinds.insert(0, {effort: entry} if (entry := numbers["outputs"].get(f"{owner}.{effort}")) else {})
+        found.append(next((each[effort] for each in kinds if effort in each), {"peak": None}))
     inside, whole = found
     if inside["peak"] is None or whole["peak"] is None or "time" not in whole:
         return ""
@@ -201,7 +200,8 @@ def commands(results: Results) -> list[str]:
 
 def overrides(results: Results) -> list[str]:
     """List the dotted paths of the values that were replaced on the command line or in Python."""
-    return [path for path, source in results.sources.items() if source in (ARGUMENT, COMMAND_LINE)]
+    sources = results.summary["provenance"]["sources"]
+    return [path for path, source in sources.items() if source in (ARGUMENT, COMMAND_LINE)]
 
 
 def experiment_file(results: Results) -> str:

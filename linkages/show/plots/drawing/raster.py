@@ -58,10 +58,9 @@ def _put(axis: Axes, drawing: Drawing, one: Shape, pose: Array) -> None:
     line: dict[str, Any] = {"linewidth": style.width * dots, "capstyle": "round", "joinstyle": "round", "zorder": 2}
     if style.kind == "text":
         weight = "bold" if style.bold else "normal"
-        where: dict[str, Any] = {"ha": "center", "va": "center", "clip_on": True}
         halo = [withStroke(linewidth=2.0, foreground="#FFFFFF")]
-        font = {"fontsize": style.size * dots, "weight": weight}
-        axis.text(*points[0], one.text, color=fill, path_effects=halo, **font, **where)
+        where: dict[str, Any] = {"ha": "center", "va": "center", "clip_on": True, "path_effects": halo}
+        axis.text(points[0, 0], points[0, 1], one.text, color=fill, fontsize=style.size * dots, weight=weight, **where)
     elif style.kind == "circle":
         axis.add_patch(Circle(tuple(points[0]), style.radius * drawing.unit, fc=fill, ec=stroke, **line))
     elif style.kind == "area":
