@@ -47,9 +47,14 @@ class Results:
         """Return the name of the experiment's file."""
         return str(self.summary["provenance"]["experiment"]["file"])
 
+    @property
+    def sources(self) -> dict[str, str]:
+        """Return the source of each value by dotted path."""
+        return dict(self.summary["provenance"]["sources"])
+
     def source_of(self, path: str) -> str:
         """Return the source of the value at a dotted path, or of the table that it came with; empty if unknown."""
-        sources: dict[str, str] = self.summary["provenance"]["sources"]
+        sources = self.sources
         while path and path not in sources:
             path = path.rpartition(".")[0]
         return sources.get(path, "")

@@ -200,8 +200,7 @@ def commands(results: Results) -> list[str]:
 
 def overrides(results: Results) -> list[str]:
     """List the dotted paths of the values that were replaced on the command line or in Python."""
-    sources = results.summary["provenance"]["sources"]
-    return [path for path, source in sources.items() if source in (ARGUMENT, COMMAND_LINE)]
+    return [path for path, source in results.sources.items() if source in (ARGUMENT, COMMAND_LINE)]
 
 
 def experiment_file(results: Results) -> str:
