@@ -7,7 +7,6 @@ is stationary there, so that the change of the time does not matter.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -144,13 +143,8 @@ class _Part:
     """A run between two times, with its sensitivities, also within its steps."""
 
     def __init__(self, run: Trajectory, start: float, end: float) -> None:
-        assert run.evaluate is not None
-        self.run, end = run, min(end, float(run.time[-1]))
-        if start > run.time[0] or end < run.time[-1]:
-            times = np.union1d(run.time[(run.time >= start) & (run.time <= end)], [start, end])
-            columns = {"time": times, **run.evaluate(times)}
-            rates = replace(run.sensitivity, columns=run.sensitivity.evaluate(times))
-            self.run = Trajectory(times, columns, run.status, {}, run.evaluate, sensitivity=rates)
+        end = min(end, float(run.time[-1]))
+        self.run = run.within(start, end) if start > run.time[0] or end < run.time[-1] else run
 
     @cached_property
     def _within(self) -> tuple[Array, Columns, list[Columns]]:

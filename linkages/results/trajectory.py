@@ -236,24 +236,20 @@ def sample(
     finite = np.ones(len(steps), dtype=bool)
     for column in columns.values():
         finite &= np.isfinite(column)
+    count = len(steps)
     if not np.all(finite):
         count, status = int(np.argmin(finite)), Status.NOT_FINITE
         if count == 0:
             raise RunError(f"{status.value} at the start; {status.remedy}")
-        steps, columns = _first(count, steps, columns)
     if loops is not None:
-        errors = loops.errors(columns)
-        count = max(loops.closed(errors), 1)
-        if count < len(steps):
+        errors = loops.errors(columns)[:count]
+        loose = errors > LOOSE * loops.tree.extent
+        if loose[1:].any():
+            count = max(int(np.argmax(loose)), 1)
             status = Status.LOOP_OPEN if status is Status.OK else status
-            steps, columns = _first(count, steps, columns)
         provenance = provenance | {"loop_error": float(errors[:count].max())}
-    return Trajectory(steps, columns, status, provenance, evaluate)
-
-
-def _first(count: int, steps: Array, columns: Columns) -> tuple[Array, Columns]:
-    """Keep the first samples."""
-    return steps[:count], {name: column[:count] for name, column in columns.items()}
+    kept = {name: column[:count] for name, column in columns.items()}
+    return Trajectory(steps[:count], kept, status, provenance, evaluate)
 
 
 def _in_parts(evaluate: Callable[[Array], Columns], times: Array) -> Columns:
@@ -279,8 +275,3 @@ class Loops(NamedTuple):
             return np.zeros(len(columns["time"]))
         q = np.stack([columns[f"q.{name}"] for name in self.tree.coordinates], axis=1)
         return loop_errors(self.tree.bodies, self.rows, q)
-
-    def closed(self, errors: Array) -> int:
-        """Count the samples before the first one with open loops."""
-        loose = errors > LOOSE * self.tree.extent
-        return int(np.argmax(loose)) if loose.any() else len(errors)

@@ -13,8 +13,7 @@ from shipped import shipped
 
 from linkages import AssemblyError, IdealMotion, Status, Trajectory, assess, load
 from linkages.engines.drake.visuals import visuals
-from linkages.show.plots.animation.guide_view import guide_frames
-from linkages.show.plots.animation.journal_view import journal_frames
+from linkages.show.plots.animation.joint_views import guide_frames, journal_frames
 from linkages.show.plots.animation.magnified import strongest
 from linkages.show.plots.animation.recording import add_captions, frames, write_animation
 from linkages.show.plots.animation.surroundings import Surroundings

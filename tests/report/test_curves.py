@@ -5,8 +5,8 @@ import pytest
 
 from linkages.results.trajectory import load_trajectory
 from linkages.show.plots.pages import drawn_errors, resolved, seen
-from linkages.show.report import load_results
 from linkages.show.report.page import curves_of
+from linkages.show.report.result_folder import load_results
 
 
 def test_a_thinned_curve_keeps_its_ends_and_every_peak():

@@ -7,6 +7,5 @@ Draws with `pydrake.geometry` and takes the plant from `linkages.engines.drake.p
 | recording    | `write_animation`: plant, camera, one pose for each frame, captions       |
 | surroundings | hatched ground, rails, a scale, the paths of points                       |
 | magnified    | common part of the magnified views: positions in the scene, arrows, spots |
-| journal_view | journals in their bearings                                                |
-| guide_view   | blocks in their slots                                                     |
+| joint_views  | journals in their bearings, blocks in their slots                         |
 """

@@ -21,8 +21,7 @@ from linkages.engines.drake.plant import add_tree, state_place
 from linkages.input.files.magnitudes import rounded
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.results.assessment import Assessment
-from linkages.show.plots.animation.guide_view import GuideView
-from linkages.show.plots.animation.journal_view import JournalView
+from linkages.show.plots.animation.joint_views import GuideView, JournalView
 from linkages.show.plots.animation.magnified import MagnifiedView
 from linkages.show.plots.animation.surroundings import SCALE, Surroundings
 from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
