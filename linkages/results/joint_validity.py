@@ -79,12 +79,8 @@ RULES, DEPTH_RULES = Rules[JournalCase](), Rules[Touch]()
 def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
     """Warn of laws and flexible-link models used outside their validity in a run, one entry for each rule."""
     cases = [(case.joint.name, case) for case in _cases(system, run, impacts)]
-    touches = list(_touches(system, run))
-    return [
-        *RULES.broken(cases),
-        *DEPTH_RULES.broken(touches),
-        *FLEXIBLE_RULES.broken(flexible_cases(system, run, impacts)),
-    ]
+    flexible = FLEXIBLE_RULES.broken(flexible_cases(system, run, impacts))
+    return [*RULES.broken(cases), *DEPTH_RULES.broken(list(_touches(system, run))), *flexible]
 
 
 def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterator[JournalCase]:
@@ -119,9 +115,8 @@ def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
 )
 def film_content(case: JournalCase) -> Violation | None:
     """Find a film whose content a map takes from a steady whirl."""
-    if not case.model.has_film or not case.model.feed or case.model.cavitation != "mass-conserving":
-        return None
-    if case.model.has_history:
+    model = case.model
+    if not (model.has_film and model.feed and model.cavitation == "mass-conserving") or model.has_history:
         return None
     ratio = case.run[f"{case.joint.name}.eccentricity_ratio"]
     faded = CENTRE**2 / (ratio[-1] ** 2 + CENTRE**2)

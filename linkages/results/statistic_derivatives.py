@@ -34,23 +34,12 @@ class Wanted(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A statistic, its derivatives with respect to np values, and its time.
-
-    Attributes
-    ----------
-    number : float
-    rates : (np,) array
-        NaN where there is no derivative.
-    time : float
-        Time of an extreme [s], of the larger one for ``peak`` and ``range``; NaN for other statistics.
-    sign : float
-        -1 for a peak that is a minimum, otherwise 1.
-    """
+    """A statistic, its derivatives with respect to np values, and its time."""
 
     number: float
-    rates: Array
-    time: float = np.nan
-    sign: float = 1.0
+    rates: Array  # (np,); NaN where there is no derivative
+    time: float = np.nan  # of an extreme [s], of the larger one for ``peak`` and ``range``
+    sign: float = 1.0  # -1 for a peak that is a minimum
 
 
 def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[Found]:
@@ -82,9 +71,8 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[
     parts = {window: _Part(run, *window) for window in windows}
     tops: dict[tuple[str, float, float], Extremes] = {}
     for window, part in parts.items():
-        names = [one.output for one in wanted if one.statistic in _EXTREMES and (one.start, one.end) == window]
-        names = list(dict.fromkeys(names))
-        tops |= {(name, *window): top for name, top in extremes(part.run, names).items()}
+        names = {one.output: None for one in wanted if one.statistic in _EXTREMES and (one.start, one.end) == window}
+        tops |= {(name, *window): top for name, top in extremes(part.run, list(names)).items()}
     rates = _at_extremes(run, [(key, time) for key, top in tops.items() for time in (top.time_min, top.time_max)])
 
     found = []

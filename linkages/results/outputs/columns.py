@@ -45,16 +45,10 @@ def columns(
     names : sequence of str, optional
         Outputs of `linkages.results.outputs.registry`; default: all (with rigid segments see `whole_columns`).
 
-    Returns
-    -------
-    dict of (nt,) arrays
-
     Raises
     ------
-    InputError
-        If an output is unknown.
-    AssemblyError
-        If jitter is requested and the ideal linkage does not close.
+    InputError, AssemblyError
+        If an output is unknown; if jitter is requested and the ideal linkage does not close.
     """
     ideal = contacts is None
     if names is None and isinstance(system, Segmented):

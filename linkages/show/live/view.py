@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.base.errors import AssemblyError, RunError, Status
-from linkages.engines.assessment import ideal
+from linkages.base.errors import Status
 from linkages.input.model.experiment import QUANTITIES
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
@@ -39,14 +38,6 @@ def columns_of(system: System) -> list[str]:
     shown = {f"{link.name}.{key}" for link in system.mechanism.links for key in ("x", "y", "angle", "omega")}
     shown |= set(system.experiment.outputs)
     return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
-
-
-def ideal_of(system: System, duration: float) -> Trajectory | None:
-    """Move the linkage with ideal joints for a time [s]; None where it cannot move."""
-    try:
-        return ideal(system.replaced({"duration": duration}))
-    except (AssemblyError, RunError):
-        return None
 
 
 def shown_part(assessment: Assessment, period: float | None) -> tuple[float, float]:

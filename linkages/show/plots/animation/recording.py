@@ -22,7 +22,6 @@ from linkages.input.files.magnitudes import rounded
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.results.assessment import Assessment
 from linkages.show.plots.animation.joint_views import GuideView, JournalView
-from linkages.show.plots.animation.magnified import MagnifiedView
 from linkages.show.plots.animation.surroundings import SCALE, Surroundings
 from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
 from linkages.show.plots.style import round_length
@@ -35,6 +34,8 @@ _FIELD_OF_VIEW = 25.0  # field of view [deg]; narrow, so that circles at the edg
 _FRAMES_PER_SECOND = 60.0
 _DEFLECTION = 0.05  # largest drawn deflection over the linkage's size
 _LENGTH = 8.0  # duration of every animation [s]
+
+Views = list[JournalView | GuideView]
 
 
 def write_animation(assessment: Assessment, path: Path, exaggerate: float | None = None) -> None:
@@ -94,9 +95,8 @@ def _page(assessment: Assessment, exaggerate: float | None) -> str:
     places: dict[tuple[float, ...], list[Joint]] = {}
     for joint in assessment.system.mechanism.joints:  # joints at one place get a common label
         places.setdefault(tuple((joint.position / assessment.system.tree.extent).round(6) + 0.0), []).append(joint)
-    labels = [
-        _label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))]) for view in views
-    ]
+    counts = range(len(times))
+    labels = [_label(f"{view.path}/label", view.name, [view.caption(k) for k in counts]) for view in views]
     for group in places.values():
         anchor = _anchor(shown.mechanism, meshcat, shown.mechanism.joint[group[0].name])
         labels.append(_label(anchor, ", ".join(one.name for one in group)))
@@ -164,25 +164,25 @@ def _recorded(assessment: Assessment, shown: System, times: Array) -> Array:
     return shown.coordinates(q) if isinstance(shown, Segmented) and not isinstance(source, Segmented) else q
 
 
-def _joint_views(
-    assessment: Assessment, meshcat: Meshcat, times: Array, low: Array, high: Array
-) -> list[MagnifiedView]:
+def _joint_views(assessment: Assessment, meshcat: Meshcat, times: Array, low: Array, high: Array) -> Views:
     """Draw the clearance joints right of the linkage, in two rows."""
     names = assessment.system.tree.play
     height = max(high[1] - low[1], 0.75 * (high[0] - low[0]), 0.3 * assessment.system.tree.extent)
     rows = min(len(names), 2)
     radius = height / (3.0 * max(rows, 1.5))
-    views: list[MagnifiedView] = []
+    views: Views = []
     for k, name in enumerate(names):
         column, row = divmod(k, 2)
         right = high[0] + radius * (2.0 + 3.0 * column)
         up = 0.5 * (low[1] + high[1]) + 3.2 * radius * (0.5 * (rows - 1) - row)
         kind = JournalView if assessment.system.mechanism.joint[name].type == "revolute" else GuideView
-        views.append(kind(meshcat, assessment, name, np.array([right, up]), radius, times))
+        view = kind(meshcat, assessment, name, np.array([right, up]), radius)
+        view.draw(assessment, times)
+        views.append(view)
     return views
 
 
-def _look_at(assessment: Assessment, meshcat: Meshcat, views: list[MagnifiedView], low: Array, high: Array) -> Array:
+def _look_at(assessment: Assessment, meshcat: Meshcat, views: Views, low: Array, high: Array) -> Array:
     """Aim the camera along the plane's normal at all moving parts; return their width and height [m]."""
     low = low - [0.0, 0.18 * max(*(high - low), assessment.system.tree.extent)]  # space for the scale
     for view in views:
@@ -208,9 +208,7 @@ def _look_at(assessment: Assessment, meshcat: Meshcat, views: list[MagnifiedView
     return size
 
 
-def _texts(
-    assessment: Assessment, views: list[MagnifiedView], times: Array, slow: float, magnified: float
-) -> dict[str, Any]:
+def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magnified: float) -> dict[str, Any]:
     """Return time, legend and curves below the scene; see `add_captions`."""
     experiment, tree = assessment.system.experiment, assessment.system.tree
     pace = f"{rounded(slow)} times slower than real time" if slow > 1.0 else "real time"
