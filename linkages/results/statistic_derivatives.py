@@ -83,14 +83,13 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[
         top = tops[output, start, end]
         low, high = (rates[(output, start, end), time] for time in (top.time_min, top.time_max))
         sign = 1.0 if top.max >= -top.min else -1.0
-        found.append(
-            {
-                "minimum": Found(top.min, low, top.time_min),
-                "maximum": Found(top.max, high, top.time_max),
-                "peak": Found(top.peak, high if sign > 0.0 else -low, top.time, sign),
-                "range": Found(top.max - top.min, high - low, top.time),
-            }[statistic]
-        )
+        each = {
+            "minimum": Found(top.min, low, top.time_min),
+            "maximum": Found(top.max, high, top.time_max),
+            "peak": Found(top.peak, high if sign > 0.0 else -low, top.time, sign),
+            "range": Found(top.max - top.min, high - low, top.time),
+        }
+        found.append(each[statistic])
     return found
 
 

@@ -32,6 +32,8 @@ _AT_ONCE = 10_000  # most times of one evaluation
 
 #: Function called with the simulated time [s] at intervals.
 TimeReport = Callable[[float], None]
+#: Dense output: columns at times.
+Evaluate = Callable[[Array], Columns]
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,7 +63,7 @@ class Trajectory(Brief):
     columns: Columns
     status: Status
     provenance: dict[str, Any] = field(default_factory=dict)
-    evaluate: Callable[[Array], Columns] | None = None
+    evaluate: Evaluate | None = None
     units: dict[str, str] = field(default_factory=dict)
     sensitivity: Derivatives = NONE
 
@@ -221,11 +223,7 @@ def _trajectory(columns: dict[str, NDArray[Any]]) -> Trajectory:
 
 
 def sample(
-    steps: Array,
-    evaluate: Callable[[Array], Columns],
-    status: Status,
-    provenance: dict[str, Any],
-    loops: Loops | None = None,
+    steps: Array, evaluate: Evaluate, status: Status, provenance: dict[str, Any], loops: Loops | None = None
 ) -> Trajectory:
     """Make a trajectory by evaluating a run at its steps; RunError if nothing remains.
 
@@ -252,7 +250,7 @@ def sample(
     return Trajectory(steps[:count], kept, status, provenance, evaluate)
 
 
-def _in_parts(evaluate: Callable[[Array], Columns], times: Array) -> Columns:
+def _in_parts(evaluate: Evaluate, times: Array) -> Columns:
     """Evaluate a run at many times with little more memory than the columns take."""
     columns: Columns = {}
     for first in range(0, len(times), _AT_ONCE):

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from linkages.base.arguments import Names
 from linkages.base.kernel import Array, Records
 from linkages.input.model.segment_model import SegmentChain
 from linkages.mechanics.planar.contacts import WIDTH
@@ -28,7 +29,7 @@ def columns(
     v: Array,
     a: Array,
     contacts: Array | None = None,
-    names: Sequence[str] | None = None,
+    names: Names | None = None,
 ) -> Columns:
     """Compute outputs over time by name, with the times as "time".
 

@@ -34,9 +34,8 @@ def _deflection(output: np.record, seen: Snapshot) -> float:
 @formula("forces")
 def _load(output: np.record, seen: Snapshot) -> float:
     model, beams = seen.model, seen.model.beams[output.at : output.other]
-    return beam_state(beams, model.bodies, model.stations, model.station_modes, model.gravity, seen.state)[
-        output.column
-    ]
+    found = beam_state(beams, model.bodies, model.stations, model.station_modes, model.gravity, seen.state)
+    return found[output.column]
 
 
 @formula("loads")

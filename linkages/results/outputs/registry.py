@@ -28,7 +28,7 @@ from linkages.results.outputs.contacts import PLAY, WALLS
 from linkages.results.outputs.joints import FORCES
 from linkages.results.outputs.links import LINKS
 from linkages.results.outputs.points import COORDINATES, POINTS
-from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, Owner
+from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, OutputFormula, Owner
 from linkages.system import System
 
 JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
@@ -37,12 +37,10 @@ JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
 OWNERS = (*POINTS, *PLAY, *FORCES, *WALLS, *LINKS)
 
 #: The formulas of all quantities and their numbers, which the records of outputs hold.
-FORMULAS = {
-    formula: k
-    for k, formula in enumerate(
-        dict.fromkeys(quantity.formula for owner in (*OWNERS, COORDINATES) for quantity in owner.quantities.values())
-    )
-}
+FORMULAS: dict[OutputFormula, int] = {}
+for _owner in (*OWNERS, COORDINATES):
+    for _quantity in _owner.quantities.values():
+        FORMULAS.setdefault(_quantity.formula, len(FORMULAS))
 
 
 def names(system: System, ideal: bool = False) -> list[str]:

@@ -121,17 +121,9 @@ class Session:
         self._result = result
         texts = [path for path, value in values.items() if isinstance(value, str)]
         numbers = {path: system.value(path) for path in texts if path.rpartition(".")[2] not in _WORDS}
-        return (
-            view(assessment, exact, part, result.frames)
-            | self._poses()
-            | {
-                "numbers": numbers,
-                "ran": ran,
-                "settled": settled,
-                "picture": result.picture,
-                "took": clock.perf_counter() - begun,
-            }
-        )
+        told = {"numbers": numbers, "ran": ran, "settled": settled, "picture": result.picture}
+        shown = view(assessment, exact, part, result.frames) | self._poses() | told
+        return shown | {"took": clock.perf_counter() - begun}
 
     def values_shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values of the run that was shown for these values; a new run's, if others were shown since."""

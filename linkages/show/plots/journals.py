@@ -43,8 +43,7 @@ def orbits_figure(assessment: Assessment) -> Figure:
         figure, axes = new_figure(3.4, 1, 2)
         axes = axes.reshape(2, 1)
     else:
-        figure = ShownFigure(figsize=(3.15 * len(names), 6.4), layout="constrained")
-        axes = figure.subplots(2, len(names))
+        figure, axes = new_figure(6.4, 2, len(names), width=3.15 * len(names))
     for (whole, near), name in zip(axes.T, names, strict=True):
         clearance = 1e6 * (experiment.joints[name].clearance or 0.0)
         ex, ey = 1e6 * assessment.run[f"{name}.ex"], 1e6 * assessment.run[f"{name}.ey"]
@@ -110,7 +109,7 @@ def orbit(
         Axes with lengths in micrometres.
     """
     if axis is None:
-        axis = ShownFigure(figsize=(4.2, 4.0), layout="constrained").subplots()
+        _, axis = new_figure(4.0, width=4.2)
     if not axis.patches:
         _draw_circle(axis, 1e6 * (system.experiment.joints[joint].clearance or 0.0))
     axis.plot(1e6 * run[f"{joint}.ex"], 1e6 * run[f"{joint}.ey"], color=color, lw=0.9, label=label or joint)
