@@ -8,7 +8,7 @@ from dataclasses import replace
 from linkages.base.errors import RunError, Status
 from linkages.laws.heat import NEAR
 from linkages.results.assessment import Assessment
-from linkages.results.film_heat import heated, joint_heat
+from linkages.results.films import heated, joint_heat
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
@@ -19,7 +19,7 @@ _MOST, _ORIGIN = 12, "heat balance"
 def settle(assessment: Assessment, rerun: Callable[[System, str], Trajectory]) -> Assessment:
     """Repeat a run until the temperatures of its oil change by less than `linkages.laws.heat.NEAR`.
 
-    Each run's motion gives the power and flow of a cycle (`linkages.results.film_heat`). The next temperature is the
+    Each run's motion gives the power and flow of a cycle (`linkages.results.films`). The next temperature is the
     one at which this motion would be in balance; the power is taken as proportional to the viscosity. The temperature
     that settles has no approximation left.
 

@@ -1,4 +1,4 @@
-"""Validity of joint laws in a run: rules in `RULES`. `linkages.results.flexible_validity` has those for flexible links.
+"""Validity of joint laws in a run: rules in `RULES`. `linkages.results.validity` has those for flexible links.
 
 Limits of a law for L/D or the restitution e are in the text ``valid`` of its registry entry.
 """
@@ -20,11 +20,10 @@ from linkages.laws import CONTACTS, FILMS
 from linkages.laws.contact.material import contact_modulus
 from linkages.laws.film.map_nodes import CENTRE
 from linkages.laws.viscosity import DENSITY_15, density
-from linkages.results.film_error import film_error
-from linkages.results.flexible_validity import FLEXIBLE_RULES, flexible_cases
+from linkages.results.films import film_error
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
-from linkages.results.validity import Rules, Violation
+from linkages.results.validity import FLEXIBLE_RULES, Rules, Violation, flexible_cases
 from linkages.system import System
 
 #: Taylor vortices between cylinders with a rotating inner one start at rho omega R c/mu = 41.1 sqrt(R/c).

@@ -7,7 +7,7 @@ from typing import Any
 
 from linkages.base.errors import Status
 from linkages.results.assessment import Assessment
-from linkages.results.film_heat import heat_warnings
+from linkages.results.films import heat_warnings
 from linkages.results.impacts import Impact
 from linkages.results.joint_validity import outside
 from linkages.results.peak_errors import Peaks, largest_of_quantities, quantity

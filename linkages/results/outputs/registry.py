@@ -24,10 +24,9 @@ import numpy as np
 from linkages.base.errors import AssemblyError, InputError, nearest
 from linkages.base.kernel import Records
 from linkages.input.model.segment_model import HINGE
+from linkages.results.outputs.bodies import COORDINATES, LINKS, POINTS
 from linkages.results.outputs.contacts import PLAY, WALLS
 from linkages.results.outputs.joints import FORCES
-from linkages.results.outputs.links import LINKS
-from linkages.results.outputs.points import COORDINATES, POINTS
 from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, OutputFormula, Owner
 from linkages.system import System
 
