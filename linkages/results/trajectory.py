@@ -102,12 +102,8 @@ class Trajectory(Brief):
     def within(self, start: float, end: float) -> Trajectory:
         """Return the part of the trajectory between two of its times [s], with samples at both.
 
-        Values between samples are evaluated, or interpolated for a loaded trajectory.
-
-        Raises
-        ------
-        InputError
-            If a time lies outside the run, or the end is not after the start.
+        Values between samples are evaluated, or interpolated for a loaded trajectory. InputError if a time lies outside
+        the run, or the end is not after the start.
         """
         if not start < end:
             raise InputError("argument", "end", f"is {end:g} s, not after the start of {start:g} s; give a later end")
@@ -138,10 +134,7 @@ class Trajectory(Brief):
     def to_dataframe(self) -> pd.DataFrame:
         """Return the columns as a pandas DataFrame over the time [s]; ``attrs["units"]`` has their units.
 
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
+        InputError if pandas is not installed.
 
         Examples
         --------
@@ -156,10 +149,7 @@ class Trajectory(Brief):
     def to_xarray(self) -> xr.Dataset:
         """Return the columns as an xarray Dataset over the time; variables have units, the dataset has the status.
 
-        Raises
-        ------
-        InputError
-            If xarray is not installed.
+        InputError if xarray is not installed.
 
         Examples
         --------
@@ -173,22 +163,9 @@ class Trajectory(Brief):
 
 
 def load_trajectory(path: str | Path) -> Trajectory:
-    """Read a file of `Trajectory.save`.
+    """Read an ``.npz`` file of `Trajectory.save`; the trajectory has no dense output (`Trajectory.evaluate`).
 
-    Parameters
-    ----------
-    path : str or Path
-        An ``.npz`` file.
-
-    Returns
-    -------
-    Trajectory
-        Without dense output (`Trajectory.evaluate`).
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is not a trajectory.
+    InputError if the file cannot be read or is not a trajectory.
 
     Examples
     --------

@@ -151,12 +151,8 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     Returns
     -------
     anywidget.AnyWidget
-        Shown where it is the last value of a notebook's cell.
-
-    Raises
-    ------
-    InputError
-        If a path of `vary` is not the path of a number, the page does not support a model, or anywidget is missing.
+        Shown where it is the last value of a notebook's cell. InputError if a path of `vary` is not the path of a
+        number, the page does not support a model, or anywidget is missing.
 
     Examples
     --------

@@ -91,7 +91,7 @@ def _magnify(axis: Axes, path: Array, reach: float) -> None:
 def orbit(
     system: System, run: Trajectory, joint: str, axis: Axes | None = None, color: str = _ORBIT, label: str = ""
 ) -> Axes:
-    """Draw the path of a journal's centre in its clearance circle.
+    """Draw the path of a journal's centre in its clearance circle, in micrometres; return the axes.
 
     Parameters
     ----------
@@ -102,11 +102,6 @@ def orbit(
     axis : Axes, optional
         Axes to draw on; default: a new figure. The circle is drawn once, so that several runs can be added.
     color, label : str
-
-    Returns
-    -------
-    Axes
-        Axes with lengths in micrometres.
     """
     if axis is None:
         _, axis = new_figure(4.0, width=4.2)

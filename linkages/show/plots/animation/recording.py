@@ -41,17 +41,10 @@ Views = list[JournalView | GuideView]
 def write_animation(assessment: Assessment, path: Path, exaggerate: float | None = None) -> None:
     """Write the run as an animation, an HTML file.
 
-    Parameters
-    ----------
-    exaggerate : float, optional
-        Factor on the journals' eccentricities and on the deflections of flexible links. Default: true
-        eccentricities, and deflections magnified until visible. The linkage is assembled again at each frame with
-        its drive positions, magnified eccentricities and magnified deflections.
-
-    Raises
-    ------
-    ValueError
-        If the linkage cannot be assembled with the magnified offsets, or its drives do not determine its motion.
+    `exaggerate` is a factor on the journals' eccentricities and on the deflections of flexible links; default: true
+    eccentricities, and deflections magnified until visible. The linkage is assembled again at each frame with its drive
+    positions, magnified eccentricities and magnified deflections. ValueError if it cannot be assembled with these
+    offsets, or its drives do not determine its motion.
     """
     page = _page(assessment, exaggerate)
     gc.collect()  # only the collector frees a diagram, and a Meshcat must end in the thread that created it

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from textwrap import wrap
 
 import numpy as np
@@ -18,7 +19,6 @@ _LINE = 17.0  # line height of text [px]
 _WORDS = 128  # most characters of a line
 
 _FONT = "font-family='system-ui, sans-serif'"
-_DIGITS = 6
 
 
 def scale(drawing: Drawing) -> float:
@@ -33,10 +33,9 @@ def svg(drawing: Drawing, said: bool = True) -> Markup:
     total = height + (_LINE * (len(lines) + 1) if lines else 0.0)
     size = f"viewBox='0 0 {WIDTH:g} {total:.1f}' width='{WIDTH:g}' height='{total:.1f}'"
     shapes = Markup("\n").join(_element(drawing, one, said) for one in drawing.shapes)
+    text = Markup("<text x='12' y='{:.1f}' font-size='13' font-weight='{}' fill='{}'>{}</text>")
     texts = Markup("\n").join(
-        Markup("<text x='12' y='{}' font-size='13' font-weight='{}' fill='{}'>{}</text>").format(
-            f"{height + _LINE * (k + 1):.1f}", "bold" if k == 0 else "normal", color, line
-        )
+        text.format(height + _LINE * (k + 1), "normal" if k else "bold", color, line)
         for k, (line, color) in enumerate(lines)
     )
     frame = f"<rect width='{WIDTH:g}' height='{total:.1f}' fill='#FFFFFF'/>"
@@ -92,12 +91,10 @@ def notes(drawing: Drawing) -> list[tuple[str, str]]:
 def page(drawing: Drawing) -> str:
     """Write the page."""
     sliders = [
-        {
+        asdict(slider)
+        | {
             "values": slider.values.round(2).tolist(),
-            "unit": slider.unit,
-            "first": slider.first,
-            "poses": [[[float(f"{v:.{_DIGITS}g}") for v in row] for row in pose] for pose in slider.poses],
-            "sense": slider.sense,
+            "poses": [[[float(f"{v:.6g}") for v in row] for row in pose] for pose in slider.poses],
             "full": bool(np.ptp(slider.values) > 359.9 and slider.unit == "deg"),
         }
         for slider in drawing.sliders
