@@ -89,10 +89,8 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
         lines = [f"the motion is periodic{several}, {lasts} s, from {rounded(motion['since'])} s on"]
     else:
         lines = [f"the motion is {motion['kind']}: {motion['why']}"]
-    until, why = (
-        summary.get("start_up"),
-        "journals cross their clearances from the middle, and impacts or films stop them",
-    )
+    until = summary.get("start_up")
+    why = "journals cross their clearances from the middle, and impacts or films stop them"
     if until is not None and until < summary["duration"]:
         lines.append(f"start-up: up to {rounded(until)} s {why}")
     elif until is not None:
