@@ -19,7 +19,7 @@ from browser import started
 
 import linkages
 from linkages.show.live.session import Session
-from linkages.show.plots.curves import script
+from linkages.show.plots.pages import script
 
 OWN = """
 let plots = null;

@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from linkages.results.steady_state import Motion, motion_of
     from linkages.results.summary import summarize
     from linkages.results.trajectory import Trajectory, load_trajectory
-    from linkages.show.live.widget import play
+    from linkages.show.live.answers import play
     from linkages.show.report.terminal import format_summary
     from linkages.system.ideal_motion import IdealMotion
     from linkages.system.system import System, load
@@ -92,7 +92,7 @@ _loaded, __dir__, __all__ = lazy_loader.attach(
         "explore.wear.life": ("wear_life",),
         "input.files.shipped": ("find_file",),
         "laws.heat": ("Heat",),
-        "show.live.widget": ("play",),
+        "show.live.answers": ("play",),
         "input.model.experiment": ("Experiment", "load_experiment"),
         "input.model.mechanism": ("Mechanism", "load_mechanism"),
         "show.report.terminal": ("format_summary",),

@@ -12,7 +12,7 @@ import linkages
 import optim
 from linkages.cli.main import main
 from linkages.show.plots.histories import forces_figure, output_figure, write_figures
-from linkages.show.plots.mode_figures import bode_figure
+from linkages.show.plots.linear_figures import bode_figure
 from linkages.show.plots.style import engineering, figure_style, write_png
 
 SHIPPED = (

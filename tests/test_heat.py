@@ -12,7 +12,7 @@ import linkages
 from linkages.cli.main import main
 from linkages.laws.heat import NEAR, Heat
 from linkages.laws.viscosity import density, iso_vg_viscosity
-from linkages.results.film_heat import heat_warnings
+from linkages.results.films import heat_warnings
 
 RADIUS, LENGTH, CLEARANCE, SPEED, LOAD = 0.01, 0.02, 5e-5, 1000.0, 500.0
 TOML = f"""duration = 0.0630

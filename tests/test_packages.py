@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-PACKAGES = ["linkages", "linkages.show.plots", "linkages.show.report", "linkages.engines.drake", "optim"]
+PACKAGES = ["linkages", "linkages.show.plots", "linkages.engines.drake", "optim"]
 
 
 @pytest.mark.parametrize("name", PACKAGES)

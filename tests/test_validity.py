@@ -16,7 +16,7 @@ from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.map_nodes import finite_force
 from linkages.laws.table import bearing_ratio
 from linkages.laws.viscosity import density, iso_vg_viscosity
-from linkages.results.film_error import film_error
+from linkages.results.films import film_error
 from linkages.results.impacts import Impact
 from linkages.results.joint_validity import outside
 from linkages.results.trajectory import Trajectory

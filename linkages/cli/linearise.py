@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "linear.json", result)
         found.save(folder / "linear.npz")
         if not options.no_plots and response.size:
-            from linkages.show.plots.mode_figures import bode_figure
+            from linkages.show.plots.linear_figures import bode_figure
             from linkages.show.plots.style import write_png
 
             write_png(bode_figure(found, frequencies, response), folder / "bode.png")

@@ -35,7 +35,7 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
     with out as folder:
         write_json(folder / "modes.json", result)
         if not options.no_plots:
-            from linkages.show.plots.mode_figures import frequencies_figure, shapes_figure
+            from linkages.show.plots.linear_figures import frequencies_figure, shapes_figure
             from linkages.show.plots.style import write_png
 
             write_png(shapes_figure(found, count), folder / "mode_shapes.png")

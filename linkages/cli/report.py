@@ -24,7 +24,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the page; return the exit status."""
-    from linkages.show.report import CONTENT, load_results, write_report, write_wear_report
+    from linkages.show.report.page import CONTENT, write_report, write_wear_report
+    from linkages.show.report.result_folder import load_results
 
     path = options.out or options.folder / "report.html"
     if (options.folder / CONTENT).is_file():

@@ -58,8 +58,8 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "sensitivity.json", found.derivatives)
         write_json(folder / "details.json", _details(found))
         if not options.no_plots:
+            from linkages.show.plots.linear_figures import tornado_figure
             from linkages.show.plots.style import write_png
-            from linkages.show.plots.tornado import tornado_figure
 
             write_png(tornado_figure(found), folder / "tornado.png")
     print_results(options, format_sensitivities(found, system), out)

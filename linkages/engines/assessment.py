@@ -17,7 +17,7 @@ from linkages.input.model.link_tables import MOST_SEGMENTS
 from linkages.laws.heat import NEAR
 from linkages.results.assessment import Assessment
 from linkages.results.derivatives import Wrt
-from linkages.results.film_heat import heated, joint_heat
+from linkages.results.films import heated, joint_heat
 from linkages.results.outputs.columns import columns
 from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
@@ -245,7 +245,7 @@ _MOST, _ORIGIN = 12, "heat balance"
 def settle(assessment: Assessment, rerun: Callable[[System, str], Trajectory]) -> Assessment:
     """Repeat a run until the temperatures of its oil change by less than `linkages.laws.heat.NEAR`.
 
-    Each run's motion gives the power and flow of a cycle (`linkages.results.film_heat`). The next temperature is the
+    Each run's motion gives the power and flow of a cycle (`linkages.results.films`). The next temperature is the
     one at which this motion would be in balance; the power is taken as proportional to the viscosity. The temperature
     that settles has no approximation left. The given run is at the first guess; `rerun` runs a system, and its second
     argument names the run. Returns the assessment of the system with the last temperatures, and its `heat`; without it

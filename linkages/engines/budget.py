@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from linkages.results.outputs.registry import count
+from linkages.results.outputs.registry import names
 from linkages.system import System
 
 #: Most steps of one run, and largest memory of the trajectory's columns [bytes].
@@ -17,7 +17,7 @@ WINDOW, _HOPELESS = 20_000, 1000.0
 @lru_cache(maxsize=8)  # a run asks twice
 def most(system: System) -> int:
     """Return the largest number of steps of a run of a system."""
-    return min(MOST, ROOM // (8 * (1 + count(system))))
+    return min(MOST, ROOM // (8 * (1 + len(names(system)))))
 
 
 def least_advance(duration: float) -> float:

@@ -15,10 +15,8 @@
 | divergence        | configurations of a linkage; time up to which two runs of one system agree |
 | peak_errors       | errors of peaks, from a run at a tighter tolerance; rounding of outputs   |
 | joint_validity    | validity of joint laws in a run                                           |
-| film_error        | error of a closed-form film in a run against a film of finite length      |
-| film_heat         | heat balance of the oil in the joints of a run                            |
-| flexible_validity | validity of the flexible-link model in a run                              |
-| validity          | rules of validity, and their warnings                                     |
+| films             | heat balance of the oil, error of a closed-form film in a run             |
+| validity          | rules of validity, and their warnings; rules of flexible links            |
 | warnings          | warnings about the reliability of a summary's numbers                     |
 | assessment        | a run with its ideal linkage and error estimate                           |
 | summary           | contents of summary.json                                                  |

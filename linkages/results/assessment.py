@@ -12,7 +12,7 @@ from linkages.base.brief import Brief
 from linkages.mechanics.planar.record_types import STOP
 from linkages.results.characteristics import peak_columns
 from linkages.results.divergence import apart
-from linkages.results.film_heat import JointHeat
+from linkages.results.films import JointHeat
 from linkages.results.impacts import Impact, impacts
 from linkages.results.peak_errors import noise
 from linkages.results.soundness import Soundness

@@ -14,8 +14,7 @@ from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
-#: Quantities of a flexible link whose peaks are in ``links``.
-LINK_QUANTITIES = ("deflection", "bending", "stress")
+_LINK = ("deflection", "bending", "stress")  # quantities of a flexible link whose peaks are in ``links``
 
 
 def numbers(
@@ -59,7 +58,7 @@ def numbers(
         result.setdefault("loads", {})[name] = effort(name, effort_of(system, table, name))
     for name in experiment.flexible:
         if f"{name}.stress" in columns:
-            link = result.setdefault("links", {})[name] = {key: of(f"{name}.{key}") for key in LINK_QUANTITIES}
+            link = result.setdefault("links", {})[name] = {key: of(f"{name}.{key}") for key in _LINK}
             for key in ("deflection", "stress"):
                 link[key]["place"] = _at(trajectory, f"{name}.{key}_place", link[key]["time"])
     return result
@@ -89,13 +88,8 @@ def peak_columns(system: System) -> list[str]:
         *(f"{name}.{quantity}" for name in experiment.play for quantity in ("eccentricity_ratio", "tilting_moment")),
         *(f"{name}.torque" for name in experiment.drives),
         *(f"{name}.{effort_of(system, table, name)}" for table, name in experiment.named),
-        *(column for name in experiment.flexible for column in link_columns(name)),
+        *(f"{name}.{quantity}" for name in experiment.flexible for quantity in _LINK),
     ]
-
-
-def link_columns(name: str) -> list[str]:
-    """Name the columns of a flexible link whose peaks are in ``links``."""
-    return [f"{name}.{quantity}" for quantity in LINK_QUANTITIES]
 
 
 def effort_of(system: System, table: str, name: str) -> str:

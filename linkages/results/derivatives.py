@@ -11,9 +11,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import InputError, nearest
 from linkages.results.outputs.columns import Columns
 
-#: Status of derivatives: known up to the end of the run; up to a contact that begins without speed; up to the horizon
-#: of predictability; up to a step whose equations are singular. Of a row of a batch: not known, because a value has no
-#: neighbours there; the run did not reach its end.
+#: Status of derivatives; the last two are of a row of a batch.
 OK, GRAZING, HORIZON, STUCK, REFUSED, NO_RUN = "ok", "grazing", "horizon", "singular", "refused", "no run"
 #: What each status means.
 MEANING = {

@@ -38,9 +38,8 @@ def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) ->
     there = configuration(system, {name: column[steps] for name, column in other.columns.items()})
     here = interpolated(run.time, configuration(system, run.columns), times)
     limit = PARTED if touching else STRAYED
-    doubtful = np.flatnonzero(
-        touching | ~(_distances(here, there) <= limit)
-    )  # elsewhere interpolation is accurate enough
+    # where the interpolation is not accurate enough
+    doubtful = np.flatnonzero(touching | ~(_distances(here, there) <= limit))
     if len(doubtful):
         here[doubtful] = configuration(system, evaluate(times[doubtful]))
     beyond = np.flatnonzero(~(_distances(here, there) <= limit))
@@ -76,9 +75,8 @@ def configuration(system: System, columns: Mapping[str, Array]) -> Array:
     if not system.determinate:
         tree = system_of(system, columns).tree
         for name in (tree.coordinates[k] for k in tree.closing_dofs):
-            slides = ("." in name and not name.endswith(".angle")) or (
-                name in system.mechanism.joint and system.mechanism.joint[name].type == "prismatic"
-            )
+            joint = system.mechanism.joint.get(name)
+            slides = joint.type == "prismatic" if joint else "." in name and not name.endswith(".angle")
             value = columns[f"q.{name}"]
             entries += [value / system.tree.extent] if slides else [np.cos(value), np.sin(value)]
     return np.array(entries).T if entries else np.zeros((len(columns["time"]), 0))

@@ -11,33 +11,14 @@ import numpy as np
 from linkages.base.arguments import Names, numbers, validated
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.mechanics.integrate.peak_search import (
-    FEW,
-    MOST,
-    TIMES,
-    VALUES,
-    above,
-    average,
-    begin,
-    candidates,
-    integrate_samples,
-    next_time,
-    parabola_top,
-    take,
-)
+from linkages.mechanics.integrate import peak_search
 from linkages.results.trajectory import Trajectory
 
 _NEAR = 0.01  # deficit of the smaller of two extremes over their range from which on it is not refined for `peaks`
 
 
 class Bracket(NamedTuple):
-    """A maximum to refine: column, sign (-1 for a minimum), at most 3 samples around it.
-
-    Attributes
-    ----------
-    times, values : (n,) arrays
-        The column's values, times the sign.
-    """
+    """A maximum to refine: column, sign (-1 for a minimum), its up to 3 samples, their values times the sign."""
 
     name: str
     sign: float
@@ -108,19 +89,7 @@ def extremes(trajectory: Trajectory, names: Names) -> dict[str, Extremes]:
 
 
 def peaks(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Peak]:
-    """Compute the largest magnitudes over continuous time of columns (faster than `extremes`).
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-    names : sequence of str
-        Columns of the trajectory.
-
-    Returns
-    -------
-    dict of str to Peak
-        Peaks by name, in the unit of the column; times [s].
-    """
+    """Compute the largest magnitudes over continuous time of columns, by name (faster than `extremes`)."""
     wanted = []
     for name in names:
         high, low = trajectory[name].max(), trajectory[name].min()
@@ -139,8 +108,8 @@ class _Maximum:
 
     def __init__(self, name: str, sign: float, times: Array, values: Array) -> None:
         self.name, self.sign, self._times, self._values = name, sign, times, sign * values
-        self._places, self._tops = np.empty(MOST, np.int64), np.empty(MOST)
-        self._count = candidates(times, values, sign, self._places, self._tops)
+        self._places, self._tops = np.empty(peak_search.MOST, np.int64), np.empty(peak_search.MOST)
+        self._count = peak_search.candidates(times, values, sign, self._places, self._tops)
         best = int(np.argmax(self._values))
         self.time, self.value = float(times[best]), float(self._values[best])
         self.floor = -np.inf  # height below which local maxima do not count
@@ -150,7 +119,7 @@ class _Maximum:
         return [k for k in range(self._count) if (k > 0) == rivals and self._counts(k)]
 
     def _counts(self, k: int) -> bool:
-        return k < FEW or bool(self._tops[k] > self.value)
+        return k < peak_search.FEW or bool(self._tops[k] > self.value)
 
     def bracket(self, k: int) -> Bracket:
         """Return the samples around a local maximum."""
@@ -160,10 +129,10 @@ class _Maximum:
 
     def take(self, k: int, time: float, value: float) -> None:
         """Take a refined local maximum, unless an equal or higher one is known."""
-        if self._counts(k) and value > (above(self.value) if k else self.value):
+        if self._counts(k) and value > (peak_search.above(self.value) if k else self.value):
             self.time, self.value = time, value
         if k == 0:
-            self.floor = above(self.value)
+            self.floor = peak_search.above(self.value)
 
 
 def _maxima(
@@ -201,19 +170,8 @@ def refine(
     """Compute time and value of the maximum in each bracket, over continuous time.
 
     See `linkages.mechanics.integrate.peak_search`. Without `Trajectory.evaluate` (a loaded trajectory) the parabola
-    alone refines the samples.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-    brackets : sequence of Bracket
-    floors : sequence of float, optional
-        Heights of which it is enough to know that the maximum of a bracket is lower.
-
-    Returns
-    -------
-    list of (float, float)
-        Times [s] and values, with the brackets' signs.
+    alone refines the samples. `floors` are heights of which it is enough to know that the maximum of a bracket is
+    lower. The values, as those of the brackets, are times the sign.
     """
     result = [vertex(bracket.times, bracket.values) for bracket in brackets]
     if trajectory.evaluate is None:
@@ -221,15 +179,15 @@ def refine(
     brackets, floors = _of_three(trajectory, brackets), floors or [-np.inf] * len(brackets)
     searches = {k: np.empty((3, 3)) for k, bracket in enumerate(brackets) if len(bracket.times) == 3}
     for k, search in searches.items():
-        begin(search, brackets[k].times, brackets[k].values, 1.0, 1)
+        peak_search.begin(search, brackets[k].times, brackets[k].values, 1.0, 1)
     active = list(searches)
-    while asked := [(k, t) for k in active if (t := next_time(searches[k], floors[k])) == t]:
+    while asked := [(k, t) for k in active if (t := peak_search.next_time(searches[k], floors[k])) == t]:
         active = [k for k, _ in asked]
         values = _values(trajectory, [(brackets[k], t) for k, t in asked])
         for (k, t), value in zip(asked, values, strict=True):
-            take(searches[k], t, value)
+            peak_search.take(searches[k], t, value)
     for k, search in searches.items():
-        result[k] = float(search[TIMES, 1]), float(search[VALUES, 1])
+        result[k] = float(search[peak_search.TIMES, 1]), float(search[peak_search.VALUES, 1])
     return result
 
 
@@ -257,28 +215,15 @@ def _values(trajectory: Trajectory, asked: Sequence[tuple[Bracket, float]]) -> l
 def averages(trajectory: Trajectory, name: str) -> tuple[float, float]:
     """Compute mean and root mean square of a column over the time of a trajectory."""
     time, values = trajectory.time, trajectory[name]
-    return average(time, values, False), average(time, values, True)
+    return peak_search.average(time, values, False), peak_search.average(time, values, True)
 
 
 @validated
 def integral(trajectory: Trajectory, values: str | Array) -> float:
-    """Integrate a column, or values at the samples, over time by parabolas through neighbouring samples.
+    """Integrate a column, or values (nt,) at the samples, over time by parabolas through neighbouring samples.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-    values : str or (nt,) array_like
-        Name of a column, or one value for each sample.
-
-    Returns
-    -------
-    float
-        Integral in the unit of the values times s.
-
-    Raises
-    ------
-    InputError
-        If the column is unknown, or the values are not one number for each sample.
+    The integral is in the unit of the values times s. InputError if the column is unknown, or the values are not one
+    number for each sample.
 
     Examples
     --------
@@ -291,7 +236,7 @@ def integral(trajectory: Trajectory, values: str | Array) -> float:
     True
     """
     values = trajectory[values] if isinstance(values, str) else _sampled(trajectory, values)
-    return integrate_samples(trajectory.time, np.ascontiguousarray(values, dtype=np.float64), False)
+    return peak_search.integrate_samples(trajectory.time, np.ascontiguousarray(values, dtype=np.float64), False)
 
 
 def _sampled(trajectory: Trajectory, values: Array) -> Array:
@@ -314,5 +259,4 @@ def vertex(t: Array, y: Array) -> tuple[float, float]:
     best = int(np.argmax(y))
     if len(t) < 3 or best != 1:
         return float(t[best]), float(y[best])
-    top, height = parabola_top(*map(float, t), *map(float, y))
-    return top, height
+    return peak_search.parabola_top(*map(float, t), *map(float, y))

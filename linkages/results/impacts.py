@@ -83,35 +83,26 @@ def impacts(trajectory: Trajectory, joints: Names) -> list[Impact]:
     >>> round(first.start, 6), round(first.approach_speed, 3), round(first.peak_force, -2)  # s, m/s, N
     (0.000227, 4.386, 45900.0)
     """
-    found = []
+    found: list[Impact] = []
     brackets: list[Bracket] = []
-    _ = [trajectory[f"{name}.closing"] for name in joints]  # raises if a joint has no clearance
+    closings = [trajectory[f"{name}.closing"] for name in joints]  # raises if a joint has no clearance
     trajectory = _with_forces(trajectory, joints)
     time = trajectory.time
-    for name in joints:
+    for name, closing in zip(joints, closings, strict=True):
         for first, last in _intervals(trajectory, name):
-            closing = trajectory[f"{name}.closing"]
-            ended = last < len(time) - 1
-            found.append(
-                (
-                    name,
-                    float(time[first]),
-                    float(closing[first]),
-                    float(trajectory[f"{name}.sliding"][first]),
-                    float(time[last] - time[first]),
-                    float(-closing[last]) if ended else math.nan,
-                )
-            )
+            sliding = float(trajectory[f"{name}.sliding"][first])
+            apart = float(-closing[last]) if last < len(time) - 1 else math.nan
+            start, lasts = float(time[first]), float(time[last] - time[first])
+            found.append(Impact(name, start, float(closing[first]), sliding, lasts, math.nan, math.nan, apart))
             for column in ("force", "penetration", "normal_force"):
-                y = trajectory[f"{name}.{column}"][first : last + 1]
-                best = int(np.argmax(y))
-                window = slice(first + max(best - 1, 0), first + min(best + 1, last - first) + 1)
-                values = trajectory[f"{name}.{column}"][window]
-                brackets.append(Bracket(f"{name}.{column}", 1.0, time[window], values))
-    peaks = [value for _, value in refine(trajectory, brackets)]
+                values, times = trajectory[f"{name}.{column}"][first : last + 1], time[first : last + 1]
+                best = int(np.argmax(values))
+                window = slice(max(best - 1, 0), best + 2)
+                brackets.append(Bracket(f"{name}.{column}", 1.0, times[window], values[window]))
+    peaks = iter(value for _, value in refine(trajectory, brackets))
     rows = [
-        Impact(*head[:5], force, depth, head[5], normal)
-        for head, force, depth, normal in zip(found, peaks[::3], peaks[1::3], peaks[2::3], strict=True)
+        replace(row, peak_force=next(peaks), peak_penetration=next(peaks), peak_normal_force=next(peaks))
+        for row in found
     ]
     return sorted(rows, key=lambda row: (row.start, row.joint))
 
@@ -144,17 +135,7 @@ def read_impacts(folder: Path) -> list[Impact]:
 
 @validated
 def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
-    """Classify each step of a run as `FREE` flight, `IMPACT` or `SUSTAINED_CONTACT` of a joint.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-    name : str
-        A joint that can touch.
-
-    Returns
-    -------
-    (nt - 1,) array
+    """Classify the steps of a run, (nt - 1,), as `FREE` flight, `IMPACT` or `SUSTAINED_CONTACT` of a joint.
 
     Examples
     --------

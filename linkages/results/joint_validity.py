@@ -1,4 +1,4 @@
-"""Validity of joint laws in a run: rules in `RULES`. `linkages.results.flexible_validity` has those for flexible links.
+"""Validity of joint laws in a run: rules in `RULES`. `linkages.results.validity` has those for flexible links.
 
 Limits of a law for L/D or the restitution e are in the text ``valid`` of its registry entry.
 """
@@ -20,11 +20,10 @@ from linkages.laws import CONTACTS, FILMS
 from linkages.laws.contact.material import contact_modulus
 from linkages.laws.film.map_nodes import CENTRE
 from linkages.laws.viscosity import DENSITY_15, density
-from linkages.results.film_error import film_error
-from linkages.results.flexible_validity import FLEXIBLE_RULES, flexible_cases
+from linkages.results.films import film_error
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
-from linkages.results.validity import Rules, Violation
+from linkages.results.validity import FLEXIBLE_RULES, Rules, Violation, flexible_cases
 from linkages.system import System
 
 #: Taylor vortices between cylinders with a rotating inner one start at rho omega R c/mu = 41.1 sqrt(R/c).
@@ -79,12 +78,8 @@ RULES, DEPTH_RULES = Rules[JournalCase](), Rules[Touch]()
 def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
     """Warn of laws and flexible-link models used outside their validity in a run, one entry for each rule."""
     cases = [(case.joint.name, case) for case in _cases(system, run, impacts)]
-    touches = list(_touches(system, run))
-    return [
-        *RULES.broken(cases),
-        *DEPTH_RULES.broken(touches),
-        *FLEXIBLE_RULES.broken(flexible_cases(system, run, impacts)),
-    ]
+    flexible = FLEXIBLE_RULES.broken(flexible_cases(system, run, impacts))
+    return [*RULES.broken(cases), *DEPTH_RULES.broken(list(_touches(system, run))), *flexible]
 
 
 def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterator[JournalCase]:
@@ -119,9 +114,8 @@ def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
 )
 def film_content(case: JournalCase) -> Violation | None:
     """Find a film whose content a map takes from a steady whirl."""
-    if not case.model.has_film or not case.model.feed or case.model.cavitation != "mass-conserving":
-        return None
-    if case.model.has_history:
+    model = case.model
+    if not (model.has_film and model.feed and model.cavitation == "mass-conserving") or model.has_history:
         return None
     ratio = case.run[f"{case.joint.name}.eccentricity_ratio"]
     faded = CENTRE**2 / (ratio[-1] ** 2 + CENTRE**2)
@@ -190,18 +184,16 @@ def _reynolds(case: JournalCase, scale: float, limit: float, words: str) -> Viol
     model = case.model
     if not model.has_film or not model.clearance:
         return None
-    turning = np.abs(_rate(case, case.joint.child) - _rate(case, case.joint.parent))
+    links = (case.joint.child, case.joint.parent)
+    child, parent = (case.run[f"{link}.omega"] if link != "world" else 0.0 for link in links)
+    turning = np.abs(child - parent)
     worst = int(np.argmax(turning))
-    rho, origin = (
-        (DENSITY_15, " assumed") if model.oil is None else (density(model.oil.temperature, model.oil.density), "")
-    )
+    rho, origin = DENSITY_15, " assumed"
+    if model.oil is not None:
+        rho, origin = density(model.oil.temperature, model.oil.density), ""
     value = rho * float(turning[worst]) * model.clearance**2 / float(case.law.viscosity) * scale
     text = f"{words} {limit:.3g}, with a density of {rho:.0f} kg/m3{origin}"
     return Violation(value, float(case.run.time[worst]), text) if value > limit else None
-
-
-def _rate(case: JournalCase, link: str) -> Any:
-    return case.run[f"{link}.omega"] if link != "world" else np.zeros(len(case.run.time))
 
 
 @RULES.rule(

@@ -42,14 +42,13 @@ _COMPARED = 500  # number of times at which diverged runs are compared
 #: Rounding of an output over its natural magnitude: some thousand units in the last place.
 ROUNDING = 1e-12
 
+#: Peaks, or their errors, by key; None if meaningless or not known.
+Peaks = Mapping[str, float | None]
+Span = tuple[float, float]
+
 
 def errors(
-    run: Trajectory,
-    tighter: Trajectory,
-    peaks: Mapping[str, float | None],
-    finer: Mapping[str, float | None],
-    parted: tuple[float, float] | None,
-    noise: Mapping[str, float],
+    run: Trajectory, tighter: Trajectory, peaks: Peaks, finer: Peaks, parted: Span | None, noise: Mapping[str, float]
 ) -> dict[str, float | None]:
     """Estimate the errors of the peaks of a run or a part of it, by key, in the peak's unit; None: no estimate.
 
@@ -82,7 +81,7 @@ def quantity(key: str) -> str:
     return key.split(".")[-2]
 
 
-def largest_of_quantities(peaks: Mapping[str, float | None]) -> dict[str, float]:
+def largest_of_quantities(peaks: Peaks) -> dict[str, float]:
     """Find the largest peak of each quantity, by its name."""
     largest: dict[str, float] = {}
     for key, peak in peaks.items():
@@ -161,7 +160,7 @@ def _maxima(values: Array, times: Array, until: float) -> list[slice]:
     return [slice(max(int(i) - 1, 0), min(int(i) + 2, len(values))) for i in highest]
 
 
-def _differences(run: Trajectory, tighter: Trajectory, parted: tuple[float, float]) -> dict[str, float]:
+def _differences(run: Trajectory, tighter: Trajectory, parted: Span) -> dict[str, float]:
     """Compute the largest difference of each column between diverged runs."""
     steps = np.flatnonzero((tighter.time >= parted[0]) & (tighter.time <= parted[1]))
     steps = steps[:: 1 + len(steps) // _COMPARED]

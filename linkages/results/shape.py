@@ -20,16 +20,14 @@ class _Entry(Table):
     model_config = ConfigDict(extra="ignore")
 
 
-class _Extremes(_Entry):
-    min: _Number
-    max: _Number
-    peak: _Number
-    time: _Number = None
-
-
 class _Peak(_Entry):
     peak: _Number
     time: _Number = None
+
+
+class _Extremes(_Peak):
+    min: _Number
+    max: _Number
 
 
 class _Ratio(_Entry):

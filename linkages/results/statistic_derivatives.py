@@ -7,7 +7,6 @@ is stationary there, so that the change of the time does not matter.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -35,23 +34,12 @@ class Wanted(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A statistic, its derivatives with respect to np values, and its time.
-
-    Attributes
-    ----------
-    number : float
-    rates : (np,) array
-        NaN where there is no derivative.
-    time : float
-        Time of an extreme [s], of the larger one for ``peak`` and ``range``; NaN for other statistics.
-    sign : float
-        -1 for a peak that is a minimum, otherwise 1.
-    """
+    """A statistic, its derivatives with respect to np values, and its time."""
 
     number: float
-    rates: Array
-    time: float = np.nan
-    sign: float = 1.0
+    rates: Array  # (np,); NaN where there is no derivative
+    time: float = np.nan  # of an extreme [s], of the larger one for ``peak`` and ``range``
+    sign: float = 1.0  # -1 for a peak that is a minimum
 
 
 def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[Found]:
@@ -83,9 +71,8 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[
     parts = {window: _Part(run, *window) for window in windows}
     tops: dict[tuple[str, float, float], Extremes] = {}
     for window, part in parts.items():
-        names = [one.output for one in wanted if one.statistic in _EXTREMES and (one.start, one.end) == window]
-        names = list(dict.fromkeys(names))
-        tops |= {(name, *window): top for name, top in extremes(part.run, names).items()}
+        names = {one.output: None for one in wanted if one.statistic in _EXTREMES and (one.start, one.end) == window}
+        tops |= {(name, *window): top for name, top in extremes(part.run, list(names)).items()}
     rates = _at_extremes(run, [(key, time) for key, top in tops.items() for time in (top.time_min, top.time_max)])
 
     found = []
@@ -96,14 +83,13 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[
         top = tops[output, start, end]
         low, high = (rates[(output, start, end), time] for time in (top.time_min, top.time_max))
         sign = 1.0 if top.max >= -top.min else -1.0
-        found.append(
-            {
-                "minimum": Found(top.min, low, top.time_min),
-                "maximum": Found(top.max, high, top.time_max),
-                "peak": Found(top.peak, high if sign > 0.0 else -low, top.time, sign),
-                "range": Found(top.max - top.min, high - low, top.time),
-            }[statistic]
-        )
+        each = {
+            "minimum": Found(top.min, low, top.time_min),
+            "maximum": Found(top.max, high, top.time_max),
+            "peak": Found(top.peak, high if sign > 0.0 else -low, top.time, sign),
+            "range": Found(top.max - top.min, high - low, top.time),
+        }
+        found.append(each[statistic])
     return found
 
 
@@ -144,13 +130,8 @@ class _Part:
     """A run between two times, with its sensitivities, also within its steps."""
 
     def __init__(self, run: Trajectory, start: float, end: float) -> None:
-        assert run.evaluate is not None
-        self.run, end = run, min(end, float(run.time[-1]))
-        if start > run.time[0] or end < run.time[-1]:
-            times = np.union1d(run.time[(run.time >= start) & (run.time <= end)], [start, end])
-            columns = {"time": times, **run.evaluate(times)}
-            rates = replace(run.sensitivity, columns=run.sensitivity.evaluate(times))
-            self.run = Trajectory(times, columns, run.status, {}, run.evaluate, sensitivity=rates)
+        end = min(end, float(run.time[-1]))
+        self.run = run.within(start, end) if start > run.time[0] or end < run.time[-1] else run
 
     @cached_property
     def _within(self) -> tuple[Array, Columns, list[Columns]]:

@@ -32,6 +32,8 @@ _AT_ONCE = 10_000  # most times of one evaluation
 
 #: Function called with the simulated time [s] at intervals.
 TimeReport = Callable[[float], None]
+#: Dense output: columns at times.
+Evaluate = Callable[[Array], Columns]
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,7 +63,7 @@ class Trajectory(Brief):
     columns: Columns
     status: Status
     provenance: dict[str, Any] = field(default_factory=dict)
-    evaluate: Callable[[Array], Columns] | None = None
+    evaluate: Evaluate | None = None
     units: dict[str, str] = field(default_factory=dict)
     sensitivity: Derivatives = NONE
 
@@ -100,12 +102,8 @@ class Trajectory(Brief):
     def within(self, start: float, end: float) -> Trajectory:
         """Return the part of the trajectory between two of its times [s], with samples at both.
 
-        Values between samples are evaluated, or interpolated for a loaded trajectory.
-
-        Raises
-        ------
-        InputError
-            If a time lies outside the run, or the end is not after the start.
+        Values between samples are evaluated, or interpolated for a loaded trajectory. InputError if a time lies outside
+        the run, or the end is not after the start.
         """
         if not start < end:
             raise InputError("argument", "end", f"is {end:g} s, not after the start of {start:g} s; give a later end")
@@ -136,10 +134,7 @@ class Trajectory(Brief):
     def to_dataframe(self) -> pd.DataFrame:
         """Return the columns as a pandas DataFrame over the time [s]; ``attrs["units"]`` has their units.
 
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
+        InputError if pandas is not installed.
 
         Examples
         --------
@@ -154,10 +149,7 @@ class Trajectory(Brief):
     def to_xarray(self) -> xr.Dataset:
         """Return the columns as an xarray Dataset over the time; variables have units, the dataset has the status.
 
-        Raises
-        ------
-        InputError
-            If xarray is not installed.
+        InputError if xarray is not installed.
 
         Examples
         --------
@@ -171,22 +163,9 @@ class Trajectory(Brief):
 
 
 def load_trajectory(path: str | Path) -> Trajectory:
-    """Read a file of `Trajectory.save`.
+    """Read an ``.npz`` file of `Trajectory.save`; the trajectory has no dense output (`Trajectory.evaluate`).
 
-    Parameters
-    ----------
-    path : str or Path
-        An ``.npz`` file.
-
-    Returns
-    -------
-    Trajectory
-        Without dense output (`Trajectory.evaluate`).
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is not a trajectory.
+    InputError if the file cannot be read or is not a trajectory.
 
     Examples
     --------
@@ -221,11 +200,7 @@ def _trajectory(columns: dict[str, NDArray[Any]]) -> Trajectory:
 
 
 def sample(
-    steps: Array,
-    evaluate: Callable[[Array], Columns],
-    status: Status,
-    provenance: dict[str, Any],
-    loops: Loops | None = None,
+    steps: Array, evaluate: Evaluate, status: Status, provenance: dict[str, Any], loops: Loops | None = None
 ) -> Trajectory:
     """Make a trajectory by evaluating a run at its steps; RunError if nothing remains.
 
@@ -236,27 +211,23 @@ def sample(
     finite = np.ones(len(steps), dtype=bool)
     for column in columns.values():
         finite &= np.isfinite(column)
+    count = len(steps)
     if not np.all(finite):
         count, status = int(np.argmin(finite)), Status.NOT_FINITE
         if count == 0:
             raise RunError(f"{status.value} at the start; {status.remedy}")
-        steps, columns = _first(count, steps, columns)
     if loops is not None:
-        errors = loops.errors(columns)
-        count = max(loops.closed(errors), 1)
-        if count < len(steps):
+        errors = loops.errors(columns)[:count]
+        loose = errors > LOOSE * loops.tree.extent
+        if loose[1:].any():
+            count = max(int(np.argmax(loose)), 1)
             status = Status.LOOP_OPEN if status is Status.OK else status
-            steps, columns = _first(count, steps, columns)
         provenance = provenance | {"loop_error": float(errors[:count].max())}
-    return Trajectory(steps, columns, status, provenance, evaluate)
+    kept = {name: column[:count] for name, column in columns.items()}
+    return Trajectory(steps[:count], kept, status, provenance, evaluate)
 
 
-def _first(count: int, steps: Array, columns: Columns) -> tuple[Array, Columns]:
-    """Keep the first samples."""
-    return steps[:count], {name: column[:count] for name, column in columns.items()}
-
-
-def _in_parts(evaluate: Callable[[Array], Columns], times: Array) -> Columns:
+def _in_parts(evaluate: Evaluate, times: Array) -> Columns:
     """Evaluate a run at many times with little more memory than the columns take."""
     columns: Columns = {}
     for first in range(0, len(times), _AT_ONCE):
@@ -279,8 +250,3 @@ class Loops(NamedTuple):
             return np.zeros(len(columns["time"]))
         q = np.stack([columns[f"q.{name}"] for name in self.tree.coordinates], axis=1)
         return loop_errors(self.tree.bodies, self.rows, q)
-
-    def closed(self, errors: Array) -> int:
-        """Count the samples before the first one with open loops."""
-        loose = errors > LOOSE * self.tree.extent
-        return int(np.argmax(loose)) if loose.any() else len(errors)

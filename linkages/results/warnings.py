@@ -7,10 +7,10 @@ from typing import Any
 
 from linkages.base.errors import Status
 from linkages.results.assessment import Assessment
-from linkages.results.film_heat import heat_warnings
+from linkages.results.films import heat_warnings
 from linkages.results.impacts import Impact
 from linkages.results.joint_validity import outside
-from linkages.results.peak_errors import largest_of_quantities, quantity
+from linkages.results.peak_errors import Peaks, largest_of_quantities, quantity
 from linkages.results.soundness import BOUNDED, CHANGE_POINT, DEAD_POINT, ONE_BRANCH, SingularPosition, Soundness
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import warning
@@ -32,9 +32,7 @@ _CONTINUATION = {
 }
 
 
-def warnings(
-    assessment: Assessment, peaks: Mapping[str, float | None], error: Mapping[str, float | None]
-) -> list[dict[str, Any]]:
+def warnings(assessment: Assessment, peaks: Peaks, error: Peaks) -> list[dict[str, Any]]:
     """List the warnings of an assessment with these peaks and errors, both by the peaks' keys."""
     system, run, tighter = assessment.system, assessment.run, assessment.tighter
     sound, ideal = assessment.sound, assessment.ideal_sound
@@ -90,12 +88,7 @@ def _undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, An
     return [warning("indeterminate", None, what, remedy)]
 
 
-def rough(
-    tighter: Trajectory | None,
-    peaks: Mapping[str, float | None],
-    errors: Mapping[str, float | None],
-    noise: Mapping[str, float],
-) -> list[dict[str, Any]]:
+def rough(tighter: Trajectory | None, peaks: Peaks, errors: Peaks, noise: Mapping[str, float]) -> list[dict[str, Any]]:
     """Warn of peaks whose errors exceed a tenth of them, and of errors that could not be estimated.
 
     Peaks below the rounding level of their columns count as zero and give no warning.
@@ -159,7 +152,7 @@ def _unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
     return [warning("segments", None, what, "use the compiled engine, or set axial = 0")]
 
 
-def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | None]) -> list[tuple[str, float]]:
+def relative(peaks: Peaks, errors: Peaks) -> list[tuple[str, float]]:
     """Return the relative errors of peaks, largest first, without peaks below the rounding level."""
     largest, found = largest_of_quantities(peaks), []
     for key, error in errors.items():

@@ -13,11 +13,9 @@ from shipped import shipped
 
 from linkages import AssemblyError, IdealMotion, Status, Trajectory, assess, load
 from linkages.engines.drake.plant import visuals
-from linkages.show.plots.animation.captions import Label, add_captions
-from linkages.show.plots.animation.guide_view import guide_frames
-from linkages.show.plots.animation.journal_view import journal_frames
+from linkages.show.plots.animation.joint_views import guide_frames, journal_frames
 from linkages.show.plots.animation.magnified import strongest
-from linkages.show.plots.animation.recording import frames, write_animation
+from linkages.show.plots.animation.recording import add_captions, frames, write_animation
 from linkages.show.plots.animation.surroundings import Surroundings
 from linkages.show.plots.histories import forces_figure
 from linkages.show.plots.journals import guides_figure
@@ -205,11 +203,12 @@ def test_every_frame_has_its_captions(dry, tmp_path):
 
 def test_captions_cannot_break_the_page():
     text = "</script><b>"
-    shown = {"clock": ["t"], "legend": text, "curves": [], "end": 1.0}
-    page = add_captions("<html><body>scene</body></html>", [Label("/joints/A", text, [text])], shown)
+    labels = [{"path": ["joints", "A"], "title": text, "lines": [text]}]
+    shown = {"labels": labels, "clock": ["t"], "legend": text, "curves": [], "end": 1.0}
+    page = add_captions("<html><body>scene</body></html>", shown)
     assert text not in page
     with pytest.raises(ValueError, match="no body"):
-        add_captions("nothing", [], shown)
+        add_captions("nothing", shown)
 
 
 class Scene:

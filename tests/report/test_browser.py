@@ -7,7 +7,8 @@ from browser import find_browser, open_page, picture
 from linkages.input.model.skeleton import COLORS
 from linkages.results.trajectory import load_trajectory
 from linkages.show.plots.animation.magnified import GAP, REACH
-from linkages.show.report import load_results, write_report
+from linkages.show.report.page import write_report
+from linkages.show.report.result_folder import load_results
 
 pytestmark = [
     pytest.mark.slow,

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from linkages.results.trajectory import load_trajectory
-from linkages.show.plots.curves import drawn_errors, resolved, seen
-from linkages.show.report import load_results
+from linkages.show.plots.pages import drawn_errors, resolved, seen
 from linkages.show.report.page import curves_of
+from linkages.show.report.result_folder import load_results
 
 
 def test_a_thinned_curve_keeps_its_ends_and_every_peak():
     time = np.linspace(0.0, 1.0, 100_001)
     values = np.sin(40.0 * time)
     values[[12_345, 77_777]] = 5.0, -7.0  # as impacts are: one sample wide
-    kept = seen(time, values)
+    kept = seen(time, values, 800)
     assert len(kept) <= 3 * 800 + 2
     assert {0, 12_345, 77_777, 100_000} <= set(kept.tolist())
     assert np.all(np.diff(kept) > 0)
@@ -24,7 +24,7 @@ def test_a_thinned_curve_keeps_its_ends_and_every_peak():
 def test_samples_crowd_where_the_solver_put_them():
     """Steps of very unequal length: intervals are of equal time, so that no long step is lost."""
     time = np.concatenate([np.linspace(0.0, 1e-6, 5000), [0.3, 0.6, 1.0]])
-    kept = seen(time, time)
+    kept = seen(time, time, 800)
     assert {0, 5000, 5001, 5002} <= set(kept.tolist())
     assert len(kept) < 10
 

@@ -22,8 +22,8 @@ from linkages.cli.main import main
 from linkages.input.model.experiment import load_experiment
 from linkages.results.trajectory import load_trajectory
 from linkages.show.plots.histories import links_figure
-from linkages.show.report import load_results
 from linkages.show.report.page import render
+from linkages.show.report.result_folder import load_results
 from linkages.show.report.words import answer, change, commands, experiment_file, question
 
 

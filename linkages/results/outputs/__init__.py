@@ -3,12 +3,10 @@
 | module          | responsibility                                                 |
 |-----------------|----------------------------------------------------------------|
 | quantity        | an output: quantity, formula, record, snapshot                 |
-| points          | motion of points; coordinates                                  |
+| bodies          | motion of points; coordinates; flexible links; energies        |
 | contacts        | clearance joints, guides, stops, points at lines               |
 | joints          | forces in joints, drives, loads, gears                         |
-| links           | flexible links; energies of the linkage                        |
 | registry        | outputs of a system by name, their units, the record of each   |
 | evaluation      | all outputs at states, in compiled code                        |
 | columns         | outputs over time, from the states of a run or an ideal motion |
-| segment_outputs | outputs of flexible links from a run with rigid segments       |
 """

@@ -49,12 +49,7 @@ def tabulate(
 ) -> None:
     """Fill ``out`` (no, nt) with outputs over time, from coordinates, rates, accelerations (nt, n) and contacts.
 
-    Parameters
-    ----------
-    with_forces : bool
-        Whether any output needs the forces in joints or the efforts of drives.
-    seen : Snapshot
-        Snapshot of the model with work arrays; see `make_snapshot`.
+    `with_forces`: whether any output needs the forces in joints or the efforts of drives; `seen`: see `make_snapshot`.
     """
     w, powered = seen.state, np.zeros((3, len(seen.model.powered_bodies)))
     for i in range(len(times)):

@@ -67,10 +67,8 @@ _OF_FORCE = {
 }
 _OF_TORQUE = "applied torque, counter-clockwise; in a joint: along its coordinate [N m]"
 _OF_FRICTION = "friction in an ideal joint, along its coordinate"
-_TURN, _SHIFT = (
-    "angle, zero in the reference configuration [rad]",
-    "displacement, zero in the reference configuration [m]",
-)
+_TURN = "angle, zero in the reference configuration [rad]"
+_SHIFT = "displacement, zero in the reference configuration [m]"
 
 
 def _values(**texts: str) -> dict[str, Declaration]:

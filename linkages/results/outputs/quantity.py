@@ -18,9 +18,6 @@ from linkages.system import System
 #: `linkages.mechanics.planar.loads.LOAD_OUTPUTS`; forces in joints and efforts of drives.
 READS = ("loads", "forces")
 
-#: Components of vectors.
-X, Y = 0, 1
-
 #: Record of one output.
 OUTPUT = record_type(
     formula="i8",  # place of the quantity's formula among `linkages.results.outputs.registry.FORMULAS`

@@ -17,7 +17,6 @@ there.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -25,11 +24,10 @@ import numpy as np
 from linkages.base.errors import AssemblyError, InputError, nearest
 from linkages.base.kernel import Records
 from linkages.input.model.segment_model import HINGE
+from linkages.results.outputs.bodies import COORDINATES, LINKS, POINTS
 from linkages.results.outputs.contacts import PLAY, WALLS
 from linkages.results.outputs.joints import FORCES
-from linkages.results.outputs.links import LINKS
-from linkages.results.outputs.points import COORDINATES, POINTS
-from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, Owner
+from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, OutputFormula, Owner
 from linkages.system import System
 
 JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
@@ -38,33 +36,20 @@ JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
 OWNERS = (*POINTS, *PLAY, *FORCES, *WALLS, *LINKS)
 
 #: The formulas of all quantities and their numbers, which the records of outputs hold.
-FORMULAS = {
-    formula: k
-    for k, formula in enumerate(
-        dict.fromkeys(quantity.formula for owner in (*OWNERS, COORDINATES) for quantity in owner.quantities.values())
-    )
-}
+FORMULAS: dict[OutputFormula, int] = {}
+for _owner in (*OWNERS, COORDINATES):
+    for _quantity in _owner.quantities.values():
+        FORMULAS.setdefault(_quantity.formula, len(FORMULAS))
 
 
 def names(system: System, ideal: bool = False) -> list[str]:
     """List all outputs of a system without jitter; `ideal`: of the linkage with every joint ideal."""
     found = {f"q.{name}": None for name in system.tree.coordinates}
-    for owner, things in _asked(system, ideal):
-        for thing in things:
-            found |= {_joined(thing, name): None for name in owner.quantities}
+    for owner in OWNERS:
+        if not (ideal and owner.real):
+            for thing in (owner.asked or owner.names)(system):
+                found |= {_joined(thing, name): None for name in owner.quantities}
     return list(found)
-
-
-def count(system: System) -> int:
-    """Return how many outputs `names` lists, faster."""
-    return len(system.tree.coordinates) + _distinct(tuple(tuple(things) for _, things in _asked(system, False)))
-
-
-@lru_cache(maxsize=64)  # systems of one linkage have the same elements
-def _distinct(asked: tuple[tuple[str, ...], ...]) -> int:
-    """Count the outputs of elements of each of `OWNERS`."""
-    owned = zip(OWNERS, asked, strict=True)
-    return len({(thing, name) for owner, things in owned for thing in things for name in owner.quantities})
 
 
 def _find(system: System, name: str, ideal: bool) -> Callable[[System], tuple[Any, ...]]:
@@ -76,11 +61,8 @@ def _find(system: System, name: str, ideal: bool) -> Callable[[System], tuple[An
         raise _wrong(system, name, "jitter exists only for the motion of a link or frame")
     if jitter and not _determinate(system):
         raise _wrong(system, name, "the prescribed drives do not determine an ideal motion")
-    first, last = (
-        (FORMULAS[quantity.formula], quantity.column),
-        (jitter, *(part in quantity.formula.reads for part in READS)),
-    )
-    return lambda one: (*first, *owner.element(one, thing), *last)
+    number, read = FORMULAS[quantity.formula], [part in quantity.formula.reads for part in READS]
+    return lambda one: (number, quantity.column, *owner.element(one, thing), jitter, *read)
 
 
 def has_jitter(system: System, name: str) -> bool:
@@ -89,13 +71,7 @@ def has_jitter(system: System, name: str) -> bool:
 
 
 def unit(system: System, name: str) -> str:
-    """Return the SI unit of an output.
-
-    Raises
-    ------
-    InputError
-        If the output is unknown.
-    """
+    """Return the SI unit of an output; InputError if it is unknown."""
     if name.removeprefix(IDEAL).endswith(f".{TURNING}"):
         return "rad/s"
     plain = name.removeprefix(IDEAL).removesuffix(JITTER)
@@ -111,13 +87,7 @@ def unit(system: System, name: str) -> str:
 
 
 def check_output(system: System, name: str) -> None:
-    """Check that an output exists, including ``ideal.`` outputs.
-
-    Raises
-    ------
-    InputError
-        If the output is unknown.
-    """
+    """Check that an output exists, including ``ideal.`` outputs; InputError if it is unknown."""
     plain = name.removeprefix(IDEAL)
     joint, _, quantity = plain.rpartition(".")
     if plain == name or quantity != TURNING or joint not in system.mechanism.joint:
@@ -135,24 +105,12 @@ def default_outputs(system: System) -> tuple[str, ...]:
 
 
 def pack(system: System, wanted: Iterable[str], ideal: bool = False) -> Records:
-    """Make the records of named outputs.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown.
-    """
+    """Make the records of named outputs; InputError if a name is unknown."""
     return packer(system, wanted, ideal)(system)
 
 
 def packer(system: System, wanted: Iterable[str], ideal: bool = False) -> Callable[[System], Records]:
-    """Return a function that makes the records of named outputs for systems with the elements of this one.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown.
-    """
+    """Return a function that makes records as `pack`, for systems with the elements of this one."""
     found = [_find(system, name, ideal) for name in wanted]
     return lambda one: np.array([record(one) for record in found], OUTPUT)
 
@@ -175,13 +133,6 @@ def table() -> Iterator[tuple[str, str, str]]:
 
 def _joined(thing: str, quantity: str) -> str:
     return f"{thing}.{quantity}" if thing else quantity
-
-
-def _asked(system: System, ideal: bool) -> Iterator[tuple[Owner, Iterable[str]]]:
-    """Yield each kind of elements with the names of the elements that have columns in a run."""
-    for owner in OWNERS:
-        if not (ideal and owner.real):
-            yield owner, (owner.asked or owner.names)(system)
 
 
 def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Declaration, str]:

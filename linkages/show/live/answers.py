@@ -34,10 +34,10 @@ from linkages.input.files.toml import parse_value
 from linkages.input.files.versions import versions
 from linkages.input.files.writing import errors_of_writing, whole
 from linkages.input.model.experiment import Experiment
-from linkages.show.live.controls import Control
+from linkages.show.live.controls import Control, controls
 from linkages.show.live.session import OutdatedError, Session, TimeLimitError, checked
-from linkages.show.plots.curves import script
-from linkages.show.plots.pages import own_text
+from linkages.show.plots.pages import own_text, script
+from linkages.system import System
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _EXPORT = 600.0  # longest time of an export [s]
@@ -54,7 +54,7 @@ class Answers:
     def __init__(
         self, session: Session, controls: Mapping[str, Control], folder: Path, given: Mapping[str, Any] | None = None
     ) -> None:
-        self.session, self.controls, self.folder, self.given = session, controls, folder, dict(given or {})
+        self.session, self.controls, self.folder, self.given = session, controls, folder, given or {}
         self._pages: dict[str, Session] = {}
 
     def answer(self, kind: str, request: Any, outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
@@ -126,15 +126,61 @@ class Answers:
         try:
             done = subprocess.run(command, capture_output=True, text=True, timeout=_EXPORT, check=False)
         except subprocess.TimeoutExpired:
-            raise InputError(
-                "export", target.name, f"takes longer than {_EXPORT:g} s; run: {' '.join(command[3:])}"
-            ) from None
+            problem = f"takes longer than {_EXPORT:g} s; run: {' '.join(command[3:])}"
+            raise InputError("export", target.name, problem) from None
         if done.returncode not in (0, 1):
             raise InputError("export", target.name, done.stderr.strip().rpartition("\n")[2] or "failed")
         return {"written": str(out), "command": f"linkages report {out}"}
 
     def _values(self, request: dict[str, Any]) -> dict[str, float | str]:
         return checked(request.get("values", {}), self.controls)
+
+
+def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, folder: str | Path = ".") -> Any:
+    """Show a machine whose values can be changed in a notebook; ``linkages play`` shows the same page in a browser.
+
+    Parameters
+    ----------
+    system : System
+    vary : mapping of str to (float, float), optional
+        Values to show at the start, by dotted path, with their ranges in SI units; default: speeds of drives, and for
+        each joint with clearance its model, clearance, viscosity and coefficients.
+    folder : str or Path
+        Where files are saved.
+
+    Returns
+    -------
+    anywidget.AnyWidget
+        Shown where it is the last value of a notebook's cell. InputError if a path of `vary` is not the path of a
+        number, the page does not support a model, or anywidget is missing.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
+    >>> page = linkages.play(system, {"joints.A.clearance": (5e-5, 5e-4)})  # doctest: +SKIP
+    """
+    try:
+        import anywidget
+    except ImportError:
+        problem = 'needs the package anywidget: pip install "linkages[play]"; in a browser: linkages play FILE.toml'
+        raise InputError("play", "", problem) from None
+
+    answers = Answers(Session(system), controls(system, vary), Path(folder))
+
+    class Page(anywidget.AnyWidget):
+        """The front end, and the answers to its requests."""
+
+        _esm = front_end("live.js")
+        _css = front_end("live.css")
+
+    def reply(widget: Any, message: Any, _: Any) -> None:
+        if isinstance(message, dict) and {"n", "kind", "request"} <= set(message):
+            widget.send({"n": message["n"], "reply": answers.answer(message["kind"], message["request"])})
+
+    page = Page()
+    page.on_msg(reply)
+    return page
 
 
 @cache

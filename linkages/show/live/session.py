@@ -10,20 +10,21 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.base.errors import InputError, Status
-from linkages.engines.assessment import simulate
+from linkages.base.errors import AssemblyError, InputError, RunError, Status
+from linkages.engines.assessment import ideal, simulate
 from linkages.input.model.capabilities import Analysis
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import warnings_of_run
-from linkages.show.live.view import columns_of, drawing_of, frames_of, ideal_of, numbers_for, poses_of, shown_part, view
+from linkages.show.live.view import columns_of, drawing_of, frames_of, numbers_for, poses_of, shown_part, view
 from linkages.show.plots.drawing.drawing import Drawing
 from linkages.show.report.terminal import format_warnings
 from linkages.system import System
@@ -120,17 +121,9 @@ class Session:
         self._result = result
         texts = [path for path, value in values.items() if isinstance(value, str)]
         numbers = {path: system.value(path) for path in texts if path.rpartition(".")[2] not in _WORDS}
-        return (
-            view(assessment, exact, part, result.frames)
-            | self._poses()
-            | {
-                "numbers": numbers,
-                "ran": ran,
-                "settled": settled,
-                "picture": result.picture,
-                "took": clock.perf_counter() - begun,
-            }
-        )
+        told = {"numbers": numbers, "ran": ran, "settled": settled, "picture": result.picture}
+        shown = view(assessment, exact, part, result.frames) | self._poses() | told
+        return shown | {"took": clock.perf_counter() - begun}
 
     def values_shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values of the run that was shown for these values; a new run's, if others were shown since."""
@@ -175,10 +168,13 @@ class Session:
         return {"poses": poses_of(self._drawings[result.picture][0], result.assessment.system, result.frames)}
 
     def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> Trajectory | None:
+        """Move the linkage with ideal joints for a time [s]; None where it cannot move."""
         key = (*_key(values, _OF_JOINTS), duration)
         if key not in self._ideals:
             _keep_few(self._ideals)
-            self._ideals[key] = ideal_of(system, duration)
+            self._ideals[key] = None
+            with suppress(AssemblyError, RunError):
+                self._ideals[key] = ideal(system.replaced({"duration": duration}))
         return self._ideals[key]
 
 

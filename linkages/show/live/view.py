@@ -14,24 +14,23 @@ from typing import Any
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.base.errors import AssemblyError, RunError, Status
-from linkages.engines.assessment import ideal
+from linkages.base.errors import Status
 from linkages.input.model.experiment import QUANTITIES
 from linkages.results.assessment import Assessment
-from linkages.results.characteristics import link_columns, numbers
+from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.extremes import peaks
-from linkages.results.outputs.registry import names
+from linkages.results.outputs.registry import names, unit
 from linkages.results.trajectory import Trajectory
-from linkages.show.plots.curves import columns, curves, short
 from linkages.show.plots.drawing import draw, svg
 from linkages.show.plots.drawing.drawing import Drawing
 from linkages.show.plots.drawing.svg import scale
-from linkages.show.report.words import motion_lines, output_unit
+from linkages.show.plots.pages import columns, curves, short
+from linkages.show.report.words import motion_lines
 from linkages.system import System
 
 _FRAMES = 121  # poses of the moving picture; the page interpolates
 _ORBIT = 600  # points of an orbit
-_INTERVALS = 160  # parts of the time of a curve, see `linkages.show.plots.curves.seen`
+_INTERVALS = 160  # parts of the time of a curve, see `linkages.show.plots.pages.seen`
 
 
 def columns_of(system: System) -> list[str]:
@@ -39,14 +38,6 @@ def columns_of(system: System) -> list[str]:
     shown = {f"{link.name}.{key}" for link in system.mechanism.links for key in ("x", "y", "angle", "omega")}
     shown |= set(system.experiment.outputs)
     return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
-
-
-def ideal_of(system: System, duration: float) -> Trajectory | None:
-    """Move the linkage with ideal joints for a time [s]; None where it cannot move."""
-    try:
-        return ideal(system.replaced({"duration": duration}))
-    except (AssemblyError, RunError):
-        return None
 
 
 def shown_part(assessment: Assessment, period: float | None) -> tuple[float, float]:
@@ -106,28 +97,14 @@ def drawing_of(system: System) -> tuple[Drawing, dict[str, Any]]:
 
 def _table(assessment: Assessment, peaks: dict[str, Any], exact: Trajectory | None) -> list[dict[str, Any]]:
     """Rows of the table: name, unit, peak, the ideal linkage's peak, and the spread of the peaks of single periods."""
-    rows = []
-    perfect = numbers(assessment.system, exact, ()) if exact is not None else None
-
-    def row(name: str, unit: str, value: float | None, *where: str) -> None:
-        other: Any = perfect if where else None
-        for key in where:
-            other = other and other[key]
-        rows.append({"name": name, "unit": unit, "value": value, "ideal": other})
-
-    for name, entry in peaks["outputs"].items():
-        row(name, output_unit(name), entry["peak"], "outputs", name, "peak")
-    for name, entry in peaks["joints"].items():
-        row(f"{name}.force", "N", entry["force"]["peak"], "joints", name, "force", "peak")
-        if "eccentricity_ratio" in entry:
-            row(f"{name}.eccentricity_ratio", "1", entry["eccentricity_ratio"]["peak"])
-    for name, entry in peaks["drives"].items():
-        row(f"{name}.torque", entry["unit"], entry["torque"]["peak"], "drives", name, "torque", "peak")
-    for name, entry in peaks.get("links", {}).items():
-        for column in link_columns(name):
-            row(column, output_unit(column), entry[column.rpartition(".")[2]]["peak"])
-    spreads = _spreads(assessment, [line["name"] for line in rows])
-    return [line | spreads[line["name"]] for line in rows]
+    system = assessment.system
+    perfect = {} if exact is None else peaks_by_key(numbers(system, exact, ()) | {"links": {}})
+    shown = {name.removesuffix(".peak"): value for name, value in peaks_by_key(peaks | {"loads": {}}).items()}
+    spreads = _spreads(assessment, list(shown))
+    return [
+        {"name": name, "unit": unit(system, name), "value": value, "ideal": perfect.get(f"{name}.peak")} | spreads[name]
+        for name, value in shown.items()
+    ]
 
 
 def _spreads(assessment: Assessment, names: Sequence[str]) -> dict[str, dict[str, float | None]]:

@@ -5,11 +5,9 @@
 | style              | none: palette, line styles, labels and settings of all figures                       |
 | histories          | outputs, forces and torques, ideal and real; deflection and stress of flexible links |
 | journals           | orbits of journals in their clearances, blocks in their slots, contacts over time    |
-| curves             | none: curves as data, and the script that draws them in pages                        |
-| pages              | none: HTML pages from templates                                                      |
+| pages              | none: HTML pages from templates; curves as data, and the script that draws them      |
 | shown              | none: base class of figures for notebooks                                            |
-| mode_figures       | natural frequencies and mode shapes of a linkage at rest; Bode plots                 |
-| tornado            | changes of peaks with 1 % of each value                                              |
+| linear_figures     | natural frequencies and mode shapes; Bode plots; changes of peaks with 1 % of values |
 | attractors         | Poincaré sections, bifurcation diagrams, branches, Lyapunov exponents, spectra       |
 | bearings           | a journal bearing: the chart over the Sommerfeld number, pressure on the surface     |
 | drawing            | a mechanism before a run: a labelled, movable picture                                |

@@ -80,12 +80,9 @@ def bifurcation_figure(
         figure, axes = new_figure(0.7 + 2.5 * len(rows), len(rows), 1, sharex=True, squeeze=False)
         axes = axes[:, 0]
         for axis, (name, kind) in zip(axes, rows, strict=True):
-            done = [(point.value, point.section) for point in sweep.points if point.section is not None]
-            found = [section.values(name, kind) for _, section in done]
-            x = np.repeat([scale * value for value, _ in done], [len(values) for values in found])
-            y = np.concatenate([*found, np.empty(0)])
+            x, y = _swept(sweep, name, kind)
             unit, factor = engineering(units[name], float(np.abs(y).max(initial=0.0)))
-            _draw_points(axis, x, factor * y)
+            _draw_points(axis, scale * x, factor * y)
             what = "at the end of each revolution" if kind == "strobe" else "peak of each revolution"
             axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
             if kind == "peaks" and name in logarithmic:
@@ -171,7 +168,8 @@ def branches_figure(
             )  # fmt: skip
             unit, factor = engineering(units[name], largest)
             if sweep is not None:
-                _draw_sweep(axis, sweep, name, kind, scale, factor)
+                x, y = _swept(sweep, name, kind)
+                axis.plot(scale * x, factor * y, ".", color="0.6", ms=3, zorder=1, label="sweep")
             for k, branch in enumerate(found.branches):
                 _draw_branch(axis, branch, name, kind, scale, factor, COLORS[k % len(COLORS)])
             what = "at the end of a period" if kind == "strobe" else "peak in a period"
@@ -182,10 +180,11 @@ def branches_figure(
         return figure
 
 
-def _draw_sweep(axis: Axes, sweep: Sweep, name: str, kind: str, scale: float, factor: float) -> None:
-    for point in sweep.points:
-        y = np.empty(0) if point.section is None else point.section.values(name, kind)
-        axis.plot(np.full(len(y), scale * point.value), factor * y, ".", color="0.6", ms=3, zorder=1, label="sweep")
+def _swept(sweep: Sweep, name: str, kind: str) -> tuple[Array, Array]:
+    """Return the values of the variable and of a column of all sections of a sweep."""
+    found = [(point.value, point.section.values(name, kind)) for point in sweep.points if point.section is not None]
+    x = np.repeat([value for value, _ in found], [len(values) for _, values in found])
+    return x, np.concatenate([*(values for _, values in found), np.empty(0)])
 
 
 def _draw_branch(axis: Axes, branch: Branch, name: str, kind: str, scale: float, factor: float, color: str) -> None:

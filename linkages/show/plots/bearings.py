@@ -3,47 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
 
 from linkages.base.arrays import Array
-from linkages.show.plots.shown import ShownFigure, new_figure
+from linkages.show.plots.shown import new_figure
 from linkages.show.plots.style import COLORS, axis_label, engineering, figure_style
 
 if TYPE_CHECKING:
     from linkages.explore.bearing import BearingPoint
-    from linkages.laws.film.surface.grooves import Groove
 
 
 def chart_figure(point: BearingPoint, chart: Mapping[str, Array]) -> Figure:
     """Draw a chart over the Sommerfeld number (`linkages.explore.bearing.chart`), and the operating point."""
     content, case = point.content, point.case
     load = case.load * case.clearance
-    marks = {
-        "eccentricity_ratio": point.eccentricity_ratio,
-        "attitude": np.degrees(point.attitude),
-        "friction": content["friction_torque"] / load,
-        "flow": content["flow"] / (case.clearance * case.radius**2 * case.speed),
-    }
-    curves = {**chart, "attitude": np.degrees(chart["attitude"])}
-    labels = {
-        "eccentricity_ratio": "eccentricity ratio [-]",
-        "attitude": "attitude [deg]",
-        "friction": "torque/(W c) [-]",
-        "flow": "end flow/(c R² ω) [-]",
-    }
+    flow = content["flow"] / (case.clearance * case.radius**2 * case.speed)
+    panels = [
+        ("eccentricity ratio [-]", chart["eccentricity_ratio"], point.eccentricity_ratio),
+        ("attitude [deg]", np.degrees(chart["attitude"]), np.degrees(point.attitude)),
+        ("torque/(W c) [-]", chart["friction"], content["friction_torque"] / load),
+        ("end flow/(c R² ω) [-]", chart["flow"], flow),
+    ]
     with figure_style():
-        figure = ShownFigure(figsize=(7.2, 5.2), layout="constrained")
-        for axis, (name, label), color in zip(figure.subplots(2, 2).flat, labels.items(), COLORS, strict=False):
-            axis.semilogx(curves["sommerfeld"], curves[name], color=color)
-            axis.plot(point.sommerfeld, marks[name], "o", color="k", ms=5, label="operating point")
+        figure, axes = new_figure(5.2, 2, 2, width=7.2)
+        for axis, (label, curve, mark), color in zip(axes.flat, panels, COLORS, strict=False):
+            axis.semilogx(chart["sommerfeld"], curve, color=color)
+            axis.plot(point.sommerfeld, mark, "o", color="k", ms=5, label="operating point")
             axis.set(xlabel="Sommerfeld number μ N D L/W (R/c)² [-]", ylabel=label)
-            if name == "friction":
-                axis.set_yscale("log")
-        figure.axes[0].legend(fontsize=8)
+        axes[0, 0].legend(fontsize=8)
+        axes[1, 0].set_yscale("log")
         return figure
 
 
@@ -75,7 +67,12 @@ def pressure_figure(point: BearingPoint) -> Figure:
             )  # fmt: skip
         for groove in case.grooves:
             for turn in (-2.0 * np.pi, 0.0, 2.0 * np.pi):
-                axis.add_patch(_outline(groove, turn, long * case.length))
+                middle = np.array([np.degrees(groove.angle + turn), groove.position * long * case.length])
+                size = np.array([np.degrees(groove.extent), groove.length * long * case.length])
+                look: dict[str, Any] = {"fill": False, "ec": "r", "lw": 1.4}
+                corner = tuple(middle - 0.5 * size)
+                outline = Ellipse(tuple(middle), *size, **look) if groove.hole else Rectangle(corner, *size, **look)
+                axis.add_patch(outline)
         axis.plot(np.degrees(point.attitude), 0.0, "v", color=COLORS[1], label="least film")
         axis.set(xlim=(-180.0, 180.0), xticks=np.arange(-180, 181, 60))
         axis.set(xlabel="angle from the load, in the sense of rotation [deg]", ylabel=axis_label("z", length))
@@ -83,11 +80,3 @@ def pressure_figure(point: BearingPoint) -> Figure:
         axis.set_title("; ".join(text for text, drawn in parts.items() if drawn), loc="left", fontsize=8)
         axis.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
         return figure
-
-
-def _outline(groove: Groove, turn: float, length: float) -> Rectangle | Ellipse:
-    middle = np.degrees(groove.angle + turn), groove.position * length
-    size = np.degrees(groove.extent), groove.length * length
-    if groove.hole:
-        return Ellipse(middle, *size, fill=False, ec="r", lw=1.4)
-    return Rectangle((middle[0] - 0.5 * size[0], middle[1] - 0.5 * size[1]), *size, fill=False, ec="r", lw=1.4)

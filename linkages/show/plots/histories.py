@@ -1,4 +1,4 @@
-"""Figures of a assessment over time, with ideal and real joints; `write_figures` writes all figures."""
+"""Figures of an assessment over time, with ideal and real joints; `write_figures` writes all figures."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from linkages.input.files.writing import file_name
 from linkages.results.assessment import Assessment
 from linkages.results.outputs.registry import unit
-from linkages.show.plots.curves import drawn_errors, resolved
 from linkages.show.plots.journals import contacts_figure, guides_figure, orbits_figure
-from linkages.show.plots.style import COLORS, add_legend, axis_label, engineering, figure_style, stacked_axes, write_png
+from linkages.show.plots.pages import drawn_errors, resolved
+from linkages.show.plots.style import COLORS, LEGEND, axis_label, engineering, figure_style, stacked_axes, write_png
 
 _RUN, _IDEAL = COLORS[:2]
 _SMALL = np.radians(0.1)  # smaller angles are shown in mrad or less [rad]
@@ -73,37 +73,32 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
 def output_figure(assessment: Assessment, name: str, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw an output of a link or frame over time; below, the effect of clearance."""
     point, _, quantity = name.rpartition(".")
-    figure = Figure(figsize=(6.3, 4.4))
-    _compare(figure, assessment, {name: f"{point}: {_LABELS.get(quantity, quantity)}"}, errors)
-    return figure
+    return _compare(assessment, {name: f"{point}: {_LABELS.get(quantity, quantity)}"}, errors, 1.4)
 
 
 def forces_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw the force in each clearance joint, or else in every joint; below each, the difference."""
     names = assessment.system.tree.play or tuple(assessment.system.mechanism.joint)
-    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)))
-    _compare(figure, assessment, {f"{name}.force": f"force in {name}" for name in names}, errors)
-    return figure
+    return _compare(assessment, {f"{name}.force": f"force in {name}" for name in names}, errors)
 
 
 def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw the torques of all drives, or forces for prismatic joints; below each, the difference."""
-    names = [f"{drive}.torque" for drive in assessment.system.experiment.drives]
-    kinds = {name: "force" if unit(assessment.system, name) == "N" else "torque" for name in names}
-    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)))
-    _compare(
-        figure, assessment, {name: f"{kind} of {name.removesuffix('.torque')}" for name, kind in kinds.items()}, errors
-    )
-    return figure
+    system, labels = assessment.system, {}
+    for drive in system.experiment.drives:
+        kind = "force" if unit(system, f"{drive}.torque") == "N" else "torque"
+        labels[f"{drive}.torque"] = f"{kind} of {drive}"
+    return _compare(assessment, labels, errors)
 
 
 def _compare(
-    figure: Figure, assessment: Assessment, labels: Mapping[str, str], errors: Mapping[str, float] | None
-) -> None:
-    """Draw columns of the ideal motion and the run, and below each the difference.
+    assessment: Assessment, labels: Mapping[str, str], errors: Mapping[str, float] | None, around: float = 0.8
+) -> Figure:
+    """Draw columns of the ideal motion and the run, and below each the difference; `around` is for margins [inches].
 
     An integrated ideal linkage has rigid links without deformation columns.
     """
+    figure = Figure(figsize=(6.3, around + 3.0 * len(labels)))
     errors = errors or assessment.noise
     run, ideal = assessment.run, assessment.ideal
     flexible = bool(assessment.system.tree.flexible)
@@ -144,9 +139,10 @@ def _compare(
             note = f"at the start up to {factor * largest:.3g} {drawn}"
             bottom.text(1.0, 1.02, note, transform=bottom.transAxes, ha="right", va="bottom", fontsize=7)  # in the gap
             top.tick_params(axis="x", length=0)
-    add_legend(axes[0])
+    axes[0].legend(**LEGEND)
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("time [s]")
+    return figure
 
 
 def _shown(assessment: Assessment, name: str, values: np.ndarray) -> tuple[str, float]:
@@ -184,7 +180,7 @@ def links_figure(assessment: Assessment) -> Figure:
             if np.abs(values).max() > 1e-6 * most.max():  # without the ends, which are on the chord
                 deflection.plot(run.time, factor * values, color=color, lw=0.9, label=frame)
         deflection.set_ylabel(axis_label(f"{name}:\ndeflection", unit))
-        add_legend(deflection)
+        deflection.legend(**LEGEND)
         values, place = run[f"{name}.stress"], run[f"{name}.stress_place"]
         unit, factor = engineering("Pa", float(values.max()))
         stress.plot(run.time, factor * values, color=COLORS[0], lw=0.9)

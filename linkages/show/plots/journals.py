@@ -14,7 +14,7 @@ from linkages.results.assessment import Assessment, touching
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
 from linkages.results.trajectory import Trajectory
 from linkages.show.plots.shown import ShownFigure, new_figure
-from linkages.show.plots.style import COLORS, LEGEND, add_legend, axis_label, engineering, round_length, stacked_axes
+from linkages.show.plots.style import COLORS, LEGEND, axis_label, engineering, round_length, stacked_axes
 from linkages.system import System
 
 _ORBIT, _START = COLORS[0], COLORS[2]
@@ -25,13 +25,8 @@ _PHASES = {
     IMPACT: ("impact", COLORS[1], 1.4),
 }
 
-_MARKS = {
-    "": "o",
-    "corner1": "o",
-    "corner2": "s",
-    "corner3": "^",
-    "corner4": "D",
-}  # marks of a journal, and of a guide's corners
+# marks of a journal, and of a guide's corners
+_MARKS = {"": "o", "corner1": "o", "corner2": "s", "corner3": "^", "corner4": "D"}
 _AROUND = 1.15  # axis limit over the drawn range
 _CHORD = 0.05  # distance of points of a drawn orbit over the clearance
 _MOST_SEGMENTS = 2000  # most refined segments of a drawn orbit
@@ -48,15 +43,12 @@ def orbits_figure(assessment: Assessment) -> Figure:
         figure, axes = new_figure(3.4, 1, 2)
         axes = axes.reshape(2, 1)
     else:
-        figure = ShownFigure(figsize=(3.15 * len(names), 6.4), layout="constrained")
-        axes = figure.subplots(2, len(names))
-    angle = np.linspace(0.0, 2.0 * np.pi, 361)
-    circle = np.stack([np.cos(angle), np.sin(angle)])
+        figure, axes = new_figure(6.4, 2, len(names), width=3.15 * len(names))
     for (whole, near), name in zip(axes.T, names, strict=True):
         clearance = 1e6 * (experiment.joints[name].clearance or 0.0)
         ex, ey = 1e6 * assessment.run[f"{name}.ex"], 1e6 * assessment.run[f"{name}.ey"]
         reach = _AROUND * max(clearance, float(np.hypot(ex, ey).max()))
-        whole.fill(*(clearance * circle), facecolor="0.95", edgecolor="0.3", lw=1.2)
+        _draw_circle(whole, clearance)
         peak = float(np.max(assessment.run[f"{name}.eccentricity_ratio"]))
         whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
         if name in touches:
@@ -99,7 +91,7 @@ def _magnify(axis: Axes, path: Array, reach: float) -> None:
 def orbit(
     system: System, run: Trajectory, joint: str, axis: Axes | None = None, color: str = _ORBIT, label: str = ""
 ) -> Axes:
-    """Draw the path of a journal's centre in its clearance circle.
+    """Draw the path of a journal's centre in its clearance circle, in micrometres; return the axes.
 
     Parameters
     ----------
@@ -110,21 +102,19 @@ def orbit(
     axis : Axes, optional
         Axes to draw on; default: a new figure. The circle is drawn once, so that several runs can be added.
     color, label : str
-
-    Returns
-    -------
-    Axes
-        Axes with lengths in micrometres.
     """
     if axis is None:
-        axis = ShownFigure(figsize=(4.2, 4.0), layout="constrained").subplots()
+        _, axis = new_figure(4.0, width=4.2)
     if not axis.patches:
-        turn = np.linspace(0.0, 2.0 * np.pi, 361)
-        clearance = 1e6 * (system.experiment.joints[joint].clearance or 0.0)
-        axis.fill(clearance * np.cos(turn), clearance * np.sin(turn), facecolor="0.95", edgecolor="0.3", lw=1.2)
+        _draw_circle(axis, 1e6 * (system.experiment.joints[joint].clearance or 0.0))
     axis.plot(1e6 * run[f"{joint}.ex"], 1e6 * run[f"{joint}.ey"], color=color, lw=0.9, label=label or joint)
     axis.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]", aspect="equal")
     return axis
+
+
+def _draw_circle(axis: Axes, radius: float) -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    axis.fill(radius * np.cos(turn), radius * np.sin(turn), facecolor="0.95", edgecolor="0.3", lw=1.2)
 
 
 def contacts_figure(assessment: Assessment) -> Figure:
@@ -138,31 +128,24 @@ def contacts_figure(assessment: Assessment) -> Figure:
     for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
         kind_of = "joint" if name in assessment.system.mechanism.joint else "contact"
         force.set_title(f"{kind_of} {name}", loc="left", fontsize=9)
-        units = [
-            engineering(si, max(values))
-            for si, values in (
-                ("N", [row.peak_force for row in assessment.contacts if row.joint in labels]),
-                ("m/s", [row.approach_speed for row in assessment.contacts if row.joint in labels]),
-            )
-        ]
         corners = [label.partition(".")[2] for label in labels]
-        for label, corner in zip(labels, corners, strict=True):
-            own = [row for row in assessment.contacts if row.joint == label]
-            start = np.array([row.start for row in own])
-            kind = phases(run, label)[np.searchsorted(run.time, start)]
-            values = ((force, [row.peak_force for row in own]), (speed, [row.approach_speed for row in own]))
-            for (axis, value), (_, factor) in zip(values, units, strict=True):
+        own = [[row for row in assessment.contacts if row.joint == label] for label in labels]
+        for axis, quantity, si in ((force, "peak_force", "N"), (speed, "approach_speed", "m/s")):
+            unit, factor = engineering(si, max(getattr(row, quantity) for rows in own for row in rows))
+            for label, corner, rows in zip(labels, corners, own, strict=True):
+                start, height = np.array([(row.start, factor * getattr(row, quantity)) for row in rows]).T
+                kind = phases(run, label)[np.searchsorted(run.time, start)]
                 for code in (IMPACT, SUSTAINED_CONTACT):
-                    _, color, _ = _PHASES[code]
-                    at, height = start[kind == code], factor * np.array(value)[kind == code]
-                    axis.vlines(at, 0.0, height, color=color, lw=1.0)
-                    axis.plot(at, height, _MARKS[corner], color=color, ms=3.5)
+                    color, chosen = _PHASES[code][1], kind == code
+                    axis.vlines(start[chosen], 0.0, height[chosen], color=color, lw=1.0)
+                    axis.plot(start[chosen], height[chosen], _MARKS[corner], color=color, ms=3.5)
+            axis.set_ylabel(axis_label(quantity.replace("_", " "), unit))
         if len(labels) > 1:
             marks = [Line2D([], [], color="0.4", marker=_MARKS[corner], ms=3.5, lw=0.0) for corner in corners]
             speed.legend(marks, [corner.replace("corner", "corner ") for corner in corners], ncols=4, loc="upper right")
             speed.margins(y=0.35)  # space for the legend
-        force.set(ylabel=axis_label("peak force", units[0][0]), ylim=(0.0, None))
-        speed.set(ylabel=axis_label("approach speed", units[1][0]), ylim=(0.0, None))
+        for axis in (force, speed):
+            axis.set_ylim(0.0, None)
     handles = [Line2D([], [], color=_PHASES[code][1], lw=2.0) for code in (IMPACT, SUSTAINED_CONTACT)]
     axes[0].legend(handles, [_PHASES[code][0] for code in (IMPACT, SUSTAINED_CONTACT)], **LEGEND)
     figure.align_ylabels(axes)
@@ -238,17 +221,15 @@ def guides_figure(assessment: Assessment) -> Figure:
         whole.plot(lift[0], middle[0], "o", color=COLORS[2], ms=3.5, label="start")
         whole.set_title(f"joint {name}: contact on the rim", loc="left", fontsize=9)
         whole.set_aspect("equal", adjustable="datalim")
-        whole.set(
-            xlabel=axis_label("offset of front end $-$ middle", unit), ylabel=axis_label("offset of the middle", unit)
-        )
+        whole.set_xlabel(axis_label("offset of front end $-$ middle", unit))
+        whole.set_ylabel(axis_label("offset of the middle", unit))
         whole.legend(loc="upper right")
         reach = 1.15 * max(wall, float(np.abs(np.array([middle + lift, middle - lift])).max()))
         for side in (1.0, -1.0):
             ends.axhspan(side * wall, side * reach, color="0.9", zorder=0)
         ends.plot(run.time, middle + lift, color=COLORS[0], lw=0.9, label="front end")
         ends.plot(run.time, middle - lift, color=COLORS[1], lw=0.9, ls="--", label="back end")
-        ends.set(
-            xlabel="time [s]", ylabel=f"offset across the slot [{unit}]\n(grey: in the wall)", ylim=(-reach, reach)
-        )
-        add_legend(ends)
+        ends.set_ylabel(f"offset across the slot [{unit}]\n(grey: in the wall)")
+        ends.set(xlabel="time [s]", ylim=(-reach, reach))
+        ends.legend(**LEGEND)
     return figure

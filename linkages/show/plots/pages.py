@@ -1,14 +1,22 @@
-"""HTML pages from templates next to the modules: each is one file that needs no network."""
+"""HTML pages from templates, which need no network; curves of a run for them, reduced without losing peaks."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Mapping
 from importlib.resources import files
-from typing import Any
+from typing import Any, cast
 
+import numpy as np
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
+from numpy.typing import NDArray
 
+from linkages.base.arrays import Array
 from linkages.input.files.writing import json_text
+from linkages.results.trajectory import Trajectory
+
+_DIGITS = 7  # of numbers: enough for a curve that is enlarged a thousand times
 
 
 def own_text(package: str, name: str) -> str:
@@ -27,3 +35,76 @@ def filled(template: str, **values: Any) -> str:
 def embedded(content: Any) -> Markup:
     """Write JSON for embedding in a page: its text cannot end the script element."""
     return Markup(json_text(content).strip().replace("<", "\\u003c"))
+
+
+def columns(outputs: Iterable[str], play: Iterable[str], drives: Iterable[str]) -> list[str]:
+    """Return the names of the main columns: outputs, forces in clearance joints, drive torques."""
+    return [*outputs, *(f"{name}.force" for name in play), *(f"{name}.torque" for name in drives)]
+
+
+def curves(
+    names: Iterable[str], run: Trajectory, ideal: Trajectory | None, errors: Mapping[str, float], intervals: int = 800
+) -> list[dict[str, Any]]:
+    """Return columns over time for `curves.js`; missing columns are skipped.
+
+    Each curve has `name`, `unit`, and `run` and `ideal` (None if missing), each with `time` [s] and `values`.
+    Variations of a column below its error are not drawn; see `seen` for the intervals. Empty for a run of a single
+    sample.
+    """
+    if len(run.time) < 2:
+        return []
+    return [
+        {"name": name, "unit": run.units.get(name, ""), "run": _drawn(run, name, errors, intervals)}
+        | {"ideal": _drawn(ideal, name, errors, intervals)}
+        for name in names
+        if name in run.columns
+    ]
+
+
+def drawn_errors(errors: Mapping[str, float | None], noise: Mapping[str, float]) -> dict[str, float]:
+    """Return the error of each column, by the key of its peak in `errors` if there is one, at least its rounding."""
+    return {name: max(errors.get(f"{name}.peak") or 0.0, least) for name, least in noise.items()}
+
+
+def resolved(values: Array, error: float) -> Array:
+    """Return values, or a constant if they vary by less than their error: noise is not drawn as a motion."""
+    low, high = float(np.fmin.reduce(values)), float(np.fmax.reduce(values))  # NaN is not drawn
+    if not high - low <= 2.0 * error:
+        return values
+    middle = 0.5 * (low + high)
+    return np.where(np.isfinite(values), middle if abs(middle) > error else 0.0, values)
+
+
+def script() -> str:
+    """Return the function `drawCurves` of the pages, as JavaScript."""
+    return own_text("linkages.show.plots", "curves.js")
+
+
+def seen(time: Array, values: Array, intervals: int) -> NDArray[np.int64]:
+    """Choose samples (k,) that draw the same curve: first, smallest and largest of each of equal time intervals."""
+    piece = np.searchsorted(np.linspace(time[0], time[-1], intervals + 1)[1:-1], time, side="right")
+    starts = np.flatnonzero(np.diff(piece, prepend=-1))
+    by_value = np.lexsort((np.nan_to_num(values), piece))  # in each interval from the smallest to the largest
+    ends = np.append(starts[1:], len(time)) - 1
+    return np.unique(np.concatenate([[0, len(time) - 1], starts, by_value[starts], by_value[ends]]))
+
+
+def _drawn(
+    run: Trajectory | None, name: str, errors: Mapping[str, float], intervals: int
+) -> dict[str, list[float | None]] | None:
+    if run is None or name not in run.columns:
+        return None
+    values = resolved(run[name], errors.get(name, 0.0))
+    keep = seen(run.time, values, intervals)
+    return {"time": short(run.time[keep]), "values": short(values[keep])}
+
+
+def short(values: Array) -> list[Any]:
+    """Return an array as nested lists of numbers with `_DIGITS` digits of the largest; None for non-finite numbers."""
+    finite = np.isfinite(values)
+    largest = float(np.abs(values[finite]).max(initial=0.0))
+    rounded: Any = np.round(values, min(_DIGITS - 1 - math.floor(math.log10(largest or 1.0)), 300))
+    if not finite.all():
+        rounded = rounded.astype(object)
+        rounded[~finite] = None
+    return cast(list[Any], rounded.tolist())

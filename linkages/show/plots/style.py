@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
@@ -103,14 +102,9 @@ def asked_points(outputs: Iterable[str]) -> list[str]:
 
 def typeset(unit: str) -> str:
     """Write a unit with its exponent raised: m/s2 as m/s²."""
-    return unit if unit == "1" else unit.translate(_RAISED)
+    return unit.translate(_RAISED)
 
 
 def axis_label(name: str, unit: str) -> str:
     """Join a name and its unit; without brackets if there is no unit."""
     return f"{name} [{unit}]" if unit else name
-
-
-def add_legend(axis: Axes) -> None:
-    """Write the legend above the axes, right-aligned."""
-    axis.legend(**LEGEND)

@@ -36,7 +36,7 @@ def profile_figure(found: Mapping[str, Any], joint: str) -> Figure:
         for k, side in enumerate(sides):
             ring = figure.add_subplot(len(sides), 2, 2 * k + 1, projection="polar")
             flat = figure.add_subplot(len(sides), 2, 2 * k + 2)
-            deepest = max(max(1e6 * found["joints"][joint][side]["depth"], 1e-9), 1e-9)
+            deepest = max(1e6 * found["joints"][joint][side]["depth"], 1e-9)
             turn = np.linspace(0.0, 2.0 * np.pi, 361)
             ring.plot(turn, np.full(361, _RING * deepest), color="0.4", lw=0.8, ls=":")
             sign = 1.0 if side == "bearing" else -1.0
@@ -79,9 +79,9 @@ def history_figure(found: Mapping[str, Any]) -> Figure:
         shown = {name: value for name, value in blocks[0]["peaks"].items() if value > 0.0}
         for k, (name, first) in enumerate(shown.items()):
             values = np.array([block["peaks"][name] for block in blocks]) / first
-            color = COLORS[k % len(COLORS)]
             unit = f" {typeset(units[name])}" if name in units else ""
-            peaks.plot(middle, values, "o-", ms=3, lw=0.9, color=color, label=f"{name} ({first:.3g}{unit})")
+            style = {"ms": 3, "lw": 0.9, "color": COLORS[k % len(COLORS)]}
+            peaks.plot(middle, values, "o-", label=f"{name} ({first:.3g}{unit})", **style)
         peaks.set(ylabel="mean peak of a cycle over\nthe initial one [1]", xlabel="cycles")
         for axis in (volume, length, peaks):
             axis.legend(fontsize=7)
@@ -103,12 +103,8 @@ def write_animation(found: Mapping[str, Any], path: Path) -> None:
     joints = {}
     for name, joint in found["joints"].items():
         nodes = len(joint["profile"])
-        stages = [
-            {side: _depths(block["joints"][name], side, nodes) for side in ("bearing", "journal")}
-            for block in found["blocks"]
-        ]
-        kept = {key: joint[key] for key in ("depth", "clearance", "radius")}
-        joints[name] = kept | {"stages": stages}
+        stages = [{side: _depths(block["joints"][name], side, nodes) for side in SIDES} for block in found["blocks"]]
+        joints[name] = {key: joint[key] for key in ("depth", "clearance", "radius")} | {"stages": stages}
     life = {"cycles": [block["cycles"] for block in found["blocks"]], "joints": joints}
     text = own_text("linkages.show.plots", "wear_life.html")
     title = found["title"] or found["experiment"]

@@ -11,14 +11,11 @@ from linkages.input.files.magnitudes import rounded
 from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import leaves
 from linkages.input.model.experiment import keys, value_unit
-from linkages.results.impacts import Impact
 from linkages.show.plots.style import typeset
 from linkages.show.report import words
 from linkages.show.report.result_folder import Results
 
 _SHOWN = 40  # most contacts in the table
-
-
 _FILES = {
     "summary.json": "the numbers of this page, SI units",
     "trajectory.npz": "every quantity at every step; read with linkages.load_trajectory",
@@ -40,7 +37,12 @@ class PageTable:
     text: frozenset[int] = frozenset({0})  # indices of columns with words
 
 
-def outputs(results: Results) -> PageTable:
+def numbers(results: Results) -> list[PageTable]:
+    """Tabulate all numbers of a run."""
+    return [table for make in (_outputs, _joints, _heats, _drives, _links) if (table := make(results))]
+
+
+def _outputs(results: Results) -> PageTable:
     """Tabulate the real and ideal outputs, with the error of the peak."""
     rows, shown = [], words.reported(results.summary)
     for name, value in shown["outputs"].items():
@@ -55,19 +57,19 @@ def outputs(results: Results) -> PageTable:
     return PageTable("Outputs", head, rows)
 
 
-def joints(results: Results) -> PageTable:
+def _joints(results: Results) -> PageTable:
     """Tabulate the real and ideal joint forces."""
     rows, shown = [], words.reported(results.summary)
     for name, value in shown["joints"].items():
         exact, force = shown["ideal"]["joints"][name]["force"]["peak"], value["force"]
         ratio, inside = value.get("eccentricity_ratio"), value.get("contact_fraction")
         model = results.play.get(name, {}).get("model", "ideal")
-        numbers = map(number, (exact, force["peak"], force["time"]))
+        peaks = map(number, (exact, force["peak"], force["time"]))
         judged = (words.change(force["peak"], exact), error(results, f"{name}.force.peak"))
         most = number(ratio["peak"]) if ratio else words.NONE
         share = f"{100.0 * inside:.3g}" if inside is not None else words.NONE
         named = name, words.meeting(results.summary, name) or words.NONE, model
-        rows.append((*named, *numbers, *judged, most, share, *_whole(results, f"{name}.force.peak")))
+        rows.append((*named, *peaks, *judged, most, share, *_whole(results, f"{name}.force.peak")))
     head = (
         "joint", "links", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
         "largest e/c", "in contact [% of time]", *_whole(results),
@@ -75,7 +77,7 @@ def joints(results: Results) -> PageTable:
     return PageTable("Joint forces and journals", head, rows, frozenset({0, 1, 2}))
 
 
-def drives(results: Results) -> PageTable:
+def _drives(results: Results) -> PageTable:
     """Tabulate drive torques (forces) and work."""
     rows, shown = [], words.reported(results.summary)
     for label, key, value, exact in words.effort_rows(shown, "drives"):
@@ -86,7 +88,7 @@ def drives(results: Results) -> PageTable:
     return PageTable("Drives", (*head, *_whole(results)), rows)
 
 
-def heats(results: Results) -> PageTable | None:
+def _heats(results: Results) -> PageTable | None:
     """Tabulate the heat balances of the oil; None without any."""
     found = {name: joint["heat"] for name, joint in results.summary["joints"].items() if "heat" in joint}
     names = ("temperature", "viscosity", "power", "flow", "by_flow", "by_conduction")
@@ -98,7 +100,7 @@ def heats(results: Results) -> PageTable | None:
     return PageTable("Oil temperature: lumped heat balance of a cycle", head, rows) if rows else None
 
 
-def links(results: Results) -> PageTable | None:
+def _links(results: Results) -> PageTable | None:
     """Tabulate deflections, bending moments and stresses of flexible links; None without any."""
     rows, shown = [], words.reported(results.summary)
     for column, rigid, value in words.link_rows(shown):
@@ -114,9 +116,8 @@ def parameters(results: Results) -> PageTable:
     for path, value in leaves(results.experiment):
         if path in ("mechanism", "title", "outputs"):
             continue
-        si = _si_unit(results, path)
-        source = _source(results.source_of(path), si)
-        meaning = _meaning(path, meanings).replace(f" [{bracketed(_meaning(path, meanings))}]", "")
+        si, meaning = _si_unit(results, path), _meaning(path, meanings)
+        source, meaning = _source(results.source_of(path), si), meaning.replace(f" [{bracketed(meaning)}]", "")
         rows.append((path, _plain(value), words.NONE if si in ("", "1") else typeset(si), meaning, source))
     head = ("parameter", "value", "unit", "meaning", "source, from the file")
     return PageTable("Parameters of the experiment", head, rows, frozenset({0, 2, 3, 4}))
@@ -127,15 +128,19 @@ def impacts(results: Results) -> PageTable | None:
     if results.impacts is None:
         return None
     hardest = sorted(results.impacts, key=lambda row: -row.peak_force)[:_SHOWN]
-    left = len(results.impacts) - len(hardest)
     caption = f"Contacts, {len(results.impacts)} in all"
-    if left:
+    if len(results.impacts) > len(hardest):
         caption += f"; the {_SHOWN} hardest are shown; impacts.csv has all"
     head = (
         "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",
         "peak penetration [µm]", "separation [m/s]", "peak normal force [N]",
     )  # fmt: skip
-    return PageTable(caption, head, [_impact(row) for row in sorted(hardest, key=lambda row: row.start)])
+    scales = (1.0, 1.0, 1.0, 1e3, 1.0, 1e6, 1.0, 1.0)
+    rows = []
+    for joint, *values in (astuple(row) for row in sorted(hardest, key=lambda row: row.start)):
+        scaled = (scale * value for scale, value in zip(scales, values, strict=True))
+        rows.append((joint, *(words.NONE if math.isnan(value) else number(value) for value in scaled)))
+    return PageTable(caption, head, rows)
 
 
 def provenance(results: Results) -> PageTable:
@@ -185,13 +190,6 @@ def _whole(results: Results, key: str = "") -> tuple[str, ...]:
     if not words.exceeded(results.summary):
         return ()
     return (words.beyond(results.summary, key) or words.NONE if key else "whole run",)
-
-
-def _impact(row: Impact) -> tuple[str, ...]:
-    joint, *values = astuple(row)
-    scales = (1.0, 1.0, 1.0, 1e3, 1.0, 1e6, 1.0, 1.0)
-    scaled = (scale * value for scale, value in zip(scales, values, strict=True))
-    return (joint, *(words.NONE if math.isnan(value) else number(value) for value in scaled))
 
 
 def _plain(value: Any) -> str:

@@ -19,10 +19,7 @@ _HEAT_HEAD = ("T [degC]", "mu [Pa s]", "power [W]", "flow [W]", "cond. [W]")
 def format_summary(summary: dict[str, Any]) -> str:
     """Format a summary as lines of text: extremes with clearance and with ideal joints, errors, warnings.
 
-    Parameters
-    ----------
-    summary : dict
-        From `linkages.summarize`, or the content of ``summary.json``.
+    It is from `linkages.summarize`, or the content of ``summary.json``.
 
     Examples
     --------
@@ -90,8 +87,7 @@ def format_judgement(summary: dict[str, Any]) -> list[str]:
     lines = []
     below = [found for found in relative(peaks_by_key(summary), summary["error"]) if found[1] < 1.0]
     for key, part in below[:1]:  # peaks below their errors are zero, or named in a warning
-        text = f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"
-        lines = ["", text]
+        lines = ["", f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"]
     return lines + format_warnings(summary["warnings"])
 
 

@@ -28,8 +28,7 @@ _MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"
 
 def reported(summary: dict[str, Any]) -> dict[str, Any]:
     """Return the numbers for the tables: of the reported window, or of the whole run."""
-    found: dict[str, Any] = summary.get("windows", {}).get(summary.get("report"), summary)
-    return found
+    return summary.get("windows", {}).get(summary.get("report"), summary)
 
 
 def beyond(summary: dict[str, Any], key: str, of: str = "") -> str:
@@ -37,10 +36,9 @@ def beyond(summary: dict[str, Any], key: str, of: str = "") -> str:
     shown, owner, _, effort = reported(summary), *key.removesuffix(".peak").rpartition(".")
     found: list[dict[str, Any]] = []
     for numbers in (shown, summary):
-        entry = numbers["outputs"].get(f"{owner}.{effort}")
-        kinds = [numbers[kind].get(owner, {}) for kind in ("joints", "drives", "loads") if kind in numbers]
-        kinds.append(numbers.get("links", {}).get(owner, {}))
-        found.append(entry or next((each[effort] for each in kinds if effort in each), {"peak": None}))
+        kinds = [numbers.get(kind, {}).get(owner, {}) for kind in ("joints", "drives", "loads", "links")]
+        kinds.insert(0, {effort: entry} if (entry := numbers["outputs"].get(f"{owner}.{effort}")) else {})
+        found.append(next((each[effort] for each in kinds if effort in each), {"peak": None}))
     inside, whole = found
     if inside["peak"] is None or whole["peak"] is None or "time" not in whole:
         return ""
@@ -91,24 +89,18 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
         lines = [f"the motion is periodic{several}, {lasts} s, from {rounded(motion['since'])} s on"]
     else:
         lines = [f"the motion is {motion['kind']}: {motion['why']}"]
-    lines += _startup_lines(summary)
+    until = summary.get("start_up")
+    why = "journals cross their clearances from the middle, and impacts or films stop them"
+    if until is not None and until < summary["duration"]:
+        lines.append(f"start-up: up to {rounded(until)} s {why}")
+    elif until is not None:
+        remedy = 'use a longer duration, or start = "equilibrium"'
+        lines.append(f"start-up: {why} during the whole run, and its peaks belong to the start-up; {remedy}")
     if shown is not summary:
         part = {"steady": "its last period", "later": "the run after its start-up"}.get(summary["report"], "the run")
         said = f"the numbers belong to {part}, {shown['from']:.6g} to {shown['to']:.6g} s"
         lines.append(f'{said}; larger peaks of the rest of the run: see "whole run"' if exceeded(summary) else said)
     return lines
-
-
-def _startup_lines(summary: dict[str, Any]) -> list[str]:
-    """Describe the duration of the start-up of clearance joints."""
-    until = summary.get("start_up")
-    if until is None:
-        return []
-    why = "journals cross their clearances from the middle, and impacts or films stop them"
-    if until < summary["duration"]:
-        return [f"start-up: up to {rounded(until)} s {why}"]
-    remedy = 'use a longer duration, or start = "equilibrium"'
-    return [f"start-up: {why} during the whole run, and its peaks belong to the start-up; {remedy}"]
 
 
 def question(results: Results) -> str:

@@ -23,10 +23,9 @@ from linkages.engines.compiled.run.sampling import tabulate_run
 from linkages.engines.methods import expect_run
 from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Record
 from linkages.mechanics.planar.contacts import WIDTH
-from linkages.results.outputs.columns import Columns
+from linkages.results.outputs.columns import Columns, whole_columns
 from linkages.results.outputs.registry import names as all_names
 from linkages.results.outputs.registry import pack
-from linkages.results.outputs.segment_outputs import whole_columns
 from linkages.system import System
 from linkages.system.rigid_segments import Segmented
 

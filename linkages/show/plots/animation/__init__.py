@@ -4,10 +4,8 @@ Draws with `pydrake.geometry` and takes the plant from `linkages.engines.drake.p
 
 | module       | responsibility                                                            |
 |--------------|---------------------------------------------------------------------------|
-| recording    | `write_animation`: plant, camera, one pose for each frame                 |
+| recording    | `write_animation`: plant, camera, one pose for each frame, captions       |
 | surroundings | hatched ground, rails, a scale, the paths of points                       |
 | magnified    | common part of the magnified views: positions in the scene, arrows, spots |
-| journal_view | journals in their bearings                                                |
-| guide_view   | blocks in their slots                                                     |
-| captions     | labels in the scene; below it clock, legend and a curve over time         |
+| joint_views  | journals in their bearings, blocks in their slots                         |
 """

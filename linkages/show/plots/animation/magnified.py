@@ -7,8 +7,6 @@ them.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Shape
@@ -64,12 +62,10 @@ def joint_axes(mechanism: Mechanism, joint: Joint) -> Array:
     return np.column_stack([along, np.cross(basis[:, 2], along), basis[:, 2]])
 
 
-class MagnifiedView(ABC):
+class MagnifiedView:
     """A magnified view of a joint around a centre (2,) in the plane [m], half its size the radius [m]."""
 
-    def __init__(
-        self, meshcat: Meshcat, assessment: Assessment, name: str, centre: Array, radius: float, times: Array
-    ) -> None:
+    def __init__(self, meshcat: Meshcat, assessment: Assessment, name: str, centre: Array, radius: float) -> None:
         self.meshcat, self.name, self.path = meshcat, name, f"/joints/{name}"
         self.centre, self.radius = centre, radius
         self.clearance = assessment.system.experiment.joints[name].clearance or 0.0
@@ -77,19 +73,6 @@ class MagnifiedView(ABC):
         mechanism = assessment.system.mechanism
         axes = joint_axes(mechanism, mechanism.joint[name])
         meshcat.SetTransform(self.path, RigidTransform(RotationMatrix(axes), mechanism.basis[:, :2] @ centre))
-        self.draw(assessment, times)
-
-    @abstractmethod
-    def draw(self, assessment: Assessment, times: Array) -> None:
-        """Draw all parts at the origin of the view, and compute the content of each frame."""
-
-    @abstractmethod
-    def caption(self, frame: int) -> str:
-        """Return the numbers of a frame."""
-
-    @abstractmethod
-    def show(self, frame: int, time: float) -> None:
-        """Record a frame at this time of the recording."""
 
     @property
     def scales(self) -> str:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import gc
 import logging
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
@@ -19,12 +21,9 @@ from linkages.engines.drake.plant import add_tree, state_place
 from linkages.input.files.magnitudes import rounded
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.results.assessment import Assessment
-from linkages.show.plots.animation.captions import Label, add_captions
-from linkages.show.plots.animation.guide_view import GuideView
-from linkages.show.plots.animation.journal_view import JournalView
-from linkages.show.plots.animation.magnified import MagnifiedView
-from linkages.show.plots.animation.surroundings import Surroundings
-from linkages.show.plots.curves import columns, curves
+from linkages.show.plots.animation.joint_views import GuideView, JournalView
+from linkages.show.plots.animation.surroundings import SCALE, Surroundings
+from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
 from linkages.show.plots.style import round_length
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
@@ -36,21 +35,16 @@ _FRAMES_PER_SECOND = 60.0
 _DEFLECTION = 0.05  # largest drawn deflection over the linkage's size
 _LENGTH = 8.0  # duration of every animation [s]
 
+Views = list[JournalView | GuideView]
+
 
 def write_animation(assessment: Assessment, path: Path, exaggerate: float | None = None) -> None:
     """Write the run as an animation, an HTML file.
 
-    Parameters
-    ----------
-    exaggerate : float, optional
-        Factor on the journals' eccentricities and on the deflections of flexible links. Default: true
-        eccentricities, and deflections magnified until visible. The linkage is assembled again at each frame with
-        its drive positions, magnified eccentricities and magnified deflections.
-
-    Raises
-    ------
-    ValueError
-        If the linkage cannot be assembled with the magnified offsets, or its drives do not determine its motion.
+    `exaggerate` is a factor on the journals' eccentricities and on the deflections of flexible links; default: true
+    eccentricities, and deflections magnified until visible. The linkage is assembled again at each frame with its drive
+    positions, magnified eccentricities and magnified deflections. ValueError if it cannot be assembled with these
+    offsets, or its drives do not determine its motion.
     """
     page = _page(assessment, exaggerate)
     gc.collect()  # only the collector frees a diagram, and a Meshcat must end in the thread that created it
@@ -94,16 +88,19 @@ def _page(assessment: Assessment, exaggerate: float | None) -> str:
     places: dict[tuple[float, ...], list[Joint]] = {}
     for joint in assessment.system.mechanism.joints:  # joints at one place get a common label
         places.setdefault(tuple((joint.position / assessment.system.tree.extent).round(6) + 0.0), []).append(joint)
-    names = [
-        Label(
-            _anchor(shown.mechanism, meshcat, shown.mechanism.joint[group[0].name]),
-            ", ".join(one.name for one in group),
-            [],
-        )
-        for group in places.values()
-    ]
-    shown_at = {"view": seen.tolist(), "aspect": _ASPECT}
-    return _captioned(meshcat.StaticHtml(), assessment, views, [*names, scale], times, slow, magnified, shown_at)
+    counts = range(len(times))
+    labels = [_label(f"{view.path}/label", view.name, [view.caption(k) for k in counts]) for view in views]
+    for group in places.values():
+        anchor = _anchor(shown.mechanism, meshcat, shown.mechanism.joint[group[0].name])
+        labels.append(_label(anchor, ", ".join(one.name for one in group)))
+    labels.append(_label(SCALE, scale))
+    said = _texts(assessment, views, times, slow, magnified)
+    return add_captions(meshcat.StaticHtml(), {"labels": labels, "view": seen.tolist(), "aspect": _ASPECT, **said})
+
+
+def _label(anchor: str, title: str, lines: Sequence[str] = ()) -> dict[str, Any]:
+    """Make a label at a Meshcat path: a title, and below it a line for each frame, if any."""
+    return {"path": anchor.strip("/").split("/"), "title": title, "lines": list(lines)}
 
 
 def _anchor(mechanism: Mechanism, meshcat: Meshcat, joint: Joint) -> str:
@@ -160,25 +157,25 @@ def _recorded(assessment: Assessment, shown: System, times: Array) -> Array:
     return shown.coordinates(q) if isinstance(shown, Segmented) and not isinstance(source, Segmented) else q
 
 
-def _joint_views(
-    assessment: Assessment, meshcat: Meshcat, times: Array, low: Array, high: Array
-) -> list[MagnifiedView]:
+def _joint_views(assessment: Assessment, meshcat: Meshcat, times: Array, low: Array, high: Array) -> Views:
     """Draw the clearance joints right of the linkage, in two rows."""
     names = assessment.system.tree.play
     height = max(high[1] - low[1], 0.75 * (high[0] - low[0]), 0.3 * assessment.system.tree.extent)
     rows = min(len(names), 2)
     radius = height / (3.0 * max(rows, 1.5))
-    views: list[MagnifiedView] = []
+    views: Views = []
     for k, name in enumerate(names):
         column, row = divmod(k, 2)
         right = high[0] + radius * (2.0 + 3.0 * column)
         up = 0.5 * (low[1] + high[1]) + 3.2 * radius * (0.5 * (rows - 1) - row)
         kind = JournalView if assessment.system.mechanism.joint[name].type == "revolute" else GuideView
-        views.append(kind(meshcat, assessment, name, np.array([right, up]), radius, times))
+        view = kind(meshcat, assessment, name, np.array([right, up]), radius)
+        view.draw(assessment, times)
+        views.append(view)
     return views
 
 
-def _look_at(assessment: Assessment, meshcat: Meshcat, views: list[MagnifiedView], low: Array, high: Array) -> Array:
+def _look_at(assessment: Assessment, meshcat: Meshcat, views: Views, low: Array, high: Array) -> Array:
     """Aim the camera along the plane's normal at all moving parts; return their width and height [m]."""
     low = low - [0.0, 0.18 * max(*(high - low), assessment.system.tree.extent)]  # space for the scale
     for view in views:
@@ -204,38 +201,35 @@ def _look_at(assessment: Assessment, meshcat: Meshcat, views: list[MagnifiedView
     return size
 
 
-def _captioned(
-    page: str,
-    assessment: Assessment,
-    views: list[MagnifiedView],
-    names: list[Label],
-    times: Array,
-    slow: float,
-    magnified: float,
-    shown_at: dict[str, Any],
-) -> str:
-    """Write names, eccentricities, forces and the time on the recording."""
-    labels = [
-        Label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))]) for view in views
-    ] + names
+def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magnified: float) -> dict[str, Any]:
+    """Return time, legend and curves below the scene; see `add_captions`."""
+    experiment, tree = assessment.system.experiment, assessment.system.tree
     pace = f"{rounded(slow)} times slower than real time" if slow > 1.0 else "real time"
-    clock = [f"t = {t:.4f} s, {pace}" for t in times]
     scales = "; ".join(f"{view.name}: {view.scales}" for view in views)
     legend = (
         "Magnified views: the largest force on journal or block within each frame (arrow; its length is proportional to"
         f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
-    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if assessment.system.tree.flexible else ""
-    drawn = curves(
-        columns(assessment.system.experiment.outputs, assessment.system.tree.play, assessment.system.experiment.drives),
-        assessment.run,
-        assessment.ideal,
-        assessment.noise,
-    )
-    shown = shown_at | {
-        "clock": clock,
+    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.flexible else ""
+    names = columns(experiment.outputs, tree.play, experiment.drives)
+    return {
+        "clock": [f"t = {t:.4f} s, {pace}" for t in times],
         "legend": bent + (legend if views else ""),
-        "curves": drawn,
+        "curves": curves(names, assessment.run, assessment.ideal, assessment.noise),
         "end": float(times[-1]),
     }
-    return add_captions(page, labels, shown)
+
+
+def add_captions(page: str, shown: Mapping[str, Any]) -> str:
+    """Add texts that Meshcat cannot draw, and a bar to play, stop and seek, to a recording's page.
+
+    The script `overlay.html` writes the texts of the current frame. `shown` has ``labels`` in the scene; ``view`` and
+    ``aspect``: width and height [m] of the visible scene, and the window's ratio of both for which the camera was set;
+    ``clock``: a text for each frame; ``legend``: a text; ``curves``: from `linkages.show.plots.pages.curves`; ``end``:
+    time of the mechanism at the last frame [s].
+    """
+    head, found, tail = page.rpartition("</body>")
+    if not found:
+        raise ValueError("the recording has no body to write captions into")
+    overlay = own_text("linkages.show.plots.animation", "overlay.html")
+    return f"{head}{filled(overlay, curves=Markup(script()), data=embedded(shown))}{found}{tail}"

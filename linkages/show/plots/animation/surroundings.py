@@ -14,9 +14,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 from linkages.base.arrays import Array
 from linkages.input.model.mechanism import Joint
 from linkages.results.assessment import Assessment
-from linkages.show.plots.animation.captions import Label
 from linkages.show.plots.animation.magnified import GROUND, joint_axes
-from linkages.show.plots.drawing.shapes import MARK
+from linkages.show.plots.drawing.shapes import MARK, below, hatched
 from linkages.show.plots.style import asked_points, round_length
 
 # lengths over the linkage's size
@@ -27,6 +26,7 @@ _RAIL = 0.035  # height of the hatched ground below a rail
 _BENEATH = 0.02  # depth of paths and hatching below the plane
 
 _PATH_POINTS = 1000
+SCALE = "/ground/scale/label"  # place of a label in the scene
 
 
 class Surroundings:
@@ -44,15 +44,13 @@ class Surroundings:
         places = np.concatenate([*(self._path(name) for name in self.mechanism.point), *self._rails().values()])
         return places.min(axis=0), places.max(axis=0)
 
-    def draw(self) -> Label:
-        """Draw all surroundings; return the label of the scale."""
+    def draw(self) -> str:
+        """Draw all surroundings; return the text of the scale, whose label is at `SCALE`."""
         for joint in self.mechanism.joints:
             if "world" in (joint.parent, joint.child):
                 self._ground(joint)
-        paths = []
-        for name in asked_points(self.assessment.system.experiment.outputs):
-            path = self._path(name)
-            paths.append(path[:: 1 + len(path) // _PATH_POINTS])
+        every = 1 + len(self.assessment.run.time) // _PATH_POINTS
+        paths = [self._path(name)[::every] for name in asked_points(self.assessment.system.experiment.outputs)]
         mark = [int(MARK[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
         self._lines("paths", paths, Rgba(*mark, 0.8))
         return self._scale()
@@ -70,20 +68,19 @@ class Surroundings:
         elif joint.type == "prismatic":
             start, end = self._rails()[joint.name]
             shape = Box(float(np.linalg.norm(end - start)), 0.004 * size, 0.004 * size)
-            position = self.basis[:, :2] @ (0.5 * (start + end)) + self.basis[:, 2] * (
-                self.basis[:, 2] @ joint.position
-            )
-            normal = np.array([joint.direction[1], -joint.direction[0]])
-            normal *= 1.0 if normal[1] <= 0.0 else -1.0  # below
+            depth = self.basis[:, 2] @ joint.position
+            position = self.basis @ np.append(0.5 * (start + end), depth)
+            normal = below(joint.direction)
             ends = np.array([start, end]) + _RAIL * size * normal
         else:
             return
         pose = RigidTransform(RotationMatrix(joint_axes(self.mechanism, joint)), position)
         self.meshcat.SetObject(f"/ground/{joint.name}/joint", shape, GROUND)
         self.meshcat.SetTransform(f"/ground/{joint.name}/joint", pose)
-        self._lines(f"{joint.name}/hatching", [ends, *_hatching(ends, normal, _HATCH * size)], GROUND)
+        step = _HATCH * size
+        self._lines(f"{joint.name}/hatching", [ends, *hatched(ends, normal, step, 0.8 * step)], GROUND)
 
-    def _scale(self) -> Label:
+    def _scale(self) -> str:
         """Draw a scale below the linkage, a length with one digit."""
         low, high = self.span()
         wide = max(high[0] - low[0], self.size)
@@ -94,8 +91,8 @@ class Surroundings:
         ticks = [end + tick * np.array([[0.0, -1.0], [0.0, 1.0]]) for end in ends]
         self._lines("scale", [ends, *ticks], GROUND)
         at = ends.mean(axis=0) + np.array([0.0, 0.5 * tick])
-        self.meshcat.SetTransform("/ground/scale/label", RigidTransform(self.basis[:, :2] @ at))
-        return Label("/ground/scale/label", text, [])
+        self.meshcat.SetTransform(SCALE, RigidTransform(self.basis[:, :2] @ at))
+        return text
 
     def _lines(self, part: str, lines: Sequence[Array], color: Rgba) -> None:
         """Draw lines, each through points (n, 2) in plane axes [m], as ribbons."""
@@ -117,22 +114,14 @@ class Surroundings:
         result = {}
         for joint in self.mechanism.joints:
             if joint.type == "prismatic" and "world" in (joint.parent, joint.child):
-                block, at = (
-                    (joint.child, joint.on_child) if joint.parent == "world" else (joint.parent, joint.on_parent)
-                )
+                block, at = joint.child, joint.on_child
+                if block == "world":
+                    block, at = joint.parent, joint.on_parent
                 travel = (self._path(block) - self.mechanism.link[block].origin) @ joint.direction
                 margin = 0.2 * np.ptp(travel) + 0.05 * self.size
                 reach = [travel.min() - margin, travel.max() + margin]
                 result[joint.name] = at + np.outer(reach, joint.direction)
         return result
-
-
-def _hatching(ends: Array, normal: Array, step: float) -> list[Array]:
-    """Return the lines of a hatching on one side of a line."""
-    length = float(np.linalg.norm(ends[1] - ends[0]))
-    along = (ends[1] - ends[0]) / length
-    feet = ends[0] + np.outer(np.arange(0.5 * step, length, step), along)
-    return [np.array([foot, foot + 0.8 * step * (normal - 0.8 * along)]) for foot in feet]
 
 
 def _ribbon(line: Array, width: float) -> Array:

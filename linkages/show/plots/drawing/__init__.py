@@ -3,8 +3,7 @@
 | module      | responsibility                                                                        |
 |-------------|---------------------------------------------------------------------------------------|
 | shapes      | `Shape`: points fixed to bodies; the table of styles                                  |
-| room        | free space for names                                                                  |
-| parts       | shapes of links, joints, ground, points                                               |
+| parts       | shapes of links, joints, ground, points; free space for names                         |
 | actions     | shapes and directions of drives, loads, gears, stops                                  |
 | drawing     | `Drawing`: all shapes of a mechanism, and its poses over each drive's range of motion |
 | facts       | properties of the mechanism in sentences and tables                                   |

@@ -48,7 +48,9 @@ class Done:
                 yield from self.parts.turning("load", joint.parent, joint.on_parent, _TORQUE, sign * joint.sign)
                 yield self._beside(name, joint, _TORQUE + 2.0)
             else:
-                yield from self._torque(name, torque.link or "", sign)
+                link = self.mechanism.link[torque.link or ""]
+                yield from self.parts.turning("load", link.name, link.com, 2.8, sign)
+                yield shape("load name", [self.parts.off(link.name, link.com, (0.0, 4.4))], text=name)
         for name, spring in experiment.springs.items():
             yield from self._spring(name, spring)
         for name, torsion in experiment.torsion_springs.items():
@@ -78,10 +80,8 @@ class Done:
 
     def _beside(self, name: str, joint: Joint, away: float) -> Shape:
         """Draw the name of a load in a joint."""
-        ends = joint.parent, joint.child
-        return self.parts.name_beside(
-            "load name", joint.child, joint.on_child, max(away, BLOCK * (joint.type == "prismatic")), name, ends
-        )
+        ends, away = (joint.parent, joint.child), max(away, BLOCK * (joint.type == "prismatic"))
+        return self.parts.name_beside("load name", joint.child, joint.on_child, away, name, ends)
 
     def _force(self, name: str, load: ForceTable) -> Iterator[Shape]:
         """Draw an arrow to the point of action of a force, in the direction of its largest value."""
@@ -98,12 +98,6 @@ class Done:
         tail = beside(point.link, point.origin, -(_ARROW + 1.6) * way)
         parts.take(parts.at(at), parts.at(tail) - parts.at(at))
         yield shape("load name", [tail], text=name)
-
-    def _torque(self, name: str, link: str, sign: float) -> Iterator[Shape]:
-        """Draw an arrow around the centre of mass."""
-        at = self.mechanism.link[link].com
-        yield from self.parts.turning("load", link, at, 2.8, sign)
-        yield shape("load name", [self.parts.off(link, at, (0.0, 4.4))], text=name)
 
     def _spring(self, name: str, load: Spring) -> Iterator[Shape]:
         """Draw a dashed line between two points; a support at a point on the ground."""
@@ -186,10 +180,8 @@ class Done:
         sine = (radii[0] - radii[1]) / distance
         for side in (1.0, -1.0):
             normal = sine * along + side * np.sqrt(1.0 - sine**2) * np.array([-along[1], along[0]])
-            ends = zip((first, second), radii, strict=True)
-            yield shape(
-                "gear", [self.parts.on(carrier, joint.on_child, radius / self.unit * normal) for joint, radius in ends]
-            )
+            ends = zip((first, second), radii / self.unit, strict=True)
+            yield shape("gear", [self.parts.on(carrier, joint.on_child, radius * normal) for joint, radius in ends])
 
     # -- stops and contact lines -------------------------------------------------------------------------------
 
@@ -219,9 +211,9 @@ class Done:
     def _line(self, name: str, touch: LineContact) -> Iterator[Shape]:
         """Draw a contact line of a point, hatched on the forbidden side."""
         frame = self.mechanism.point[touch.line] if touch.line is not None else None
-        link, at, angle = ("world", np.array(touch.anchor), touch.angle) if frame is None else (
-            frame.link, frame.origin, frame.angle
-        )  # fmt: skip
+        link, at, angle = "world", np.array(touch.anchor), touch.angle
+        if frame is not None:
+            link, at, angle = frame.link, frame.origin, frame.angle
         along, into = np.array([np.cos(angle), np.sin(angle)]), np.array([np.sin(angle), -np.cos(angle)])
         yield shape("rail", [self.parts.on(link, at, s * along) for s in (-_REACH, _REACH)])
         yield from self.parts.hatching(link, at, np.outer([-_REACH, _REACH], along), into)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.input.model.mechanism import Joint, Link
 from linkages.input.model.skeleton import skeleton
-from linkages.show.plots.drawing.room import Room
-from linkages.show.plots.drawing.shapes import DrawnPoint, Shape, placed, shape
+from linkages.show.plots.drawing.shapes import STYLES, DrawnPoint, Shape, below, hatched, placed, shape
 from linkages.system.tree import Tree
 
 # lengths in units of the drawing
@@ -18,11 +18,56 @@ _SIDE = (4.6, 3.2)  # sides of a block
 _STAND = (1.7, 2.6)  # half the width, and the height, of a support on the ground
 _HATCH = 0.75  # distance of hatching lines
 _HEAD = 1.5
-_ALONG, _BESIDE = (
-    (0.55, 0.4, 0.7, 0.25),
-    0.95,
-)  # position of a link's name: fractions of the bar, and distance from its middle line
+_ALONG, _BESIDE = (0.55, 0.4, 0.7, 0.25), 0.95  # of a link's name: fractions of the bar, distance from its middle line
 _AWAY, BLOCK, _BEYOND = 2.9, 4.2, 5.0  # distance of a name from a pin, from a block, and from the arrow of a drive
+
+_STEP, _BAR = 0.5, 0.65  # distance of the sample points of a line, half a bar's width
+# relative to the size of a text
+_LETTER, _HEIGHT = 0.31, 0.6  # half the width of a letter, half the height of a line
+# cost of a position of a name
+_OUTSIDE, _ON_TEXT, _ON_LINE, _MOST = 4.0, 3.0, 0.1, 12  # per point of a line; most counted points
+
+
+class Room:
+    """Occupied lines and boxes at the start of a drawing with corners (2,) [m], which names must avoid."""
+
+    def __init__(self, low: Array, high: Array) -> None:
+        self.low, self.high, self.unit = low, high, float(high[0] - low[0]) / 100.0
+        self._points: list[Array] = []
+        self._boxes: list[tuple[Array, Array]] = []
+
+    def take_line(self, points: Sequence[Array] | Array) -> None:
+        """Mark a line through points (n, 2) [m] as occupied."""
+        ends = np.asarray(points, dtype=np.float64)
+        for start, end in pairwise(ends):
+            count = 2 + int(np.linalg.norm(end - start) / (_STEP * self.unit))
+            self._points.append(start + np.linspace(0.0, 1.0, count)[:, None] * (end - start))
+
+    def take_box(self, one: Array, other: Array) -> None:
+        """Mark a box between two corners (2,) [m] as occupied."""
+        self._boxes.append((np.minimum(one, other), np.maximum(one, other)))
+
+    def take_name(self, role: str, middle: Array, text: str) -> None:
+        """Mark the box of a name around its middle (2,) [m] as occupied."""
+        half = self.half(role, text)
+        self.take_box(middle - half, middle + half)
+
+    def half(self, role: str, text: str) -> Array:
+        """Compute half the width and height of a text (2,) [m]."""
+        size = STYLES[role].size * self.unit
+        return np.array([_LETTER * size * len(text), _HEIGHT * size])
+
+    def cost(self, role: str, middle: Array, text: str) -> float:
+        """Compute the cost of a text around its middle (2,) [m]: 0 in free space within the picture."""
+        half = self.half(role, text)
+        low, high = middle - half, middle + half
+        total = _OUTSIDE if np.any(low < self.low) or np.any(high > self.high) else 0.0
+        total += _ON_TEXT * sum(bool(np.all(low < above) and np.all(below < high)) for below, above in self._boxes)
+        if self._points:
+            points, around = np.concatenate(self._points), _BAR * self.unit
+            inside = np.all((points > low - around) & (points < high + around), axis=1).sum()
+            total += _ON_LINE * min(int(inside), _MOST)
+        return total
 
 
 class Parts:
@@ -33,8 +78,8 @@ class Parts:
 
     def __init__(self, tree: Tree, low: Array, high: Array, poses: Array) -> None:
         self.tree, self.mechanism, self.poses = tree, tree.mechanism, poses
-        self.low, self.high, self.unit = low, high, float(high[0] - low[0]) / 100.0
         self.room = Room(low, high)
+        self.unit = self.room.unit
         self._taken: list[tuple[Array, Array]] = []  # positions, and occupied directions there
 
     # -- places ------------------------------------------------------------------------------------
@@ -112,15 +157,13 @@ class Parts:
         start, end = (self.at(self.on(link.name, form.places[k])) for k in (a, b))
         across = np.array([start[1] - end[1], end[0] - start[0]]) / max(float(np.linalg.norm(end - start)), 1e-300)
         reach = _BESIDE + float(self.room.half("link name", link.name) @ np.abs(across)) / self.unit
-        tried: list[tuple[float, int, Array, Array, Array]] = []
+        tried: list[tuple[float, Array, Array, Array]] = []
         for part in _ALONG:
             middle = form.places[a] + part * (form.places[b] - form.places[a])
-            for side in (1.0, -1.0):
-                at = self.at(self.on(link.name, middle)) + self.unit * side * reach * across
-                tried.append(
-                    (self.room.cost("link name", at, link.name), len(tried), middle, side * reach * across, at)
-                )
-        _, _, middle, away, at = min(tried, key=lambda one: one[:2])
+            for away in (reach * across, -reach * across):
+                at = self.at(self.on(link.name, middle)) + self.unit * away
+                tried.append((self.room.cost("link name", at, link.name), middle, away, at))
+        _, middle, away, at = min(tried, key=lambda one: one[0])
         self.room.take_name("link name", at, link.name)
         return shape("link name", [self.off(link.name, middle, away)], form.color, link.name)
 
@@ -169,15 +212,12 @@ class Parts:
         while joints:
             same = np.linalg.norm(here - here[0], axis=1) < 1e-5 * self.tree.extent
             group = [joint for joint, is_here in zip(joints, same, strict=True) if is_here]
-            yield self._joint_name(group, any(joint.name in driven for joint in group))
+            links = {name: None for joint in group for name in (joint.parent, joint.child)}
+            blocks = any(joint.type == "prismatic" for joint in group)
+            away = _BEYOND if any(joint.name in driven for joint in group) else BLOCK if blocks else _AWAY
+            text = ", ".join(joint.name for joint in group)
+            yield self.name_beside("joint name", group[0].child, group[0].on_child, away, text, links)
             joints, here = [joint for joint in joints if joint not in group], here[~same]
-
-    def _joint_name(self, group: Sequence[Joint], driven: bool) -> Shape:
-        links = {name: None for joint in group for name in (joint.parent, joint.child)}
-        blocks = any(joint.type == "prismatic" for joint in group)
-        away = _BEYOND if driven else BLOCK if blocks else _AWAY
-        text = ", ".join(joint.name for joint in group)
-        return self.name_beside("joint name", group[0].child, group[0].on_child, away, text, links)
 
     def point(self, name: str) -> Iterator[Shape]:
         """Mark a reported point."""
@@ -201,37 +241,26 @@ class Parts:
 
     def _rail(self, joint: Joint) -> Iterator[Shape]:
         """Draw the line of a block over its stroke; hatched on the ground."""
-        ends = [np.array([self.on(*end)]) for end in ((joint.parent, joint.on_parent), (joint.child, joint.on_child))]
+        rail = (self.on(joint.parent, joint.on_parent, s * joint.direction) for s in (0.0, 1.0))
+        points = np.array([*rail, self.on(joint.child, joint.on_child)])
         way = []
         for pose in self.poses:
-            gap = placed(ends[1], pose)[0] - placed(ends[0], pose)[0]
-            angle = pose[int(ends[0][0, 0]), 2]
-            c, s = np.cos(angle), np.sin(angle)
-            along = np.array(
-                [c * joint.direction[0] - s * joint.direction[1], s * joint.direction[0] + c * joint.direction[1]]
-            )
-            way.append(float(gap @ along) / self.unit)
+            start, ahead, block = placed(points, pose) / self.unit
+            way.append(float((block - start) @ (ahead - start)))
         reach = np.array([min(way) - 2.5, max(way) + 2.5])
-        points = [self.on(joint.parent, joint.on_parent, s * joint.direction) for s in reach]
+        ends = [self.on(joint.parent, joint.on_parent, s * joint.direction) for s in reach]
         if joint.parent != "world":
-            yield shape("slot", points, self._color(joint.parent))
+            yield shape("slot", ends, self._color(joint.parent))
             return
-        yield shape("rail", points)
-        normal = np.array([joint.direction[1], -joint.direction[0]])
-        normal *= 1.0 if normal[1] <= 0.0 else -1.0  # below
-        yield from self.hatching(
-            "world", joint.on_parent, np.outer(reach, joint.direction) + 0.5 * _SIDE[1] * normal, normal
-        )
+        yield shape("rail", ends)
+        normal = below(joint.direction)
+        foot = np.outer(reach, joint.direction) + 0.5 * _SIDE[1] * normal
+        yield from self.hatching("world", joint.on_parent, foot, normal)
 
     def hatching(self, link: str, drawn: Array, ends: Array, normal: Array) -> Iterator[Shape]:
         """Draw a line (2, 2) fixed to a link, in units from a point, hatched on the side of the normal."""
-        yield shape("hatch", [self.on(link, drawn, end) for end in ends])
-        length = float(np.linalg.norm(ends[1] - ends[0]))
-        along = (ends[1] - ends[0]) / length
-        for s in np.arange(0.5 * _HATCH, length, _HATCH):
-            foot = ends[0] + s * along
-            slant = foot + 0.8 * (normal - 0.8 * along)
-            yield shape("hatch", [self.on(link, drawn, end) for end in (foot, slant)])
+        for line in (ends, *hatched(ends, normal, _HATCH, 0.8)):
+            yield shape("hatch", [self.on(link, drawn, end) for end in line])
 
     def arrow(self, role: str, ends: list[DrawnPoint]) -> Iterator[Shape]:
         """Draw a straight arrow from one point to another."""

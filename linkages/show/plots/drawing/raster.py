@@ -37,25 +37,18 @@ def picture(drawing: Drawing, said: bool = True, pose: Array | None = None) -> F
     """Draw the mechanism in a pose (default: its start), with `said` also its properties below."""
     lines = notes(drawing) if said else []
     below = _LINE * (len(lines) + 0.7) if lines else 0.0
-    figure, axis = _paper(drawing, below)
+    wide, high = drawing.high - drawing.low
+    whole = _WIDTH * float(high / wide) + below
+    figure = ShownFigure(figsize=(_WIDTH, whole), dpi=150)
+    axis = figure.add_axes((0.0, below / whole, 1.0, 1.0 - below / whole))
+    axis.set(xlim=(drawing.low[0], drawing.high[0]), ylim=(drawing.low[1], drawing.high[1]))
+    axis.set_axis_off()
     for one in drawing.shapes:
         _put(axis, drawing, one, drawing.pose if pose is None else pose)
-    whole = float(figure.get_size_inches()[1])
     for k, (text, color) in enumerate(lines):
         weight = "bold" if k == 0 else "normal"
         figure.text(0.015, (below - _LINE * (k + 0.9)) / whole, text, color=color, fontsize=8.2, weight=weight)
     return figure
-
-
-def _paper(drawing: Drawing, below: float) -> tuple[Figure, Axes]:
-    """Make a figure with an axis of the drawing's size above `below` inches."""
-    wide, high = drawing.high - drawing.low
-    height = _WIDTH * high / wide
-    figure = ShownFigure(figsize=(_WIDTH, height + below), dpi=150)
-    axis = figure.add_axes((0.0, below / (height + below), 1.0, height / (height + below)))
-    axis.set(xlim=(drawing.low[0], drawing.high[0]), ylim=(drawing.low[1], drawing.high[1]))
-    axis.set_axis_off()
-    return figure, axis
 
 
 def _put(axis: Axes, drawing: Drawing, one: Shape, pose: Array) -> None:
@@ -65,12 +58,8 @@ def _put(axis: Axes, drawing: Drawing, one: Shape, pose: Array) -> None:
     line: dict[str, Any] = {"linewidth": style.width * dots, "capstyle": "round", "joinstyle": "round", "zorder": 2}
     if style.kind == "text":
         weight = "bold" if style.bold else "normal"
-        where: dict[str, Any] = {
-            "ha": "center",
-            "va": "center",
-            "clip_on": True,
-            "path_effects": [withStroke(linewidth=2.0, foreground="#FFFFFF")],
-        }
+        halo = [withStroke(linewidth=2.0, foreground="#FFFFFF")]
+        where: dict[str, Any] = {"ha": "center", "va": "center", "clip_on": True, "path_effects": halo}
         axis.text(points[0, 0], points[0, 1], one.text, color=fill, fontsize=style.size * dots, weight=weight, **where)
     elif style.kind == "circle":
         axis.add_patch(Circle(tuple(points[0]), style.radius * drawing.unit, fc=fill, ec=stroke, **line))
@@ -78,5 +67,4 @@ def _put(axis: Axes, drawing: Drawing, one: Shape, pose: Array) -> None:
         axis.add_patch(Polygon(points, closed=True, fc=fill, ec=stroke, alpha=style.opacity, **line))
     else:
         dash = (0, (style.dash / style.width,) * 2) if style.dash else "-"
-        open_line = Polygon(points, closed=False, fc="none", ec=stroke, linestyle=dash, **line)
-        axis.add_patch(open_line)
+        axis.add_patch(Polygon(points, closed=False, fc="none", ec=stroke, linestyle=dash, **line))

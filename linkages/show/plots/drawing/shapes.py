@@ -83,6 +83,20 @@ def shape(role: str, points: Iterable[DrawnPoint], color: str = INK, text: str =
     return Shape(role, np.array(list(points), dtype=np.float64), color, text)
 
 
+def below(direction: Array) -> Array:
+    """Return the normal (2,) of a line with a direction, downwards."""
+    normal = np.array([direction[1], -direction[0]])
+    return normal if normal[1] <= 0.0 else -normal
+
+
+def hatched(ends: Array, normal: Array, step: float, size: float) -> list[Array]:
+    """Return the lines (2, 2) of a hatching on one side of a line, at a distance from each other, and of a size."""
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    along = (ends[1] - ends[0]) / length
+    feet = ends[0] + np.outer(np.arange(0.5 * step, length, step), along)
+    return [np.array([foot, foot + size * (normal - 0.8 * along)]) for foot in feet]
+
+
 def placed(at: Array, pose: Array) -> Array:
     """Compute positions of points (n, 5) on bodies at `pose` (nb, 3 or more: x, y, angle): plane axes (n, 2) [m]."""
     body = at[:, 0].astype(int)

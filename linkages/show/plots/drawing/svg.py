@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from textwrap import wrap
 
 import numpy as np
@@ -18,7 +19,6 @@ _LINE = 17.0  # line height of text [px]
 _WORDS = 128  # most characters of a line
 
 _FONT = "font-family='system-ui, sans-serif'"
-_DIGITS = 6
 
 
 def scale(drawing: Drawing) -> float:
@@ -33,10 +33,9 @@ def svg(drawing: Drawing, said: bool = True) -> Markup:
     total = height + (_LINE * (len(lines) + 1) if lines else 0.0)
     size = f"viewBox='0 0 {WIDTH:g} {total:.1f}' width='{WIDTH:g}' height='{total:.1f}'"
     shapes = Markup("\n").join(_element(drawing, one, said) for one in drawing.shapes)
+    text = Markup("<text x='12' y='{:.1f}' font-size='13' font-weight='{}' fill='{}'>{}</text>")
     texts = Markup("\n").join(
-        Markup("<text x='12' y='{}' font-size='13' font-weight='{}' fill='{}'>{}</text>").format(
-            f"{height + _LINE * (k + 1):.1f}", "bold" if k == 0 else "normal", color, line
-        )
+        text.format(height + _LINE * (k + 1), "normal" if k else "bold", color, line)
         for k, (line, color) in enumerate(lines)
     )
     frame = f"<rect width='{WIDTH:g}' height='{total:.1f}' fill='#FFFFFF'/>"
@@ -48,7 +47,10 @@ def svg(drawing: Drawing, said: bool = True) -> Markup:
 def _element(drawing: Drawing, one: Shape, static: bool) -> Markup:
     """Write an element, with its body-fixed points if it is movable."""
     style, unit = STYLES[one.role], 0.01 * WIDTH
-    look = [f"fill='{_color(style.fill, one)}'", f"stroke='{_color(style.stroke, one)}'"]
+    fill, stroke = ("none" if named is None else named or one.color for named in (style.fill, style.stroke))
+    look = [f"fill='{fill}'", f"stroke='{stroke}'"]
+    if style.kind == "text":
+        look[1] = f"stroke='#FFFFFF' stroke-width='{_HALO * unit:.1f}' paint-order='stroke' stroke-linejoin='round'"
     if style.width:
         look.append(f"stroke-width='{style.width * unit:.2f}' stroke-linecap='round' stroke-linejoin='round'")
     if style.opacity < 1.0:
@@ -57,13 +59,12 @@ def _element(drawing: Drawing, one: Shape, static: bool) -> Markup:
         look.append(f"stroke-dasharray='{style.dash * unit:.1f}'")
     points = pixels(drawing, placed(one.at, drawing.pose))
     if not static:
-        look.append(f"data-at='{_numbers(one.at)}'")
+        numbers = " ".join(",".join(f"{value:.6g}" for value in row) for row in one.at)
+        look.append(f"data-at='{numbers}'")
     shown = " ".join(look)
     if style.kind == "text":
         x, y = points[0]
         font = f"font-size='{style.size * unit:.1f}' text-anchor='middle' dominant-baseline='central'"
-        look[1] = f"stroke='#FFFFFF' stroke-width='{_HALO * unit:.1f}' paint-order='stroke' stroke-linejoin='round'"
-        shown = " ".join(look)
         heavy = " font-weight='bold'" if style.bold else ""
         return Markup(f"<text x='{x:.1f}' y='{y:.1f}' {font}{heavy} {shown}>{escape(one.text)}</text>")
     if style.kind == "circle":
@@ -80,14 +81,6 @@ def pixels(drawing: Drawing, points: Array) -> Array:
     return np.column_stack([x, -y])
 
 
-def _numbers(at: Array) -> str:
-    return " ".join(",".join(f"{value:.6g}" for value in row) for row in at)
-
-
-def _color(named: str | None, one: Shape) -> str:
-    return "none" if named is None else named or one.color
-
-
 def notes(drawing: Drawing) -> list[tuple[str, str]]:
     """Return the lines of text below the picture, with colours."""
     said = [(drawing.title, "#1A1A1A"), *((fact, "#1A1A1A") for fact in drawing.facts)]
@@ -98,12 +91,10 @@ def notes(drawing: Drawing) -> list[tuple[str, str]]:
 def page(drawing: Drawing) -> str:
     """Write the page."""
     sliders = [
-        {
+        asdict(slider)
+        | {
             "values": slider.values.round(2).tolist(),
-            "unit": slider.unit,
-            "first": slider.first,
-            "poses": [[[float(f"{v:.{_DIGITS}g}") for v in row] for row in pose] for pose in slider.poses],
-            "sense": slider.sense,
+            "poses": [[[float(f"{v:.6g}") for v in row] for row in pose] for pose in slider.poses],
             "full": bool(np.ptp(slider.values) > 359.9 and slider.unit == "deg"),
         }
         for slider in drawing.sliders

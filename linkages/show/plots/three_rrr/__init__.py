@@ -2,8 +2,7 @@
 
 | module         | figures                                                                        |
 |----------------|--------------------------------------------------------------------------------|
-| figures        | the paper's figures 5 to 12; `write_figures` writes all figures                |
-| parameter_maps | maps over the drive angles; convergence with the elements; the effect of speed |
+| figures        | the paper's figures 5 to 12; maps over the drive angles; convergence; speed     |
 | robot_lines    | the robot as lines; a mode over the moving pose, as one HTML file              |
 """
 

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 
 OUTLINE = "0.35"
-_SHARE = 0.12  # largest drawn deflection over the robot's size
 _POINTS = 13  # number of drawn points of each element
 _FRAMES = 121
 _SHARE = 0.1  # drawn deflection over the coupler's length
@@ -30,12 +29,17 @@ _EVERY = 2  # step between kept points of a line
 def shape_lines(model: FiniteElementModel, state: RobotMotion, index: int, shape: Array) -> list[tuple[Array, str]]:
     """Return lines of the robot deformed by a shape (size,) of its unknowns, magnified."""
     one = state.part(slice(index, index + 1))
+    rest, moved = displaced_lines(model, one), _deflections(model, one, shape, 1)
+    return [(line + part, name) for (line, name), part in zip(rest, moved, strict=True)]
+
+
+def _deflections(model: FiniteElementModel, one: RobotMotion, shape: Array, every: int) -> list[Array]:
+    """Return the displacements of the lines at a single pose, of every n-th point, with the same largest one [m]."""
     full = model.expand(one, shape[None])[0]
-    still = displaced_lines(model, one)
-    pairs = zip(displaced_lines(model, one, full), still, strict=True)
-    largest = max(float(np.max(np.linalg.norm(a - b, axis=1))) for (a, _), (b, _) in pairs)
-    scale = _SHARE * float(np.max(model.geometry.coupler)) / largest
-    return displaced_lines(model, one, scale * full)
+    lines = (_points(displaced_lines(model, one, part), every) for part in (full, None))
+    moved = [line - rest for line, rest in zip(*lines, strict=True)]
+    largest = max(float(np.max(np.linalg.norm(line, axis=1))) for line in moved)
+    return [_SHARE * float(np.max(model.geometry.coupler)) / largest * line for line in moved]
 
 
 def displaced_lines(model: FiniteElementModel, one: RobotMotion, full: Array | None = None) -> list[tuple[Array, str]]:
@@ -87,19 +91,12 @@ def animation_data(results: RobotResults) -> dict[str, Any]:
     The modes are followed by MAC, with continuous signs, and each shape is scaled to the same largest deflection.
     """
     places = np.unique(np.linspace(0, len(results.motion) - 1, _FRAMES).astype(int))
-    size = _SHARE * float(np.max(results.model.geometry.coupler))
     frames: list[dict[str, Any]] = []
     for index in places:
         one = results.motion.part(slice(int(index), int(index) + 1))
-        rest = _points(displaced_lines(results.model, one))
-        shapes = []
-        for mode in range(results.tracked.shape[1]):
-            full = results.model.expand(one, results.shapes[index, :, mode][None])[0]
-            lines = _points(displaced_lines(results.model, one, full))
-            moved = [a - b for a, b in zip(lines, rest, strict=True)]
-            largest = max(float(np.max(np.linalg.norm(line, axis=1))) for line in moved)
-            shapes.append([_rounded(1e3 * size / largest * line) for line in moved])
-        still = [_rounded(1e3 * line) for line in rest]
+        still = [_rounded(1e3 * line) for line in _points(displaced_lines(results.model, one), _EVERY)]
+        modes = (_deflections(results.model, one, shape, _EVERY) for shape in results.shapes[index].T)
+        shapes = [[_rounded(1e3 * line) for line in lines] for lines in modes]
         frames.append({"t": round(float(one.time[0]), 4), "rest": still, "shape": shapes})
     points = np.concatenate([line for frame in frames for line in frame["rest"]])
     return {
@@ -110,8 +107,8 @@ def animation_data(results: RobotResults) -> dict[str, Any]:
     }
 
 
-def _points(lines: list[tuple[Array, str]]) -> list[Array]:
-    return [line if name == "platform" else line[::_EVERY] for line, name in lines]
+def _points(lines: list[tuple[Array, str]], every: int) -> list[Array]:
+    return [line if name == "platform" else line[::every] for line, name in lines]
 
 
 def _rounded(points: Array) -> list[list[float]]:

@@ -1,14 +1,16 @@
-"""Figures of linear models: natural modes and their frequencies over the poses of the drives, Bode plots."""
+"""Figures of linear models: natural modes and their frequencies over the drives' poses, Bode plots, sensitivities."""
 
 from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
 from linkages.explore.linearisation import StateSpace
 from linkages.explore.modes import Modes, ModeShapes, ModesOver
+from linkages.explore.sensitivity import Sensitivities
 from linkages.show.plots.shown import new_figure
 from linkages.show.plots.style import COLORS, LINES, engineering, figure_style, typeset
 
@@ -50,14 +52,8 @@ def frequencies_figure(over: ModesOver) -> Figure:
     with figure_style():
         figure, axis = new_figure(3.6)
         for k, values in enumerate(over.frequencies.T):
-            axis.plot(
-                over.times,
-                values,
-                lw=1.4,
-                color=COLORS[k % len(COLORS)],
-                ls=LINES[k % len(LINES)],
-                label=f"mode {k + 1}",
-            )
+            style = {"color": COLORS[k % len(COLORS)], "ls": LINES[k % len(LINES)]}
+            axis.plot(over.times, values, lw=1.4, label=f"mode {k + 1}", **style)
         axis.set(xlabel="time at which the drives reach the pose [s]", ylabel="natural frequency at rest [Hz]")
         axis.set_ylim(bottom=0.0)
         figure.legend(loc="outside upper center", ncols=6, fontsize=8)
@@ -96,3 +92,32 @@ def bode_figure(model: StateSpace, frequencies: Array, response: NDArray[np.comp
 def _factor(unit: str) -> str:
     """Write a unit as a factor of a product."""
     return f"({typeset(unit)})" if set(" /") & set(unit) else typeset(unit)
+
+
+def tornado_figure(found: Sensitivities) -> Figure:
+    """Draw the change of each peak with each value, the strongest first, with its error as a line."""
+    keys = [key for key in found.numbers if key.endswith(".peak") and found.numbers[key] != 0.0]
+    rows = -(-len(keys) // 2)
+    with figure_style():
+        height = 0.4 + rows * (0.9 + 0.24 * len(found.values))
+        figure, axes = new_figure(height, max(rows, 1), 2, squeeze=False, width=7.2)
+        for axis, key in zip(axes.flat, keys, strict=False):
+            shares = {path: share for path in found.values if (share := found.per_cent(path, key)) is not None}
+            paths = [path for _, path in sorted((abs(share), path) for path, share in shares.items())]
+            scales = [abs(found.values[path] / found.numbers[key]) for path in paths]
+            errors = [scale * (found.errors[path][key] or 0.0) for scale, path in zip(scales, paths, strict=True)]
+            heights = [100.0 * shares[path] for path in paths]
+            axis.barh(paths, heights, color=[COLORS[0] if x > 0 else COLORS[1] for x in heights])
+            axis.errorbar(heights, range(len(paths)), xerr=errors, fmt="none", ecolor="k", lw=0.8)
+            axis.axvline(0.0, color="k", lw=0.6)
+            axis.tick_params(axis="y", labelsize=7)
+            axis.set_title(key, fontsize=9)
+            axis.set_xlabel("change with 1 % of the value [%]", fontsize=8)
+            axis.xaxis.set_major_locator(MaxNLocator(4))
+            axis.xaxis.set_major_formatter("{x:.3g}")
+            if not any(heights):
+                axis.set(xticks=[0.0], xlim=(-1.0, 1.0))
+                axis.text(0.75, 0.5, "no change", transform=axis.transAxes, ha="center", va="center", fontsize=8)
+        for axis in axes.flat[len(keys) :]:
+            axis.axis("off")
+        return figure
