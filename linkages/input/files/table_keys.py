@@ -13,7 +13,6 @@ from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_after_validator_function
 
 from linkages.base.errors import nearest
-from linkages.input.files.unit_conversion import read, read_either
 
 
 @dataclass(frozen=True)
@@ -105,34 +104,7 @@ def _content(info: FieldInfo) -> list[Any]:
     return found
 
 
-class UnitError(Exception):
-    """An invalid unit: dotted path and reason."""
-
-
-def in_si(model: type[BaseModel], data: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Convert values with units to SI numbers, in a table and its inner tables."""
-    found, keys = dict(data), taken_keys(model, data)
-    for key, value in data.items():
-        info, path = keys.get(key), f"{prefix}{key}"
-        if info is None or not isinstance(value, Mapping | list | str):
-            continue
-        inner = inner_table(info)
-        if inner is not None and isinstance(value, Mapping):
-            tables = value if is_named(info) else {"": value}
-            read_ones = {
-                name: in_si(inner, table, f"{path}.{name}.".replace("..", ".")) if isinstance(table, Mapping) else table
-                for name, table in tables.items()
-            }
-            found[key] = read_ones if is_named(info) else read_ones[""]
-        elif _is_number(info):
-            try:
-                found[key] = (read_either if getattr(model, "of_any_joint", False) else read)(value, unit_of(info))
-            except ValueError as problem:
-                raise UnitError(path, str(problem)) from None
-    return found
-
-
-def _is_number(info: FieldInfo) -> bool:
+def is_number(info: FieldInfo) -> bool:
     """Check whether a key allows numbers, or lists of numbers, and no text."""
     kinds = [kind for kind in _content(info) if isinstance(kind, type)]
     return (float in kinds or int in kinds) and str not in kinds

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar, cast
 
 import tomlkit
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 from tomlkit.exceptions import TOMLKitError
 
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.magnitudes import implausible
 from linkages.input.files.reading import read_whole
-from linkages.input.files.table_keys import UnitError, in_si, inner_table, names_taken, taken_keys
+from linkages.input.files.table_keys import inner_table, is_number, names_taken, taken_keys, unit_of
+from linkages.input.files.unit_conversion import read, read_either
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -38,6 +39,14 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)  # built when first used
     of_any_joint: ClassVar[bool] = False  # whether units with rad also allow m (prismatic joints)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _in_si(cls, value: Any, key: ValidationInfo) -> Any:
+        field = cls.model_fields[key.field_name or ""]
+        if isinstance(value, str | list) and is_number(field):
+            return (read_either if cls.of_any_joint else read)(value, unit_of(field))
+        return value
 
     @classmethod
     def unknown(cls, key: str, data: Mapping[str, Any]) -> str:
@@ -119,10 +128,7 @@ def validate(
     """
     refuse_implausible(data, source, origins or {})
     try:
-        return model.model_validate(in_si(model, data))
-    except UnitError as problem:
-        where = problem.args[0]
-        raise InputError((origins or {}).get(where, source), where, problem.args[1]) from None
+        return model.model_validate(data)
     except ValidationError as problem:
         # a misspelt key often causes a missing key: report the misspelt one
         first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
