@@ -22,13 +22,12 @@
 | keys          | ``linkages keys``: keys of an experiment file, outputs of a run       |
 | doctor        | ``linkages doctor``: check of the installation                        |
 | completion    | ``linkages completion``: a script for the shell                       |
-| options       | options of several commands, numbers, the system that they define     |
-| folders       | folders of results: their command, files that a new run removes       |
+| options       | options of several commands, numbers, their system, their folders     |
 | progress      | progress: bars, lines, heartbeat                                      |
 
-A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, and imports
-its heavy dependencies inside `run`. Other packages add commands through entry points of the group
-``linkages.commands``; one that cannot be loaded is skipped with a warning.
+A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, optionally
+``EXAMPLES`` (text below the help), and imports its heavy dependencies inside `run`. Other packages add commands through
+entry points of the group ``linkages.commands``; one that cannot be loaded is skipped with a warning.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ import argparse
 import importlib
 import keyword
 import sys
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from typing import Protocol, cast
 
 _OWN = (
@@ -74,17 +73,11 @@ def commands(wanted: str = "") -> dict[str, Command]:
         try:
             if point.name in found:
                 raise ValueError("the name is taken")
-            found[point.name] = _load(point)
+            command = point.load()
+            if missing := [part for part in ("HELP", "add_options", "run") if not hasattr(command, part)]:
+                raise TypeError(f"it has no {missing[0]}")
+            found[point.name] = command
         except Exception as problem:  # an error of another package must not disable all commands
             reason = " ".join(f"{type(problem).__name__}: {problem}".split())
             print(f"warning: command {point.name} ({point.value}) is skipped: {reason}", file=sys.stderr)
     return cast(dict[str, Command], found)
-
-
-def _load(point: EntryPoint) -> object:
-    """Import and check a command of another package."""
-    command = point.load()
-    missing = [part for part in ("HELP", "add_options", "run") if not hasattr(command, part)]
-    if missing:
-        raise TypeError(f"it has no {missing[0]}")
-    return command

@@ -7,8 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, nearest
-from linkages.cli.folders import add_out, output_folder
-from linkages.cli.options import add_pictures, number, print_results
+from linkages.cli.options import add_out, add_pictures, number, output_folder, print_results
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
 
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 
 HELP = "a journal bearing under a static load: eccentricity, flow, friction, dynamic coefficients, stability"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages bearing --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000
   linkages bearing --diameter 80mm --length 40mm --clearance 0.1mm --viscosity 0.03 --speed 100 --load 1000 --film short
   linkages bearing --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000 \
@@ -44,7 +43,6 @@ _GROOVE = {
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     for name, unit, meaning in _NEEDED:
         parser.add_argument(f"--{name}", required=True, metavar="VALUE", help=f"{meaning} [{unit}]")
     parser.add_argument("--viscosity", metavar="VALUE", help="dynamic viscosity [Pa s]")

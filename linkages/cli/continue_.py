@@ -9,7 +9,6 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, Status
-from linkages.cli.folders import output_folder
 from linkages.cli.options import (
     add_file,
     add_number,
@@ -17,6 +16,7 @@ from linkages.cli.options import (
     add_pictures,
     add_settings,
     load_system,
+    output_folder,
     output_names,
     path_and_range,
     print_results,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 HELP = "branches of stable and unstable periodic motions over one value, and their bifurcations"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages continue slider_crank_lubricated.toml --vary drives.O.speed=100:150 --transient 5 --output B.force
   linkages continue my.toml --vary drives.O.speed=100:600 --start 300 --periods 2 --output B.force --sweep 40
 """
@@ -45,7 +45,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE
 
-    parser.epilog = _EXAMPLES
     add_file(parser)
     parser.add_argument("--vary", required=True, metavar="PATH=LO:HI", help="the value and its range")
     parser.add_argument("--start", metavar="VALUE", help="value of the first motion; default: LO")

@@ -23,7 +23,7 @@ from linkages.input.files.shipped import data_folder
 
 HELP = "check the installation: versions, caches, data, a self-check"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages doctor
   linkages doctor > installation.txt        to send with a question or a bug report
 """
@@ -33,7 +33,6 @@ _TOLERANCE = 1e-6  # relative tolerance of the self-check; the runs of both engi
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add examples; the command takes no arguments."""
-    parser.epilog = _EXAMPLES
 
 
 def run(options: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ from linkages.input.files.table_formats import FORMATS
 
 HELP = "write a run's trajectory for other programs: csv, mat, parquet, netcdf"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages export results/seven_bar --to csv
   linkages export results/seven_bar --to mat --out press.mat
 """
@@ -18,7 +18,6 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument("folder", type=Path, metavar="DIR", help="folder that `linkages simulate` wrote")
     parser.add_argument("--to", choices=tuple(FORMATS), required=True, help="format")
     parser.add_argument("--out", type=Path, metavar="FILE", help="default: DIR/trajectory.csv, .mat, .parquet or .nc")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 HELP = "convert SDFormat or URDF of another program to a mechanism (.sdf)"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages import robot.urdf --out robot.sdf
   linkages import gripper/model.sdf --out gripper.sdf
   linkages import world.sdf --model arm --out arm.sdf
@@ -23,7 +23,6 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument("file", type=Path, metavar="FILE", help="SDFormat or URDF; xacro must be expanded first")
     parser.add_argument(
         "--model", default="", metavar="NAME", help="model of a world with several; default: the only one"

@@ -9,7 +9,7 @@ from linkages.base.errors import InputError, nearest
 
 HELP = "list the keys of an experiment file and the outputs of a run, with units and meanings"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages keys
   linkages keys joints.A.friction
   linkages keys friction
@@ -18,7 +18,6 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument(
         "path",
         nargs="?",

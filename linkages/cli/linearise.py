@@ -7,8 +7,16 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
-from linkages.cli.folders import output_folder
-from linkages.cli.options import add_file, add_names, add_pictures, add_settings, load_system, print_results, seconds
+from linkages.cli.options import (
+    add_file,
+    add_names,
+    add_pictures,
+    add_settings,
+    load_system,
+    output_folder,
+    print_results,
+    seconds,
+)
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
@@ -16,7 +24,7 @@ if TYPE_CHECKING:
 
 HELP = "a linear state-space model at a state or an equilibrium: A, B, C, D, poles, frequency response"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages linearise my.toml --equilibrium --output slider.x
   linkages linearise my.toml --time 0.2 --input O.torque --output slider.x --frequencies 1:1000:300
 """
@@ -27,7 +35,6 @@ _SHOWN = 20  # most poles in the table
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     add_file(parser)
     parser.add_argument("--time", type=seconds, default=0.0, metavar="SECONDS", help="time of the state; default: 0")
     parser.add_argument(

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import cell
-from linkages.cli.folders import output_folder
-from linkages.cli.options import print_results, set_values
+from linkages.cli.options import output_folder, print_results, set_values
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
 

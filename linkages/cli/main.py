@@ -115,7 +115,8 @@ def parser(known: Mapping[str, Command]) -> Parser:
     result.add_argument("--version", action="version", version=f"linkages {_version()}")
     subparsers = result.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, command in known.items():
-        command.add_options(subparsers.add_parser(name, help=command.HELP, description=command.HELP))
+        epilog = getattr(command, "EXAMPLES", None)
+        command.add_options(subparsers.add_parser(name, help=command.HELP, description=command.HELP, epilog=epilog))
     return result
 
 

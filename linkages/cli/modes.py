@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, Status
-from linkages.cli.folders import add_out, output_folder
-from linkages.cli.options import add_pictures, add_set, print_results
+from linkages.cli.options import add_out, add_pictures, add_set, output_folder, print_results
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
 
@@ -23,7 +22,7 @@ HELP = "natural frequencies and mode shapes of a linkage at rest, or of the 3-RR
 _OF_ROBOT, _OF_LINKAGE = ("verify", "dynamic", "branch", "elements", "no_animation"), ("count", "cycle", "set")
 _COUNT, _MOST = 6, 10_000  # default number of modes; largest number of modes and poses
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages modes slider_crank_flexible.toml
   linkages modes my.toml --count 4 --cycle 72 --set links.rod.bending=8
   linkages modes three_rrr.toml
@@ -34,7 +33,6 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument("file", help="experiment or 3-RRR robot (.toml), a path or the name of a shipped one")
     parser.add_argument("--count", type=int, metavar="N", help=f"modes of a linkage; default: {_COUNT}")
     parser.add_argument(

@@ -14,7 +14,7 @@ from linkages.input.files.writing import errors_of_writing, whole
 
 HELP = "write a commented mechanism (.sdf) and experiment (.toml) to start with"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages new press && linkages simulate press.toml
   linkages new press --model dry --out machines
   linkages new saw --flexible                              a slider-crank with a flexible rod
@@ -26,7 +26,6 @@ _NAME = re.compile(r"(?!world$)[A-Za-z][A-Za-z0-9_-]{0,63}")  # SDFormat reserve
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument(
         "name",
         nargs="?",

@@ -7,7 +7,7 @@ from pathlib import Path
 
 HELP = "make one self-contained HTML page from a folder of results"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages report results/seven_bar
   linkages report results/seven_bar --out press.html
 """
@@ -15,7 +15,6 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument(
         "folder", type=Path, metavar="DIR", help="folder written by `linkages simulate` or `linkages wear`"
     )

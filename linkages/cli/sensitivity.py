@@ -6,8 +6,15 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import cell
-from linkages.cli.folders import output_folder
-from linkages.cli.options import add_file, add_names, add_pictures, add_settings, load_system, print_results
+from linkages.cli.options import (
+    add_file,
+    add_names,
+    add_pictures,
+    add_settings,
+    load_system,
+    output_folder,
+    print_results,
+)
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
@@ -17,7 +24,7 @@ if TYPE_CHECKING:
 
 HELP = "derivatives of peaks, means and works of a run with respect to values"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages sensitivity seven_bar.toml --wrt joints.A.clearance joints.A.viscosity sdf.links.link6.mass
   linkages sensitivity my.toml --wrt drives.O.speed gravity.y --output slider.ax --check
 """
@@ -25,7 +32,6 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     add_file(parser)
     parser.add_argument(
         "--wrt", nargs="+", action="extend", required=True, metavar="PATH", help="values; of the machine with sdf."

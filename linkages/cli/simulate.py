@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
-from linkages.cli.folders import output_folder
-from linkages.cli.options import add_file, add_pictures, add_settings, load_system, written
+from linkages.cli.options import add_file, add_pictures, add_settings, load_system, output_folder, written
 from linkages.cli.progress import begin_stage, stages
 from linkages.engines import DEFAULT, ENGINES, engine
 from linkages.input.files.writing import write_json
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 
 HELP = "run an experiment; write numbers, figures and an animation"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages simulate seven_bar.toml
   linkages simulate my.toml --engine compiled --set joints.A.clearance=2e-4 --set drives.O1.speed=7 --out results/thin
 """
@@ -34,7 +33,6 @@ _ENGINE = {
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     add_file(parser)
     add_run_options(parser)
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import counted
 from linkages.base.errors import InputError, Status
-from linkages.cli.folders import output_folder
 from linkages.cli.options import (
     add_drive,
     add_file,
@@ -19,6 +18,7 @@ from linkages.cli.options import (
     add_pictures,
     add_settings,
     load_system,
+    output_folder,
     output_names,
     path_and_parts,
     print_results,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 HELP = "run over the values of one variable: bifurcation diagram, peaks with their spread"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages sweep seven_bar.toml --vary joints.A.clearance=0.1mm:0.4mm:31 --revolutions 2
   linkages sweep slider_crank_dry.toml --vary drives.O.speed=100:600:101 --output B.force --output B.ey
 """
@@ -43,7 +43,6 @@ _STATISTICS = ("min", "max", "peak_mean", "peak_std", "peak_min", "peak_max")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     add_file(parser)
     parser.add_argument("--vary", required=True, metavar="PATH=LO:HI:N", help="N values of a variable, evenly spaced")
     add_number(parser, "--revolutions", 20, "N", "recorded revolutions")

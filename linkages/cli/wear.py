@@ -7,8 +7,15 @@ import sys
 from typing import Any
 
 from linkages.base.errors import InputError, Status
-from linkages.cli.folders import output_folder
-from linkages.cli.options import add_drive, add_file, add_pictures, add_settings, load_system, print_results
+from linkages.cli.options import (
+    add_drive,
+    add_file,
+    add_pictures,
+    add_settings,
+    load_system,
+    output_folder,
+    print_results,
+)
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
@@ -16,7 +23,7 @@ HELP = "wear of journals and bearings over many revolutions: profiles, clearance
 
 #: Subfolder of the blocks in the folder of results.
 BLOCKS = "blocks"
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages wear slider_crank_dry.toml --cycles 100000 --set joints.B.wear.coefficient=1e-15
   linkages wear my.toml --cycles 20000 --set joints.B.wear.coefficient=5e-14 --out results/soft
 
@@ -27,7 +34,6 @@ results. Remove the folder to start again.
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     add_file(parser)
     parser.add_argument("--cycles", type=float, required=True, metavar="N", help="revolutions of the drive")
     add_drive(parser, "a cycle")
