@@ -18,13 +18,8 @@ EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument(
-        "path",
-        nargs="?",
-        default="",
-        metavar="PATH",
-        help="list only keys and outputs at and below this path, or with this word in their paths",
-    )
+    meaning = "list only keys and outputs at and below this path, or with this word in their paths"
+    parser.add_argument("path", nargs="?", default="", metavar="PATH", help=meaning)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -39,15 +34,15 @@ def run(options: argparse.Namespace) -> int:
             words = {word for name, _ in (*keys, *outputs) for word in (name, *name.split("."))}
             near = nearest(options.path, words, "`linkages keys` lists them all")
             raise InputError("keys", options.path, f"is no key and no output; {near}")
-        _show(found)
-        return 0
+        keys, outputs = found, []
     width = max(len(name) for name, _ in (*keys, *outputs))
-    _show(keys, width)
-    print(
-        "\nOutputs of a run; the key `outputs` of an experiment allows outputs of POINTs (links or frames),"
-        " also positions of JOINTs:\n"
-    )
-    _show(outputs, width)
+    lines = [f"{name:{width}s}  {meaning}" for name, meaning in (*keys, *outputs)]
+    if outputs:
+        allowed = (
+            "the key `outputs` of an experiment allows outputs of POINTs (links or frames), also positions of JOINTs"
+        )
+        lines.insert(len(keys), f"\nOutputs of a run; {allowed}:\n")
+    print("\n".join(lines))
     return 0
 
 
@@ -59,9 +54,3 @@ def _has(wanted: Sequence[str], parts: Sequence[str]) -> bool:
         if any(same) and all(map(max, same, named)):
             return True
     return False
-
-
-def _show(rows: Sequence[tuple[str, str]], width: int = 0) -> None:
-    width = width or max(len(name) for name, _ in rows)
-    for name, meaning in rows:
-        print(f"{name:{width}s}  {meaning}")

@@ -37,17 +37,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     add_file(parser)
     parser.add_argument("--time", type=seconds, default=0.0, metavar="SECONDS", help="time of the state; default: 0")
-    parser.add_argument(
-        "--equilibrium", action="store_true", help="find an equilibrium near the state of that time, by Newton's method"
-    )
+    parser.add_argument("--equilibrium", action="store_true", help="find an equilibrium near the state of that time")
     add_names(parser, "--input", "DRIVE.torque, TORQUE.torque, FORCE.fx, FORCE.fy; may be repeated; default: all")
     default = "default: the experiment's, else the coordinates"
     add_names(parser, "--output", f"output, see `linkages keys`; may be repeated; {default}")
-    parser.add_argument(
-        "--frequencies",
-        metavar="LO:HI:N",
-        help="frequencies of the response [Hz], in equal ratios; default: by the poles",
-    )
+    frequencies = "frequencies of the response [Hz], in equal ratios; default: by the poles"
+    parser.add_argument("--frequencies", metavar="LO:HI:N", help=frequencies)
     add_settings(parser)
     add_pictures(parser)
 

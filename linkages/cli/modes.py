@@ -35,26 +35,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("file", help="experiment or 3-RRR robot (.toml), a path or the name of a shipped one")
     parser.add_argument("--count", type=int, metavar="N", help=f"modes of a linkage; default: {_COUNT}")
-    parser.add_argument(
-        "--cycle", type=int, metavar="N", help="a linkage's frequencies also in N + 1 poses of the drives' period"
-    )
+    parser.add_argument("--cycle", type=int, metavar="N", help="linkage: also in N + 1 poses of the drives' period")
     add_set(parser)
-    parser.add_argument(
-        "--verify", action="store_true", help="robot: compare with Drake's rigid plant; exit status 1 if they differ"
-    )
-    parser.add_argument(
-        "--dynamic",
-        choices=("rest", "quasi-static"),
-        metavar="START",
-        help="robot: add the response with vibration over the whole motion, with stress, from rest or quasi-static",
-    )
-    parser.add_argument(
-        "--branch", type=float, metavar="DEG", help="robot: platform angle at t = 0 of the assembly to follow"
-    )
+    parser.add_argument("--verify", action="store_true", help="robot: compare with Drake's rigid plant (exit status 1)")
+    vibration = "robot: add the response with vibration over the whole motion, with stress, from rest or quasi-static"
+    parser.add_argument("--dynamic", choices=("rest", "quasi-static"), metavar="START", help=vibration)
+    parser.add_argument("--branch", type=float, metavar="DEG", help="robot: platform angle at t = 0 of its assembly")
     add_out(parser)
-    parser.add_argument(
-        "--elements", type=int, metavar="N", help="robot: beam elements in each link, instead of the file's"
-    )
+    parser.add_argument("--elements", type=int, metavar="N", help="robot: beam elements of each link")
     add_pictures(parser, animation=True)
 
 
@@ -62,9 +50,12 @@ def run(options: argparse.Namespace) -> int:
     """Analyse the linkage or the robot; return the exit status."""
     from linkages.cli.linkage_modes import run_linkage
     from linkages.input.files.shipped import find_file
+    from linkages.input.files.toml import read_toml
+    from linkages.input.model.experiment import Experiment
+    from linkages.three_rrr.robot import Robot
 
     path = find_file(options.file, ".toml")
-    is_robot = _is_robot(path)
+    is_robot = bool(set(read_toml(path)[0]) & (set(Robot.model_fields) - set(Experiment.model_fields)))
     for key in _OF_LINKAGE if is_robot else _OF_ROBOT:
         given = getattr(options, key)
         if not (given is None or given is False or given == []):
@@ -78,15 +69,6 @@ def run(options: argparse.Namespace) -> int:
         if value is not None and not least <= value <= _MOST:
             raise InputError(f"--{key}", str(value), f"must be from {least} to {_MOST}")
     return run_linkage(options, path)
-
-
-def _is_robot(path: Path) -> bool:
-    """Check whether a file has keys that only robots have."""
-    from linkages.input.files.toml import read_toml
-    from linkages.input.model.experiment import Experiment
-    from linkages.three_rrr.robot import Robot
-
-    return bool(set(read_toml(path)[0]) & (set(Robot.model_fields) - set(Experiment.model_fields)))
 
 
 def _run_robot(options: argparse.Namespace, path: Path) -> int:

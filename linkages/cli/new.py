@@ -26,33 +26,15 @@ _NAME = re.compile(r"(?!world$)[A-Za-z][A-Za-z0-9_-]{0,63}")  # SDFormat reserve
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument(
-        "name",
-        nargs="?",
-        metavar="NAME",
-        help="name of both files and of the mechanism; default: the description's name",
-    )
-    parser.add_argument(
-        "--from",
-        dest="source",
-        type=Path,
-        metavar="FILE",
-        help="description of the mechanism: points, links, parameters",
-    )
+    name = "name of both files and of the mechanism; default: the description's name"
+    parser.add_argument("name", nargs="?", metavar="NAME", help=name)
+    source = "description of the mechanism: points, links, parameters"
+    parser.add_argument("--from", dest="source", type=Path, metavar="FILE", help=source)
     kind = parser.add_mutually_exclusive_group()
-    kind.add_argument(
-        "--model",
-        choices=("lubricated", "dry"),
-        default="lubricated",
-        help="model of the clearance joint; default: %(default)s",
-    )
-    kind.add_argument(
-        "--flexible",
-        dest="model",
-        action="store_const",
-        const="flexible",
-        help="a slider-crank with a flexible rod, instead of a four-bar with clearance",
-    )
+    model = "model of the clearance joint; default: %(default)s"
+    kind.add_argument("--model", choices=("lubricated", "dry"), default="lubricated", help=model)
+    rod = "a slider-crank with a flexible rod, instead of a four-bar with clearance"
+    kind.add_argument("--flexible", dest="model", action="store_const", const="flexible", help=rod)
     parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help="default: the current folder")
 
 

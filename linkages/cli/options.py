@@ -47,9 +47,8 @@ def add_file(parser: argparse.ArgumentParser) -> None:
 
 def add_set(parser: argparse.ArgumentParser) -> None:
     """Add ``--set``."""
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="PATH=VALUE", help="replace a value; may be repeated"
-    )
+    meaning = "replace a value; may be repeated"
+    parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE", help=meaning)
 
 
 def add_settings(parser: argparse.ArgumentParser, lasting: bool = True) -> None:
@@ -72,12 +71,8 @@ def add_out(parser: argparse.ArgumentParser) -> None:
 
 def add_outputs(parser: argparse.ArgumentParser) -> None:
     """Add ``--output``."""
-    add_names(
-        parser,
-        "--output",
-        "recorded output, see `linkages keys`; may be repeated; default: the experiment's outputs and the forces"
-        " in clearance joints",
-    )
+    default = "the experiment's outputs and the forces in clearance joints"
+    add_names(parser, "--output", f"recorded output, see `linkages keys`; may be repeated; default: {default}")
 
 
 def add_names(parser: argparse.ArgumentParser, option: str, meaning: str) -> None:
@@ -131,9 +126,8 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
         values["duration"] = options.duration
     system = load(find_file(options.file, ".toml"), values, COMMAND_LINE)
     if getattr(options, "ideal", False):
-        return system.replaced(
-            {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}, COMMAND_LINE
-        )
+        ideal = {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}
+        return system.replaced(ideal, COMMAND_LINE)
     return system
 
 

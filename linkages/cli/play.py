@@ -32,13 +32,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     add_file(parser)
     add_set(parser)
-    parser.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="PATH=LO:HI",
-        help="show a slider with this range at the start, instead of the usual ones; may be repeated",
-    )
+    slider = "show a slider with this range at the start, instead of the usual ones; may be repeated"
+    parser.add_argument("--vary", action="append", default=[], metavar="PATH=LO:HI", help=slider)
     parser.add_argument("--port", type=int, default=0, metavar="N", help="default: a free one")
     parser.add_argument("--no-browser", action="store_true", help="open no browser")
     add_number(parser, "--limit", 20.0, "SECONDS", "longest time of a run")

@@ -15,9 +15,7 @@ EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument(
-        "folder", type=Path, metavar="DIR", help="folder written by `linkages simulate` or `linkages wear`"
-    )
+    parser.add_argument("folder", type=Path, metavar="DIR", help="that `linkages simulate` or `linkages wear` wrote")
     parser.add_argument("--out", type=Path, metavar="FILE", help="the page; default: DIR/report.html")
 
 

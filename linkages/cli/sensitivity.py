@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from linkages.base.brief import cell
 from linkages.cli.options import (
@@ -33,14 +33,11 @@ EXAMPLES = """examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     add_file(parser)
-    parser.add_argument(
-        "--wrt", nargs="+", action="extend", required=True, metavar="PATH", help="values; of the machine with sdf."
-    )
+    values = "values; of the machine with sdf."
+    parser.add_argument("--wrt", nargs="+", action="extend", required=True, metavar="PATH", help=values)
     default = "the experiment's, forces and eccentricities of clearance joints, torques of drives"
     add_names(parser, "--output", f"an output; may be repeated; default: {default}")
-    parser.add_argument(
-        "--check", action="store_true", help="compare the derivatives of peaks with differences of runs"
-    )
+    parser.add_argument("--check", action="store_true", help="compare derivatives of peaks with differences of runs")
     parser.add_argument("--no-error-estimate", action="store_true", help="do not repeat the run at a tighter accuracy")
     add_pictures(parser)
     add_settings(parser)
@@ -62,7 +59,9 @@ def run(options: argparse.Namespace) -> int:
     found.warnings.extend(notes)
     with out as folder:
         write_json(folder / "sensitivity.json", found.derivatives)
-        write_json(folder / "details.json", _details(found))
+        details = {"values": found.values, "numbers": found.numbers, "errors": found.errors}
+        details |= {"differences": found.checks, "warnings": found.warnings, "run": found.run.provenance}
+        write_json(folder / "details.json", details)
         if not options.no_plots:
             from linkages.show.plots.style import write_png
             from linkages.show.plots.tornado import tornado_figure
@@ -70,14 +69,6 @@ def run(options: argparse.Namespace) -> int:
             write_png(tornado_figure(found), folder / "tornado.png")
     print_results(options, format_sensitivities(found, system), out)
     return 0
-
-
-def _details(found: Sensitivities) -> dict[str, Any]:
-    """Return the content of ``details.json``: values, numbers, errors, differences and warnings."""
-    return {
-        "values": found.values, "numbers": found.numbers, "errors": found.errors, "differences": found.checks,
-        "warnings": found.warnings, "run": found.run.provenance,
-    }  # fmt: skip
 
 
 def format_sensitivities(found: Sensitivities, system: System) -> str:

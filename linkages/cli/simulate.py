@@ -43,15 +43,9 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     add_settings(parser)
     parser.add_argument("--ideal", action="store_true", help="make every joint ideal")
     add_pictures(parser, animation=True)
-    parser.add_argument(
-        "--exaggerate",
-        type=float,
-        metavar="FACTOR",
-        help="enlarge clearances and deflections in the animation; default: deflections only, until they are visible",
-    )
-    parser.add_argument(
-        "--no-error-estimate", action="store_true", help="do not repeat the run at a ten times tighter tolerance"
-    )
+    meaning = "enlarge clearances and deflections in the animation; default: deflections, until they are visible"
+    parser.add_argument("--exaggerate", type=float, metavar="FACTOR", help=meaning)
+    parser.add_argument("--no-error-estimate", action="store_true", help="do not repeat the run at a tighter tolerance")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -94,7 +88,11 @@ def run(options: argparse.Namespace) -> int:
             write_impacts(result.contacts, folder)
         if not options.no_plots:
             begin_stage("figures")
-            _draw(result, folder, summary["error"])
+            from linkages.show.plots.drawing import draw, svg
+            from linkages.show.plots.histories import write_figures
+
+            write_figures(result, folder, summary["error"])
+            (folder / "drawing.svg").write_text(svg(draw(system)), encoding="utf-8")
         if not options.no_animation:
             begin_stage("animation")
             _animate(result, folder / "animation.html", options.exaggerate)
@@ -104,15 +102,6 @@ def run(options: argparse.Namespace) -> int:
     return report_failures({"the run": run})
 
 
-def _draw(result: Assessment, folder: Path, errors: dict[str, float | None]) -> None:
-    """Write the figures."""
-    from linkages.show.plots.drawing import draw, svg
-    from linkages.show.plots.histories import write_figures
-
-    write_figures(result, folder, errors)
-    (folder / "drawing.svg").write_text(svg(draw(result.system)), encoding="utf-8")
-
-
 def _details(result: Assessment, summary: dict[str, Any]) -> str:
     """Describe the settings of the run."""
     experiment = result.system.experiment
@@ -120,15 +109,14 @@ def _details(result: Assessment, summary: dict[str, Any]) -> str:
     step = engine(result.engine).longest_step(result.system)  # limited in addition to the accuracy
     steps = f", steps of at most {step:g} s" if step else ""
     numbers = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in made["run"].items())
-    return "\n".join(
-        [
-            f"experiment {experiment.source}, mechanism {experiment.mechanism_path}",
-            f"joints cut to get a tree: {', '.join(cut['play'] + cut['ideal']) or 'none'}",
-            f"accuracy {experiment.solver.accuracy:g}{steps}",
-            f"{numbers}; {made['wall_time']:.3g} s for the run alone",
-            "versions: " + ", ".join(f"{name} {version}" for name, version in made["versions"].items()),
-        ]
-    )
+    lines = [
+        f"experiment {experiment.source}, mechanism {experiment.mechanism_path}",
+        f"joints cut to get a tree: {', '.join(cut['play'] + cut['ideal']) or 'none'}",
+        f"accuracy {experiment.solver.accuracy:g}{steps}",
+        f"{numbers}; {made['wall_time']:.3g} s for the run alone",
+        "versions: " + ", ".join(f"{name} {version}" for name, version in made["versions"].items()),
+    ]
+    return "\n".join(lines)
 
 
 def _animate(result: Assessment, path: Path, exaggerate: float | None) -> None:

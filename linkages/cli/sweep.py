@@ -28,6 +28,7 @@ from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
+    from linkages.explore.sections import Section
     from linkages.explore.sweep import Sweep, SweepPoint
 
 HELP = "run over the values of one variable: bifurcation diagram, peaks with their spread"
@@ -63,13 +64,11 @@ def run(options: argparse.Namespace) -> int:
     path, values = parse_range(options.vary)
     system = load_system(options)
     system.replaced({path: values[0]}, "--vary")  # reports a wrong path before the folder of results is made
-    experiment = system.experiment
-    out = output_folder(options, f"{experiment.source.stem}_sweep", "sweep")
-    names = output_names(options, experiment)
+    out = output_folder(options, f"{system.experiment.source.stem}_sweep", "sweep")
+    names = output_names(options, system.experiment)
     turns = (options.revolutions, options.transient, options.drive)
     bar = stages(options, 1.0, "")("sweep")
-    settings = {"threads": options.threads, "progress": bar, "origin": "--vary"}
-    result = sweep(system, path, values, names, *turns, horizons=True, **settings)
+    result = sweep(system, path, values, names, *turns, True, options.threads, bar, "--vary")
     units = {name: unit(system, name) for name in names}
     with out as folder:
         _write_table(result, folder / "sweep.csv")
@@ -139,13 +138,15 @@ def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
     for point in result.points:
         entry: dict[str, Any] = {"value": point.value, "status": point.status.value, "horizon": point.horizon}
         if (section := point.section) is not None:
-            columns = {"strobe": section.strobe, "min": section.low, "max": section.high}
-            entry["period"] = section.period
-            entry["outputs"] = {
-                name: {what: column[name].tolist() for what, column in columns.items()} for name in result.names
-            }
+            entry |= {"period": section.period, "outputs": columns(section)}
         points.append(entry)
     return {"path": result.path, "transient": result.transient, "units": units, "points": points}
+
+
+def columns(section: Section) -> dict[str, dict[str, list[float]]]:
+    """Return strobes, minima and maxima of each period, by output."""
+    kinds = {"strobe": section.strobe, "min": section.low, "max": section.high}
+    return {name: {kind: values[name].tolist() for kind, values in kinds.items()} for name in section.strobe}
 
 
 def format_sweep(result: Sweep, units: dict[str, str]) -> str:
@@ -161,11 +162,8 @@ def format_sweep(result: Sweep, units: dict[str, str]) -> str:
     si = value_unit(result.path)
     variable = f"{result.path} [{si}]" if si else result.path
     first = max(22, len(variable) + 2)
-    lines = [
-        f"{result.path}: {counted(count, 'value')}; peak of a revolution{spread}",
-        "",
-        "".join([f"{variable:{first}s}", *heads]),
-    ]
+    lines = [f"{result.path}: {counted(count, 'value')}; peak of a revolution{spread}", ""]
+    lines.append("".join([f"{variable:{first}s}", *heads]))
     for k in shown:
         point = result.points[k]
         line = f"{point.value:<{first}.6g}"
@@ -174,8 +172,7 @@ def format_sweep(result: Sweep, units: dict[str, str]) -> str:
             spread = f"± {row['peak_std']:.2g}" if row["peak_std"] == row["peak_std"] else ""
             line += f"{row['peak_mean']:{width}.5g} {spread:11s}"
         lines.append(line + ("" if point.status is Status.OK else f"  {point.status.value}"))
-    horizons = [point.horizon for point in result.points if point.horizon is not None]
-    if horizons:
+    if horizons := [point.horizon for point in result.points if point.horizon is not None]:
         lines += [
             "",
             f"runs at this and a ten times looser accuracy agree for {min(horizons):g} to {max(horizons):g}"

@@ -37,19 +37,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     parser.add_argument("--cycles", type=float, required=True, metavar="N", help="revolutions of the drive")
     add_drive(parser, "a cycle")
-    parser.add_argument(
-        "--tolerance",
-        type=float,
-        metavar="X",
-        help="largest difference of depth between first and second order in a jump [m]; default: a hundredth of"
-        " the smallest clearance",
-    )
-    parser.add_argument(
-        "--scatter",
-        type=float,
-        metavar="X",
-        help="relative standard error of the mean work of a cycle at which a block ends; default: 0.02",
-    )
+    depth = "largest difference of depth between first and second order in a jump"
+    parser.add_argument("--tolerance", type=float, metavar="X", help=f"{depth}; default: smallest clearance / 100 [m]")
+    error = "relative standard error of the mean work of a cycle at which a block ends; default: 0.02"
+    parser.add_argument("--scatter", type=float, metavar="X", help=error)
     parser.add_argument("--every-cycle", action="store_true", help="simulate every cycle without jumps")
     add_settings(parser)
     add_pictures(parser, animation=True)
@@ -65,16 +56,9 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--cycles", f"{options.cycles:g}", "must be a whole number above zero")
     system = load_system(options)
     out = output_folder(options, f"{system.experiment.source.stem}_wear", "wear")
-    life = wear_life(
-        system,
-        cycles,
-        options.tolerance,
-        options.scatter,
-        options.drive,
-        out.path / BLOCKS,
-        options.every_cycle,
-        progress=stages(options, float(cycles), "cycles")("wear"),
-    )
+    bar = stages(options, float(cycles), "cycles")("wear")
+    limits = options.tolerance, options.scatter, options.drive
+    life = wear_life(system, cycles, *limits, out.path / BLOCKS, options.every_cycle, progress=bar)
     found = content(life)
     with out as folder:
         write_json(folder / "wear.json", found, None)

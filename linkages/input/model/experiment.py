@@ -311,21 +311,9 @@ def experiment_of(
     return experiment
 
 
-def nothing_done(
-    path: Path,
-    overrides: Mapping[str, Any] | None = None,
-    origin: str = ARGUMENT,
-    drives: Mapping[str, float] | None = None,
-    gears: Mapping[str, Gear] | None = None,
-) -> Experiment:
-    """Return an experiment at rest on the mechanism of a file: ideal joints, no loads, constant drive coordinates.
-
-    Coordinates of the driven joints are in rad or m; `overrides` and `origin` as in `load_experiment`.
-    """
-    geared = {name: gear.model_dump() for name, gear in (gears or {}).items()}
-    still = {name: {"angle": float(angle), "speed": 0.0} for name, angle in (drives or {}).items()}
-    data = {"mechanism": path.name, "duration": 1.0, "drives": still, "gears": geared}
-    return experiment_of(path, data, {}, overrides or {}, origin)
+def nothing_done(path: Path, overrides: Mapping[str, Any] = MappingProxyType({}), origin: str = ARGUMENT) -> Experiment:
+    """Return an experiment at rest on the mechanism of a file, ideal and without loads; see `load_experiment`."""
+    return experiment_of(path, {"mechanism": path.name, "duration": 1.0}, {}, overrides, origin)
 
 
 def keys() -> Iterator[tuple[str, str]]:
