@@ -12,8 +12,8 @@ from linkages.base.arrays import Array
 from linkages.base.errors import nearest
 from linkages.input.files.beams import POISSON, SECTIONS, of_beam
 from linkages.input.files.description_tables import GROUND, BeamTable, Description, LinkTable
-from linkages.input.files.drafting import Body, DraftError, Numbers, body, upright
-from linkages.input.files.raw_model import BearingSize, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot
+from linkages.input.files.drafting import DraftError, Numbers, body, upright
+from linkages.input.files.raw_model import BearingSize, LinkBeam, RawJoint, RawLink, RawModel, Slot
 from linkages.input.files.unit_conversion import without_units
 
 _BESIDE = 1e-6  # distance of a point over the beam's length below which the point lies on the beam
@@ -104,33 +104,30 @@ class Drawing:
         return number
 
     def _link(self, name: str) -> RawLink:
-        where, link, own = f"links.{name}", self.links[name], self.description.links[name]
-        table = LinkTable.model_validate({"points": own}) if isinstance(own, str) else own
+        where, link, given = f"links.{name}", self.links[name], self.description.links[name]
+        table = LinkTable.model_validate({"points": given}) if isinstance(given, str) else given
         density, angle = self.description.density if table.density is None else table.density, self._angle(name)
         points = np.array([self._place(point, where) for point in link.points])
+        pose = upright(angle, points[0])
         if table.beam is not None:
-            return self._flexible(name, table, upright(angle, points[0]), density)
+            for key in ("mass", "inertia"):
+                if getattr(table, key) is not None:
+                    raise DraftError(f"{where}.{key}", "cannot be given with a beam, which determines it; remove it")
+            none = RawLink(name, 0.0, pose.rotation, pose.translation, np.zeros(3), np.zeros((3, 3)), (), None)
+            return of_beam(none, self._beam(name, table.beam, density))
         if density is None and table.mass is None:
             raise DraftError(where, "has no mass; give density, or mass")
-        weighed = body(
-            points, angle, self._section(name), self._positive(1.0 if density is None else density, "density")
-        )
-        if not weighed.mass:
+        weight = self._positive(1.0 if density is None else density, "density")
+        own, centre, inertia = body(points, angle, self._section(name), weight)
+        if not own:
             raise DraftError(where, "has no length; its points coincide")
-        weighed = self._given(weighed, table, where)
-        pose = upright(angle, points[0])
-        turn, centre = pose.rotation, np.array([*weighed.centre, 0.0])
-        local = turn.T @ (centre - pose.translation), turn.T @ weighed.inertia @ turn
-        return RawLink(name, weighed.mass, turn, pose.translation, *local, (), None)
-
-    def _flexible(self, name: str, table: LinkTable, pose: Pose, density: Any) -> RawLink:
-        """Return a link with a beam, which determines its mass and inertia."""
-        for key in ("mass", "inertia"):
-            if getattr(table, key) is not None:
-                raise DraftError(f"links.{name}.{key}", "cannot be given with a beam, which determines it; remove it")
-        assert table.beam is not None
-        none = RawLink(name, 0.0, pose.rotation, pose.translation, np.zeros(3), np.zeros((3, 3)), (), None)
-        return of_beam(none, self._beam(name, table.beam, density))
+        mass = own if table.mass is None else self._positive(table.mass, f"{where}.mass")
+        inertia = inertia * (mass / own)
+        if table.inertia is not None:
+            inertia = inertia * (self._positive(table.inertia, f"{where}.inertia") / inertia[2, 2])
+        turn = pose.rotation
+        local = turn.T @ (np.array([*centre, 0.0]) - pose.translation), turn.T @ inertia @ turn
+        return RawLink(name, mass, turn, pose.translation, *local, (), None)
 
     def _beam(self, name: str, table: BeamTable, density: Any) -> LinkBeam:
         """Return the beam that a link's table describes."""
@@ -167,25 +164,8 @@ class Drawing:
             raise DraftError(f"{where}.poisson", f"is {poisson:g}; it must be below 0.5")
         modulus = self._positive(table.youngs_modulus, f"{where}.youngs_modulus")
         ends = np.append(start, 0.0), np.append(end, 0.0)
-        return LinkBeam(
-            (self._frame(name, first), self._frame(name, last)),
-            *ends,
-            kind,
-            sizes,
-            modulus,
-            self._positive(weight, f"{where}.density"),
-            poisson,
-        )
-
-    def _given(self, weighed: Body, table: LinkTable, where: str) -> Body:
-        """Return a body with the mass and the moment of inertia given in the table."""
-        mass, inertia = weighed.mass, weighed.inertia
-        if table.mass is not None:
-            mass = self._positive(table.mass, f"{where}.mass")
-            inertia = inertia * (mass / weighed.mass)
-        if table.inertia is not None:
-            inertia = inertia * (self._positive(table.inertia, f"{where}.inertia") / inertia[2, 2])
-        return Body(mass, weighed.centre, inertia)
+        material = modulus, self._positive(weight, f"{where}.density"), poisson
+        return LinkBeam((self._frame(name, first), self._frame(name, last)), *ends, kind, sizes, *material)
 
     def _pins(self) -> Iterator[RawJoint]:
         """Join all links that share a point to the first of them; the ground comes first."""

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import nearest
-from linkages.input.files.formula import Formula, parse
+from linkages.input.files.formula import parse
 from linkages.input.files.raw_model import Pose, rotation
 
 
@@ -39,7 +38,7 @@ class Numbers:
         if not isinstance(value, str):
             raise DraftError(where, f"is {value!r}; give a number, or a formula or a quantity in quotes")
         try:
-            formula: Formula = parse(value)
+            formula = parse(value)
         except ValueError as problem:
             raise DraftError(where, str(problem)) from None
         result = formula({name: self.named(name, where) for name in sorted(formula.names)})
@@ -109,8 +108,7 @@ class Numbers:
         return float(x), float(y)
 
 
-@dataclass(frozen=True)
-class Body:
+class Body(NamedTuple):
     """Mass [kg], mass centre (2,) [m] and tensor of inertia about it (3, 3) [kg m2], in the plane's axes."""
 
     mass: float

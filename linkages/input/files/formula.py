@@ -51,15 +51,7 @@ _Step = float | str | tuple[str, int]
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula such as ``rho * L**2 / 12``.
-
-    Attributes
-    ----------
-    text : str
-        Text of the file.
-    names : frozenset of str
-        Names in the formula, without `CONSTANTS`.
-    """
+    """A formula such as ``rho * L**2 / 12``: its text in the file, and the names in it, without `CONSTANTS`."""
 
     text: str
     names: frozenset[str]
@@ -74,14 +66,9 @@ class Formula:
         return result if math.isfinite(result) else math.nan
 
     def fold(self, number: Callable[[float], T], name: Callable[[str], T], apply: Callable[[str, list[T]], T]) -> T:
-        """Evaluate the formula from its innermost parts.
+        """Evaluate the formula from its innermost parts, by the results for a number, a name and a function.
 
-        Parameters
-        ----------
-        number, name : callable
-            Results for a number, and for a name of `names`.
-        apply : callable
-            Result of a function for its arguments; operators have their names in `operator`.
+        Operators have their names in `operator`.
         """
         stack: list[T] = []
         for step in self._steps:
@@ -105,9 +92,8 @@ def parse(text: str, parts: Collection[str] = ("x", "y")) -> Formula:
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (RecursionError, MemoryError):
-        raise ValueError(
-            "has too many terms, or is nested too deeply; put parts of a long sum in parentheses"
-        ) from None
+        problem = "has too many terms, or is nested too deeply; put parts of a long sum in parentheses"
+        raise ValueError(problem) from None
     except (SyntaxError, ValueError):
         raise ValueError(f'"{shown(text)}" is not a formula') from None
     steps: list[_Step] = []

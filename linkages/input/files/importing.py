@@ -78,7 +78,10 @@ def import_model(path: Path, name: str = "") -> Imported:
 
 def _imported(path: Path, model: ET.Element) -> Imported:
     """Convert a single model."""
-    _without_noise(model)
+    for element in model.iter():  # numbers below the smallest plausible one are rounding errors of other programs
+        words = (element.text or "").split()
+        if any("e-" in word.lower() for word in words):
+            element.text = " ".join("0" if abs(decimal_or_nan(word)) < SMALLEST else word for word in words)
     by_default = complete_inertials(path, model) if model.get("notation") != "URDF" else []
     rounded = correct_rounded(path, model)
     limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
@@ -126,9 +129,8 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
             raise InputError(path, "<include>", "is merged, which is not supported; remove merge")
         model.set("name", include.findtext("name", model.get("name", "")).strip())
         if other := [part.tag for part in include if part.tag not in ("uri", "name", "plugin", *_OF_INCLUDE)]:
-            raise InputError(
-                path, f"<include>/<{other[0]}>", "is not supported; write the change into the included file"
-            )
+            problem = "is not supported; write the change into the included file"
+            raise InputError(path, f"<include>/<{other[0]}>", problem)
         model.extend(include.findall("plugin"))
         for key in _OF_INCLUDE:
             if (own := include.find(key)) is not None:
@@ -188,9 +190,8 @@ def _chosen(path: Path, models: list[ET.Element], name: str, missing: list[Input
         raise missing[0]
     if len(found) != 1:
         many = f": {listed([model.get('name', '') for model in found])}; choose one with --model NAME" if found else ""
-        raise InputError(
-            path, "<sdf>", f"has {len(found)} <model> elements that are not static{many or '; one is needed'}"
-        )
+        problem = f"has {len(found)} <model> elements that are not static{many or '; one is needed'}"
+        raise InputError(path, "<sdf>", problem)
     return found[0]
 
 
@@ -227,14 +228,6 @@ def _own_joint(model: ET.Element, joint: ET.Element) -> bool:
             if part.get(key):
                 part.set(key, part.get(key, "").removeprefix(start))
     return True
-
-
-def _without_noise(model: ET.Element) -> None:
-    """Replace numbers below the smallest plausible one, which are rounding errors of other programs, by zero."""
-    for element in model.iter():
-        words = (element.text or "").split()
-        if any("e-" in word or "E-" in word for word in words):
-            element.text = " ".join("0" if abs(decimal_or_nan(word)) < SMALLEST else word for word in words)
 
 
 def _gravity(
@@ -279,11 +272,9 @@ def _included(path: Path, include: ET.Element) -> Path:
 def _limits(path: Path, joint: ET.Element) -> tuple[float, float] | None:
     """Read the limits of a joint; None if there are none."""
     limit = joint.find("axis/limit")
-    if (
-        limit is None
-        or joint.get("type") in ("continuous", "fixed")
-        or not {"lower", "upper"} & {part.tag for part in limit}
-    ):
+    if limit is None or joint.get("type") in ("continuous", "fixed"):
+        return None
+    if limit.find("lower") is None and limit.find("upper") is None:
         return None
     words = limit.findtext("lower", "-inf").strip(), limit.findtext("upper", "inf").strip()
     low, high = map(decimal_or_nan, words)
@@ -392,9 +383,8 @@ def _coaxial(model: RawModel, foreign: Foreign, notes: list[str]) -> RawModel:
         else:
             sign = float(np.sign(joint.axis @ twin.axis)) * (1.0 if joint.parent == twin.parent else -1.0)
             foreign.entries = [entry.merged(joint.name, twin.name, sign) for entry in foreign.entries]
-            notes.append(
-                f"joint {joint.name} has the axis of {twin.name} between the same links: merged into {twin.name}"
-            )
+            axis = f"joint {joint.name} has the axis of {twin.name} between the same links"
+            notes.append(f"{axis}: merged into {twin.name}")
     return replace(model, joints=tuple(kept))
 
 

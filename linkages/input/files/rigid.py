@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
+from linkages.input.files.elements import own_pose, with_pose
 from linkages.input.files.raw_model import Pose, RawJoint, RawLink, RawModel
 from linkages.input.files.xml import parse_xml
 
@@ -104,6 +104,4 @@ def _together(link: RawLink, other: RawLink) -> RawLink:
 def _visual_moved(visual: str, pose: Pose, owner: str) -> str:
     element = parse_xml(Path(owner), visual.encode())
     element.set("name", f"{owner}_{element.get('name', '')}")
-    place = element[0]  # the <pose>
-    place.text = (pose @ Pose.of(place.text or "")).text()
-    return ET.tostring(element, encoding="unicode")
+    return with_pose(element, pose @ own_pose(Path(owner), element, visual))
