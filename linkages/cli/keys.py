@@ -24,10 +24,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print keys and outputs; return the exit status."""
-    from linkages.input.model.experiment import described
+    from linkages.input.files.table_keys import described_keys
+    from linkages.input.model.experiment import Experiment
     from linkages.results.outputs.registry import table
 
-    keys, outputs = [*described()], [(name, f"{meaning} [{unit}]") for name, meaning, unit in table()]
+    keys, outputs = [*described_keys(Experiment)], [(name, f"{meaning} [{unit}]") for name, meaning, unit in table()]
     if options.path:
         found = [row for row in (*keys, *outputs) if _has(options.path.split("."), row[0].split("."))]
         if not found:

@@ -89,34 +89,16 @@ def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: s
             table = table.setdefault(part, {})
             if not isinstance(table, dict | list) or (isinstance(table, list) and part != parts[-2]):
                 raise InputError(origin, path, f'"{part}" is a value, not a table')
-        key: str | int = _place(table, parts[-1], path, origin) if isinstance(table, list) else parts[-1]
+        key: str | int = place(table, parts[-1], path, origin) if isinstance(table, list) else parts[-1]
         table[key] = parse_value(value) if isinstance(value, str) else value
 
 
-def _place(values: list[Any], part: str, path: str, source: str | Path) -> int:
+def place(values: list[Any], part: str, path: str, source: str | Path) -> int:
     """Return the index of a component: x, y, z of a vector; otherwise the places in the list, from 0."""
     known = {axis: k for k, axis in enumerate("xyz")} if len(values) == 3 else {str(k): k for k in range(len(values))}
     if part not in known:
         raise InputError(source, path, f'has no "{part}"; {nearest(part, known)}')
     return known[part]
-
-
-def value_at(table: Table, path: str, source: Path) -> float:
-    """Return the number at a dotted path of a table; InputError if there is none."""
-    here: Any = table
-    for part in path.split("."):
-        if isinstance(here, list):
-            here = here[_place(here, part, path, source)]
-            continue
-        known = dict(here) if isinstance(here, BaseModel | Mapping) else {}
-        if part not in known:
-            raise InputError(source, path, f'has no "{part}"; {nearest(part, known)}')
-        here = known[part]
-    if here is None:
-        raise InputError(source, path, "has no value in the experiment; give one there, or nominal")
-    if isinstance(here, bool) or not isinstance(here, int | float):
-        raise InputError(source, path, "is not a number, and cannot be a design variable")
-    return float(here)
 
 
 def validate(

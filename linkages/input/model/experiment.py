@@ -7,7 +7,7 @@ the SDF file have the prefix ``sdf.``, as ``sdf.links.link2.mass``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -16,34 +16,25 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr
 
 from linkages.base.brief import Brief
-from linkages.base.errors import InputError
+from linkages.base.errors import InputError, nearest
 from linkages.input.files.beams import MATERIAL, SECTIONS
-from linkages.input.files.table_keys import bracketed, described_keys, table_keys
+from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import (
     Finite,
     NonNegative,
     Positive,
     Table,
     leaves,
+    place,
     read_toml,
     refuse_implausible,
     replace_values,
     validate,
-    value_at,
 )
 from linkages.input.files.unit_conversion import read
+from linkages.input.model import load_tables as tables
 from linkages.input.model.experiment_tables import Drive, JointModel, RunWindow, SolverTable
 from linkages.input.model.link_tables import LinkModel
-from linkages.input.model.load_tables import (
-    ForceTable,
-    Gear,
-    JointFriction,
-    LineContact,
-    Spring,
-    Stop,
-    Torque,
-    TorsionSpring,
-)
 
 #: Origins of replaced values, shown as their source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
@@ -114,14 +105,14 @@ class Experiment(Brief, Table):
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
     links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
-    forces: dict[str, ForceTable] = Field({}, description="applied forces by name")
-    torques: dict[str, Torque] = Field({}, description="applied torques by name")
-    springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, by name")
-    torsion_springs: dict[str, TorsionSpring] = Field({}, description="torsion springs and dampers by name")
-    frictions: dict[str, JointFriction] = Field({}, description="friction in ideal joints, by name")
-    gears: dict[str, Gear] = Field({}, description="gears and belts between joints, by name")
-    stops: dict[str, Stop] = Field({}, description="stops of joints by name")
-    contacts: dict[str, LineContact] = Field({}, description="contacts of points with straight lines, by name")
+    forces: dict[str, tables.ForceTable] = Field({}, description="applied forces by name")
+    torques: dict[str, tables.Torque] = Field({}, description="applied torques by name")
+    springs: dict[str, tables.Spring] = Field({}, description="springs and dampers between two points, by name")
+    torsion_springs: dict[str, tables.TorsionSpring] = Field({}, description="torsion springs and dampers by name")
+    frictions: dict[str, tables.JointFriction] = Field({}, description="friction in ideal joints, by name")
+    gears: dict[str, tables.Gear] = Field({}, description="gears and belts between joints, by name")
+    stops: dict[str, tables.Stop] = Field({}, description="stops of joints by name")
+    contacts: dict[str, tables.LineContact] = Field({}, description="contacts of points with straight lines, by name")
     report: Literal["steady", "whole"] = Field(
         "steady",
         description="part of the run that tables give first: the last period of a periodic motion, otherwise the time "
@@ -222,7 +213,20 @@ class Experiment(Brief, Table):
 
     def value(self, path: str) -> float:
         """Return the number at a dotted path; InputError if there is none."""
-        return value_at(self, path, self._source)
+        here: Any = self
+        for part in path.split("."):
+            if isinstance(here, list):
+                here = here[place(here, part, path, self._source)]
+                continue
+            known = dict(here) if isinstance(here, Table | Mapping) else {}
+            if part not in known:
+                raise InputError(self._source, path, f'has no "{part}"; {nearest(part, known)}')
+            here = known[part]
+        if here is None:
+            raise InputError(self._source, path, "has no value in the experiment; give one there, or nominal")
+        if isinstance(here, bool) or not isinstance(here, int | float):
+            raise InputError(self._source, path, "is not a number, and cannot be a design variable")
+        return float(here)
 
     def replaced(self, overrides: Mapping[str, Any], origin: str = ARGUMENT) -> Experiment:
         """Return the experiment with values from `origin` replaced by dotted path; InputError for a wrong one."""
@@ -316,16 +320,6 @@ def nothing_done(path: Path, overrides: Mapping[str, Any] = MappingProxyType({})
     return experiment_of(path, {"mechanism": path.name, "duration": 1.0}, {}, overrides, origin)
 
 
-def keys() -> Iterator[tuple[str, str]]:
-    """Yield every key of an experiment file with its meaning and unit."""
-    return table_keys(Experiment)
-
-
-def described() -> Iterator[tuple[str, str]]:
-    """Yield every key with its meaning, unit, allowed values and default."""
-    return described_keys(Experiment)
-
-
 def value_unit(path: str) -> str:
     """Return the SI unit of the value at a dotted path (for a revolute joint); empty if unknown.
 
@@ -341,7 +335,7 @@ def value_unit(path: str) -> str:
     if parts[0] == "sdf":
         return _OF_MACHINE.get(parts[-1], "")
     named = ".".join(["NAME" if k == 1 and len(parts) > 2 else part for k, part in enumerate(parts)])
-    known = dict(keys())
+    known = dict(table_keys(Experiment))
     meaning = known.get(path, known.get(named, known.get(named.rpartition(".")[0], "")))
     return bracketed(meaning)
 
