@@ -12,10 +12,10 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from math import sqrt
 from pathlib import Path
+from typing import NamedTuple
 
 from linkages.base.errors import Status
 from linkages.engines import ENGINES
@@ -42,8 +42,8 @@ def run(options: argparse.Namespace) -> int:
     announce_compilation()
     wrong = 0
     for result in examine():
-        print(f"{'ok   ' if result.sound else 'WRONG'} {result.name:22s} {result.text}", flush=True)
-        if not result.sound:
+        print(f"{'WRONG' if result.remedy else 'ok   '} {result.name:22s} {result.text}", flush=True)
+        if result.remedy:
             wrong += 1
             print(f"      {'':22s} {result.remedy}")
     needs = "needs" if wrong == 1 else "need"
@@ -51,23 +51,18 @@ def run(options: argparse.Namespace) -> int:
     return 1 if wrong else 0
 
 
-@dataclass(frozen=True)
-class CheckResult:
+class CheckResult(NamedTuple):
     """A check, its result and, if it fails, the remedy."""
 
     name: str
     text: str
     remedy: str = ""
 
-    @property
-    def sound(self) -> bool:
-        """Return True if the check passed."""
-        return not self.remedy
-
 
 def examine() -> Iterator[CheckResult]:
     """Perform all checks, quick ones first; a crash of a check is a result too."""
-    yield python()
+    text = f"{platform.python_version()} at {sys.executable}"
+    yield CheckResult("Python", text, "" if sys.version_info >= (3, 11) else "install Python 3.11 or newer")
     yield from packages()
     checks: dict[str, Callable[[], CheckResult]] = {
         "data": data,
@@ -85,12 +80,6 @@ def examine() -> Iterator[CheckResult]:
         except Exception as problem:  # any defect of the installation must be reported to the user
             text = " ".join(f"{type(problem).__name__}: {problem}".split())
             yield CheckResult(name, text, "install linkages and its packages in a new environment")
-
-
-def python() -> CheckResult:
-    """Find the version of Python."""
-    text = f"{platform.python_version()} at {sys.executable}"
-    return CheckResult("Python", text, "" if sys.version_info >= (3, 11) else "install Python 3.11 or newer")
 
 
 def packages() -> Iterator[CheckResult]:

@@ -49,28 +49,26 @@ _HARMLESS = ("linkages", "collision_filter_group")  # ignored elements with a pr
 
 
 def read_sdf(path: Path, overrides: Mapping[str, float] | None = None, text: bytes | None = None) -> RawModel:
-    """Read one SDFormat file.
+    """Read one SDFormat file; `text` is its content if it has been read. InputError with file, element and reason.
 
-    Parameters
-    ----------
-    path : Path
-        The SDFormat file.
-    overrides : mapping of str to float, optional
-        Values that override the file, by dotted path: ``links.NAME.mass`` [kg],
-        ``links.NAME.com.x|y|z`` [m], ``links|joints|frames.NAME.pose.x|y|z|roll|pitch|yaw`` [m, rad],
-        ``joints.NAME.bearing.radius|length`` and ``joints.NAME.slot.length|height`` [m],
-        ``links.NAME.beam.width|height|diameter|outer|inner`` [m] ``|area`` [m2] ``|second_moment`` [m4]
-        ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson``; for a mechanism written from a description,
-        ``parameters.NAME``. The mass and the mass centre of a link with a beam follow from the beam.
-    text : bytes, optional
-        Content of the file, if it has been read.
-
-    Raises
-    ------
-    InputError
-        If the file is invalid: file, element and reason.
+    Overrides replace values of the file by dotted path: ``links.NAME.mass`` [kg], ``links.NAME.com.x|y|z`` [m],
+    ``links|joints|frames.NAME.pose.x|y|z|roll|pitch|yaw`` [m, rad], ``joints.NAME.bearing.radius|length`` and
+    ``joints.NAME.slot.length|height`` [m], ``links.NAME.beam.width|height|diameter|outer|inner`` [m] ``|area`` [m2]
+    ``|second_moment`` [m4] ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson``; for a mechanism written from a
+    description, ``parameters.NAME``. The mass and the mass centre of a link with a beam follow from the beam.
     """
-    return _replaced(path, _flat_reader(path, read_whole(path) if text is None else text), overrides or {})
+    reader = _flat_reader(path, read_whole(path) if text is None else text)
+    values = dict(overrides or {})
+    parameters: dict[str, float] = {}
+    units: dict[str, str] = {}
+    if (description := reader.model.findtext("linkages:description")) is not None:
+        from linkages.input.files.description import redrawn  # needed by few files
+
+        own = {key: values.pop(key) for key in list(values) if key.startswith("parameters.")}
+        model, parameters, units = redrawn(path, reader.model, description, own)
+        reader = _Reader(path, model) if own else reader
+    raw = without_massless(path, reader.replaced(values).read())
+    return replace(raw, values=raw.values | parameters, units=units)
 
 
 @lru_cache(maxsize=8)  # designs of a batch replace values of one file
@@ -88,20 +86,6 @@ def _changeable(element: ET.Element) -> ET.Element:
     result.text, result.tail = element.text, element.tail
     result.extend([part if part.tag in ("visual", "collision") else _changeable(part) for part in element])
     return result
-
-
-def _replaced(path: Path, reader: _Reader, overrides: Mapping[str, float]) -> RawModel:
-    values = dict(overrides)
-    parameters: dict[str, float] = {}
-    units: dict[str, str] = {}
-    if (description := reader.model.findtext("linkages:description")) is not None:
-        from linkages.input.files.description import redrawn  # needed by few files
-
-        own = {key: values.pop(key) for key in list(values) if key.startswith("parameters.")}
-        model, parameters, units = redrawn(path, reader.model, description, own)
-        reader = _Reader(path, model) if own else reader
-    raw = without_massless(path, reader.replaced(values).read())
-    return replace(raw, values=raw.values | parameters, units=units)
 
 
 def read_model(path: Path, model: ET.Element) -> RawModel:
@@ -125,18 +109,9 @@ class _OwnJoint(NamedTuple):
 class _Reader:
     """Reads the elements of a model, each once.
 
-    Attributes
-    ----------
-    elements : dict of str to Element
-        Copies of links, joints and frames, by name.
-    names : dict of str to tuple of str
-        Names of the links, joints and frames, by tag.
-    namers : dict of str to list of str
-        Elements that name an element, itself included.
-    places : dict of str to (str, NumberPlace)
-        Owner and place of each number that can be replaced, by dotted path.
-    values : dict of str to float
-        These numbers.
+    `elements` has copies of links, joints and frames by name, `names` their names by tag, `namers` the elements that
+    name an element (itself included), `places` owner and place of each number that can be replaced, by dotted path,
+    `values` these numbers.
     """
 
     def __init__(self, path: Path, model: ET.Element) -> None:
@@ -161,7 +136,6 @@ class _Reader:
         self._resolving: list[str] = []
         self._parts: dict[str, Any] = {}
         self._own: dict[tuple[str, str], Any] = {}  # what elements say by themselves, by reading function and name
-        self._visuals: dict[str, tuple[str, ...] | None] = {}  # no number in them can be replaced
         self._check_beams()
         self.namers = _namers(self.elements)
 
@@ -185,7 +159,8 @@ class _Reader:
             affected += [each for each in self.namers[name] if each not in affected]
         other._resolved = {name: pose for name, pose in self._resolved.items() if name not in affected}
         other._parts = {name: part for name, part in self._parts.items() if name not in affected}
-        other._own = {key: own for key, own in self._own.items() if key[1] not in changed}
+        stays = "_own_visuals"  # no number in them can be replaced
+        other._own = {key: own for key, own in self._own.items() if key[1] not in changed or key[0] == stays}
         other._resolving = []
         return other
 
@@ -217,11 +192,11 @@ class _Reader:
                 self._parts[name] = part(name, self.elements[name])
         return {name: self._parts[name] for name in self.names[tag]}
 
-    def _said(self, read: Callable[[ET.Element], Own], name: str) -> Own:
+    def _said(self, name: str, read: Callable[..., Own], *arguments: object) -> Own:
         """Return an element's own data, read once."""
         key = read.__name__, name
         if key not in self._own:
-            self._own[key] = read(self.elements[name])
+            self._own[key] = read(*arguments)
         own: Own = self._own[key]
         return own
 
@@ -292,14 +267,11 @@ class _Reader:
         if len(self._resolving) == DEEPEST:
             raise self.error(where, f"its pose is the last of more than {DEEPEST} that are relative to each other")
         self._resolving.append(name)
-        base = self._said(_base, name)
-        result = self._pose(base, where) @ self._said(self._own_pose, name)
+        base = self._said(name, _base, element)
+        result = self._pose(base, where) @ self._said(name, own_pose, self.path, element, where)
         self._resolving.pop()
         self._resolved[name] = result
         return result
-
-    def _own_pose(self, element: ET.Element) -> Pose:
-        return own_pose(self.path, element, label(element))
 
     def _carrier(self, name: str, asked_by: str = "", passed: tuple[str, ...] = ()) -> str:
         """Return the link that carries the link, frame or joint with this name."""
@@ -340,16 +312,11 @@ class _Reader:
     def _written(self, name: str, element: ET.Element) -> RawLink:
         """Read a link with the values of its <inertial>."""
         pose = self._pose(name)
-        if name not in self._visuals:
-            self._visuals[name] = self._own_visuals(element)
-        visuals = self._visuals[name]
+        visuals = self._said(name, self._own_visuals, element)
         if visuals is None:
             visuals = tuple(self._visual(visual, pose, label(element)) for visual in element.findall("visual"))
-        mass, centre, inertia = self._said(self._inertial, name)
+        mass, centre, inertia = self._said(name, inertial, self.path, element)
         return RawLink(name, mass, pose.rotation, pose.translation, centre, inertia, visuals, None)
-
-    def _inertial(self, element: ET.Element) -> tuple[float, Array, Array]:
-        return inertial(self.path, element)
 
     def _own_visuals(self, element: ET.Element) -> tuple[str, ...] | None:
         """Write the visuals of a link; None if the place of one depends on other elements."""
@@ -367,7 +334,7 @@ class _Reader:
         return with_pose(element, own)
 
     def _joint(self, name: str, element: ET.Element) -> RawJoint:
-        own = self._said(self._own_joint, name)
+        own = self._said(name, self._own_joint, element)
         pose = self._pose(name)
         # A parent given as a *frame* defines the joint's place on the parent; the standard's place
         # (the joint's reference position) is the same if the file's pose closes the loops.
