@@ -66,9 +66,8 @@ def commands(wanted: str = "") -> dict[str, Command]:
     """
     alone = wanted in _OWN
     names = (wanted,) if alone else _OWN
-    found: dict[str, object] = {
-        name: importlib.import_module(f"{__name__}.{name}{'_' * keyword.iskeyword(name)}") for name in names
-    }
+    modules = {name: f"{__name__}.{name}{'_' * keyword.iskeyword(name)}" for name in names}
+    found: dict[str, object] = {name: importlib.import_module(module) for name, module in modules.items()}
     for point in () if alone else entry_points(group="linkages.commands"):
         try:
             if point.name in found:

@@ -54,9 +54,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--groove", action="append", default=[], metavar="KEYS", help=groove)
     parser.add_argument("--supply-pressure", default="0", metavar="P", help="of the grooves, gauge; default: 0 [Pa]")
     parser.add_argument("--cavity-pressure", default="0", metavar="P", help="gauge, at most 0; default: 0 [Pa]")
-    parser.add_argument(
-        "--tilt", default="0, 0", metavar="A, B", help="slope of the journal along and across the load; default: 0, 0"
-    )
+    parser.add_argument("--tilt", default="0, 0", metavar="A, B", help="slope of the journal along and across the load")
     parser.add_argument("--mass", metavar="M", help="of the journal, for the threshold speed; default: load/g [kg]")
     add_pictures(parser)
     add_out(parser)

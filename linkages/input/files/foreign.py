@@ -175,9 +175,8 @@ def influence(owner: ET.Element, element: ET.Element, limited: set[str]) -> tupl
 
 def is_detachable(element: ET.Element) -> bool:
     """Check whether an element is Gazebo's plugin that joins two links until a message parts them."""
-    return (
-        element.tag == "plugin" and "detachable" in _named(element).lower() and element.find("child_link") is not None
-    )
+    named = element.tag == "plugin" and "detachable" in _named(element).lower()
+    return named and element.find("child_link") is not None
 
 
 def _named(plugin: ET.Element) -> str:

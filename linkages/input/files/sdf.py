@@ -125,10 +125,8 @@ class _Reader:
                 self._refuse_unknown(element, label(self.model))
         if is_static(self.model):
             raise self.error("<static>", "a static model cannot move; remove it or set it to false")
-        self.names = {
-            tag: tuple(name for name, element in self.elements.items() if element.tag == tag)
-            for tag in ("link", "joint", "frame")
-        }
+        tags = ("link", "joint", "frame")
+        self.names = {tag: tuple(name for name, part in self.elements.items() if part.tag == tag) for tag in tags}
         self.places: dict[str, tuple[str, NumberPlace]] = {}
         self._change(self.elements)
         self.values = {path: place.value for path, (_, place) in self.places.items()}
@@ -180,9 +178,8 @@ class _Reader:
                 values |= {
                     f"links.{link.name}.com.{axis}": float(x) for axis, x in zip("xyz", link.com_local, strict=True)
                 }
-        unweighed = tuple(
-            link.name for link in links if link.beam is None and self.elements[link.name].find("inertial") is None
-        )
+        light = [link.name for link in links if link.beam is None]
+        unweighed = tuple(name for name in light if self.elements[name].find("inertial") is None)
         return RawModel(self.model.get("name", ""), links, joints, frames, values, unweighed=unweighed)
 
     def _read(self, tag: str, part: Callable[[str, ET.Element], Any]) -> dict[str, Any]:

@@ -125,9 +125,8 @@ def _coupled(path: Path, carried: dict[str, ET.Element], element: ET.Element) ->
                 chain[link] = joint.get("name", "")
             link = _named(joint, "parent")
         chains.append(chain)
-    (one, two) = (
-        [joint for link, joint in chain.items() if link not in other] for chain, other in (chains, chains[::-1])
-    )
+    pairs = chains, chains[::-1]
+    one, two = ([joint for link, joint in chain.items() if link not in other] for chain, other in pairs)
     if len(one) != 1 or len(two) != 1:
         problem = f"couples {len(one)} joints to {len(two)}; one joint on each side is supported"
         raise InputError(path, label(element), problem)

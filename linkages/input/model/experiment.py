@@ -57,9 +57,7 @@ QUANTITIES = {
 }
 
 #: Additional outputs of a frame on a flexible link.
-FRAME_BENDING = {
-    "deflection": "distance of a frame from the beam's chord, positive to its left, less the undeformed one [m]"
-}
+FRAME_BENDING = {"deflection": "distance from the beam's chord, positive to its left, less the undeformed one [m]"}
 
 #: Outputs of a joint's position.
 PIN_QUANTITIES = {name: text for name, text in QUANTITIES.items() if name not in ("angle", "omega", "alpha")}
@@ -77,6 +75,8 @@ LINK_BENDING = {
 BENDING_QUANTITIES = {**FRAME_BENDING, **LINK_BENDING}
 
 
+_Vector = Annotated[list[Finite], Field(min_length=3, max_length=3)]
+
 #: SI units of a mechanism's values, by the last part of their paths.
 _OF_MACHINE = {
     "mass": "kg", "inertia": "kg m2", "roll": "rad", "pitch": "rad", "yaw": "rad",
@@ -91,9 +91,7 @@ class Experiment(Brief, Table):
     mechanism: str = Field(description="SDFormat file, relative to this file")
     title: str = Field("", description="one line for tables and figures")
     duration: Positive = Field(description="simulated time [s]")
-    gravity: Annotated[list[Finite], Field(min_length=3, max_length=3)] = Field(
-        [0.0, 0.0, 0.0], description="gravity, world axes [m/s2]"
-    )
+    gravity: _Vector = Field([0.0, 0.0, 0.0], description="gravity, world axes [m/s2]")
     start: Literal["centred", "equilibrium"] = Field(
         "centred", description="start of journals: at their offset (default: the centre), or in static equilibrium"
     )
@@ -118,9 +116,7 @@ class Experiment(Brief, Table):
         description="part of the run that tables give first: the last period of a periodic motion, otherwise the time "
         "after the start-up of clearance joints; or the whole run",
     )
-    report_from: NonNegative | None = Field(
-        None, description="start of the part of the run that tables give instead [s]"
-    )
+    report_from: NonNegative | None = Field(None, description="start of the part of a run that tables give instead [s]")
     windows: dict[str, RunWindow] = Field({}, description="further parts of the run with separate results")
     sdf: dict[str, Any] = Field({}, description="replaced values of the SDF file, by dotted path")
     solver: SolverTable = Field(SolverTable.model_validate({}), description="numerical settings")

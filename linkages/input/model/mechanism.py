@@ -283,10 +283,9 @@ def faults_of_values(experiment: Experiment) -> Iterator[None]:
 
 def planar(path: Path, raw: RawModel, inertias: Mapping[str, float], text: bytes | None = None) -> Mechanism:
     """Return a mechanism in its plane, with overrides of moments of inertia, and the content of its file."""
-    axes = np.array([joint.axis for joint in raw.joints if joint.type != "fixed"])
-    basis = _plane(
-        path, tuple((joint.name, joint.type) for joint in raw.joints if joint.type != "fixed"), axes.tobytes()
-    )
+    moving = [joint for joint in raw.joints if joint.type != "fixed"]
+    axes = np.array([joint.axis for joint in moving]).tobytes()
+    basis = _plane(path, tuple((joint.name, joint.type) for joint in moving), axes)
     plane = basis.tobytes()
     links = tuple(_link(path, link, plane) for link in raw.links)
     joints = tuple(_joint(joint, plane) for joint in raw.joints)
