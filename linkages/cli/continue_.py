@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, Status
 from linkages.cli.options import (
-    add_file,
+    add_experiment,
     add_number,
     add_outputs,
-    add_pictures,
-    add_settings,
     load_system,
     output_folder,
     output_names,
@@ -46,7 +44,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE
 
-    add_file(parser)
+    add_experiment(parser, lasting=False)
     parser.add_argument("--vary", required=True, metavar="PATH=LO:HI", help="the value and its range")
     parser.add_argument("--start", metavar="VALUE", help="value of the first motion; default: LO")
     before = "drive periods from the experiment's start to the guess of the first motion"
@@ -58,8 +56,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_number(parser, "--tolerance", TOLERANCE, "X", "tolerance of the residual")
     add_outputs(parser)
     add_number(parser, "--sweep", 0, "N", "values of a sweep in the same diagram")
-    add_settings(parser, lasting=False)
-    add_pictures(parser)
 
 
 def run(options: argparse.Namespace) -> int:

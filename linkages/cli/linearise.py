@@ -7,16 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
-from linkages.cli.options import (
-    add_file,
-    add_names,
-    add_pictures,
-    add_settings,
-    load_system,
-    output_folder,
-    print_results,
-    seconds,
-)
+from linkages.cli.options import add_experiment, add_names, load_system, output_folder, print_results, seconds
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
@@ -35,7 +26,7 @@ _SHOWN = 20  # most poles in the table
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    add_file(parser)
+    add_experiment(parser)
     parser.add_argument("--time", type=seconds, default=0.0, metavar="SECONDS", help="time of the state; default: 0")
     parser.add_argument("--equilibrium", action="store_true", help="find an equilibrium near the state of that time")
     add_names(parser, "--input", "DRIVE.torque, TORQUE.torque, FORCE.fx, FORCE.fy; may be repeated; default: all")
@@ -43,8 +34,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_names(parser, "--output", f"output, see `linkages keys`; may be repeated; {default}")
     frequencies = "frequencies of the response [Hz], in equal ratios; default: by the poles"
     parser.add_argument("--frequencies", metavar="LO:HI:N", help=frequencies)
-    add_settings(parser)
-    add_pictures(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -70,8 +70,8 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
     """Return the texts of a described mechanism and its experiment, and their main facts."""
     import tomlkit
 
+    from linkages.input.files.described_model import KEYS
     from linkages.input.files.description import described
-    from linkages.input.files.description_tables import KEYS
     from linkages.input.files.reading import read_whole
     from linkages.input.files.sdf_text import sdf_text
     from linkages.input.files.toml import read_toml

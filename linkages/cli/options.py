@@ -69,6 +69,16 @@ def add_out(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="replace another command's files in the folder")
 
 
+def add_experiment(
+    parser: argparse.ArgumentParser, lasting: bool = True, pictures: bool = True, animation: bool = False
+) -> None:
+    """Add an experiment's file, `add_settings`, and `add_pictures` to a command that draws."""
+    add_file(parser)
+    add_settings(parser, lasting)
+    if pictures:
+        add_pictures(parser, animation)
+
+
 def add_outputs(parser: argparse.ArgumentParser) -> None:
     """Add ``--output``."""
     default = "the experiment's outputs and the forces in clearance joints"

@@ -6,15 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from linkages.base.brief import cell
-from linkages.cli.options import (
-    add_file,
-    add_names,
-    add_pictures,
-    add_settings,
-    load_system,
-    output_folder,
-    print_results,
-)
+from linkages.cli.options import add_experiment, add_names, load_system, output_folder, print_results
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
@@ -32,15 +24,13 @@ EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    add_file(parser)
+    add_experiment(parser)
     values = "values; of the machine with sdf."
     parser.add_argument("--wrt", nargs="+", action="extend", required=True, metavar="PATH", help=values)
     default = "the experiment's, forces and eccentricities of clearance joints, torques of drives"
     add_names(parser, "--output", f"an output; may be repeated; default: {default}")
     parser.add_argument("--check", action="store_true", help="compare derivatives of peaks with differences of runs")
     parser.add_argument("--no-error-estimate", action="store_true", help="do not repeat the run at a tighter accuracy")
-    add_pictures(parser)
-    add_settings(parser)
 
 
 def run(options: argparse.Namespace) -> int:

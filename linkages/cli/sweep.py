@@ -12,11 +12,9 @@ from linkages.base.brief import counted
 from linkages.base.errors import InputError, Status
 from linkages.cli.options import (
     add_drive,
-    add_file,
+    add_experiment,
     add_number,
     add_outputs,
-    add_pictures,
-    add_settings,
     load_system,
     output_folder,
     output_names,
@@ -44,15 +42,13 @@ _STATISTICS = ("min", "max", "peak_mean", "peak_std", "peak_min", "peak_max")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    add_file(parser)
+    add_experiment(parser, lasting=False)
     parser.add_argument("--vary", required=True, metavar="PATH=LO:HI:N", help="N values of a variable, evenly spaced")
     add_number(parser, "--revolutions", 20, "N", "recorded revolutions")
     add_number(parser, "--transient", 10, "M", "discarded revolutions before the recorded ones")
     add_drive(parser, "a revolution")
     add_outputs(parser)
     parser.add_argument("--threads", type=int, metavar="N", help="default: as many as processors")
-    add_settings(parser, lasting=False)
-    add_pictures(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -7,15 +7,7 @@ import sys
 from typing import Any
 
 from linkages.base.errors import InputError, Status
-from linkages.cli.options import (
-    add_drive,
-    add_file,
-    add_pictures,
-    add_settings,
-    load_system,
-    output_folder,
-    print_results,
-)
+from linkages.cli.options import add_drive, add_experiment, load_system, output_folder, print_results
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
@@ -34,7 +26,7 @@ results. Remove the folder to start again.
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    add_file(parser)
+    add_experiment(parser, animation=True)
     parser.add_argument("--cycles", type=float, required=True, metavar="N", help="revolutions of the drive")
     add_drive(parser, "a cycle")
     depth = "largest difference of depth between first and second order in a jump"
@@ -42,8 +34,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     error = "relative standard error of the mean work of a cycle at which a block ends; default: 0.02"
     parser.add_argument("--scatter", type=float, metavar="X", help=error)
     parser.add_argument("--every-cycle", action="store_true", help="simulate every cycle without jumps")
-    add_settings(parser)
-    add_pictures(parser, animation=True)
 
 
 def run(options: argparse.Namespace) -> int:

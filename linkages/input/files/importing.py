@@ -16,11 +16,10 @@ from linkages.base.errors import InputError, listed, nearest
 from linkages.input.files.constraints import joined
 from linkages.input.files.elements import numbers
 from linkages.input.files.foreign import CARRIED, MARK, Entry, Foreign, influence, is_detachable, take_foreign
-from linkages.input.files.inertials import complete_inertials, correct_rounded
 from linkages.input.files.magnitudes import ALIGNED, SMALLEST, decimal_or_nan
 from linkages.input.files.models import flattened, is_static, update
 from linkages.input.files.raw_model import Pose, RawJoint, RawModel
-from linkages.input.files.rigid import fixed_into, without_massless
+from linkages.input.files.rigid import complete_inertials, correct_rounded, fixed_into, without_massless
 from linkages.input.files.sdf import read_model
 from linkages.input.files.urdf import sdf_of
 from linkages.input.files.xml import DEEPEST, label, read_xml

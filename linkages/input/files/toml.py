@@ -48,6 +48,23 @@ class Table(BaseModel):
             return (read_either if cls.of_any_joint else read)(value, unit_of(field))
         return value
 
+    def number_at(self, path: str, source: Path) -> float:
+        """Return the number at a dotted path; InputError if there is none."""
+        here: Any = self
+        for part in path.split("."):
+            if isinstance(here, list):
+                here = here[_place(here, part, path, source)]
+                continue
+            known = dict(here) if isinstance(here, Table | Mapping) else {}
+            if part not in known:
+                raise InputError(source, path, f'has no "{part}"; {nearest(part, known)}')
+            here = known[part]
+        if here is None:
+            raise InputError(source, path, "has no value in the experiment; give one there, or nominal")
+        if isinstance(here, bool) or not isinstance(here, int | float):
+            raise InputError(source, path, "is not a number, and cannot be a design variable")
+        return float(here)
+
     @classmethod
     def unknown(cls, key: str, data: Mapping[str, Any]) -> str:
         """Describe the error of an unknown key."""
@@ -89,11 +106,11 @@ def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: s
             table = table.setdefault(part, {})
             if not isinstance(table, dict | list) or (isinstance(table, list) and part != parts[-2]):
                 raise InputError(origin, path, f'"{part}" is a value, not a table')
-        key: str | int = place(table, parts[-1], path, origin) if isinstance(table, list) else parts[-1]
+        key: str | int = _place(table, parts[-1], path, origin) if isinstance(table, list) else parts[-1]
         table[key] = parse_value(value) if isinstance(value, str) else value
 
 
-def place(values: list[Any], part: str, path: str, source: str | Path) -> int:
+def _place(values: list[Any], part: str, path: str, source: str | Path) -> int:
     """Return the index of a component: x, y, z of a vector; otherwise the places in the list, from 0."""
     known = {axis: k for k, axis in enumerate("xyz")} if len(values) == 3 else {str(k): k for k in range(len(values))}
     if part not in known:
@@ -108,7 +125,8 @@ def validate(
 
     InputError for the first invalid value: file (or origin), dotted path, error and remedy.
     """
-    refuse_implausible(data, source, origins or {})
+    for where, problem in _implausible(data):
+        raise InputError((origins or {}).get(where, source), where, problem)
     try:
         return model.model_validate(data)
     except ValidationError as problem:
@@ -116,12 +134,6 @@ def validate(
         first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
         where = ".".join(part for part in map(str, first["loc"]) if part.strip())  # without tags of unions
         raise InputError((origins or {}).get(where, source), where, _explain(model, data, first)) from None
-
-
-def refuse_implausible(data: Mapping[str, Any], source: Path, origins: Mapping[str, str]) -> None:
-    """Refuse values that no table allows; see `validate`."""
-    for where, problem in _implausible(data):
-        raise InputError(origins.get(where, source), where, problem)
 
 
 def check_history(times: list[float] | None, values: Sized | None, name: str) -> None:

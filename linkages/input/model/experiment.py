@@ -16,21 +16,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr
 
 from linkages.base.brief import Brief
-from linkages.base.errors import InputError, nearest
+from linkages.base.errors import InputError
 from linkages.input.files.beams import MATERIAL, SECTIONS
 from linkages.input.files.table_keys import bracketed, table_keys
-from linkages.input.files.toml import (
-    Finite,
-    NonNegative,
-    Positive,
-    Table,
-    leaves,
-    place,
-    read_toml,
-    refuse_implausible,
-    replace_values,
-    validate,
-)
+from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leaves, read_toml, replace_values, validate
 from linkages.input.files.unit_conversion import read
 from linkages.input.model import load_tables as tables
 from linkages.input.model.experiment_tables import Drive, JointModel, RunWindow, SolverTable
@@ -83,6 +72,12 @@ _OF_MACHINE = {
     **dict.fromkeys(("x", "y", "z", "radius", "length", "height"), "m"),
     **{key: unit for sizes in (*SECTIONS.values(), MATERIAL) for key, unit in sizes.items()},
 }  # fmt: skip
+
+
+class _MachineValues(Table):
+    """Values of the SDF file alone, which batches replace; the mechanism's reader checks them."""
+
+    sdf: dict[str, Any]
 
 
 class Experiment(Brief, Table):
@@ -209,20 +204,7 @@ class Experiment(Brief, Table):
 
     def value(self, path: str) -> float:
         """Return the number at a dotted path; InputError if there is none."""
-        here: Any = self
-        for part in path.split("."):
-            if isinstance(here, list):
-                here = here[place(here, part, path, self._source)]
-                continue
-            known = dict(here) if isinstance(here, Table | Mapping) else {}
-            if part not in known:
-                raise InputError(self._source, path, f'has no "{part}"; {nearest(part, known)}')
-            here = known[part]
-        if here is None:
-            raise InputError(self._source, path, "has no value in the experiment; give one there, or nominal")
-        if isinstance(here, bool) or not isinstance(here, int | float):
-            raise InputError(self._source, path, "is not a number, and cannot be a design variable")
-        return float(here)
+        return self.number_at(path, self._source)
 
     def replaced(self, overrides: Mapping[str, Any], origin: str = ARGUMENT) -> Experiment:
         """Return the experiment with values from `origin` replaced by dotted path; InputError for a wrong one."""
@@ -235,9 +217,8 @@ class Experiment(Brief, Table):
         data = self.model_dump(include={"mechanism": True, "duration": True} | changed, exclude_unset=True)
         _replace(data, overrides, origin)
         origins = dict.fromkeys(overrides, origin)
-        if changed.keys() == {"sdf"} and changed["sdf"] is not True:  # any value: the mechanism's reader checks them
-            refuse_implausible(data, self._source, origins)
-            valid = data
+        if changed.keys() == {"sdf"} and changed["sdf"] is not True:
+            valid = vars(validate(_MachineValues, {"sdf": data["sdf"]}, self._source, origins))
         else:
             valid = vars(validate(Experiment, data, self._source, origins))
         values = {
