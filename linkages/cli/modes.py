@@ -72,7 +72,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run_robot(options: argparse.Namespace, path: Path) -> int:
-    """Analyse the robot; return the exit status."""
     from linkages.three_rrr.analysis import analyse
     from linkages.three_rrr.robot import changed, load_robot
 

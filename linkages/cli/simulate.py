@@ -103,7 +103,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _details(result: Assessment, summary: dict[str, Any]) -> str:
-    """Describe the settings of the run."""
     experiment = result.system.experiment
     cut, made = summary["mechanism"]["cut"], summary["provenance"]
     step = engine(result.engine).longest_step(result.system)  # limited in addition to the accuracy

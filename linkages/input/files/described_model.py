@@ -193,7 +193,6 @@ class Drawing:
         return RawLink(name, mass, turn, pose.translation, *local, (), None)
 
     def _beam(self, name: str, table: BeamTable, density: Any) -> LinkBeam:
-        """Return the beam that a link's table describes."""
         where = f"links.{name}.beam"
         places = {point: self._place(point, f"links.{name}") for point in self.links[name].points}
         first, last = _ends(table, where, places)
@@ -277,7 +276,6 @@ class Drawing:
 
 
 def _ends(table: BeamTable, where: str, places: Mapping[str, Array]) -> tuple[str, str]:
-    """Name the points at a beam's ends."""
     names = list(places)
     if table.points:
         ends = table.points.split()

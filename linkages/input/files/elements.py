@@ -183,7 +183,6 @@ class NumberPlace:
         return (self.element.text or "").split() or ["0"] * 6
 
     def _is_angle(self) -> bool:
-        """Check whether the number is an angle in degrees."""
         return self.index is not None and self.index >= 3 and _is_in_degrees(self.element)
 
 

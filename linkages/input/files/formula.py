@@ -121,9 +121,13 @@ def _translate(node: ast.expr, steps: list[_Step], parts: Collection[str], depth
             _translate(operand, steps, parts, depth + 1)
             steps.append((_OPERATORS[type(op)].__name__, 1))
         case ast.BinOp(op=op) if type(op) in _OPERATORS:
-            first, others = _terms(node)
-            _translate(first, steps, parts, depth + 1)
-            for operation, other in others:
+            left: ast.expr = node
+            others = []
+            while isinstance(left, ast.BinOp) and type(left.op) in _OPERATORS:  # the left side of a sum nests deeply
+                others.append((left.op, left.right))
+                left = left.left
+            _translate(left, steps, parts, depth + 1)
+            for operation, other in reversed(others):
                 _translate(other, steps, parts, depth + 1)
                 steps.append((_OPERATORS[type(operation)].__name__, 2))
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
@@ -142,15 +146,6 @@ def _translate(node: ast.expr, steps: list[_Step], parts: Collection[str], depth
             except RecursionError:
                 found = "a deeply nested part"
             raise ValueError(f"{found} {problem}")
-
-
-def _terms(node: ast.expr) -> tuple[ast.expr, list[tuple[ast.operator, ast.expr]]]:
-    """Split ``a + b - c`` into its first term, and pairs of operator and term, because the left side nests deeply."""
-    others: list[tuple[ast.operator, ast.expr]] = []
-    while isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
-        others.append((node.op, node.right))
-        node = node.left
-    return node, others[::-1]
 
 
 def shown(text: str) -> str:

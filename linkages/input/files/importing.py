@@ -76,7 +76,6 @@ def import_model(path: Path, name: str = "") -> Imported:
 
 
 def _imported(path: Path, model: ET.Element) -> Imported:
-    """Convert a single model."""
     for element in model.iter():  # numbers below the smallest plausible one are rounding errors of other programs
         words = (element.text or "").split()
         if any("e-" in word.lower() for word in words):
@@ -103,10 +102,9 @@ def _imported(path: Path, model: ET.Element) -> Imported:
         raise InputError(path, label(model), "has no moving link: every link is fixed to the world")
     names = {joint.name for joint in raw.joints}
     for entry in foreign.entries:
-        for name in entry.joints:
-            if name not in names:
-                problem = f'joint "{name}" was merged with another, or removed; name a joint that is kept'
-                raise InputError(path, entry.element, problem)
+        if gone := [name for name in entry.joints if name not in names]:
+            problem = f'joint "{gone[0]}" was merged with another, or removed; name a joint that is kept'
+            raise InputError(path, entry.element, problem)
         if len(set(entry.joints)) < len(entry.joints):
             raise InputError(path, entry.element, f'couples joint "{entry.joints[0]}" with itself')
     limits = {name: ends for name, ends in limits.items() if name in names}
@@ -157,8 +155,11 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
     model = _chosen(path, models if name else _joined_models(world, models), name, missing)
     for key in ("gravity", "notation"):
         model.attrib.pop(key, None)
-    placed = model.get("placement_frame") or model.findtext("placement_frame")
-    if placed or any(pose.get("relative_to") not in (None, "", "world") for pose in model.findall("pose")):
+    if (
+        model.get("placement_frame")
+        or model.findtext("placement_frame")
+        or any(pose.get("relative_to") not in (None, "", "world") for pose in model.findall("pose"))
+    ):
         raise InputError(path, label(model), "is placed relative to a frame, which is not supported; give its <pose>")
     for joint in world.findall("joint"):
         if _own_joint(model, joint):
@@ -269,7 +270,6 @@ def _included(path: Path, include: ET.Element) -> Path:
 
 
 def _limits(path: Path, joint: ET.Element) -> tuple[float, float] | None:
-    """Read the limits of a joint; None if there are none."""
     limit = joint.find("axis/limit")
     if limit is None or joint.get("type") in ("continuous", "fixed"):
         return None

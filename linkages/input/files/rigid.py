@@ -157,7 +157,6 @@ def correct_rounded(path: Path, model: ET.Element) -> list[str]:
 
 
 def _write_tensor(element: ET.Element, tensor: Array) -> None:
-    """Replace the entries of an <inertia>."""
     element.clear()
     for key, place in INERTIA.items():
         ET.SubElement(element, key).text = repr(float(tensor[place]))

@@ -100,7 +100,6 @@ def _counted(value: Any, index: str, count: int, where: str) -> Any:
 
 
 def _si(value: Any, names: set[str], where: str, unit: str = "") -> Any:
-    """Replace quantities by numbers."""
     if isinstance(value, dict):
         return {key: _si(item, names, f"{where}.{key}", unit) for key, item in value.items()}
     if isinstance(value, list):

@@ -62,7 +62,6 @@ def _fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Fie
 
 
 def _rules(info: FieldInfo) -> Iterator[str]:
-    """Describe the allowed values of a key."""
     if choices := names_taken(info):
         yield f"one of {', '.join(choices)}"
     signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}

@@ -198,7 +198,6 @@ def _comments(table: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
 
 
 def _explain(model: type[Table], data: Mapping[str, Any], error: Any) -> str:
-    """Write one sentence for a validation error."""
     loc, kind, value = error["loc"], error["type"], error["input"]
     table, values = _table_at(model, data, loc[:-1])
     if kind == "extra_forbidden":

@@ -129,7 +129,6 @@ def without_units(formula: str, names: set[str], write: Callable[[str], str] | N
 
 
 def _for_pint(unit: str) -> str:
-    """Convert ``m2`` to ``m**2``."""
     return re.sub(rf"({_NAME})\^?(-?\d)", r"\1**\2", unit.replace("·", " "))
 
 

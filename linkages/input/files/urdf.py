@@ -239,7 +239,6 @@ def _axis(element: ET.Element) -> ET.Element:
 
 
 def _of_attributes(element: ET.Element) -> ET.Element:
-    """Convert attributes to elements."""
     result = ET.Element(element.tag)
     for key, value in element.attrib.items():
         _add(result, key, value)

@@ -56,7 +56,6 @@ class LawTable(Table):
     @model_validator(mode="before")
     @classmethod
     def _of_law(cls, data: Any) -> Any:
-        """Check the parameters of the law."""
         if not isinstance(data, Mapping):
             return data
         law = _named(cls, data)
