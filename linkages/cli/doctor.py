@@ -46,9 +46,8 @@ def run(options: argparse.Namespace) -> int:
         if result.remedy:
             wrong += 1
             print(f"      {'':22s} {result.remedy}")
-    needs = "needs" if wrong == 1 else "need"
-    print(f"\n{wrong} of these {needs} a remedy" if wrong else "\nall is well")
-    return 1 if wrong else 0
+    print(f"\n{wrong} of these need{'s' * (wrong == 1)} a remedy" if wrong else "\nall is well")
+    return int(bool(wrong))
 
 
 class CheckResult(NamedTuple):
@@ -145,8 +144,7 @@ def threads() -> CheckResult:
 
     from linkages.base.kernel.precompiled import processors
 
-    available = processors()
-    used = numba.get_num_threads()
+    available, used = processors(), numba.get_num_threads()
     remedy = f"set NUMBA_NUM_THREADS to {available} at most" if used > available else ""
     return CheckResult("threads", f"{used} of {available} cores", remedy)
 

@@ -106,26 +106,21 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
 
             write_animation(results, folder / "animation.html")
     print_results(options, format_table(summary), out)
-    failed = summary.get("verify", {}).get("failed", ())
-    for line in failed:
-        print(f"the comparison with Drake fails: {line}", file=sys.stderr)
-    if results.branch.status is Status.OK:
-        return int(bool(failed))
-    fold, end = results.branch.singularities[-1].time, results.branch.times[-1]
-    print(
-        f"the branch ends at a fold (singularity of type 2) at t = {fold:.6g} s, analysed up to {end:.6g} s;"
-        " shorten the duration or follow another branch",
-        file=sys.stderr,
-    )
-    return 1
+    problems = [f"the comparison with Drake fails: {line}" for line in summary.get("verify", {}).get("failed", ())]
+    if results.branch.status is not Status.OK:
+        fold, end = results.branch.singularities[-1].time, results.branch.times[-1]
+        ends = f"at t = {fold:.6g} s, analysed up to {end:.6g} s; shorten the duration or follow another branch"
+        problems.append(f"the branch ends at a fold (singularity of type 2) {ends}")
+    for line in problems:
+        print(line, file=sys.stderr)
+    return int(bool(problems))
 
 
 def summarize(results: RobotResults) -> dict[str, Any]:
     """Return the content of ``modes.json``, SI units."""
-    import importlib.metadata
-
     import numpy as np
 
+    from linkages.input.files.versions import versions
     from linkages.three_rrr.branch import travel
 
     robot, branch, shaken = results.robot, results.branch, results.dynamic
@@ -138,11 +133,8 @@ def summarize(results: RobotResults) -> dict[str, Any]:
     dynamic = {}
     if shaken is not None:
         plate = {} if shaken.plate is None else {"platform": float(np.max(np.abs(shaken.plate)))}
-        dynamic["dynamic"] = {
-            "steps": shaken.steps,
-            "elastic_displacement": displacement(shaken.platform),
-            "stress": shaken.largest | plate,
-        }
+        dynamic["dynamic"] = {"steps": shaken.steps, "elastic_displacement": displacement(shaken.platform)}
+        dynamic["dynamic"]["stress"] = shaken.largest | plate
     return {
         "title": robot.title,
         "status": branch.status.value,
@@ -161,10 +153,7 @@ def summarize(results: RobotResults) -> dict[str, Any]:
         "elastic_displacement": displacement(results.static.platform),
         "stress": {s.name: float(s.largest.max()) for s in results.stress},
         **dynamic,
-        "provenance": {
-            "robot": robot.model_dump(),
-            "versions": {name: importlib.metadata.version(name) for name in ("numpy", "scipy")},
-        },
+        "provenance": {"robot": robot.model_dump(), "versions": versions()},
     }
 
 
@@ -186,13 +175,9 @@ def format_table(result: dict[str, Any]) -> str:
     rows = zip(result["locked_frequencies"], result["ranges"], result["free_frequencies"], strict=False)
     for n, (now, (low, high), free) in enumerate(list(rows)[:8], 1):
         lines.append(f"mode {n:<15d}{now:14.2f}{low:12.2f}{high:12.2f}{free:12.2f}")
-    lines += [
-        "",
-        f"travel: path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad, pivots {travel['pivots']:.4f} m",
-    ]
-    parts = {"quasi-static": result}
-    if "dynamic" in result:
-        parts["with vibration"] = result["dynamic"]
+    ways = f"path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad, pivots {travel['pivots']:.4f} m"
+    lines += ["", f"travel: {ways}"]
+    parts = {"quasi-static": result} | ({"with vibration": result["dynamic"]} if "dynamic" in result else {})
     for name, part in parts.items():
         x, y, angle = (1e6 * value for value in part["elastic_displacement"].values())
         lines += [

@@ -169,10 +169,7 @@ def format_sweep(result: Sweep, units: dict[str, str]) -> str:
             line += f"{row['peak_mean']:{width}.5g} {spread:11s}"
         lines.append(line + ("" if point.status is Status.OK else f"  {point.status.value}"))
     if horizons := [point.horizon for point in result.points if point.horizon is not None]:
-        lines += [
-            "",
-            f"runs at this and a ten times looser accuracy agree for {min(horizons):g} to {max(horizons):g}"
-            " revolutions from the start;",
-            "later only means and standard deviations are reproducible, not single revolutions",
-        ]
+        agree = f"agree for {min(horizons):g} to {max(horizons):g} revolutions from the start;"
+        lines += ["", f"runs at this and a ten times looser accuracy {agree}"]
+        lines.append("later only means and standard deviations are reproducible, not single revolutions")
     return "\n".join(lines)

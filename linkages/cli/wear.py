@@ -85,9 +85,6 @@ def format_life(found: dict[str, Any]) -> str:
         for name, value in first.items()
     ]
     jumps, worst = len(found["blocks"]) - 1, max(block["error"] for block in found["blocks"])
-    lines += [
-        "",
-        f"cycles simulated: {found['simulated_cycles']}; jumps: {jumps}, rejected: {found['rejected_jumps']};"
-        f" largest difference of depth in a jump {1e6 * worst:.3g} um of {1e6 * found['tolerance']:.3g} um allowed",
-    ]
-    return "\n".join(lines)
+    done = f"cycles simulated: {found['simulated_cycles']}; jumps: {jumps}, rejected: {found['rejected_jumps']}"
+    depth = f"{1e6 * worst:.3g} um of {1e6 * found['tolerance']:.3g} um allowed"
+    return "\n".join([*lines, "", f"{done}; largest difference of depth in a jump {depth}"])

@@ -155,11 +155,8 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
     model = _chosen(path, models if name else _joined_models(world, models), name, missing)
     for key in ("gravity", "notation"):
         model.attrib.pop(key, None)
-    if (
-        model.get("placement_frame")
-        or model.findtext("placement_frame")
-        or any(pose.get("relative_to") not in (None, "", "world") for pose in model.findall("pose"))
-    ):
+    placed = model.get("placement_frame") or model.findtext("placement_frame")
+    if placed or any(pose.get("relative_to") not in (None, "", "world") for pose in model.findall("pose")):
         raise InputError(path, label(model), "is placed relative to a frame, which is not supported; give its <pose>")
     for joint in world.findall("joint"):
         if _own_joint(model, joint):
