@@ -32,12 +32,11 @@ entry points of the group ``linkages.commands``; one that cannot be loaded is sk
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import keyword
 import sys
 from importlib.metadata import entry_points
-from typing import Protocol, cast
+from typing import Any
 
 _OWN = (
     *("simulate", "compare", "sweep", "continue", "wear", "report", "export", "bearing", "draw", "new", "import"),
@@ -45,21 +44,7 @@ _OWN = (
 )
 
 
-class Command(Protocol):
-    """Interface of a subcommand's module."""
-
-    HELP: str
-
-    @staticmethod
-    def add_options(parser: argparse.ArgumentParser) -> None:
-        """Add the command's arguments."""
-
-    @staticmethod
-    def run(options: argparse.Namespace) -> int:
-        """Run with parsed options; return the exit status."""
-
-
-def commands(wanted: str = "") -> dict[str, Command]:
+def commands(wanted: str = "") -> dict[str, Any]:
     """Find subcommands by name: the `wanted` one if this package has it, otherwise all.
 
     Prints a warning for each unusable command of other packages.
@@ -67,7 +52,7 @@ def commands(wanted: str = "") -> dict[str, Command]:
     alone = wanted in _OWN
     names = (wanted,) if alone else _OWN
     modules = {name: f"{__name__}.{name}{'_' * keyword.iskeyword(name)}" for name in names}
-    found: dict[str, object] = {name: importlib.import_module(module) for name, module in modules.items()}
+    found = {name: importlib.import_module(module) for name, module in modules.items()}
     for point in () if alone else entry_points(group="linkages.commands"):
         try:
             if point.name in found:
@@ -79,4 +64,4 @@ def commands(wanted: str = "") -> dict[str, Command]:
         except Exception as problem:  # an error of another package must not disable all commands
             reason = " ".join(f"{type(problem).__name__}: {problem}".split())
             print(f"warning: command {point.name} ({point.value}) is skipped: {reason}", file=sys.stderr)
-    return cast(dict[str, Command], found)
+    return found

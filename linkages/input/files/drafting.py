@@ -77,7 +77,14 @@ class Numbers:
             case [x, y]:
                 place = self.number(x, where), self.number(y, where)
             case [str(start), distance, towards]:
-                place = self._polar(start, self.number(distance, where), towards, where)
+                x, y = self.place(start, where)
+                if isinstance(towards, str) and towards in self.points:
+                    end = self.place(towards, where)
+                    angle = math.atan2(end[1] - y, end[0] - x)
+                else:
+                    angle = self.number(towards, where)
+                length = self.number(distance, where)
+                place = x + length * math.cos(angle), y + length * math.sin(angle)
             case [str(first), one, str(second), other]:
                 place = self._between(first, self.number(one, where), second, self.number(other, where), where)
             case _:
@@ -85,15 +92,6 @@ class Numbers:
         self.asked.pop()
         self.found[f"{point}.x"], self.found[f"{point}.y"] = place
         return place
-
-    def _polar(self, start: str, distance: float, towards: Any, where: str) -> tuple[float, float]:
-        x, y = self.place(start, where)
-        if isinstance(towards, str) and towards in self.points:
-            end = self.place(towards, where)
-            angle = math.atan2(end[1] - y, end[0] - x)
-        else:
-            angle = self.number(towards, where)
-        return x + distance * math.cos(angle), y + distance * math.sin(angle)
 
     def _between(self, first: str, one: float, second: str, other: float, where: str) -> tuple[float, float]:
         """Return the intersection of two circles to the left of the line between their centres."""

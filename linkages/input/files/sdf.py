@@ -21,18 +21,8 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, nearest
+from linkages.input.files import elements
 from linkages.input.files.beams import FOLLOWS, check_inertial, of_beam, written_beam
-from linkages.input.files.elements import (
-    NumberPlace,
-    annotation,
-    inertial,
-    number,
-    numbers,
-    own_pose,
-    places,
-    sizes,
-    with_pose,
-)
 from linkages.input.files.models import find_model, flattened, is_static
 from linkages.input.files.raw_model import BearingSize, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot
 from linkages.input.files.reading import read_whole
@@ -127,7 +117,7 @@ class _Reader:
             raise self.error("<static>", "a static model cannot move; remove it or set it to false")
         tags = ("link", "joint", "frame")
         self.names = {tag: tuple(name for name, part in self.elements.items() if part.tag == tag) for tag in tags}
-        self.places: dict[str, tuple[str, NumberPlace]] = {}
+        self.places: dict[str, tuple[str, elements.NumberPlace]] = {}
         self._change(self.elements)
         self.values = {path: place.value for path, (_, place) in self.places.items()}
         self._resolved: dict[str, Pose] = {}
@@ -141,7 +131,7 @@ class _Reader:
         """Copy elements whose numbers are replaced, and find the places of these numbers."""
         for name in list(names):
             element = self.elements[name] = _changeable(self.elements[name])
-            for key, place in places(element):
+            for key, place in elements.places(element):
                 self.places[f"{element.tag}s.{name}.{key}"] = name, place
 
     def replaced(self, overrides: Mapping[str, float]) -> _Reader:
@@ -197,7 +187,7 @@ class _Reader:
         own: Own = self._own[key]
         return own
 
-    def _place(self, path: str) -> tuple[str, NumberPlace]:
+    def _place(self, path: str) -> tuple[str, elements.NumberPlace]:
         """Find the number at a dotted path, and its element's name."""
         if path in self.places:
             return self.places[path]
@@ -209,7 +199,7 @@ class _Reader:
         tag = kind.removesuffix("s")
         if name not in self.names[tag]:
             raise self.error(where, f'there is no {tag} "{name}"; {nearest(name, self.names[tag])}')
-        if key.partition(".")[0] in ("mass", "com") and annotation(self.elements[name], "beam") is not None:
+        if key.partition(".")[0] in ("mass", "com") and elements.annotation(self.elements[name], "beam") is not None:
             raise self.error(where, FOLLOWS)
         start = f"{kind}.{name}."
         known = [other.removeprefix(start) for other in self.places if other.startswith(start)]
@@ -253,7 +243,7 @@ class _Reader:
         if name == "world":
             return Pose()
         if name == "__model__":
-            return own_pose(self.path, self.model, label(self.model))
+            return elements.own_pose(self.path, self.model, label(self.model))
         if name in self._resolved:
             return self._resolved[name]
         element = self._find(name, asked_by)
@@ -265,7 +255,7 @@ class _Reader:
             raise self.error(where, f"its pose is the last of more than {DEEPEST} that are relative to each other")
         self._resolving.append(name)
         base = self._said(name, _base, element)
-        result = self._pose(base, where) @ self._said(name, own_pose, self.path, element, where)
+        result = self._pose(base, where) @ self._said(name, elements.own_pose, self.path, element, where)
         self._resolving.pop()
         self._resolved[name] = result
         return result
@@ -312,7 +302,7 @@ class _Reader:
         visuals = self._said(name, self._own_visuals, element)
         if visuals is None:
             visuals = tuple(self._visual(visual, pose, label(element)) for visual in element.findall("visual"))
-        mass, centre, inertia = self._said(name, inertial, self.path, element)
+        mass, centre, inertia = self._said(name, elements.inertial, self.path, element)
         return RawLink(name, mass, pose.rotation, pose.translation, centre, inertia, visuals, None)
 
     def _own_visuals(self, element: ET.Element) -> tuple[str, ...] | None:
@@ -325,10 +315,10 @@ class _Reader:
     def _visual(self, element: ET.Element, link: Pose, where: str) -> str:
         """Write a <visual> with its pose first, and in link axes."""
         spot = f"{where}/{label(element)}"
-        own, pose = own_pose(self.path, element, spot), element.find("pose")
+        own, pose = elements.own_pose(self.path, element, spot), element.find("pose")
         if pose is not None and (base := pose.get("relative_to")):
             own = link.inverse() @ self._pose(base, spot) @ own
-        return with_pose(element, own)
+        return elements.with_pose(element, own)
 
     def _joint(self, name: str, element: ET.Element) -> RawJoint:
         own = self._said(name, self._own_joint, element)
@@ -373,21 +363,21 @@ class _Reader:
             raise self.error(f"{where}/<axis>/<mimic>", problem)
         for part in axis:
             self._refuse_unknown(part, f"{where}/<axis>")
-        direction = numbers(self.path, xyz, 3, f"{where}/<axis>/<xyz>")
+        direction = elements.numbers(self.path, xyz, 3, f"{where}/<axis>/<xyz>")
         length = float(np.linalg.norm(direction))
         if length < 1e-9:
             raise self.error(f"{where}/<axis>/<xyz>", "has no length; give a direction")
         dynamics, spot = axis.find("dynamics"), f"{where}/<axis>/<dynamics>"
         for key in ("damping", "friction", "spring_stiffness"):
-            if dynamics is not None and number(self.path, dynamics, key, spot, 0.0) != 0.0:
+            if dynamics is not None and elements.number(self.path, dynamics, key, spot, 0.0) != 0.0:
                 raise self.error(f"{spot}/<{key}>", "is not supported; remove it or set it to 0")
         return direction / length, xyz.get("expressed_in", "")
 
     def _annotation(self, element: ET.Element, tag: str, kind: type[Part]) -> Part | None:
         """Read <linkages:bearing> or <linkages:slot>: its two lengths."""
-        found, where = annotation(element, tag), f"{label(element)}/<linkages:{tag}>"
+        found, where = elements.annotation(element, tag), f"{label(element)}/<linkages:{tag}>"
         units = dict.fromkeys((key.name for key in fields(kind)), "m")
-        return None if found is None else kind(**sizes(self.path, found, where, units))
+        return None if found is None else kind(**elements.sizes(self.path, found, where, units))
 
 
 def _attached_to(element: ET.Element) -> str:
@@ -403,11 +393,11 @@ def _base(element: ET.Element) -> str:
     return (pose.get("relative_to", "") if pose is not None else "") or _attached_to(element)
 
 
-def _namers(elements: Mapping[str, ET.Element]) -> dict[str, list[str]]:
+def _namers(named: Mapping[str, ET.Element]) -> dict[str, list[str]]:
     """Find the elements that name each element, as in ``relative_to`` or ``<child>``."""
-    namers: dict[str, list[str]] = {name: [] for name in elements}
-    for name, element in elements.items():
+    namers: dict[str, list[str]] = {name: [] for name in named}
+    for name, element in named.items():
         words = {word for part in element.iter() for word in ((part.text or "").strip(), *part.attrib.values())}
-        for other in words & elements.keys():
+        for other in words & named.keys():
             namers[other].append(name)
     return namers

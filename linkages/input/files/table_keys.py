@@ -38,7 +38,24 @@ def table_keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
 def described_keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
     """Yield every key with its meaning, whether it is required, default, and allowed values."""
     for path, info in _fields(model):
-        yield path, "; ".join(filter(None, [info.description, *_rules(info)]))
+        rules = [info.description]
+        if choices := names_taken(info):
+            rules.append(f"one of {', '.join(choices)}")
+        signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+        limits = [
+            f"{sign} {getattr(rule, key):g}"
+            for rule in _content(info)
+            for key, sign in signs.items()
+            if isinstance(getattr(rule, key, None), int | float)
+        ]
+        if limits:
+            rules.append(" and ".join(dict.fromkeys(limits)))
+        if info.is_required():
+            rules.append("required")
+        elif isinstance(info.default, bool | int | float) or (info.default and isinstance(info.default, str)):
+            shown = info.default if isinstance(info.default, str) else tomlkit.item(info.default).as_string()
+            rules.append(f"default {shown}")
+        yield path, "; ".join(filter(None, rules))
 
 
 def taken_keys(model: type[BaseModel], data: Any) -> Mapping[str, FieldInfo]:
@@ -59,25 +76,6 @@ def _fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Fie
         yield path, info
         if inner is not None:
             yield from _fields(inner, path + ".")
-
-
-def _rules(info: FieldInfo) -> Iterator[str]:
-    if choices := names_taken(info):
-        yield f"one of {', '.join(choices)}"
-    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-    limits = [
-        f"{sign} {getattr(rule, key):g}"
-        for rule in _content(info)
-        for key, sign in signs.items()
-        if isinstance(getattr(rule, key, None), int | float)
-    ]
-    if limits:
-        yield " and ".join(dict.fromkeys(limits))
-    if info.is_required():
-        yield "required"
-    elif isinstance(info.default, bool | int | float) or (info.default and isinstance(info.default, str)):
-        shown = info.default if isinstance(info.default, str) else tomlkit.item(info.default).as_string()
-        yield f"default {shown}"
 
 
 def names_taken(info: FieldInfo) -> list[str]:
@@ -114,13 +112,8 @@ def is_named(info: FieldInfo) -> bool:
     return str(info.annotation).startswith("dict")
 
 
-def unit_of(info: FieldInfo) -> str:
-    """Return the bracketed unit in a key's description; empty without one."""
-    return bracketed(info.description or "")
-
-
-def bracketed(meaning: str) -> str:
-    """Return the unit in a key's meaning; empty without one.
+def bracketed(meaning: str | None) -> str:
+    """Return the bracketed unit in a key's meaning; empty without one.
 
     Examples
     --------
@@ -128,4 +121,4 @@ def bracketed(meaning: str) -> str:
     >>> bracketed("radial clearance c [m]")
     'm'
     """
-    return meaning.partition("[")[2].partition("]")[0]
+    return (meaning or "").partition("[")[2].partition("]")[0]

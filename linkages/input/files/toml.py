@@ -17,7 +17,7 @@ from tomlkit.exceptions import TOMLKitError
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.magnitudes import implausible
 from linkages.input.files.reading import read_whole
-from linkages.input.files.table_keys import inner_table, is_number, names_taken, taken_keys, unit_of
+from linkages.input.files.table_keys import bracketed, inner_table, is_number, names_taken, taken_keys
 from linkages.input.files.unit_conversion import read, read_either
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -45,7 +45,7 @@ class Table(BaseModel):
     def _in_si(cls, value: Any, key: ValidationInfo) -> Any:
         field = cls.model_fields[key.field_name or ""]
         if isinstance(value, str | list) and is_number(field):
-            return (read_either if cls.of_any_joint else read)(value, unit_of(field))
+            return (read_either if cls.of_any_joint else read)(value, bracketed(field.description))
         return value
 
     def number_at(self, path: str, source: Path) -> float:

@@ -10,7 +10,7 @@ from typing import NoReturn
 import numpy as np
 
 from linkages.base.errors import InputError, nearest
-from linkages.input.files.table_keys import unit_of
+from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Table
 from linkages.input.files.unit_conversion import SLIDING, read
 from linkages.input.model import load_tables as tables
@@ -119,7 +119,7 @@ class _Check:
         for path, text in self.experiment.texts.items():
             key = path.removeprefix(start)
             if path.startswith(start) and key in table.model_fields:
-                unit = unit_of(table.model_fields[key])
+                unit = bracketed(table.model_fields[key].description)
                 try:
                     read(text, SLIDING.get(unit, unit) if slides else unit)
                 except ValueError as problem:
