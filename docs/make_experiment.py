@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from linkages.input.model.experiment import described
+from linkages.input.files.table_keys import described_keys
+from linkages.input.model.experiment import Experiment
 
 _HEAD = """# Keys of experiment files
 
@@ -72,7 +73,7 @@ def rows(pairs: Iterable[tuple[str, str]]) -> str:
 
 def markdown() -> str:
     """Return the page."""
-    return _HEAD + rows(described())
+    return _HEAD + rows(described_keys(Experiment))
 
 
 if __name__ == "__main__":

@@ -14,8 +14,9 @@ from typing import Any
 from shipped import BENT, NAMES
 
 from linkages.input.files.shipped import data_folder
+from linkages.input.files.table_keys import table_keys
 from linkages.input.files.toml import leaves
-from linkages.input.model.experiment import keys
+from linkages.input.model.experiment import Experiment
 from optim.problem.load import studies_folder
 
 MACHINES = [path for path in sorted(data_folder().glob("*.sdf")) if not path.stem.startswith("three_rrr")]
@@ -40,7 +41,7 @@ VALUES += [
 FACTORS = (-1.0, 0.5, 0.99, 1.01, 2.0, 10.0, *(10.0**power for power in range(-48, 49, 3)))
 ENCODINGS = """utf-16 utf-16-le utf-32 utf-7 latin-1 cp037 cp1252 shift_jis gb18030 big5 euc-kr iso2022_jp base64 hex rot13 zlib idna
 punycode unicode_escape raw_unicode_escape undefined mbcs koi8-r nonsense""".split()  # noqa: SIM905
-PATHS = sorted({path.replace("NAME", name) for path, _ in keys() for name in ("A", "O", "O1", "B")})
+PATHS = sorted({path.replace("NAME", name) for path, _ in table_keys(Experiment) for name in ("A", "O", "O1", "B")})
 
 
 def nested(content: Any) -> list[Any]:

@@ -9,7 +9,8 @@ from shipped import BENT, NAMES
 
 from linkages import InputError, find_file, load, load_experiment
 from linkages.cli.main import main
-from linkages.input.model.experiment import keys
+from linkages.input.files.table_keys import table_keys
+from linkages.input.model.experiment import Experiment
 from linkages.laws.friction import friction_coefficient
 
 GOOD = """
@@ -230,7 +231,7 @@ def test_replaced_leaves_the_original_alone(seven_bar):
 
 
 def test_every_key_has_a_meaning():
-    listed = dict(keys())
+    listed = dict(table_keys(Experiment))
     assert "joints.NAME.clearance" in listed
     assert all(listed.values())
     assert "[m]" in listed["joints.NAME.clearance"]

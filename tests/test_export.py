@@ -139,7 +139,9 @@ def test_the_command_names_the_extra_that_is_not_installed(package, kind, folder
     assert [path.name for path in folder.iterdir()] == ["trajectory.npz"]
 
 
-def test_a_folder_without_a_run_is_bad_input(tmp_path, capsys):
-    assert main(["export", str(tmp_path), "--to", "csv"]) == 2
-    assert "trajectory.npz" in capsys.readouterr().err
+@pytest.mark.parametrize(("name", "problem"), [("", "has no trajectory.npz"), ("nodir", "is not a folder")])
+def test_a_folder_without_a_run_is_bad_input(name, problem, tmp_path, capsys):
+    given = tmp_path / name
+    assert main(["export", str(given), "--to", "csv"]) == 2
+    assert capsys.readouterr().err == f"error: {given}: {problem}; give the --out folder of `linkages simulate`\n"
     assert list(tmp_path.iterdir()) == []

@@ -6,8 +6,8 @@ import pytest
 from machines import four_bar
 
 from linkages import InputError
-from linkages.cli.folders import output_folder
 from linkages.cli.main import main
+from linkages.cli.options import output_folder
 
 DRIVEN = "duration = 1.0\n[drives.O]\nspeed = 1.0\n"
 

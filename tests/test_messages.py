@@ -11,7 +11,8 @@ from linkages import AssemblyError, InputError, Status, Trajectory, assess, load
 from linkages.cli.main import report_failures
 from linkages.cli.options import load_system
 from linkages.input.files.shipped import find_file
-from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES, described, value_unit
+from linkages.input.files.table_keys import described_keys
+from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES, Experiment, value_unit
 from linkages.laws import CONTACTS
 from linkages.show.plots import histories, section_figure
 from linkages.show.report.terminal import format_table
@@ -21,7 +22,7 @@ DRIVEN = "duration = 1.0\n[drives.O]\nspeed = 1.0\n"
 
 
 def test_keys_come_with_their_values_and_defaults():
-    told = dict(described())
+    told = dict(described_keys(Experiment))
     assert told["mechanism"].endswith("; required")
     assert told["solver.accuracy"] == "relative accuracy [1]; > 0 and <= 0.1; default 1e-07"
     assert told["joints.NAME.model"].endswith("; one of ideal, dry, lubricated, mixed; required")
@@ -35,7 +36,7 @@ def test_keys_come_with_their_values_and_defaults():
 
 def test_a_law_of_a_users_own_is_among_the_choices(monkeypatch):
     monkeypatch.setitem(CONTACTS, "mine", CONTACTS["hertz"])
-    assert ", mine, " in dict(described())["joints.NAME.contact.law"]
+    assert ", mine, " in dict(described_keys(Experiment))["joints.NAME.contact.law"]
 
 
 def test_a_missing_law_lists_its_choices(experiment_file):

@@ -22,23 +22,21 @@
 | keys          | ``linkages keys``: keys of an experiment file, outputs of a run       |
 | doctor        | ``linkages doctor``: check of the installation                        |
 | completion    | ``linkages completion``: a script for the shell                       |
-| options       | options of several commands, numbers, the system that they define     |
-| folders       | folders of results: their command, files that a new run removes       |
+| options       | options of several commands, numbers, their system, their folders     |
 | progress      | progress: bars, lines, heartbeat                                      |
 
-A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, and imports
-its heavy dependencies inside `run`. Other packages add commands through entry points of the group
-``linkages.commands``; one that cannot be loaded is skipped with a warning.
+A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, optionally
+``EXAMPLES`` (text below the help), and imports its heavy dependencies inside `run`. Other packages add commands through
+entry points of the group ``linkages.commands``; one that cannot be loaded is skipped with a warning.
 """
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import keyword
 import sys
-from importlib.metadata import EntryPoint, entry_points
-from typing import Protocol, cast
+from importlib.metadata import entry_points
+from typing import Any
 
 _OWN = (
     *("simulate", "compare", "sweep", "continue", "wear", "report", "export", "bearing", "draw", "new", "import"),
@@ -46,45 +44,24 @@ _OWN = (
 )
 
 
-class Command(Protocol):
-    """Interface of a subcommand's module."""
-
-    HELP: str
-
-    @staticmethod
-    def add_options(parser: argparse.ArgumentParser) -> None:
-        """Add the command's arguments."""
-
-    @staticmethod
-    def run(options: argparse.Namespace) -> int:
-        """Run with parsed options; return the exit status."""
-
-
-def commands(wanted: str = "") -> dict[str, Command]:
+def commands(wanted: str = "") -> dict[str, Any]:
     """Find subcommands by name: the `wanted` one if this package has it, otherwise all.
 
     Prints a warning for each unusable command of other packages.
     """
     alone = wanted in _OWN
     names = (wanted,) if alone else _OWN
-    found: dict[str, object] = {
-        name: importlib.import_module(f"{__name__}.{name}{'_' * keyword.iskeyword(name)}") for name in names
-    }
+    modules = {name: f"{__name__}.{name}{'_' * keyword.iskeyword(name)}" for name in names}
+    found = {name: importlib.import_module(module) for name, module in modules.items()}
     for point in () if alone else entry_points(group="linkages.commands"):
         try:
             if point.name in found:
                 raise ValueError("the name is taken")
-            found[point.name] = _load(point)
+            command = point.load()
+            if missing := [part for part in ("HELP", "add_options", "run") if not hasattr(command, part)]:
+                raise TypeError(f"it has no {missing[0]}")
+            found[point.name] = command
         except Exception as problem:  # an error of another package must not disable all commands
             reason = " ".join(f"{type(problem).__name__}: {problem}".split())
             print(f"warning: command {point.name} ({point.value}) is skipped: {reason}", file=sys.stderr)
-    return cast(dict[str, Command], found)
-
-
-def _load(point: EntryPoint) -> object:
-    """Import and check a command of another package."""
-    command = point.load()
-    missing = [part for part in ("HELP", "add_options", "run") if not hasattr(command, part)]
-    if missing:
-        raise TypeError(f"it has no {missing[0]}")
-    return command
+    return found

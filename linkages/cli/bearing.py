@@ -7,8 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, nearest
-from linkages.cli.folders import add_out, output_folder
-from linkages.cli.options import add_pictures, number, print_results
+from linkages.cli.options import add_out, add_pictures, number, output_folder, print_results
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
 
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 
 HELP = "a journal bearing under a static load: eccentricity, flow, friction, dynamic coefficients, stability"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages bearing --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000
   linkages bearing --diameter 80mm --length 40mm --clearance 0.1mm --viscosity 0.03 --speed 100 --load 1000 --film short
   linkages bearing --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000 \
@@ -31,53 +30,31 @@ _NEEDED = (
     ("speed", "rad/s", "angular velocity of the journal"),
     ("load", "N", "load on the journal"),
 )
-#: Keys of a groove: name, unit (none of a pure number), default.
-_GROOVE = {
-    "angle": ("rad", None),
-    "extent": ("rad", None),
-    "length": ("", 1.0),
-    "pressure": ("Pa", None),
-    "position": ("", 0.0),
-    "shape": ("", "groove"),
-}
+#: Keys of a groove, and their units (none of a pure number).
+_GROOVE = {"angle": "rad", "extent": "rad", "length": "", "pressure": "Pa", "position": "", "shape": ""}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     for name, unit, meaning in _NEEDED:
         parser.add_argument(f"--{name}", required=True, metavar="VALUE", help=f"{meaning} [{unit}]")
     parser.add_argument("--viscosity", metavar="VALUE", help="dynamic viscosity [Pa s]")
-    parser.add_argument(
-        "--grade", type=int, metavar="N", help="instead of the viscosity: ISO VG grade; the temperature follows from a "
-        "heat balance with --inlet",
-    )  # fmt: skip
+    parser.add_argument("--grade", type=int, metavar="N", help="instead: ISO VG grade; a heat balance needs --inlet")
     parser.add_argument("--inlet", type=float, metavar="T", help="temperature of the oil that enters [degC]")
     parser.add_argument("--conductance", type=float, metavar="G", help="into the surroundings [W/K]")
-    parser.add_argument(
-        "--surroundings", type=float, metavar="T", help="their temperature; default: the inlet's [degC]"
-    )
+    parser.add_argument("--surroundings", type=float, metavar="T", help="their temperature; default: inlet [degC]")
     parser.add_argument("--film", default="finite", metavar="NAME", help="film law; default: finite")
-    parser.add_argument(
-        "--cavitation",
-        metavar="RULE",
-        help="guembel, reynolds or mass-conserving; default: mass-conserving with grooves or a cavity pressure, "
-        "else guembel",
+    rule = "guembel, reynolds or mass-conserving; default: the last with grooves or a cavity pressure, else the first"
+    parser.add_argument("--cavitation", metavar="RULE", help=rule)
+    groove = (
+        '"angle = 90 deg, extent = 20 deg, length = 0.8": angle of its middle from the load, positive in the sense of'
+        " rotation; length as a share of the bearing's, default 1; also position (share), pressure [Pa], shape = hole;"
+        " may be repeated"
     )
-    parser.add_argument(
-        "--groove",
-        action="append",
-        default=[],
-        metavar="KEYS",
-        help='"angle = 90 deg, extent = 20 deg, length = 0.8": angle of its middle from the load, positive in the '
-        "sense of rotation; length as a share of the bearing's, default 1; also position (share), pressure [Pa], "
-        "shape = hole; may be repeated",
-    )
+    parser.add_argument("--groove", action="append", default=[], metavar="KEYS", help=groove)
     parser.add_argument("--supply-pressure", default="0", metavar="P", help="of the grooves, gauge; default: 0 [Pa]")
     parser.add_argument("--cavity-pressure", default="0", metavar="P", help="gauge, at most 0; default: 0 [Pa]")
-    parser.add_argument(
-        "--tilt", default="0, 0", metavar="A, B", help="slope of the journal along and across the load; default: 0, 0"
-    )
+    parser.add_argument("--tilt", default="0, 0", metavar="A, B", help="slope of the journal along and across the load")
     parser.add_argument("--mass", metavar="M", help="of the journal, for the threshold speed; default: load/g [kg]")
     add_pictures(parser)
     add_out(parser)
@@ -99,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--tilt", options.tilt, 'give two slopes, such as "1e-4, 0"')
     values: dict[str, Any] = {name: number(f"--{name}", getattr(options, name), unit) for name, unit, _ in _NEEDED}
     out = output_folder(options, "bearing", "bearing")
-    chosen: dict[str, Any] = {
+    values |= {
         "film": options.film,
         "cavitation": options.cavitation,
         "grooves": grooves,
@@ -113,13 +90,13 @@ def run(options: argparse.Namespace) -> int:
         for name in ("inlet", "conductance", "surroundings"):
             if getattr(options, name) is not None:
                 raise InputError(f"--{name}", f"{getattr(options, name):g}", "is for a heat balance; give --grade")
-        point = bearing(**values, viscosity=number("--viscosity", options.viscosity, "Pa s"), **chosen)
+        point = bearing(**values, viscosity=number("--viscosity", options.viscosity, "Pa s"))
         content = point.content
     elif options.inlet is None:
         raise InputError("command line", "--inlet", "--grade needs the temperature of the oil that enters")
     else:
         heat = Heat(options.grade, options.inlet, options.conductance or 0.0, options.surroundings)
-        warm = warm_bearing(heat, **values, **chosen)
+        warm = warm_bearing(heat, **values)
         point, content = warm.bearing, warm.content
     with out as folder:
         write_json(folder / "bearing.json", content)
@@ -182,10 +159,9 @@ def _groove(text: str, supply: float) -> dict[str, Any]:
             raise InputError("--groove", item, f"write {key} = VALUE")
         if key in found:
             raise InputError("--groove", key, "is given twice")
-        found[key] = value if key == "shape" else number(f"--groove: {key}", value, _GROOVE[key][0])
-    for key in ("angle", "extent"):
-        if key not in found:
-            raise InputError("--groove", key, "is missing")
+        found[key] = value if key == "shape" else number(f"--groove: {key}", value, _GROOVE[key])
+    if missing := [key for key in ("angle", "extent") if key not in found]:
+        raise InputError("--groove", missing[0], "is missing")
     shape = found.pop("shape", "groove")
     if shape not in ("groove", "hole"):
         raise InputError("--groove", "shape", f'"{shape}": must be groove or hole')

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from linkages.cli.folders import output_folder
-from linkages.cli.options import add_file, add_number, add_settings, load_system, print_results
+from linkages.cli.options import add_experiment, add_number, load_system, output_folder, print_results
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 
 HELP = "run both engines and print their differences"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages compare seven_bar.toml --duration 0.3
   linkages compare slider_crank_dry.toml --accuracy 1e-11 --out results/dry
 """
@@ -24,9 +23,7 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
-    add_file(parser)
-    add_settings(parser)
+    add_experiment(parser, pictures=False)
     meaning = "accuracy of both engines, small so that they are compared and not their tolerances"
     add_number(parser, "--accuracy", 1e-11, "X", meaning)
 

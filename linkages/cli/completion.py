@@ -7,7 +7,7 @@ from pathlib import Path
 
 HELP = "print a script that completes commands, options and files in your shell"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages completion bash > ~/.local/share/bash-completion/completions/linkages
   linkages completion zsh > "${fpath[1]}/_linkages"
   linkages completion fish > ~/.config/fish/completions/linkages.fish
@@ -16,7 +16,6 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument("shell", choices=("bash", "zsh", "fish", "tcsh"))
 
 

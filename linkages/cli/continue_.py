@@ -9,29 +9,28 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, Status
-from linkages.cli.folders import output_folder
 from linkages.cli.options import (
-    add_file,
+    add_experiment,
     add_number,
     add_outputs,
-    add_pictures,
-    add_settings,
     load_system,
+    output_folder,
     output_names,
     path_and_range,
     print_results,
     value_of,
 )
 from linkages.cli.progress import stages
+from linkages.cli.sweep import columns
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
-    from linkages.explore.periodic.branches import Branch, Branches
+    from linkages.explore.periodic.branches import Branches
     from linkages.explore.periodic.motion import PeriodicMotion
 
 HELP = "branches of stable and unstable periodic motions over one value, and their bifurcations"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages continue slider_crank_lubricated.toml --vary drives.O.speed=100:150 --transient 5 --output B.force
   linkages continue my.toml --vary drives.O.speed=100:600 --start 300 --periods 2 --output B.force --sweep 40
 """
@@ -45,8 +44,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE
 
-    parser.epilog = _EXAMPLES
-    add_file(parser)
+    add_experiment(parser, lasting=False)
     parser.add_argument("--vary", required=True, metavar="PATH=LO:HI", help="the value and its range")
     parser.add_argument("--start", metavar="VALUE", help="value of the first motion; default: LO")
     before = "drive periods from the experiment's start to the guess of the first motion"
@@ -57,11 +55,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_number(parser, "--accuracy", ACCURACY, "X", "accuracy of the runs")
     add_number(parser, "--tolerance", TOLERANCE, "X", "tolerance of the residual")
     add_outputs(parser)
-    parser.add_argument(
-        "--sweep", type=int, default=0, metavar="N", help="N values of a sweep in the same diagram; default: none"
-    )
-    add_settings(parser, lasting=False)
-    add_pictures(parser)
+    add_number(parser, "--sweep", 0, "N", "values of a sweep in the same diagram")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -118,11 +112,7 @@ def content(found: Branches, units: dict[str, str]) -> dict[str, Any]:
                 "ends": list(branch.ends),
                 "motions": [_motion(motion) for motion in branch.motions],
                 "bifurcations": [
-                    {
-                        "kind": event.kind,
-                        "multiplier": [event.multiplier.real, event.multiplier.imag],
-                        **_motion(event.motion),
-                    }
+                    {"kind": event.kind, "multiplier": _pair(event.multiplier), **_motion(event.motion)}
                     for event in branch.events
                 ],
             }
@@ -133,24 +123,20 @@ def content(found: Branches, units: dict[str, str]) -> dict[str, Any]:
 
 def _motion(motion: PeriodicMotion) -> dict[str, Any]:
     section = motion.outputs
-    shown = {} if section is None else {
-        name: {
-            "strobe": section.strobe[name].tolist(),
-            "min": section.low[name].tolist(),
-            "max": section.high[name].tolist(),
-        }
-        for name in section.strobe
-    }  # fmt: skip
     return {
         "value": motion.value,
         "period": motion.period,
         "stable": motion.stable,
         "residual": motion.residual,
-        "multipliers": [[float(x.real), float(x.imag)] for x in motion.multipliers],
+        "multipliers": [_pair(x) for x in motion.multipliers],
         "contacts": list(motion.passage.contacts),
         "state": motion.state,
-        "outputs": shown,
+        "outputs": {} if section is None else columns(section),
     }
+
+
+def _pair(number: complex) -> list[float]:
+    return [float(number.real), float(number.imag)]
 
 
 def format_branches(found: Branches, units: dict[str, str]) -> str:
@@ -161,7 +147,11 @@ def format_branches(found: Branches, units: dict[str, str]) -> str:
     for k, branch in enumerate(found.branches):
         source = "" if branch.source is None else f", from a period doubling of branch {branch.source[0] + 1}"
         source += f"; {ENDS[CLOSED]}" if CLOSED in branch.ends else ""
-        lines += ["", f"branch {k + 1}: period of {branch.periods} drive period(s), {_extent(branch)}{source}"]
+        values = [motion.value or 0.0 for motion in branch.motions]
+        extent = f"{len(values)} motions from {min(values):.6g} to {max(values):.6g}"
+        stable = sum(motion.stable is True for motion in branch.motions)
+        period = f"period of {branch.periods} drive period(s)"
+        lines += ["", f"branch {k + 1}: {period}, {extent}, {stable} stable{source}"]
         for event in branch.events:
             line = f"  {event.kind:18s}{event.motion.value:14.8g}"
             if event.kind == "Neimark-Sacker":  # which turns by a share of the motion's period
@@ -173,9 +163,3 @@ def format_branches(found: Branches, units: dict[str, str]) -> str:
             lines += ["", f"branch {k + 1} ends because {ENDS[end]}: {_REMEDIES[end]}"]
     lines += ["", f"largest residual {worst:.1g}"]
     return "\n".join(lines)
-
-
-def _extent(branch: Branch) -> str:
-    values = [motion.value or 0.0 for motion in branch.motions]
-    stable = sum(motion.stable is True for motion in branch.motions)
-    return f"{len(values)} motions from {min(values):.6g} to {max(values):.6g}, {stable} stable"

@@ -12,10 +12,10 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from math import sqrt
 from pathlib import Path
+from typing import NamedTuple
 
 from linkages.base.errors import Status
 from linkages.engines import ENGINES
@@ -23,7 +23,7 @@ from linkages.input.files.shipped import data_folder
 
 HELP = "check the installation: versions, caches, data, a self-check"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages doctor
   linkages doctor > installation.txt        to send with a question or a bug report
 """
@@ -33,7 +33,6 @@ _TOLERANCE = 1e-6  # relative tolerance of the self-check; the runs of both engi
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add examples; the command takes no arguments."""
-    parser.epilog = _EXAMPLES
 
 
 def run(options: argparse.Namespace) -> int:
@@ -43,32 +42,26 @@ def run(options: argparse.Namespace) -> int:
     announce_compilation()
     wrong = 0
     for result in examine():
-        print(f"{'ok   ' if result.sound else 'WRONG'} {result.name:22s} {result.text}", flush=True)
-        if not result.sound:
+        print(f"{'WRONG' if result.remedy else 'ok   '} {result.name:22s} {result.text}", flush=True)
+        if result.remedy:
             wrong += 1
             print(f"      {'':22s} {result.remedy}")
-    needs = "needs" if wrong == 1 else "need"
-    print(f"\n{wrong} of these {needs} a remedy" if wrong else "\nall is well")
-    return 1 if wrong else 0
+    print(f"\n{wrong} of these need{'s' * (wrong == 1)} a remedy" if wrong else "\nall is well")
+    return int(bool(wrong))
 
 
-@dataclass(frozen=True)
-class CheckResult:
+class CheckResult(NamedTuple):
     """A check, its result and, if it fails, the remedy."""
 
     name: str
     text: str
     remedy: str = ""
 
-    @property
-    def sound(self) -> bool:
-        """Return True if the check passed."""
-        return not self.remedy
-
 
 def examine() -> Iterator[CheckResult]:
     """Perform all checks, quick ones first; a crash of a check is a result too."""
-    yield python()
+    text = f"{platform.python_version()} at {sys.executable}"
+    yield CheckResult("Python", text, "" if sys.version_info >= (3, 11) else "install Python 3.11 or newer")
     yield from packages()
     checks: dict[str, Callable[[], CheckResult]] = {
         "data": data,
@@ -86,12 +79,6 @@ def examine() -> Iterator[CheckResult]:
         except Exception as problem:  # any defect of the installation must be reported to the user
             text = " ".join(f"{type(problem).__name__}: {problem}".split())
             yield CheckResult(name, text, "install linkages and its packages in a new environment")
-
-
-def python() -> CheckResult:
-    """Find the version of Python."""
-    text = f"{platform.python_version()} at {sys.executable}"
-    return CheckResult("Python", text, "" if sys.version_info >= (3, 11) else "install Python 3.11 or newer")
 
 
 def packages() -> Iterator[CheckResult]:
@@ -157,8 +144,7 @@ def threads() -> CheckResult:
 
     from linkages.base.kernel.precompiled import processors
 
-    available = processors()
-    used = numba.get_num_threads()
+    available, used = processors(), numba.get_num_threads()
     remedy = f"set NUMBA_NUM_THREADS to {available} at most" if used > available else ""
     return CheckResult("threads", f"{used} of {available} cores", remedy)
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import argparse
 import sys
 
-from linkages.cli.folders import add_out, output_folder
-from linkages.cli.options import add_set, set_values, written
+from linkages.cli.options import add_out, add_set, output_folder, set_values, written
 
 HELP = "draw a mechanism: a labelled, movable picture, mobility, ranges of motion of the drives"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages draw four_bar.sdf
   linkages draw my.toml --set sdf.links.crank.mass=0.4 --out results/my
 """
@@ -18,7 +17,6 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument("file", help="mechanism (.sdf) or experiment (.toml): a path, or the name of a shipped file")
     add_set(parser)
     add_out(parser)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from linkages.base.errors import InputError
 from linkages.input.files.table_formats import FORMATS
 
 HELP = "write a run's trajectory for other programs: csv, mat, parquet, netcdf"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages export results/seven_bar --to csv
   linkages export results/seven_bar --to mat --out press.mat
 """
@@ -17,7 +18,6 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument("folder", type=Path, metavar="DIR", help="folder that `linkages simulate` wrote")
     parser.add_argument("--to", choices=tuple(FORMATS), required=True, help="format")
     parser.add_argument("--out", type=Path, metavar="FILE", help="default: DIR/trajectory.csv, .mat, .parquet or .nc")
@@ -28,7 +28,11 @@ def run(options: argparse.Namespace) -> int:
     from linkages.input.files.writing import whole
     from linkages.results.trajectory import load_trajectory
 
-    run = load_trajectory(options.folder / "trajectory.npz")
+    source = options.folder / "trajectory.npz"
+    if not source.exists():
+        problem = "has no trajectory.npz" if options.folder.is_dir() else "is not a folder"
+        raise InputError(str(options.folder), "", f"{problem}; give the --out folder of `linkages simulate`")
+    run = load_trajectory(source)
     write, end = FORMATS[options.to]
     path = options.out or options.folder / f"trajectory{end}"
     with whole(path) as partial:

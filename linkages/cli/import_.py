@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 HELP = "convert SDFormat or URDF of another program to a mechanism (.sdf)"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages import robot.urdf --out robot.sdf
   linkages import gripper/model.sdf --out gripper.sdf
   linkages import world.sdf --model arm --out arm.sdf
@@ -23,14 +23,9 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument("file", type=Path, metavar="FILE", help="SDFormat or URDF; xacro must be expanded first")
-    parser.add_argument(
-        "--model", default="", metavar="NAME", help="model of a world with several; default: the only one"
-    )
-    parser.add_argument(
-        "--out", type=Path, required=True, metavar="NAME.sdf", help="the mechanism's file; it must not exist"
-    )
+    parser.add_argument("--model", default="", metavar="NAME", help="model of a world that has several")
+    parser.add_argument("--out", type=Path, required=True, metavar="NAME.sdf", help="the new file of the mechanism")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -51,16 +46,13 @@ def run(options: argparse.Namespace) -> int:
     model, limits, notes, entries, gravity = import_model(options.file, options.model)
     found = closed_within_limits(options.file, model, limits) if limits else Drawn(model, {})
     if found is None:
-        problem = (
-            "no pose was found in which all loops close and every joint is within its limits; check or remove them"
-        )
-        raise InputError(options.file, "<limit>", problem)
+        problem = "no pose was found in which all loops close and every joint is within its limits"
+        raise InputError(options.file, "<limit>", f"{problem}; check or remove them")
     drawn = found.model
     if drawn is not model:
         entries = [entry.redrawn(found.coordinates) for entry in entries]
-        notes.append(
-            "reference configuration computed within the joint limits: the file has an open loop, or exceeds a limit"
-        )
+        why = "the file has an open loop, or exceeds a limit"
+        notes.append(f"reference configuration computed within the joint limits: {why}")
     basis = planar(options.file, drawn, {}).basis
     notes += [entry.in_plane(basis).note for entry in entries]
     text = sdf_text(drawn, [f"made by `linkages import {options.file.name}`", *notes])
@@ -73,10 +65,10 @@ def run(options: argparse.Namespace) -> int:
     for note in sorted(notes, key=lambda note: note.startswith(MARK)):
         print(note if note.startswith(MARK) else f"- {note}")
     if gravity is None:
-        usual = list(USUAL_GRAVITY)
-        print(f"if the other program assumed gravity, its experiment needs: gravity = {usual}  # m/s2")
+        said = "if the other program assumed gravity, its experiment needs"
     else:
-        print(f"the file's gravity, for the experiment: gravity = {list(gravity)}  # m/s2")
+        said = "the file's gravity, for the experiment"
+    print(f"{said}: gravity = {list(gravity or USUAL_GRAVITY)}  # m/s2")
     links, joints = len(machine.links), len(machine.joints)
     parts = counted(links, "link"), counted(joints, "joint"), counted(joints - links, "loop")
     print(f"written: {out}, with {', '.join(parts)}, {mobility}")
@@ -86,17 +78,12 @@ def run(options: argparse.Namespace) -> int:
 def _mobility(machine: Mechanism, entries: list[Entry]) -> str:
     """Describe the degrees of freedom, with the gears of the entries and without."""
     from linkages.input.model.experiment import nothing_done
-    from linkages.input.model.load_tables import Gear
     from linkages.system import System
 
-    gears = {
-        entry.name: Gear.model_validate({**entry.values, "joints": list(entry.joints)})
-        for entry in entries
-        if entry.table == "gears"
-    }
+    gears = {entry.name: {**entry.values, "joints": list(entry.joints)} for entry in entries if entry.table == "gears"}
     try:
         free, *more = (
-            System(machine, nothing_done(machine.source, gears=some)).assembly.mobility
+            System(machine, nothing_done(machine.source, {"gears": some})).assembly.mobility
             for some in ((gears, {}) if gears else ({},))
         )
     except (InputError, AssemblyError) as problem:

@@ -9,7 +9,7 @@ from linkages.base.errors import InputError, nearest
 
 HELP = "list the keys of an experiment file and the outputs of a run, with units and meanings"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages keys
   linkages keys joints.A.friction
   linkages keys friction
@@ -18,37 +18,32 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
-    parser.add_argument(
-        "path",
-        nargs="?",
-        default="",
-        metavar="PATH",
-        help="list only keys and outputs at and below this path, or with this word in their paths",
-    )
+    meaning = "list only keys and outputs at and below this path, or with this word in their paths"
+    parser.add_argument("path", nargs="?", default="", metavar="PATH", help=meaning)
 
 
 def run(options: argparse.Namespace) -> int:
     """Print keys and outputs; return the exit status."""
-    from linkages.input.model.experiment import described
+    from linkages.input.files.table_keys import described_keys
+    from linkages.input.model.experiment import Experiment
     from linkages.results.outputs.registry import table
 
-    keys, outputs = [*described()], [(name, f"{meaning} [{unit}]") for name, meaning, unit in table()]
+    keys, outputs = [*described_keys(Experiment)], [(name, f"{meaning} [{unit}]") for name, meaning, unit in table()]
     if options.path:
         found = [row for row in (*keys, *outputs) if _has(options.path.split("."), row[0].split("."))]
         if not found:
             words = {word for name, _ in (*keys, *outputs) for word in (name, *name.split("."))}
             near = nearest(options.path, words, "`linkages keys` lists them all")
             raise InputError("keys", options.path, f"is no key and no output; {near}")
-        _show(found)
-        return 0
+        keys, outputs = found, []
     width = max(len(name) for name, _ in (*keys, *outputs))
-    _show(keys, width)
-    print(
-        "\nOutputs of a run; the key `outputs` of an experiment allows outputs of POINTs (links or frames),"
-        " also positions of JOINTs:\n"
-    )
-    _show(outputs, width)
+    lines = [f"{name:{width}s}  {meaning}" for name, meaning in (*keys, *outputs)]
+    if outputs:
+        allowed = (
+            "the key `outputs` of an experiment allows outputs of POINTs (links or frames), also positions of JOINTs"
+        )
+        lines.insert(len(keys), f"\nOutputs of a run; {allowed}:\n")
+    print("\n".join(lines))
     return 0
 
 
@@ -60,9 +55,3 @@ def _has(wanted: Sequence[str], parts: Sequence[str]) -> bool:
         if any(same) and all(map(max, same, named)):
             return True
     return False
-
-
-def _show(rows: Sequence[tuple[str, str]], width: int = 0) -> None:
-    width = width or max(len(name) for name, _ in rows)
-    for name, meaning in rows:
-        print(f"{name:{width}s}  {meaning}")

@@ -7,8 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
-from linkages.cli.folders import output_folder
-from linkages.cli.options import add_file, add_names, add_pictures, add_settings, load_system, print_results, seconds
+from linkages.cli.options import add_experiment, add_names, load_system, output_folder, print_results, seconds
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 
 HELP = "a linear state-space model at a state or an equilibrium: A, B, C, D, poles, frequency response"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages linearise my.toml --equilibrium --output slider.x
   linkages linearise my.toml --time 0.2 --input O.torque --output slider.x --frequencies 1:1000:300
 """
@@ -27,22 +26,14 @@ _SHOWN = 20  # most poles in the table
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
-    add_file(parser)
+    add_experiment(parser)
     parser.add_argument("--time", type=seconds, default=0.0, metavar="SECONDS", help="time of the state; default: 0")
-    parser.add_argument(
-        "--equilibrium", action="store_true", help="find an equilibrium near the state of that time, by Newton's method"
-    )
+    parser.add_argument("--equilibrium", action="store_true", help="find an equilibrium near the state of that time")
     add_names(parser, "--input", "DRIVE.torque, TORQUE.torque, FORCE.fx, FORCE.fy; may be repeated; default: all")
     default = "default: the experiment's, else the coordinates"
     add_names(parser, "--output", f"output, see `linkages keys`; may be repeated; {default}")
-    parser.add_argument(
-        "--frequencies",
-        metavar="LO:HI:N",
-        help="frequencies of the response [Hz], in equal ratios; default: by the poles",
-    )
-    add_settings(parser)
-    add_pictures(parser)
+    frequencies = "frequencies of the response [Hz], in equal ratios; default: by the poles"
+    parser.add_argument("--frequencies", metavar="LO:HI:N", help=frequencies)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import cell
-from linkages.cli.folders import output_folder
-from linkages.cli.options import print_results, set_values
+from linkages.cli.options import output_folder, print_results, set_values
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
 
@@ -20,8 +19,11 @@ if TYPE_CHECKING:
 
 def run_linkage(options: argparse.Namespace, path: Path) -> int:
     """Compute the modes of an experiment's linkage; return the exit status."""
+    import numpy as np
+
     from linkages.explore.modes import modes, modes_over
     from linkages.input.model.experiment import COMMAND_LINE
+    from linkages.results.steady_state import common_period
     from linkages.system import load
 
     system = load(path, set_values(options), COMMAND_LINE)
@@ -30,7 +32,8 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
     count = min(options.count, len(found.squares))
     over = None
     if options.cycle is not None:
-        over = modes_over(system, _times(system, options.cycle), count, progress_bar("modes over the cycle"))
+        times = np.linspace(0.0, common_period(system) or system.experiment.duration, options.cycle + 1).tolist()
+        over = modes_over(system, times, count, progress_bar("modes over the cycle"))
     result = content(system, found, over, count)
     with out as folder:
         write_json(folder / "modes.json", result)
@@ -43,15 +46,6 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
                 write_png(frequencies_figure(over), folder / "mode_frequencies.png")
     print_results(options, format_modes(result), out)
     return 0
-
-
-def _times(system: System, count: int) -> list[float]:
-    """Divide a period of the drives, or of the run if the drives have no period, into equal steps [s]."""
-    import numpy as np
-
-    from linkages.results.steady_state import common_period
-
-    return np.linspace(0.0, common_period(system) or system.experiment.duration, count + 1).tolist()
 
 
 def content(system: System, found: Modes, over: ModesOver | None, count: int) -> dict[str, Any]:

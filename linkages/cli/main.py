@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from linkages.base.errors import InputError, RunError, Status, nearest, shortened
 from linkages.base.signals import interruptible
-from linkages.cli import Command, commands
+from linkages.cli import commands
 from linkages.cli.progress import be_quiet, heartbeat
 
 if TYPE_CHECKING:
@@ -109,13 +109,14 @@ class Parser(argparse.ArgumentParser):
         return super()._get_values(action, arg_strings)
 
 
-def parser(known: Mapping[str, Command]) -> Parser:
+def parser(known: Mapping[str, Any]) -> Parser:
     """Make the parser of the ``linkages`` command with these subcommands."""
     result = Parser(prog="linkages", description="Dynamics of planar linkages with clearance joints.", epilog=_EXAMPLES)
     result.add_argument("--version", action="version", version=f"linkages {_version()}")
     subparsers = result.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, command in known.items():
-        command.add_options(subparsers.add_parser(name, help=command.HELP, description=command.HELP))
+        epilog = getattr(command, "EXAMPLES", None)
+        command.add_options(subparsers.add_parser(name, help=command.HELP, description=command.HELP, epilog=epilog))
     return result
 
 

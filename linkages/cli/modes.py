@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, Status
-from linkages.cli.folders import add_out, output_folder
-from linkages.cli.options import add_pictures, add_set, print_results
+from linkages.cli.options import add_out, add_pictures, add_set, output_folder, print_results
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
 
@@ -23,7 +22,7 @@ HELP = "natural frequencies and mode shapes of a linkage at rest, or of the 3-RR
 _OF_ROBOT, _OF_LINKAGE = ("verify", "dynamic", "branch", "elements", "no_animation"), ("count", "cycle", "set")
 _COUNT, _MOST = 6, 10_000  # default number of modes; largest number of modes and poses
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages modes slider_crank_flexible.toml
   linkages modes my.toml --count 4 --cycle 72 --set links.rod.bending=8
   linkages modes three_rrr.toml
@@ -34,29 +33,16 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument("file", help="experiment or 3-RRR robot (.toml), a path or the name of a shipped one")
     parser.add_argument("--count", type=int, metavar="N", help=f"modes of a linkage; default: {_COUNT}")
-    parser.add_argument(
-        "--cycle", type=int, metavar="N", help="a linkage's frequencies also in N + 1 poses of the drives' period"
-    )
+    parser.add_argument("--cycle", type=int, metavar="N", help="linkage: also in N + 1 poses of the drives' period")
     add_set(parser)
-    parser.add_argument(
-        "--verify", action="store_true", help="robot: compare with Drake's rigid plant; exit status 1 if they differ"
-    )
-    parser.add_argument(
-        "--dynamic",
-        choices=("rest", "quasi-static"),
-        metavar="START",
-        help="robot: add the response with vibration over the whole motion, with stress, from rest or quasi-static",
-    )
-    parser.add_argument(
-        "--branch", type=float, metavar="DEG", help="robot: platform angle at t = 0 of the assembly to follow"
-    )
+    parser.add_argument("--verify", action="store_true", help="robot: compare with Drake's rigid plant (exit status 1)")
+    vibration = "robot: add the response with vibration over the whole motion, with stress, from rest or quasi-static"
+    parser.add_argument("--dynamic", choices=("rest", "quasi-static"), metavar="START", help=vibration)
+    parser.add_argument("--branch", type=float, metavar="DEG", help="robot: platform angle at t = 0 of its assembly")
     add_out(parser)
-    parser.add_argument(
-        "--elements", type=int, metavar="N", help="robot: beam elements in each link, instead of the file's"
-    )
+    parser.add_argument("--elements", type=int, metavar="N", help="robot: beam elements of each link")
     add_pictures(parser, animation=True)
 
 
@@ -64,9 +50,12 @@ def run(options: argparse.Namespace) -> int:
     """Analyse the linkage or the robot; return the exit status."""
     from linkages.cli.linkage_modes import run_linkage
     from linkages.input.files.shipped import find_file
+    from linkages.input.files.toml import read_toml
+    from linkages.input.model.experiment import Experiment
+    from linkages.three_rrr.robot import Robot
 
     path = find_file(options.file, ".toml")
-    is_robot = _is_robot(path)
+    is_robot = bool(set(read_toml(path)[0]) & (set(Robot.model_fields) - set(Experiment.model_fields)))
     for key in _OF_LINKAGE if is_robot else _OF_ROBOT:
         given = getattr(options, key)
         if not (given is None or given is False or given == []):
@@ -82,17 +71,7 @@ def run(options: argparse.Namespace) -> int:
     return run_linkage(options, path)
 
 
-def _is_robot(path: Path) -> bool:
-    """Check whether a file has keys that only robots have."""
-    from linkages.input.files.toml import read_toml
-    from linkages.input.model.experiment import Experiment
-    from linkages.three_rrr.robot import Robot
-
-    return bool(set(read_toml(path)[0]) & (set(Robot.model_fields) - set(Experiment.model_fields)))
-
-
 def _run_robot(options: argparse.Namespace, path: Path) -> int:
-    """Analyse the robot; return the exit status."""
     from linkages.three_rrr.analysis import analyse
     from linkages.three_rrr.robot import changed, load_robot
 
@@ -127,26 +106,21 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
 
             write_animation(results, folder / "animation.html")
     print_results(options, format_table(summary), out)
-    failed = summary.get("verify", {}).get("failed", ())
-    for line in failed:
-        print(f"the comparison with Drake fails: {line}", file=sys.stderr)
-    if results.branch.status is Status.OK:
-        return int(bool(failed))
-    fold, end = results.branch.singularities[-1].time, results.branch.times[-1]
-    print(
-        f"the branch ends at a fold (singularity of type 2) at t = {fold:.6g} s, analysed up to {end:.6g} s;"
-        " shorten the duration or follow another branch",
-        file=sys.stderr,
-    )
-    return 1
+    problems = [f"the comparison with Drake fails: {line}" for line in summary.get("verify", {}).get("failed", ())]
+    if results.branch.status is not Status.OK:
+        fold, end = results.branch.singularities[-1].time, results.branch.times[-1]
+        ends = f"at t = {fold:.6g} s, analysed up to {end:.6g} s; shorten the duration or follow another branch"
+        problems.append(f"the branch ends at a fold (singularity of type 2) {ends}")
+    for line in problems:
+        print(line, file=sys.stderr)
+    return int(bool(problems))
 
 
 def summarize(results: RobotResults) -> dict[str, Any]:
     """Return the content of ``modes.json``, SI units."""
-    import importlib.metadata
-
     import numpy as np
 
+    from linkages.input.files.versions import versions
     from linkages.three_rrr.branch import travel
 
     robot, branch, shaken = results.robot, results.branch, results.dynamic
@@ -159,11 +133,8 @@ def summarize(results: RobotResults) -> dict[str, Any]:
     dynamic = {}
     if shaken is not None:
         plate = {} if shaken.plate is None else {"platform": float(np.max(np.abs(shaken.plate)))}
-        dynamic["dynamic"] = {
-            "steps": shaken.steps,
-            "elastic_displacement": displacement(shaken.platform),
-            "stress": shaken.largest | plate,
-        }
+        dynamic["dynamic"] = {"steps": shaken.steps, "elastic_displacement": displacement(shaken.platform)}
+        dynamic["dynamic"]["stress"] = shaken.largest | plate
     return {
         "title": robot.title,
         "status": branch.status.value,
@@ -182,10 +153,7 @@ def summarize(results: RobotResults) -> dict[str, Any]:
         "elastic_displacement": displacement(results.static.platform),
         "stress": {s.name: float(s.largest.max()) for s in results.stress},
         **dynamic,
-        "provenance": {
-            "robot": robot.model_dump(),
-            "versions": {name: importlib.metadata.version(name) for name in ("numpy", "scipy")},
-        },
+        "provenance": {"robot": robot.model_dump(), "versions": versions()},
     }
 
 
@@ -207,13 +175,9 @@ def format_table(result: dict[str, Any]) -> str:
     rows = zip(result["locked_frequencies"], result["ranges"], result["free_frequencies"], strict=False)
     for n, (now, (low, high), free) in enumerate(list(rows)[:8], 1):
         lines.append(f"mode {n:<15d}{now:14.2f}{low:12.2f}{high:12.2f}{free:12.2f}")
-    lines += [
-        "",
-        f"travel: path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad, pivots {travel['pivots']:.4f} m",
-    ]
-    parts = {"quasi-static": result}
-    if "dynamic" in result:
-        parts["with vibration"] = result["dynamic"]
+    ways = f"path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad, pivots {travel['pivots']:.4f} m"
+    lines += ["", f"travel: {ways}"]
+    parts = {"quasi-static": result} | ({"with vibration": result["dynamic"]} if "dynamic" in result else {})
     for name, part in parts.items():
         x, y, angle = (1e6 * value for value in part["elastic_displacement"].values())
         lines += [

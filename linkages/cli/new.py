@@ -14,7 +14,7 @@ from linkages.input.files.writing import errors_of_writing, whole
 
 HELP = "write a commented mechanism (.sdf) and experiment (.toml) to start with"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages new press && linkages simulate press.toml
   linkages new press --model dry --out machines
   linkages new saw --flexible                              a slider-crank with a flexible rod
@@ -26,34 +26,15 @@ _NAME = re.compile(r"(?!world$)[A-Za-z][A-Za-z0-9_-]{0,63}")  # SDFormat reserve
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
-    parser.add_argument(
-        "name",
-        nargs="?",
-        metavar="NAME",
-        help="name of both files and of the mechanism; default: the description's name",
-    )
-    parser.add_argument(
-        "--from",
-        dest="source",
-        type=Path,
-        metavar="FILE",
-        help="description of the mechanism: points, links, parameters",
-    )
+    name = "name of both files and of the mechanism; default: the description's name"
+    parser.add_argument("name", nargs="?", metavar="NAME", help=name)
+    source = "description of the mechanism: points, links, parameters"
+    parser.add_argument("--from", dest="source", type=Path, metavar="FILE", help=source)
     kind = parser.add_mutually_exclusive_group()
-    kind.add_argument(
-        "--model",
-        choices=("lubricated", "dry"),
-        default="lubricated",
-        help="model of the clearance joint; default: %(default)s",
-    )
-    kind.add_argument(
-        "--flexible",
-        dest="model",
-        action="store_const",
-        const="flexible",
-        help="a slider-crank with a flexible rod, instead of a four-bar with clearance",
-    )
+    model = "model of the clearance joint; default: %(default)s"
+    kind.add_argument("--model", choices=("lubricated", "dry"), default="lubricated", help=model)
+    rod = "a slider-crank with a flexible rod, instead of a four-bar with clearance"
+    kind.add_argument("--flexible", dest="model", action="store_const", const="flexible", help=rod)
     parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help="default: the current folder")
 
 
@@ -89,8 +70,8 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
     """Return the texts of a described mechanism and its experiment, and their main facts."""
     import tomlkit
 
+    from linkages.input.files.described_model import KEYS
     from linkages.input.files.description import described
-    from linkages.input.files.description_tables import KEYS
     from linkages.input.files.reading import read_whole
     from linkages.input.files.sdf_text import sdf_text
     from linkages.input.files.toml import read_toml

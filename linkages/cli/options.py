@@ -1,4 +1,4 @@
-"""Options of several commands, the numbers in them, and the experiment that they define."""
+"""Options of several commands, the numbers in them, the experiment that they define, the folder of the results."""
 
 from __future__ import annotations
 
@@ -10,13 +10,34 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
-from linkages.cli.folders import add_out
 from linkages.input.files.unit_conversion import is_quantity, read, read_either, si
+from linkages.input.files.writing import OutputFolder
 
 if TYPE_CHECKING:
-    from linkages.input.files.writing import OutputFolder
     from linkages.input.model.experiment import Experiment
     from linkages.system import System
+
+#: Files of each command, its reports and exports; the first one identifies the command.
+_WRITTEN = {
+    "simulate": (
+        "summary.json", "trajectory.npz", "ideal.npz", "trajectory.csv", "trajectory.mat", "trajectory.parquet",
+        "trajectory.nc", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "guides.png", "impacts.png",
+        "joint_forces.png", "drive_torques.png", "animation.html", "drawing.html", "drawing.png", "drawing.svg",
+        "report.html",
+    ),
+    "compare": ("compare.json", "warnings.json"),
+    "sweep": ("sweep.json", "sweep.csv", "sweep.png"),
+    "continue": ("branches.json", "branches.png"),
+    "wear": ("wear.json", "wear_*.png", "wear.html", "report.html", "blocks"),
+    "modes": ("modes.json", "animation.html", "*.png"),
+    "linearise": ("linear.json", "linear.npz", "bode.png"),
+    "bearing": ("bearing.json", "bearing_chart.png", "bearing_pressure.png"),
+    "draw": ("drawing.html", "drawing.png", "drawing.svg"),
+    "optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png"),
+    "sensitivity": ("sensitivity.json", "details.json", "tornado.png"),
+    "study sensitivity": ("sensitivity.json", "sobol.png", "one_at_a_time.png"),
+}  # fmt: skip
+_KEPT = {"wear": ("blocks",)}  # kept from an earlier run, which a new one continues
 
 
 def add_file(parser: argparse.ArgumentParser) -> None:
@@ -26,9 +47,8 @@ def add_file(parser: argparse.ArgumentParser) -> None:
 
 def add_set(parser: argparse.ArgumentParser) -> None:
     """Add ``--set``."""
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="PATH=VALUE", help="replace a value; may be repeated"
-    )
+    meaning = "replace a value; may be repeated"
+    parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE", help=meaning)
 
 
 def add_settings(parser: argparse.ArgumentParser, lasting: bool = True) -> None:
@@ -43,14 +63,26 @@ def add_settings(parser: argparse.ArgumentParser, lasting: bool = True) -> None:
     group.add_argument("--verbose", "-v", action="store_true", help="print the stages, the methods and the times")
 
 
+def add_out(parser: argparse.ArgumentParser) -> None:
+    """Add ``--out`` and ``--force``."""
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results; default: results/NAME")
+    parser.add_argument("--force", action="store_true", help="replace another command's files in the folder")
+
+
+def add_experiment(
+    parser: argparse.ArgumentParser, lasting: bool = True, pictures: bool = True, animation: bool = False
+) -> None:
+    """Add an experiment's file, `add_settings`, and `add_pictures` to a command that draws."""
+    add_file(parser)
+    add_settings(parser, lasting)
+    if pictures:
+        add_pictures(parser, animation)
+
+
 def add_outputs(parser: argparse.ArgumentParser) -> None:
     """Add ``--output``."""
-    add_names(
-        parser,
-        "--output",
-        "recorded output, see `linkages keys`; may be repeated; default: the experiment's outputs and the forces"
-        " in clearance joints",
-    )
+    default = "the experiment's outputs and the forces in clearance joints"
+    add_names(parser, "--output", f"recorded output, see `linkages keys`; may be repeated; default: {default}")
 
 
 def add_names(parser: argparse.ArgumentParser, option: str, meaning: str) -> None:
@@ -104,9 +136,8 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
         values["duration"] = options.duration
     system = load(find_file(options.file, ".toml"), values, COMMAND_LINE)
     if getattr(options, "ideal", False):
-        return system.replaced(
-            {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}, COMMAND_LINE
-        )
+        ideal = {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}
+        return system.replaced(ideal, COMMAND_LINE)
     return system
 
 
@@ -130,6 +161,38 @@ def print_results(options: argparse.Namespace, table: str, out: OutputFolder) ->
     """Print the table of a command and the names of its files, unless it is quiet."""
     if not getattr(options, "quiet", False):
         print(f"{table}\n\n{written(out.path, out.names)}")
+
+
+# -- folders of results: each has the files of one command and one run -------------------------------------------------
+
+
+def output_folder(options: argparse.Namespace, name: str, command: str) -> OutputFolder:
+    """Return the folder of the results, ``results/NAME`` unless ``--out`` is given; it is written atomically.
+
+    Files of another run, or with ``--force`` of other commands, are removed then. InputError if it is a file, cannot be
+    made or written, or (without ``--force``) has results of another command.
+    """
+    out = possible_folder(options.out or Path("results") / name)
+    others = [
+        owner
+        for owner, (key, *_) in _WRITTEN.items()  # drawings are compatible with all runs
+        if owner != command and (out / key).exists() and not any(Path(key).match(own) for own in _WRITTEN[command])
+    ]
+    if others and not options.force:
+        problem = f"holds results of `linkages {others[0]}`; give another folder, or --force to replace them"
+        raise InputError("--out", str(out), problem)
+    stale = {name for owner in (command, *others) for name in _WRITTEN[owner]}
+    return OutputFolder(out, sorted(stale - set(_KEPT.get(command, ()))))
+
+
+def possible_folder(out: Path) -> Path:
+    """Return a folder that exists or can be made; InputError if it is a file, or cannot be made or written."""
+    place = next(place for place in (out, *out.absolute().parents) if place.exists())
+    if not place.is_dir():
+        raise InputError("--out", str(out), "is a file; give a folder" if place == out else f"{place.name} is a file")
+    if not os.access(place, os.W_OK | os.X_OK):
+        raise InputError("--out", str(out), "cannot be written; give another folder")
+    return out
 
 
 # -- numbers -----------------------------------------------------------------------------------------------------------

@@ -7,13 +7,21 @@ import webbrowser
 from pathlib import Path
 
 from linkages.base.errors import InputError
-from linkages.cli.folders import possible_folder
-from linkages.cli.options import add_file, add_number, add_set, load_system, path_and_range, seconds, set_values
+from linkages.cli.options import (
+    add_file,
+    add_number,
+    add_set,
+    load_system,
+    path_and_range,
+    possible_folder,
+    seconds,
+    set_values,
+)
 from linkages.cli.progress import end_heartbeat
 
 HELP = "change values on a live page, and see motion, orbits and forces at once"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages play seven_bar.toml
   linkages play seven_bar.toml --vary joints.A.clearance=0.05mm:0.5mm --vary drives.O1.speed=3:9
   linkages play my.toml --port 8123 --no-browser     then, elsewhere: ssh -L 8123:127.0.0.1:8123 HOST
@@ -22,16 +30,10 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     add_file(parser)
     add_set(parser)
-    parser.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="PATH=LO:HI",
-        help="show a slider with this range at the start, instead of the usual ones; may be repeated",
-    )
+    slider = "show a slider with this range at the start, instead of the usual ones; may be repeated"
+    parser.add_argument("--vary", action="append", default=[], metavar="PATH=LO:HI", help=slider)
     parser.add_argument("--port", type=int, default=0, metavar="N", help="default: a free one")
     parser.add_argument("--no-browser", action="store_true", help="open no browser")
     add_number(parser, "--limit", 20.0, "SECONDS", "longest time of a run")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 HELP = "make one self-contained HTML page from a folder of results"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages report results/seven_bar
   linkages report results/seven_bar --out press.html
 """
@@ -15,10 +15,7 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
-    parser.add_argument(
-        "folder", type=Path, metavar="DIR", help="folder written by `linkages simulate` or `linkages wear`"
-    )
+    parser.add_argument("folder", type=Path, metavar="DIR", help="that `linkages simulate` or `linkages wear` wrote")
     parser.add_argument("--out", type=Path, metavar="FILE", help="the page; default: DIR/report.html")
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from linkages.base.brief import cell
-from linkages.cli.folders import output_folder
-from linkages.cli.options import add_file, add_names, add_pictures, add_settings, load_system, print_results
+from linkages.cli.options import add_experiment, add_names, load_system, output_folder, print_results
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 
 HELP = "derivatives of peaks, means and works of a run with respect to values"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages sensitivity seven_bar.toml --wrt joints.A.clearance joints.A.viscosity sdf.links.link6.mass
   linkages sensitivity my.toml --wrt drives.O.speed gravity.y --output slider.ax --check
 """
@@ -25,19 +24,13 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
-    add_file(parser)
-    parser.add_argument(
-        "--wrt", nargs="+", action="extend", required=True, metavar="PATH", help="values; of the machine with sdf."
-    )
+    add_experiment(parser)
+    values = "values; of the machine with sdf."
+    parser.add_argument("--wrt", nargs="+", action="extend", required=True, metavar="PATH", help=values)
     default = "the experiment's, forces and eccentricities of clearance joints, torques of drives"
     add_names(parser, "--output", f"an output; may be repeated; default: {default}")
-    parser.add_argument(
-        "--check", action="store_true", help="compare the derivatives of peaks with differences of runs"
-    )
+    parser.add_argument("--check", action="store_true", help="compare derivatives of peaks with differences of runs")
     parser.add_argument("--no-error-estimate", action="store_true", help="do not repeat the run at a tighter accuracy")
-    add_pictures(parser)
-    add_settings(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -56,7 +49,9 @@ def run(options: argparse.Namespace) -> int:
     found.warnings.extend(notes)
     with out as folder:
         write_json(folder / "sensitivity.json", found.derivatives)
-        write_json(folder / "details.json", _details(found))
+        details = {"values": found.values, "numbers": found.numbers, "errors": found.errors}
+        details |= {"differences": found.checks, "warnings": found.warnings, "run": found.run.provenance}
+        write_json(folder / "details.json", details)
         if not options.no_plots:
             from linkages.show.plots.linear_figures import tornado_figure
             from linkages.show.plots.style import write_png
@@ -64,14 +59,6 @@ def run(options: argparse.Namespace) -> int:
             write_png(tornado_figure(found), folder / "tornado.png")
     print_results(options, format_sensitivities(found, system), out)
     return 0
-
-
-def _details(found: Sensitivities) -> dict[str, Any]:
-    """Return the content of ``details.json``: values, numbers, errors, differences and warnings."""
-    return {
-        "values": found.values, "numbers": found.numbers, "errors": found.errors, "differences": found.checks,
-        "warnings": found.warnings, "run": found.run.provenance,
-    }  # fmt: skip
 
 
 def format_sensitivities(found: Sensitivities, system: System) -> str:

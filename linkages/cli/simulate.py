@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
-from linkages.cli.folders import output_folder
-from linkages.cli.options import add_file, add_pictures, add_settings, load_system, written
+from linkages.cli.options import add_file, add_pictures, add_settings, load_system, output_folder, written
 from linkages.cli.progress import begin_stage, stages
 from linkages.engines import DEFAULT, ENGINES, engine
 from linkages.input.files.writing import write_json
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 
 HELP = "run an experiment; write numbers, figures and an animation"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages simulate seven_bar.toml
   linkages simulate my.toml --engine compiled --set joints.A.clearance=2e-4 --set drives.O1.speed=7 --out results/thin
 """
@@ -34,7 +33,6 @@ _ENGINE = {
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     add_file(parser)
     add_run_options(parser)
 
@@ -45,15 +43,9 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     add_settings(parser)
     parser.add_argument("--ideal", action="store_true", help="make every joint ideal")
     add_pictures(parser, animation=True)
-    parser.add_argument(
-        "--exaggerate",
-        type=float,
-        metavar="FACTOR",
-        help="enlarge clearances and deflections in the animation; default: deflections only, until they are visible",
-    )
-    parser.add_argument(
-        "--no-error-estimate", action="store_true", help="do not repeat the run at a ten times tighter tolerance"
-    )
+    meaning = "enlarge clearances and deflections in the animation; default: deflections, until they are visible"
+    parser.add_argument("--exaggerate", type=float, metavar="FACTOR", help=meaning)
+    parser.add_argument("--no-error-estimate", action="store_true", help="do not repeat the run at a tighter tolerance")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -96,7 +88,11 @@ def run(options: argparse.Namespace) -> int:
             write_impacts(result.contacts, folder)
         if not options.no_plots:
             begin_stage("figures")
-            _draw(result, folder, summary["error"])
+            from linkages.show.plots.drawing import draw, svg
+            from linkages.show.plots.histories import write_figures
+
+            write_figures(result, folder, summary["error"])
+            (folder / "drawing.svg").write_text(svg(draw(system)), encoding="utf-8")
         if not options.no_animation:
             begin_stage("animation")
             _animate(result, folder / "animation.html", options.exaggerate)
@@ -106,31 +102,20 @@ def run(options: argparse.Namespace) -> int:
     return report_failures({"the run": run})
 
 
-def _draw(result: Assessment, folder: Path, errors: dict[str, float | None]) -> None:
-    """Write the figures."""
-    from linkages.show.plots.drawing import draw, svg
-    from linkages.show.plots.histories import write_figures
-
-    write_figures(result, folder, errors)
-    (folder / "drawing.svg").write_text(svg(draw(result.system)), encoding="utf-8")
-
-
 def _details(result: Assessment, summary: dict[str, Any]) -> str:
-    """Describe the settings of the run."""
     experiment = result.system.experiment
     cut, made = summary["mechanism"]["cut"], summary["provenance"]
     step = engine(result.engine).longest_step(result.system)  # limited in addition to the accuracy
     steps = f", steps of at most {step:g} s" if step else ""
     numbers = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in made["run"].items())
-    return "\n".join(
-        [
-            f"experiment {experiment.source}, mechanism {experiment.mechanism_path}",
-            f"joints cut to get a tree: {', '.join(cut['play'] + cut['ideal']) or 'none'}",
-            f"accuracy {experiment.solver.accuracy:g}{steps}",
-            f"{numbers}; {made['wall_time']:.3g} s for the run alone",
-            "versions: " + ", ".join(f"{name} {version}" for name, version in made["versions"].items()),
-        ]
-    )
+    lines = [
+        f"experiment {experiment.source}, mechanism {experiment.mechanism_path}",
+        f"joints cut to get a tree: {', '.join(cut['play'] + cut['ideal']) or 'none'}",
+        f"accuracy {experiment.solver.accuracy:g}{steps}",
+        f"{numbers}; {made['wall_time']:.3g} s for the run alone",
+        "versions: " + ", ".join(f"{name} {version}" for name, version in made["versions"].items()),
+    ]
+    return "\n".join(lines)
 
 
 def _animate(result: Assessment, path: Path, exaggerate: float | None) -> None:

@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import counted
 from linkages.base.errors import InputError, Status
-from linkages.cli.folders import output_folder
 from linkages.cli.options import (
     add_drive,
-    add_file,
+    add_experiment,
     add_number,
     add_outputs,
-    add_pictures,
-    add_settings,
     load_system,
+    output_folder,
     output_names,
     path_and_parts,
     print_results,
@@ -28,11 +26,12 @@ from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
+    from linkages.explore.sections import Section
     from linkages.explore.sweep import Sweep, SweepPoint
 
 HELP = "run over the values of one variable: bifurcation diagram, peaks with their spread"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages sweep seven_bar.toml --vary joints.A.clearance=0.1mm:0.4mm:31 --revolutions 2
   linkages sweep slider_crank_dry.toml --vary drives.O.speed=100:600:101 --output B.force --output B.ey
 """
@@ -43,16 +42,13 @@ _STATISTICS = ("min", "max", "peak_mean", "peak_std", "peak_min", "peak_max")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
-    add_file(parser)
+    add_experiment(parser, lasting=False)
     parser.add_argument("--vary", required=True, metavar="PATH=LO:HI:N", help="N values of a variable, evenly spaced")
     add_number(parser, "--revolutions", 20, "N", "recorded revolutions")
     add_number(parser, "--transient", 10, "M", "discarded revolutions before the recorded ones")
     add_drive(parser, "a revolution")
     add_outputs(parser)
     parser.add_argument("--threads", type=int, metavar="N", help="default: as many as processors")
-    add_settings(parser, lasting=False)
-    add_pictures(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -64,13 +60,11 @@ def run(options: argparse.Namespace) -> int:
     path, values = parse_range(options.vary)
     system = load_system(options)
     system.replaced({path: values[0]}, "--vary")  # reports a wrong path before the folder of results is made
-    experiment = system.experiment
-    out = output_folder(options, f"{experiment.source.stem}_sweep", "sweep")
-    names = output_names(options, experiment)
+    out = output_folder(options, f"{system.experiment.source.stem}_sweep", "sweep")
+    names = output_names(options, system.experiment)
     turns = (options.revolutions, options.transient, options.drive)
     bar = stages(options, 1.0, "")("sweep")
-    settings = {"threads": options.threads, "progress": bar, "origin": "--vary"}
-    result = sweep(system, path, values, names, *turns, horizons=True, **settings)
+    result = sweep(system, path, values, names, *turns, True, options.threads, bar, "--vary")
     units = {name: unit(system, name) for name in names}
     with out as folder:
         _write_table(result, folder / "sweep.csv")
@@ -140,13 +134,15 @@ def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
     for point in result.points:
         entry: dict[str, Any] = {"value": point.value, "status": point.status.value, "horizon": point.horizon}
         if (section := point.section) is not None:
-            columns = {"strobe": section.strobe, "min": section.low, "max": section.high}
-            entry["period"] = section.period
-            entry["outputs"] = {
-                name: {what: column[name].tolist() for what, column in columns.items()} for name in result.names
-            }
+            entry |= {"period": section.period, "outputs": columns(section)}
         points.append(entry)
     return {"path": result.path, "transient": result.transient, "units": units, "points": points}
+
+
+def columns(section: Section) -> dict[str, dict[str, list[float]]]:
+    """Return strobes, minima and maxima of each period, by output."""
+    kinds = {"strobe": section.strobe, "min": section.low, "max": section.high}
+    return {name: {kind: values[name].tolist() for kind, values in kinds.items()} for name in section.strobe}
 
 
 def format_sweep(result: Sweep, units: dict[str, str]) -> str:
@@ -162,11 +158,8 @@ def format_sweep(result: Sweep, units: dict[str, str]) -> str:
     si = value_unit(result.path)
     variable = f"{result.path} [{si}]" if si else result.path
     first = max(22, len(variable) + 2)
-    lines = [
-        f"{result.path}: {counted(count, 'value')}; peak of a revolution{spread}",
-        "",
-        "".join([f"{variable:{first}s}", *heads]),
-    ]
+    lines = [f"{result.path}: {counted(count, 'value')}; peak of a revolution{spread}", ""]
+    lines.append("".join([f"{variable:{first}s}", *heads]))
     for k in shown:
         point = result.points[k]
         line = f"{point.value:<{first}.6g}"
@@ -175,12 +168,8 @@ def format_sweep(result: Sweep, units: dict[str, str]) -> str:
             spread = f"± {row['peak_std']:.2g}" if row["peak_std"] == row["peak_std"] else ""
             line += f"{row['peak_mean']:{width}.5g} {spread:11s}"
         lines.append(line + ("" if point.status is Status.OK else f"  {point.status.value}"))
-    horizons = [point.horizon for point in result.points if point.horizon is not None]
-    if horizons:
-        lines += [
-            "",
-            f"runs at this and a ten times looser accuracy agree for {min(horizons):g} to {max(horizons):g}"
-            " revolutions from the start;",
-            "later only means and standard deviations are reproducible, not single revolutions",
-        ]
+    if horizons := [point.horizon for point in result.points if point.horizon is not None]:
+        agree = f"agree for {min(horizons):g} to {max(horizons):g} revolutions from the start;"
+        lines += ["", f"runs at this and a ten times looser accuracy {agree}"]
+        lines.append("later only means and standard deviations are reproducible, not single revolutions")
     return "\n".join(lines)

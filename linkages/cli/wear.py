@@ -7,8 +7,7 @@ import sys
 from typing import Any
 
 from linkages.base.errors import InputError, Status
-from linkages.cli.folders import output_folder
-from linkages.cli.options import add_drive, add_file, add_pictures, add_settings, load_system, print_results
+from linkages.cli.options import add_drive, add_experiment, load_system, output_folder, print_results
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
@@ -16,7 +15,7 @@ HELP = "wear of journals and bearings over many revolutions: profiles, clearance
 
 #: Subfolder of the blocks in the folder of results.
 BLOCKS = "blocks"
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages wear slider_crank_dry.toml --cycles 100000 --set joints.B.wear.coefficient=1e-15
   linkages wear my.toml --cycles 20000 --set joints.B.wear.coefficient=5e-14 --out results/soft
 
@@ -27,26 +26,14 @@ results. Remove the folder to start again.
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
-    add_file(parser)
+    add_experiment(parser, animation=True)
     parser.add_argument("--cycles", type=float, required=True, metavar="N", help="revolutions of the drive")
     add_drive(parser, "a cycle")
-    parser.add_argument(
-        "--tolerance",
-        type=float,
-        metavar="X",
-        help="largest difference of depth between first and second order in a jump [m]; default: a hundredth of"
-        " the smallest clearance",
-    )
-    parser.add_argument(
-        "--scatter",
-        type=float,
-        metavar="X",
-        help="relative standard error of the mean work of a cycle at which a block ends; default: 0.02",
-    )
+    depth = "largest difference of depth between first and second order in a jump"
+    parser.add_argument("--tolerance", type=float, metavar="X", help=f"{depth}; default: smallest clearance / 100 [m]")
+    error = "relative standard error of the mean work of a cycle at which a block ends; default: 0.02"
+    parser.add_argument("--scatter", type=float, metavar="X", help=error)
     parser.add_argument("--every-cycle", action="store_true", help="simulate every cycle without jumps")
-    add_settings(parser)
-    add_pictures(parser, animation=True)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -59,16 +46,9 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--cycles", f"{options.cycles:g}", "must be a whole number above zero")
     system = load_system(options)
     out = output_folder(options, f"{system.experiment.source.stem}_wear", "wear")
-    life = wear_life(
-        system,
-        cycles,
-        options.tolerance,
-        options.scatter,
-        options.drive,
-        out.path / BLOCKS,
-        options.every_cycle,
-        progress=stages(options, float(cycles), "cycles")("wear"),
-    )
+    bar = stages(options, float(cycles), "cycles")("wear")
+    limits = options.tolerance, options.scatter, options.drive
+    life = wear_life(system, cycles, *limits, out.path / BLOCKS, options.every_cycle, progress=bar)
     found = content(life)
     with out as folder:
         write_json(folder / "wear.json", found, None)
@@ -105,9 +85,6 @@ def format_life(found: dict[str, Any]) -> str:
         for name, value in first.items()
     ]
     jumps, worst = len(found["blocks"]) - 1, max(block["error"] for block in found["blocks"])
-    lines += [
-        "",
-        f"cycles simulated: {found['simulated_cycles']}; jumps: {jumps}, rejected: {found['rejected_jumps']};"
-        f" largest difference of depth in a jump {1e6 * worst:.3g} um of {1e6 * found['tolerance']:.3g} um allowed",
-    ]
-    return "\n".join(lines)
+    done = f"cycles simulated: {found['simulated_cycles']}; jumps: {jumps}, rejected: {found['rejected_jumps']}"
+    depth = f"{1e6 * worst:.3g} um of {1e6 * found['tolerance']:.3g} um allowed"
+    return "\n".join([*lines, "", f"{done}; largest difference of depth in a jump {depth}"])

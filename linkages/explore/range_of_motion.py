@@ -89,7 +89,9 @@ def travel(system: System, drive: str) -> Travel:
 
 
 def _held(mechanism: Mechanism, gears: Mapping[str, Gear], starts: Mapping[str, float]) -> System:
-    return System(mechanism, nothing_done(mechanism.source, drives=starts, gears=gears))
+    still = {name: {"angle": float(angle), "speed": 0.0} for name, angle in starts.items()}
+    coupled = {name: gear.model_dump() for name, gear in gears.items()}
+    return System(mechanism, nothing_done(mechanism.source, {"drives": still, "gears": coupled}))
 
 
 def _candidates(mechanism: Mechanism) -> list[str]:

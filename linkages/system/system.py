@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Records
+from linkages.input.files.toml import leaves
 from linkages.input.model.check import without_deformation
 from linkages.input.model.experiment import ARGUMENT, Experiment, load_experiment
 from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inertial, load_mechanism
@@ -53,9 +54,9 @@ class System(Unassembled):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the input and user-defined laws; another process computes its own arrays."""
         experiment = self.experiment
-        tables = experiment.joints, experiment.stops, experiment.contacts
-        names = [name for table in tables for model in table.values() for name in model.laws]
-        return _restored, (self.mechanism, experiment, registered(names))
+        tables = (*experiment.joints.values(), *experiment.stops.values(), *experiment.contacts.values())
+        texts = [text for table in tables for _, text in leaves(table.model_dump()) if isinstance(text, str)]
+        return _restored, (self.mechanism, experiment, registered(texts))
 
     # -- another system ----------------------------------------------------------------------------
 

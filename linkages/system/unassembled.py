@@ -242,7 +242,7 @@ class Unassembled(Brief):
         """Return both ends of each contact: `Tree.ends` with worn profiles, stops, points at lines."""
         ends = chained(self.tree.ends, unilateral_ends(self.tree, self.experiment))
         for k, model in enumerate(self.models):
-            if model.is_oriented or model.is_worn:
+            if model.feed or model.is_tilted or model.is_worn:  # the direction of the bearing matters
                 ends["kind"][k] = WORN if model.is_worn else HISTORY if model.has_history else ORIENTED
         return ends
 

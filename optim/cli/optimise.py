@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
-from linkages.cli.folders import add_out, output_folder
-from linkages.cli.options import written
+from linkages.cli.options import add_out, output_folder, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
 HELP = "find the best design of a linkage; can be stopped and resumed"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages optimise sevenbar_force.toml
   linkages optimise sevenbar_force.toml --seed 3 --out results/force --resume
   linkages optimise sevenbar_force.toml sevenbar_acceleration.toml --seeds 1:10 --out results/both
@@ -49,7 +48,6 @@ class _Task:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     parser.add_argument("files", nargs="+", metavar="FILE", help="study (.toml), a path or the name of a shipped one")
     seeds = parser.add_mutually_exclusive_group()
     seeds.add_argument("--seed", type=int, metavar="N", help="replaces the file's")

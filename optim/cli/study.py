@@ -6,13 +6,12 @@ import argparse
 from pathlib import Path
 
 from linkages import InputError
-from linkages.cli.folders import add_out, output_folder
-from linkages.cli.options import add_pictures, print_results
+from linkages.cli.options import add_out, add_pictures, output_folder, print_results
 from linkages.input.files.writing import write_json
 
 HELP = "show or export what an optimisation has computed; which variables matter"
 
-_EXAMPLES = """examples:
+EXAMPLES = """examples:
   linkages study show results/sevenbar_force/study.sqlite
   linkages study export results/sevenbar_force/study.sqlite --out designs.csv
   linkages study sensitivity sevenbar_force.toml --samples 512
@@ -21,7 +20,6 @@ _EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.epilog = _EXAMPLES
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     show = actions.add_parser("show", help="print a summary of a store")
     export = actions.add_parser("export", help="write every design of a store to a table")

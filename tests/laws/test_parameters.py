@@ -11,7 +11,8 @@ from numba import config
 
 import linkages
 from linkages import InputError, laws
-from linkages.input.model.experiment import described, value_unit
+from linkages.input.files.table_keys import described_keys
+from linkages.input.model.experiment import Experiment, value_unit
 from linkages.laws import CONTACTS, FRICTIONS, Parameter
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.declared import BUILT_IN_PARAMETERS, REGISTRIES
@@ -88,7 +89,7 @@ def test_a_law_of_another_file_is_replaced_by_its_path():
 
 
 def test_keys_units_and_meanings_are_listed():
-    rows = [(path, meaning) for path, meaning in described() if ".my_" in path]
+    rows = [(path, meaning) for path, meaning in described_keys(Experiment) if ".my_" in path]
     assert (f"{B.replace('B', 'NAME')}.my_stiffness", "mine: stiffness [N/m]; > 0; required") in rows
     assert ("stops.NAME.contact.my_damping", "mine: damping [N s/m]; >= 0 and <= 5; default 2.0") in rows
     assert value_unit(f"{B}.my_stiffness") == "N/m"

@@ -16,17 +16,15 @@ It may import errors and `flexible`.
 | beams              | beam of a link, and the mass that follows from it                   |
 | models             | the single model of an SDFormat file, without nested models         |
 | raw_model          | content of a mechanism's file, in world coordinates                 |
-| rigid              | move links; merge links that are fixed to each other                |
+| rigid              | move links, merge fixed ones; inertia that a file leaves out        |
 | sdf                | the part of SDFormat that describes a mechanism                     |
 | description        | a mechanism in a few lines: points, links, parameters               |
-| description_tables | its tables                                                          |
 | shorthand          | expansion of shorthand: one entry for many links, values with units |
 | drafting           | geometry and mass of a described mechanism                          |
-| described_model    | links, joints, beams and frames of a described mechanism            |
+| described_model    | its tables, and the links, joints, beams and frames of it           |
 | importing          | import of mechanisms of other programs                              |
 | urdf               | conversion of URDF to SDFormat                                      |
 | foreign            | elements of other programs: converted, marked or rejected           |
-| inertials          | mass and inertia that an SDFormat file leaves to its reader         |
 | constraints        | welds, ball joints and springs between links                        |
 | writing            | atomic writing of files and folders, locks                          |
 | sdf_text           | write a mechanism as SDFormat                                       |

@@ -51,7 +51,7 @@ def written_beam(path: Path, link: ET.Element) -> LinkBeam | None:
         outer = f"it must be smaller than the outer one of {section['outer']:g} m"
         raise InputError(path, f"{inner}/<linkages:inner>", f"is {section['inner']:g} m; {outer}")
     spot = f"{where}/<linkages:material>"
-    material = sizes(path, found["material"], spot, MATERIAL, {"poisson": POISSON})
+    material = sizes(path, found["material"], spot, MATERIAL, poisson=POISSON)
     if material["poisson"] >= 0.5:
         problem = f"is {material['poisson']:g}; it must be below 0.5"
         raise InputError(path, f"{spot}/<linkages:poisson>", problem)
@@ -61,11 +61,10 @@ def written_beam(path: Path, link: ET.Element) -> LinkBeam | None:
 
 def beam_text(beam: LinkBeam) -> Iterator[str]:
     """Yield the lines of an element ``<linkages:beam>``."""
-    names = "".join(map(_element, ("from", "to"), beam.frames))
     section = "".join(_element(key, repr(value)) for key, value in beam.sizes.items())
     material = "".join(_element(key, repr(getattr(beam, key))) for key in MATERIAL)
     yield "<linkages:beam>"
-    yield f"  {names}"
+    yield f"  {''.join(map(_element, ('from', 'to'), beam.frames))}"
     yield f"  {_element(beam.section, section)}"
     yield f"  {_element('material', material)}"
     yield "</linkages:beam>"

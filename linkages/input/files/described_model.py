@@ -1,22 +1,85 @@
-"""The mechanism that a description defines: links, pins, guides, beams and frames in the world."""
+"""Tables of a mechanism's description, and the mechanism that it defines: links, joints, beams, frames in the world."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from pydantic import Discriminator, Field, Tag
 
 from linkages.base.arrays import Array
 from linkages.base.errors import nearest
 from linkages.input.files.beams import POISSON, SECTIONS, of_beam
-from linkages.input.files.description_tables import GROUND, BeamTable, Description, LinkTable
-from linkages.input.files.drafting import Body, DraftError, Numbers, body, upright
-from linkages.input.files.raw_model import BearingSize, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot
+from linkages.input.files.drafting import DraftError, Numbers, body, upright
+from linkages.input.files.raw_model import BearingSize, LinkBeam, RawJoint, RawLink, RawModel, Slot
+from linkages.input.files.toml import Table, TwoOf
 from linkages.input.files.unit_conversion import without_units
 
 _BESIDE = 1e-6  # distance of a point over the beam's length below which the point lies on the beam
+
+GROUND = "ground"
+
+
+class BeamTable(Table):
+    """The beam of a link: the link is flexible, straight and uniform, and has the beam's mass and inertia."""
+
+    points: str = Field("", description="first and last end; default: the points of the link that are farthest apart")
+    rectangle: dict[str, Any] | None = Field(
+        None, description="width normal to the plane, height in the plane [m]; default: the section of the link's bars"
+    )
+    circle: dict[str, Any] | None = Field(None, description="diameter [m]")
+    tube: dict[str, Any] | None = Field(None, description="outer and inner diameter [m]")
+    section: dict[str, Any] | None = Field(
+        None, description="area [m2], second_moment [m4], height in the plane [m], of any other section"
+    )
+    youngs_modulus: Any = Field(description="Young's modulus [Pa]")
+    density: Any = Field(None, description="density instead of the link's [kg/m3]")
+    poisson: Any = Field(None, description=f"Poisson's ratio; default {POISSON:g} [1]")
+
+
+class LinkTable(Table):
+    """A link with values that differ from the mechanism's defaults."""
+
+    points: str = Field(description="points of the link, as in its short form")
+    section: TwoOf[Any] | None = Field(None, description="section of its bars, instead of the default [m]")
+    density: Any = Field(None, description="density instead of the default [kg/m3]")
+    mass: Any = Field(None, description="mass instead of the bars', with the same distribution [kg]")
+    inertia: Any = Field(None, description="moment of inertia about the mass centre, instead of the bars' [kg m2]")
+    beam: BeamTable | None = Field(None, description="beam of a flexible link, instead of bars")
+
+
+_Link = Annotated[
+    Annotated[str, Tag(" ")] | Annotated[LinkTable, Tag("")],  # tags do not show in a path of `validate`
+    Discriminator(lambda value: " " if isinstance(value, str) else ""),
+]
+
+
+class Description(Table):
+    """A mechanism in a few lines. Values are numbers (SI), quantities such as "0.1 mm", or formulas of parameters."""
+
+    parameters: dict[str, Any] = Field(
+        {}, description="values for formulas by name; they can be replaced, and optimised"
+    )
+    points: dict[str, list[Any]] = Field(
+        description="positions [m]: [x, y]; [point, distance, angle]; [point, distance, point in this direction];"
+        " [point, distance, point, distance], to the left of the line from the first point to the second"
+    )
+    links: dict[str, _Link] = Field(
+        description='points of a link, "A B C"; points in parentheses have no joint;'
+        ' a slider: "A along LINK", or "A along LINK at ANGLE" from the link\'s first two points (x on the ground);'
+        f' the link "{GROUND}" is fixed'
+    )
+    section: TwoOf[Any] = Field(description="section of all bars: width in the plane, thickness normal to it [m]")
+    density: Any = Field(None, description="density of all bars; required for links without mass [kg/m3]")
+    bearing: TwoOf[Any] | None = Field(
+        None, description="radius and length of all pins; default: a quarter of the width, and the thickness [m]"
+    )
+
+
+#: Keys that describe the mechanism; the other keys belong to the experiment.
+KEYS = tuple(Description.model_fields)
 
 
 class _Points(NamedTuple):
@@ -104,36 +167,32 @@ class Drawing:
         return number
 
     def _link(self, name: str) -> RawLink:
-        where, link, own = f"links.{name}", self.links[name], self.description.links[name]
-        table = LinkTable.model_validate({"points": own}) if isinstance(own, str) else own
+        where, link, given = f"links.{name}", self.links[name], self.description.links[name]
+        table = LinkTable.model_validate({"points": given}) if isinstance(given, str) else given
         density, angle = self.description.density if table.density is None else table.density, self._angle(name)
         points = np.array([self._place(point, where) for point in link.points])
+        pose = upright(angle, points[0])
         if table.beam is not None:
-            return self._flexible(name, table, upright(angle, points[0]), density)
+            for key in ("mass", "inertia"):
+                if getattr(table, key) is not None:
+                    raise DraftError(f"{where}.{key}", "cannot be given with a beam, which determines it; remove it")
+            none = RawLink(name, 0.0, pose.rotation, pose.translation, np.zeros(3), np.zeros((3, 3)), (), None)
+            return of_beam(none, self._beam(name, table.beam, density))
         if density is None and table.mass is None:
             raise DraftError(where, "has no mass; give density, or mass")
-        weighed = body(
-            points, angle, self._section(name), self._positive(1.0 if density is None else density, "density")
-        )
-        if not weighed.mass:
+        weight = self._positive(1.0 if density is None else density, "density")
+        own, centre, inertia = body(points, angle, self._section(name), weight)
+        if not own:
             raise DraftError(where, "has no length; its points coincide")
-        weighed = self._given(weighed, table, where)
-        pose = upright(angle, points[0])
-        turn, centre = pose.rotation, np.array([*weighed.centre, 0.0])
-        local = turn.T @ (centre - pose.translation), turn.T @ weighed.inertia @ turn
-        return RawLink(name, weighed.mass, turn, pose.translation, *local, (), None)
-
-    def _flexible(self, name: str, table: LinkTable, pose: Pose, density: Any) -> RawLink:
-        """Return a link with a beam, which determines its mass and inertia."""
-        for key in ("mass", "inertia"):
-            if getattr(table, key) is not None:
-                raise DraftError(f"links.{name}.{key}", "cannot be given with a beam, which determines it; remove it")
-        assert table.beam is not None
-        none = RawLink(name, 0.0, pose.rotation, pose.translation, np.zeros(3), np.zeros((3, 3)), (), None)
-        return of_beam(none, self._beam(name, table.beam, density))
+        mass = own if table.mass is None else self._positive(table.mass, f"{where}.mass")
+        inertia = inertia * (mass / own)
+        if table.inertia is not None:
+            inertia = inertia * (self._positive(table.inertia, f"{where}.inertia") / inertia[2, 2])
+        turn = pose.rotation
+        local = turn.T @ (np.array([*centre, 0.0]) - pose.translation), turn.T @ inertia @ turn
+        return RawLink(name, mass, turn, pose.translation, *local, (), None)
 
     def _beam(self, name: str, table: BeamTable, density: Any) -> LinkBeam:
-        """Return the beam that a link's table describes."""
         where = f"links.{name}.beam"
         places = {point: self._place(point, f"links.{name}") for point in self.links[name].points}
         first, last = _ends(table, where, places)
@@ -167,25 +226,8 @@ class Drawing:
             raise DraftError(f"{where}.poisson", f"is {poisson:g}; it must be below 0.5")
         modulus = self._positive(table.youngs_modulus, f"{where}.youngs_modulus")
         ends = np.append(start, 0.0), np.append(end, 0.0)
-        return LinkBeam(
-            (self._frame(name, first), self._frame(name, last)),
-            *ends,
-            kind,
-            sizes,
-            modulus,
-            self._positive(weight, f"{where}.density"),
-            poisson,
-        )
-
-    def _given(self, weighed: Body, table: LinkTable, where: str) -> Body:
-        """Return a body with the mass and the moment of inertia given in the table."""
-        mass, inertia = weighed.mass, weighed.inertia
-        if table.mass is not None:
-            mass = self._positive(table.mass, f"{where}.mass")
-            inertia = inertia * (mass / weighed.mass)
-        if table.inertia is not None:
-            inertia = inertia * (self._positive(table.inertia, f"{where}.inertia") / inertia[2, 2])
-        return Body(mass, weighed.centre, inertia)
+        material = modulus, self._positive(weight, f"{where}.density"), poisson
+        return LinkBeam((self._frame(name, first), self._frame(name, last)), *ends, kind, sizes, *material)
 
     def _pins(self) -> Iterator[RawJoint]:
         """Join all links that share a point to the first of them; the ground comes first."""
@@ -234,7 +276,6 @@ class Drawing:
 
 
 def _ends(table: BeamTable, where: str, places: Mapping[str, Array]) -> tuple[str, str]:
-    """Name the points at a beam's ends."""
     names = list(places)
     if table.points:
         ends = table.points.split()

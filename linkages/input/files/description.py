@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import tomlkit
 
 from linkages.base.errors import InputError, nearest
-from linkages.input.files.described_model import Drawing
-from linkages.input.files.description_tables import Description
+from linkages.input.files.described_model import Description, Drawing
 from linkages.input.files.drafting import DraftError, Numbers
 from linkages.input.files.raw_model import RawModel
 from linkages.input.files.sdf_text import sdf_text

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import nearest
-from linkages.input.files.formula import Formula, parse
+from linkages.input.files.formula import parse
 from linkages.input.files.raw_model import Pose, rotation
 
 
@@ -39,7 +38,7 @@ class Numbers:
         if not isinstance(value, str):
             raise DraftError(where, f"is {value!r}; give a number, or a formula or a quantity in quotes")
         try:
-            formula: Formula = parse(value)
+            formula = parse(value)
         except ValueError as problem:
             raise DraftError(where, str(problem)) from None
         result = formula({name: self.named(name, where) for name in sorted(formula.names)})
@@ -78,7 +77,14 @@ class Numbers:
             case [x, y]:
                 place = self.number(x, where), self.number(y, where)
             case [str(start), distance, towards]:
-                place = self._polar(start, self.number(distance, where), towards, where)
+                x, y = self.place(start, where)
+                if isinstance(towards, str) and towards in self.points:
+                    end = self.place(towards, where)
+                    angle = math.atan2(end[1] - y, end[0] - x)
+                else:
+                    angle = self.number(towards, where)
+                length = self.number(distance, where)
+                place = x + length * math.cos(angle), y + length * math.sin(angle)
             case [str(first), one, str(second), other]:
                 place = self._between(first, self.number(one, where), second, self.number(other, where), where)
             case _:
@@ -86,15 +92,6 @@ class Numbers:
         self.asked.pop()
         self.found[f"{point}.x"], self.found[f"{point}.y"] = place
         return place
-
-    def _polar(self, start: str, distance: float, towards: Any, where: str) -> tuple[float, float]:
-        x, y = self.place(start, where)
-        if isinstance(towards, str) and towards in self.points:
-            end = self.place(towards, where)
-            angle = math.atan2(end[1] - y, end[0] - x)
-        else:
-            angle = self.number(towards, where)
-        return x + distance * math.cos(angle), y + distance * math.sin(angle)
 
     def _between(self, first: str, one: float, second: str, other: float, where: str) -> tuple[float, float]:
         """Return the intersection of two circles to the left of the line between their centres."""
@@ -109,8 +106,7 @@ class Numbers:
         return float(x), float(y)
 
 
-@dataclass(frozen=True)
-class Body:
+class Body(NamedTuple):
     """Mass [kg], mass centre (2,) [m] and tensor of inertia about it (3, 3) [kg m2], in the plane's axes."""
 
     mass: float

@@ -8,7 +8,6 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
@@ -72,15 +71,9 @@ def parts(path: Path, element: ET.Element, where: str, keys: Iterable[str]) -> d
     return found
 
 
-def sizes(
-    path: Path,
-    element: ET.Element,
-    where: str,
-    units: Mapping[str, str],
-    defaults: Mapping[str, float] = MappingProxyType({}),
-) -> dict[str, float]:
+def sizes(path: Path, element: ET.Element, where: str, units: Mapping[str, str], **defaults: float) -> dict[str, float]:
     """Read the positive numbers of an annotation; keys of `units` without a default are mandatory."""
-    found, values = parts(path, element, where, units), dict(defaults)
+    found, values = parts(path, element, where, units), defaults
     for key, unit in units.items():
         if key in found:
             values[key] = float(numbers(path, found[key], 1, f"{where}/<linkages:{key}>")[0])
@@ -190,7 +183,6 @@ class NumberPlace:
         return (self.element.text or "").split() or ["0"] * 6
 
     def _is_angle(self) -> bool:
-        """Check whether the number is an angle in degrees."""
         return self.index is not None and self.index >= 3 and _is_in_degrees(self.element)
 
 

@@ -175,9 +175,8 @@ def influence(owner: ET.Element, element: ET.Element, limited: set[str]) -> tupl
 
 def is_detachable(element: ET.Element) -> bool:
     """Check whether an element is Gazebo's plugin that joins two links until a message parts them."""
-    return (
-        element.tag == "plugin" and "detachable" in _named(element).lower() and element.find("child_link") is not None
-    )
+    named = element.tag == "plugin" and "detachable" in _named(element).lower()
+    return named and element.find("child_link") is not None
 
 
 def _named(plugin: ET.Element) -> str:
@@ -220,10 +219,15 @@ def take_foreign(path: Path, model: ET.Element) -> Foreign:
                 _refuse(path, element, label(joint))
                 if element.tag == "dynamics":
                     found.entries += _dynamics(path, joint, element)
-                    holder.remove(element)
                 elif element.tag == "initial_position":
-                    found.entries += _start(path, joint, holder)
-                    holder.remove(element)
+                    start = number(path, holder, element.tag, f"{label(joint)}/<axis>")
+                    if start:  # a drive without torque that starts there
+                        values = {"torque" if _turns(joint) else "force": 0.0, "angle": start}
+                        said, name = f"<initial_position> of joint {joint.get('name')}", joint.get("name", "")
+                        found.entries.append(Entry(said, "drives", name, values))
+                else:
+                    continue
+                holder.remove(element)
         if any(gear.values != gears[0].values for gear in gears):
             raise InputError(path, label(joint), "mimics in two different ways; keep one")
         found.entries += gears[:1]
@@ -304,15 +308,11 @@ def _refuse(path: Path, element: ET.Element, where: str) -> None:
     parts = element.iter() if not element.tag.startswith("world/") else ()
     inertia = next((part for part in parts if part.tag in _ROTORS), None)
     if inertia is not None:
-        at = f"{where}/<{inertia.tag}>"
         value = inertia.text if inertia.get("value") is None else inertia.get("value")
-        if _is_zero(value):
-            return
-        where, problem = at, "adds the rotor's inertia to the joint; remove it, and add it to the driven link"
-    elif problem is not None:
-        where = f"{where}/<{element.tag}>"
+        inertial = "adds the rotor's inertia to the joint; remove it, and add it to the driven link"
+        problem = None if _is_zero(value) else inertial
     if problem is not None:
-        raise InputError(path, where, problem)
+        raise InputError(path, f"{where}/<{(element if inertia is None else inertia).tag}>", problem)
 
 
 def _check_link(path: Path, link: ET.Element) -> None:
@@ -359,25 +359,14 @@ def _dynamics(path: Path, joint: ET.Element, element: ET.Element) -> Iterator[En
     name, where = joint.get("name", ""), f"{label(joint)}/<axis>/<dynamics>"
     keys = ("damping", "friction", "spring_stiffness", "spring_reference")
     damping, friction, stiffness, free = (number(path, element, key, where, 0.0) for key in keys)
-    turns = joint.get("type") in ("revolute", "continuous")
     said = f"<dynamics> of joint {name}"
-    springs = stiffness != 0.0 or (turns and damping != 0.0)
-    if springs:
+    if springs := stiffness != 0.0 or (_turns(joint) and damping != 0.0):
         spring = {"joint": name, "stiffness": stiffness, "free_angle": free, "damping": damping}
         yield Entry(said, "torsion_springs", f"{name}_spring", spring)
     losses = {"constant": friction, "viscous": 0.0 if springs else damping}
     if any(losses.values()):
         given = {key: value for key, value in losses.items() if value}
         yield Entry(said, "frictions", f"{name}_friction", {"joint": name, **given})
-
-
-def _start(path: Path, joint: ET.Element, axis: ET.Element) -> Iterator[Entry]:
-    """Convert the start position of a joint to a drive without torque that starts there."""
-    name = joint.get("name", "")
-    start = number(path, axis, "initial_position", f"{label(joint)}/<axis>")
-    if start:
-        values = {"torque" if _turns(joint) else "force": 0.0, "angle": start}
-        yield Entry(f"<initial_position> of joint {name}", "drives", name, values)
 
 
 def _toml(value: Any) -> str:

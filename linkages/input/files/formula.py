@@ -51,15 +51,7 @@ _Step = float | str | tuple[str, int]
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula such as ``rho * L**2 / 12``.
-
-    Attributes
-    ----------
-    text : str
-        Text of the file.
-    names : frozenset of str
-        Names in the formula, without `CONSTANTS`.
-    """
+    """A formula such as ``rho * L**2 / 12``: its text in the file, and the names in it, without `CONSTANTS`."""
 
     text: str
     names: frozenset[str]
@@ -74,14 +66,9 @@ class Formula:
         return result if math.isfinite(result) else math.nan
 
     def fold(self, number: Callable[[float], T], name: Callable[[str], T], apply: Callable[[str, list[T]], T]) -> T:
-        """Evaluate the formula from its innermost parts.
+        """Evaluate the formula from its innermost parts, by the results for a number, a name and a function.
 
-        Parameters
-        ----------
-        number, name : callable
-            Results for a number, and for a name of `names`.
-        apply : callable
-            Result of a function for its arguments; operators have their names in `operator`.
+        Operators have their names in `operator`.
         """
         stack: list[T] = []
         for step in self._steps:
@@ -105,9 +92,8 @@ def parse(text: str, parts: Collection[str] = ("x", "y")) -> Formula:
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (RecursionError, MemoryError):
-        raise ValueError(
-            "has too many terms, or is nested too deeply; put parts of a long sum in parentheses"
-        ) from None
+        problem = "has too many terms, or is nested too deeply; put parts of a long sum in parentheses"
+        raise ValueError(problem) from None
     except (SyntaxError, ValueError):
         raise ValueError(f'"{shown(text)}" is not a formula') from None
     steps: list[_Step] = []
@@ -135,9 +121,13 @@ def _translate(node: ast.expr, steps: list[_Step], parts: Collection[str], depth
             _translate(operand, steps, parts, depth + 1)
             steps.append((_OPERATORS[type(op)].__name__, 1))
         case ast.BinOp(op=op) if type(op) in _OPERATORS:
-            first, others = _terms(node)
-            _translate(first, steps, parts, depth + 1)
-            for operation, other in others:
+            left: ast.expr = node
+            others = []
+            while isinstance(left, ast.BinOp) and type(left.op) in _OPERATORS:  # the left side of a sum nests deeply
+                others.append((left.op, left.right))
+                left = left.left
+            _translate(left, steps, parts, depth + 1)
+            for operation, other in reversed(others):
                 _translate(other, steps, parts, depth + 1)
                 steps.append((_OPERATORS[type(operation)].__name__, 2))
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
@@ -156,15 +146,6 @@ def _translate(node: ast.expr, steps: list[_Step], parts: Collection[str], depth
             except RecursionError:
                 found = "a deeply nested part"
             raise ValueError(f"{found} {problem}")
-
-
-def _terms(node: ast.expr) -> tuple[ast.expr, list[tuple[ast.operator, ast.expr]]]:
-    """Split ``a + b - c`` into its first term, and pairs of operator and term, because the left side nests deeply."""
-    others: list[tuple[ast.operator, ast.expr]] = []
-    while isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
-        others.append((node.op, node.right))
-        node = node.left
-    return node, others[::-1]
 
 
 def shown(text: str) -> str:

@@ -16,11 +16,10 @@ from linkages.base.errors import InputError, listed, nearest
 from linkages.input.files.constraints import joined
 from linkages.input.files.elements import numbers
 from linkages.input.files.foreign import CARRIED, MARK, Entry, Foreign, influence, is_detachable, take_foreign
-from linkages.input.files.inertials import complete_inertials, correct_rounded
 from linkages.input.files.magnitudes import ALIGNED, SMALLEST, decimal_or_nan
 from linkages.input.files.models import flattened, is_static, update
 from linkages.input.files.raw_model import Pose, RawJoint, RawModel
-from linkages.input.files.rigid import fixed_into, without_massless
+from linkages.input.files.rigid import complete_inertials, correct_rounded, fixed_into, without_massless
 from linkages.input.files.sdf import read_model
 from linkages.input.files.urdf import sdf_of
 from linkages.input.files.xml import DEEPEST, label, read_xml
@@ -77,8 +76,10 @@ def import_model(path: Path, name: str = "") -> Imported:
 
 
 def _imported(path: Path, model: ET.Element) -> Imported:
-    """Convert a single model."""
-    _without_noise(model)
+    for element in model.iter():  # numbers below the smallest plausible one are rounding errors of other programs
+        words = (element.text or "").split()
+        if any("e-" in word.lower() for word in words):
+            element.text = " ".join("0" if abs(decimal_or_nan(word)) < SMALLEST else word for word in words)
     by_default = complete_inertials(path, model) if model.get("notation") != "URDF" else []
     rounded = correct_rounded(path, model)
     limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
@@ -101,10 +102,9 @@ def _imported(path: Path, model: ET.Element) -> Imported:
         raise InputError(path, label(model), "has no moving link: every link is fixed to the world")
     names = {joint.name for joint in raw.joints}
     for entry in foreign.entries:
-        for name in entry.joints:
-            if name not in names:
-                problem = f'joint "{name}" was merged with another, or removed; name a joint that is kept'
-                raise InputError(path, entry.element, problem)
+        if gone := [name for name in entry.joints if name not in names]:
+            problem = f'joint "{gone[0]}" was merged with another, or removed; name a joint that is kept'
+            raise InputError(path, entry.element, problem)
         if len(set(entry.joints)) < len(entry.joints):
             raise InputError(path, entry.element, f'couples joint "{entry.joints[0]}" with itself')
     limits = {name: ends for name, ends in limits.items() if name in names}
@@ -126,9 +126,8 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
             raise InputError(path, "<include>", "is merged, which is not supported; remove merge")
         model.set("name", include.findtext("name", model.get("name", "")).strip())
         if other := [part.tag for part in include if part.tag not in ("uri", "name", "plugin", *_OF_INCLUDE)]:
-            raise InputError(
-                path, f"<include>/<{other[0]}>", "is not supported; write the change into the included file"
-            )
+            problem = "is not supported; write the change into the included file"
+            raise InputError(path, f"<include>/<{other[0]}>", problem)
         model.extend(include.findall("plugin"))
         for key in _OF_INCLUDE:
             if (own := include.find(key)) is not None:
@@ -188,9 +187,8 @@ def _chosen(path: Path, models: list[ET.Element], name: str, missing: list[Input
         raise missing[0]
     if len(found) != 1:
         many = f": {listed([model.get('name', '') for model in found])}; choose one with --model NAME" if found else ""
-        raise InputError(
-            path, "<sdf>", f"has {len(found)} <model> elements that are not static{many or '; one is needed'}"
-        )
+        problem = f"has {len(found)} <model> elements that are not static{many or '; one is needed'}"
+        raise InputError(path, "<sdf>", problem)
     return found[0]
 
 
@@ -227,14 +225,6 @@ def _own_joint(model: ET.Element, joint: ET.Element) -> bool:
             if part.get(key):
                 part.set(key, part.get(key, "").removeprefix(start))
     return True
-
-
-def _without_noise(model: ET.Element) -> None:
-    """Replace numbers below the smallest plausible one, which are rounding errors of other programs, by zero."""
-    for element in model.iter():
-        words = (element.text or "").split()
-        if any("e-" in word or "E-" in word for word in words):
-            element.text = " ".join("0" if abs(decimal_or_nan(word)) < SMALLEST else word for word in words)
 
 
 def _gravity(
@@ -277,13 +267,10 @@ def _included(path: Path, include: ET.Element) -> Path:
 
 
 def _limits(path: Path, joint: ET.Element) -> tuple[float, float] | None:
-    """Read the limits of a joint; None if there are none."""
     limit = joint.find("axis/limit")
-    if (
-        limit is None
-        or joint.get("type") in ("continuous", "fixed")
-        or not {"lower", "upper"} & {part.tag for part in limit}
-    ):
+    if limit is None or joint.get("type") in ("continuous", "fixed"):
+        return None
+    if limit.find("lower") is None and limit.find("upper") is None:
         return None
     words = limit.findtext("lower", "-inf").strip(), limit.findtext("upper", "inf").strip()
     low, high = map(decimal_or_nan, words)
@@ -392,9 +379,8 @@ def _coaxial(model: RawModel, foreign: Foreign, notes: list[str]) -> RawModel:
         else:
             sign = float(np.sign(joint.axis @ twin.axis)) * (1.0 if joint.parent == twin.parent else -1.0)
             foreign.entries = [entry.merged(joint.name, twin.name, sign) for entry in foreign.entries]
-            notes.append(
-                f"joint {joint.name} has the axis of {twin.name} between the same links: merged into {twin.name}"
-            )
+            axis = f"joint {joint.name} has the axis of {twin.name} between the same links"
+            notes.append(f"{axis}: merged into {twin.name}")
     return replace(model, joints=tuple(kept))
 
 

@@ -110,8 +110,4 @@ def _scoped(path: Path, model: ET.Element, flat: ET.Element) -> list[ET.Element]
             if pose is None:
                 pose = ET.SubElement(element, "pose")
             pose.set("relative_to", pose.get("relative_to") or name)
-    return [
-        own,
-        *parts,
-        *(element for element in flat if element.tag not in ("link", "joint", "frame", "pose", "static")),
-    ]
+    return [own, *parts, *(part for part in flat if part.tag not in ("link", "joint", "frame", "pose", "static"))]

@@ -34,12 +34,6 @@ class Pose:
     def __matmul__(self, other: Pose) -> Pose:
         return Pose(self.rotation @ other.rotation, self.rotation @ other.translation + self.translation)
 
-    @classmethod
-    def of(cls, text: str) -> Pose:
-        """Read the numbers written by `text`."""
-        numbers = np.array([float(word) for word in text.split()])
-        return cls(rotation(numbers[3:]), numbers[:3])
-
     def inverse(self) -> Pose:
         """Return the inverse transform."""
         return Pose(self.rotation.T, -self.rotation.T @ self.translation)

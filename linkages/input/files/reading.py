@@ -32,11 +32,8 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     """Read all arrays of an archive, without pickle, and verify their checksums; ValueError for any defect."""
     try:
         with zipfile.ZipFile(path) as archive:
-            members = {name: archive.read(name) for name in archive.namelist()}
-        return {
-            name.removesuffix(".npy"): np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)
-            for name, data in members.items()
-        }
+            members = {name.removesuffix(".npy"): io.BytesIO(archive.read(name)) for name in archive.namelist()}
+        return {name: np.lib.format.read_array(data, allow_pickle=False) for name, data in members.items()}
     except OSError as problem:
         raise ValueError(problem.strerror or str(problem)) from None
     except Exception as problem:  # zipfile, zlib and NumPy raise a dozen types, some of them undocumented

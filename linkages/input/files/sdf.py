@@ -21,18 +21,8 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, nearest
+from linkages.input.files import elements
 from linkages.input.files.beams import FOLLOWS, check_inertial, of_beam, written_beam
-from linkages.input.files.elements import (
-    NumberPlace,
-    annotation,
-    inertial,
-    number,
-    numbers,
-    own_pose,
-    places,
-    sizes,
-    with_pose,
-)
 from linkages.input.files.models import find_model, flattened, is_static
 from linkages.input.files.raw_model import BearingSize, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot
 from linkages.input.files.reading import read_whole
@@ -49,28 +39,26 @@ _HARMLESS = ("linkages", "collision_filter_group")  # ignored elements with a pr
 
 
 def read_sdf(path: Path, overrides: Mapping[str, float] | None = None, text: bytes | None = None) -> RawModel:
-    """Read one SDFormat file.
+    """Read one SDFormat file; `text` is its content if it has been read. InputError with file, element and reason.
 
-    Parameters
-    ----------
-    path : Path
-        The SDFormat file.
-    overrides : mapping of str to float, optional
-        Values that override the file, by dotted path: ``links.NAME.mass`` [kg],
-        ``links.NAME.com.x|y|z`` [m], ``links|joints|frames.NAME.pose.x|y|z|roll|pitch|yaw`` [m, rad],
-        ``joints.NAME.bearing.radius|length`` and ``joints.NAME.slot.length|height`` [m],
-        ``links.NAME.beam.width|height|diameter|outer|inner`` [m] ``|area`` [m2] ``|second_moment`` [m4]
-        ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson``; for a mechanism written from a description,
-        ``parameters.NAME``. The mass and the mass centre of a link with a beam follow from the beam.
-    text : bytes, optional
-        Content of the file, if it has been read.
-
-    Raises
-    ------
-    InputError
-        If the file is invalid: file, element and reason.
+    Overrides replace values of the file by dotted path: ``links.NAME.mass`` [kg], ``links.NAME.com.x|y|z`` [m],
+    ``links|joints|frames.NAME.pose.x|y|z|roll|pitch|yaw`` [m, rad], ``joints.NAME.bearing.radius|length`` and
+    ``joints.NAME.slot.length|height`` [m], ``links.NAME.beam.width|height|diameter|outer|inner`` [m] ``|area`` [m2]
+    ``|second_moment`` [m4] ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson``; for a mechanism written from a
+    description, ``parameters.NAME``. The mass and the mass centre of a link with a beam follow from the beam.
     """
-    return _replaced(path, _flat_reader(path, read_whole(path) if text is None else text), overrides or {})
+    reader = _flat_reader(path, read_whole(path) if text is None else text)
+    values = dict(overrides or {})
+    parameters: dict[str, float] = {}
+    units: dict[str, str] = {}
+    if (description := reader.model.findtext("linkages:description")) is not None:
+        from linkages.input.files.description import redrawn  # needed by few files
+
+        own = {key: values.pop(key) for key in list(values) if key.startswith("parameters.")}
+        model, parameters, units = redrawn(path, reader.model, description, own)
+        reader = _Reader(path, model) if own else reader
+    raw = without_massless(path, reader.replaced(values).read())
+    return replace(raw, values=raw.values | parameters, units=units)
 
 
 @lru_cache(maxsize=8)  # designs of a batch replace values of one file
@@ -88,20 +76,6 @@ def _changeable(element: ET.Element) -> ET.Element:
     result.text, result.tail = element.text, element.tail
     result.extend([part if part.tag in ("visual", "collision") else _changeable(part) for part in element])
     return result
-
-
-def _replaced(path: Path, reader: _Reader, overrides: Mapping[str, float]) -> RawModel:
-    values = dict(overrides)
-    parameters: dict[str, float] = {}
-    units: dict[str, str] = {}
-    if (description := reader.model.findtext("linkages:description")) is not None:
-        from linkages.input.files.description import redrawn  # needed by few files
-
-        own = {key: values.pop(key) for key in list(values) if key.startswith("parameters.")}
-        model, parameters, units = redrawn(path, reader.model, description, own)
-        reader = _Reader(path, model) if own else reader
-    raw = without_massless(path, reader.replaced(values).read())
-    return replace(raw, values=raw.values | parameters, units=units)
 
 
 def read_model(path: Path, model: ET.Element) -> RawModel:
@@ -125,18 +99,9 @@ class _OwnJoint(NamedTuple):
 class _Reader:
     """Reads the elements of a model, each once.
 
-    Attributes
-    ----------
-    elements : dict of str to Element
-        Copies of links, joints and frames, by name.
-    names : dict of str to tuple of str
-        Names of the links, joints and frames, by tag.
-    namers : dict of str to list of str
-        Elements that name an element, itself included.
-    places : dict of str to (str, NumberPlace)
-        Owner and place of each number that can be replaced, by dotted path.
-    values : dict of str to float
-        These numbers.
+    `elements` has copies of links, joints and frames by name, `names` their names by tag, `namers` the elements that
+    name an element (itself included), `places` owner and place of each number that can be replaced, by dotted path,
+    `values` these numbers.
     """
 
     def __init__(self, path: Path, model: ET.Element) -> None:
@@ -150,18 +115,15 @@ class _Reader:
                 self._refuse_unknown(element, label(self.model))
         if is_static(self.model):
             raise self.error("<static>", "a static model cannot move; remove it or set it to false")
-        self.names = {
-            tag: tuple(name for name, element in self.elements.items() if element.tag == tag)
-            for tag in ("link", "joint", "frame")
-        }
-        self.places: dict[str, tuple[str, NumberPlace]] = {}
+        tags = ("link", "joint", "frame")
+        self.names = {tag: tuple(name for name, part in self.elements.items() if part.tag == tag) for tag in tags}
+        self.places: dict[str, tuple[str, elements.NumberPlace]] = {}
         self._change(self.elements)
         self.values = {path: place.value for path, (_, place) in self.places.items()}
         self._resolved: dict[str, Pose] = {}
         self._resolving: list[str] = []
         self._parts: dict[str, Any] = {}
         self._own: dict[tuple[str, str], Any] = {}  # what elements say by themselves, by reading function and name
-        self._visuals: dict[str, tuple[str, ...] | None] = {}  # no number in them can be replaced
         self._check_beams()
         self.namers = _namers(self.elements)
 
@@ -169,7 +131,7 @@ class _Reader:
         """Copy elements whose numbers are replaced, and find the places of these numbers."""
         for name in list(names):
             element = self.elements[name] = _changeable(self.elements[name])
-            for key, place in places(element):
+            for key, place in elements.places(element):
                 self.places[f"{element.tag}s.{name}.{key}"] = name, place
 
     def replaced(self, overrides: Mapping[str, float]) -> _Reader:
@@ -185,7 +147,8 @@ class _Reader:
             affected += [each for each in self.namers[name] if each not in affected]
         other._resolved = {name: pose for name, pose in self._resolved.items() if name not in affected}
         other._parts = {name: part for name, part in self._parts.items() if name not in affected}
-        other._own = {key: own for key, own in self._own.items() if key[1] not in changed}
+        stays = "_own_visuals"  # no number in them can be replaced
+        other._own = {key: own for key, own in self._own.items() if key[1] not in changed or key[0] == stays}
         other._resolving = []
         return other
 
@@ -205,9 +168,8 @@ class _Reader:
                 values |= {
                     f"links.{link.name}.com.{axis}": float(x) for axis, x in zip("xyz", link.com_local, strict=True)
                 }
-        unweighed = tuple(
-            link.name for link in links if link.beam is None and self.elements[link.name].find("inertial") is None
-        )
+        light = [link.name for link in links if link.beam is None]
+        unweighed = tuple(name for name in light if self.elements[name].find("inertial") is None)
         return RawModel(self.model.get("name", ""), links, joints, frames, values, unweighed=unweighed)
 
     def _read(self, tag: str, part: Callable[[str, ET.Element], Any]) -> dict[str, Any]:
@@ -217,15 +179,15 @@ class _Reader:
                 self._parts[name] = part(name, self.elements[name])
         return {name: self._parts[name] for name in self.names[tag]}
 
-    def _said(self, read: Callable[[ET.Element], Own], name: str) -> Own:
+    def _said(self, name: str, read: Callable[..., Own], *arguments: object) -> Own:
         """Return an element's own data, read once."""
         key = read.__name__, name
         if key not in self._own:
-            self._own[key] = read(self.elements[name])
+            self._own[key] = read(*arguments)
         own: Own = self._own[key]
         return own
 
-    def _place(self, path: str) -> tuple[str, NumberPlace]:
+    def _place(self, path: str) -> tuple[str, elements.NumberPlace]:
         """Find the number at a dotted path, and its element's name."""
         if path in self.places:
             return self.places[path]
@@ -237,7 +199,7 @@ class _Reader:
         tag = kind.removesuffix("s")
         if name not in self.names[tag]:
             raise self.error(where, f'there is no {tag} "{name}"; {nearest(name, self.names[tag])}')
-        if key.partition(".")[0] in ("mass", "com") and annotation(self.elements[name], "beam") is not None:
+        if key.partition(".")[0] in ("mass", "com") and elements.annotation(self.elements[name], "beam") is not None:
             raise self.error(where, FOLLOWS)
         start = f"{kind}.{name}."
         known = [other.removeprefix(start) for other in self.places if other.startswith(start)]
@@ -281,7 +243,7 @@ class _Reader:
         if name == "world":
             return Pose()
         if name == "__model__":
-            return own_pose(self.path, self.model, label(self.model))
+            return elements.own_pose(self.path, self.model, label(self.model))
         if name in self._resolved:
             return self._resolved[name]
         element = self._find(name, asked_by)
@@ -292,14 +254,11 @@ class _Reader:
         if len(self._resolving) == DEEPEST:
             raise self.error(where, f"its pose is the last of more than {DEEPEST} that are relative to each other")
         self._resolving.append(name)
-        base = self._said(_base, name)
-        result = self._pose(base, where) @ self._said(self._own_pose, name)
+        base = self._said(name, _base, element)
+        result = self._pose(base, where) @ self._said(name, elements.own_pose, self.path, element, where)
         self._resolving.pop()
         self._resolved[name] = result
         return result
-
-    def _own_pose(self, element: ET.Element) -> Pose:
-        return own_pose(self.path, element, label(element))
 
     def _carrier(self, name: str, asked_by: str = "", passed: tuple[str, ...] = ()) -> str:
         """Return the link that carries the link, frame or joint with this name."""
@@ -340,16 +299,11 @@ class _Reader:
     def _written(self, name: str, element: ET.Element) -> RawLink:
         """Read a link with the values of its <inertial>."""
         pose = self._pose(name)
-        if name not in self._visuals:
-            self._visuals[name] = self._own_visuals(element)
-        visuals = self._visuals[name]
+        visuals = self._said(name, self._own_visuals, element)
         if visuals is None:
             visuals = tuple(self._visual(visual, pose, label(element)) for visual in element.findall("visual"))
-        mass, centre, inertia = self._said(self._inertial, name)
+        mass, centre, inertia = self._said(name, elements.inertial, self.path, element)
         return RawLink(name, mass, pose.rotation, pose.translation, centre, inertia, visuals, None)
-
-    def _inertial(self, element: ET.Element) -> tuple[float, Array, Array]:
-        return inertial(self.path, element)
 
     def _own_visuals(self, element: ET.Element) -> tuple[str, ...] | None:
         """Write the visuals of a link; None if the place of one depends on other elements."""
@@ -361,13 +315,13 @@ class _Reader:
     def _visual(self, element: ET.Element, link: Pose, where: str) -> str:
         """Write a <visual> with its pose first, and in link axes."""
         spot = f"{where}/{label(element)}"
-        own, pose = own_pose(self.path, element, spot), element.find("pose")
+        own, pose = elements.own_pose(self.path, element, spot), element.find("pose")
         if pose is not None and (base := pose.get("relative_to")):
             own = link.inverse() @ self._pose(base, spot) @ own
-        return with_pose(element, own)
+        return elements.with_pose(element, own)
 
     def _joint(self, name: str, element: ET.Element) -> RawJoint:
-        own = self._said(self._own_joint, name)
+        own = self._said(name, self._own_joint, element)
         pose = self._pose(name)
         # A parent given as a *frame* defines the joint's place on the parent; the standard's place
         # (the joint's reference position) is the same if the file's pose closes the loops.
@@ -409,21 +363,21 @@ class _Reader:
             raise self.error(f"{where}/<axis>/<mimic>", problem)
         for part in axis:
             self._refuse_unknown(part, f"{where}/<axis>")
-        direction = numbers(self.path, xyz, 3, f"{where}/<axis>/<xyz>")
+        direction = elements.numbers(self.path, xyz, 3, f"{where}/<axis>/<xyz>")
         length = float(np.linalg.norm(direction))
         if length < 1e-9:
             raise self.error(f"{where}/<axis>/<xyz>", "has no length; give a direction")
         dynamics, spot = axis.find("dynamics"), f"{where}/<axis>/<dynamics>"
         for key in ("damping", "friction", "spring_stiffness"):
-            if dynamics is not None and number(self.path, dynamics, key, spot, 0.0) != 0.0:
+            if dynamics is not None and elements.number(self.path, dynamics, key, spot, 0.0) != 0.0:
                 raise self.error(f"{spot}/<{key}>", "is not supported; remove it or set it to 0")
         return direction / length, xyz.get("expressed_in", "")
 
     def _annotation(self, element: ET.Element, tag: str, kind: type[Part]) -> Part | None:
         """Read <linkages:bearing> or <linkages:slot>: its two lengths."""
-        found, where = annotation(element, tag), f"{label(element)}/<linkages:{tag}>"
+        found, where = elements.annotation(element, tag), f"{label(element)}/<linkages:{tag}>"
         units = dict.fromkeys((key.name for key in fields(kind)), "m")
-        return None if found is None else kind(**sizes(self.path, found, where, units))
+        return None if found is None else kind(**elements.sizes(self.path, found, where, units))
 
 
 def _attached_to(element: ET.Element) -> str:
@@ -439,11 +393,11 @@ def _base(element: ET.Element) -> str:
     return (pose.get("relative_to", "") if pose is not None else "") or _attached_to(element)
 
 
-def _namers(elements: Mapping[str, ET.Element]) -> dict[str, list[str]]:
+def _namers(named: Mapping[str, ET.Element]) -> dict[str, list[str]]:
     """Find the elements that name each element, as in ``relative_to`` or ``<child>``."""
-    namers: dict[str, list[str]] = {name: [] for name in elements}
-    for name, element in elements.items():
+    namers: dict[str, list[str]] = {name: [] for name in named}
+    for name, element in named.items():
         words = {word for part in element.iter() for word in ((part.text or "").strip(), *part.attrib.values())}
-        for other in words & elements.keys():
+        for other in words & named.keys():
             namers[other].append(name)
     return namers

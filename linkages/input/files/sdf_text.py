@@ -10,7 +10,7 @@ import numpy as np
 
 from linkages.input.files.beams import beam_text
 from linkages.input.files.elements import INERTIA
-from linkages.input.files.raw_model import Pose, RawJoint, RawLink, RawModel, free_name
+from linkages.input.files.raw_model import Pose, RawJoint, RawLink, RawModel
 
 
 def sdf_text(model: RawModel, remarks: Sequence[str] = (), description: str = "") -> str:
@@ -23,9 +23,8 @@ def sdf_text(model: RawModel, remarks: Sequence[str] = (), description: str = ""
     body = [line for link in model.links for line in _link(link)]
     for name, (link, pose) in model.frames.items():
         body.append(_frame(name, link, pose))
-    taken = {name for part in (model.links, model.joints) for name in (each.name for each in part)} | set(model.frames)
     for joint in model.joints:
-        body += _joint(joint, taken)
+        body += _joint(joint, model)
     if description:
         body += ["<linkages:description>", *escape(description).splitlines(), "</linkages:description>"]
     lines = ["<!--", *comment, "-->"] if comment else []
@@ -49,10 +48,10 @@ def _link(link: RawLink) -> Iterator[str]:
     yield "</link>"
 
 
-def _joint(joint: RawJoint, taken: set[str]) -> Iterator[str]:
+def _joint(joint: RawJoint, model: RawModel) -> Iterator[str]:
     parent = joint.parent
     if np.linalg.norm(joint.position_on_parent - joint.position) > 0.0:
-        parent = free_name(taken, f"{joint.name}_on_{joint.parent}")
+        parent = model.free_name(f"{joint.name}_on_{joint.parent}")
         yield _frame(parent, joint.parent, Pose(np.eye(3), joint.position_on_parent))
     yield f'<joint name={quoteattr(joint.name)} type="{joint.type}">'
     yield f'  <pose relative_to="__model__">{Pose(np.eye(3), joint.position).text()}</pose>'

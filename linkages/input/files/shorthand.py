@@ -39,19 +39,17 @@ def written_out(data: dict[str, Any], stored: bool = False) -> dict[str, Any]:
         if kind in data:
             data[kind] = dict(_repeated(kind, data[kind]))
             for name in data[kind]:
-                if not _NAME.fullmatch(name) or name in CONSTANTS or name in FUNCTIONS or name == "world":
-                    raise DraftError(
-                        f"{kind}.{name}", "cannot be a name; use letters, digits and _, no name of formulas"
-                    )
+                if not _NAME.fullmatch(name) or name in {*CONSTANTS, *FUNCTIONS, "world"}:
+                    problem = "cannot be a name; use letters, digits and _, no name of formulas"
+                    raise DraftError(f"{kind}.{name}", problem)
     names = set(data.get("parameters", {}))
     if both := names & set(data["points"]):
         raise DraftError(f"points.{min(both)}", "is also a parameter; choose another name")
     if not stored:
         _check_angles(data)
     links = {name: _link(link, names, f"links.{name}") for name, link in data["links"].items()}
-    return {
-        key: links if key == "links" else _si(value, names, key, _UNITS.get(key, "")) for key, value in data.items()
-    }
+    plain = {key: _si(value, names, key, _UNITS.get(key, "")) for key, value in data.items() if key != "links"}
+    return {key: links if key == "links" else plain[key] for key in data}
 
 
 def _link(value: Any, names: set[str], where: str) -> Any:
@@ -102,7 +100,6 @@ def _counted(value: Any, index: str, count: int, where: str) -> Any:
 
 
 def _si(value: Any, names: set[str], where: str, unit: str = "") -> Any:
-    """Replace quantities by numbers."""
     if isinstance(value, dict):
         return {key: _si(item, names, f"{where}.{key}", unit) for key, item in value.items()}
     if isinstance(value, list):

@@ -80,7 +80,6 @@ def _put(content: dict[str, Any], parts: list[str], value: Any) -> None:
 
 
 def _field(name: str) -> str:
-    """Make a valid MATLAB name."""
     plain = re.sub(r"\W", "_", name, flags=re.ASCII)
     return (plain if plain[:1].isalpha() else f"x{plain}")[:_LONGEST]
 

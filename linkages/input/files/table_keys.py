@@ -13,7 +13,6 @@ from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_after_validator_function
 
 from linkages.base.errors import nearest
-from linkages.input.files.unit_conversion import read, read_either
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,24 @@ def table_keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
 def described_keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
     """Yield every key with its meaning, whether it is required, default, and allowed values."""
     for path, info in _fields(model):
-        yield path, "; ".join(filter(None, [info.description, *_rules(info)]))
+        rules = [info.description]
+        if choices := names_taken(info):
+            rules.append(f"one of {', '.join(choices)}")
+        signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+        limits = [
+            f"{sign} {getattr(rule, key):g}"
+            for rule in _content(info)
+            for key, sign in signs.items()
+            if isinstance(getattr(rule, key, None), int | float)
+        ]
+        if limits:
+            rules.append(" and ".join(dict.fromkeys(limits)))
+        if info.is_required():
+            rules.append("required")
+        elif isinstance(info.default, bool | int | float) or (info.default and isinstance(info.default, str)):
+            shown = info.default if isinstance(info.default, str) else tomlkit.item(info.default).as_string()
+            rules.append(f"default {shown}")
+        yield path, "; ".join(filter(None, rules))
 
 
 def taken_keys(model: type[BaseModel], data: Any) -> Mapping[str, FieldInfo]:
@@ -60,26 +76,6 @@ def _fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Fie
         yield path, info
         if inner is not None:
             yield from _fields(inner, path + ".")
-
-
-def _rules(info: FieldInfo) -> Iterator[str]:
-    """Describe the allowed values of a key."""
-    if choices := names_taken(info):
-        yield f"one of {', '.join(choices)}"
-    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-    limits = [
-        f"{sign} {getattr(rule, key):g}"
-        for rule in _content(info)
-        for key, sign in signs.items()
-        if isinstance(getattr(rule, key, None), int | float)
-    ]
-    if limits:
-        yield " and ".join(dict.fromkeys(limits))
-    if info.is_required():
-        yield "required"
-    elif isinstance(info.default, bool | int | float) or (info.default and isinstance(info.default, str)):
-        shown = info.default if isinstance(info.default, str) else tomlkit.item(info.default).as_string()
-        yield f"default {shown}"
 
 
 def names_taken(info: FieldInfo) -> list[str]:
@@ -105,34 +101,7 @@ def _content(info: FieldInfo) -> list[Any]:
     return found
 
 
-class UnitError(Exception):
-    """An invalid unit: dotted path and reason."""
-
-
-def in_si(model: type[BaseModel], data: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Convert values with units to SI numbers, in a table and its inner tables."""
-    found, keys = dict(data), taken_keys(model, data)
-    for key, value in data.items():
-        info, path = keys.get(key), f"{prefix}{key}"
-        if info is None or not isinstance(value, Mapping | list | str):
-            continue
-        inner = inner_table(info)
-        if inner is not None and isinstance(value, Mapping):
-            tables = value if is_named(info) else {"": value}
-            read_ones = {
-                name: in_si(inner, table, f"{path}.{name}.".replace("..", ".")) if isinstance(table, Mapping) else table
-                for name, table in tables.items()
-            }
-            found[key] = read_ones if is_named(info) else read_ones[""]
-        elif _is_number(info):
-            try:
-                found[key] = (read_either if getattr(model, "of_any_joint", False) else read)(value, unit_of(info))
-            except ValueError as problem:
-                raise UnitError(path, str(problem)) from None
-    return found
-
-
-def _is_number(info: FieldInfo) -> bool:
+def is_number(info: FieldInfo) -> bool:
     """Check whether a key allows numbers, or lists of numbers, and no text."""
     kinds = [kind for kind in _content(info) if isinstance(kind, type)]
     return (float in kinds or int in kinds) and str not in kinds
@@ -143,13 +112,8 @@ def is_named(info: FieldInfo) -> bool:
     return str(info.annotation).startswith("dict")
 
 
-def unit_of(info: FieldInfo) -> str:
-    """Return the bracketed unit in a key's description; empty without one."""
-    return bracketed(info.description or "")
-
-
-def bracketed(meaning: str) -> str:
-    """Return the unit in a key's meaning; empty without one.
+def bracketed(meaning: str | None) -> str:
+    """Return the bracketed unit in a key's meaning; empty without one.
 
     Examples
     --------
@@ -157,4 +121,4 @@ def bracketed(meaning: str) -> str:
     >>> bracketed("radial clearance c [m]")
     'm'
     """
-    return meaning.partition("[")[2].partition("]")[0]
+    return (meaning or "").partition("[")[2].partition("]")[0]

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar, cast
 
 import tomlkit
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 from tomlkit.exceptions import TOMLKitError
 
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.magnitudes import implausible
 from linkages.input.files.reading import read_whole
-from linkages.input.files.table_keys import UnitError, in_si, inner_table, names_taken, taken_keys
+from linkages.input.files.table_keys import bracketed, inner_table, is_number, names_taken, taken_keys
+from linkages.input.files.unit_conversion import read, read_either
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -38,6 +39,31 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)  # built when first used
     of_any_joint: ClassVar[bool] = False  # whether units with rad also allow m (prismatic joints)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _in_si(cls, value: Any, key: ValidationInfo) -> Any:
+        field = cls.model_fields[key.field_name or ""]
+        if isinstance(value, str | list) and is_number(field):
+            return (read_either if cls.of_any_joint else read)(value, bracketed(field.description))
+        return value
+
+    def number_at(self, path: str, source: Path) -> float:
+        """Return the number at a dotted path; InputError if there is none."""
+        here: Any = self
+        for part in path.split("."):
+            if isinstance(here, list):
+                here = here[_place(here, part, path, source)]
+                continue
+            known = dict(here) if isinstance(here, Table | Mapping) else {}
+            if part not in known:
+                raise InputError(source, path, f'has no "{part}"; {nearest(part, known)}')
+            here = known[part]
+        if here is None:
+            raise InputError(source, path, "has no value in the experiment; give one there, or nominal")
+        if isinstance(here, bool) or not isinstance(here, int | float):
+            raise InputError(source, path, "is not a number, and cannot be a design variable")
+        return float(here)
 
     @classmethod
     def unknown(cls, key: str, data: Mapping[str, Any]) -> str:
@@ -92,24 +118,6 @@ def _place(values: list[Any], part: str, path: str, source: str | Path) -> int:
     return known[part]
 
 
-def value_at(table: Table, path: str, source: Path) -> float:
-    """Return the number at a dotted path of a table; InputError if there is none."""
-    here: Any = table
-    for part in path.split("."):
-        if isinstance(here, list):
-            here = here[_place(here, part, path, source)]
-            continue
-        known = dict(here) if isinstance(here, BaseModel | Mapping) else {}
-        if part not in known:
-            raise InputError(source, path, f'has no "{part}"; {nearest(part, known)}')
-        here = known[part]
-    if here is None:
-        raise InputError(source, path, "has no value in the experiment; give one there, or nominal")
-    if isinstance(here, bool) or not isinstance(here, int | float):
-        raise InputError(source, path, "is not a number, and cannot be a design variable")
-    return float(here)
-
-
 def validate(
     model: type[AnyTable], data: Mapping[str, Any], source: Path, origins: Mapping[str, str] | None = None
 ) -> AnyTable:
@@ -117,23 +125,15 @@ def validate(
 
     InputError for the first invalid value: file (or origin), dotted path, error and remedy.
     """
-    refuse_implausible(data, source, origins or {})
+    for where, problem in _implausible(data):
+        raise InputError((origins or {}).get(where, source), where, problem)
     try:
-        return model.model_validate(in_si(model, data))
-    except UnitError as problem:
-        where = problem.args[0]
-        raise InputError((origins or {}).get(where, source), where, problem.args[1]) from None
+        return model.model_validate(data)
     except ValidationError as problem:
         # a misspelt key often causes a missing key: report the misspelt one
         first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
         where = ".".join(part for part in map(str, first["loc"]) if part.strip())  # without tags of unions
         raise InputError((origins or {}).get(where, source), where, _explain(model, data, first)) from None
-
-
-def refuse_implausible(data: Mapping[str, Any], source: Path, origins: Mapping[str, str]) -> None:
-    """Refuse values that no table allows; see `validate`."""
-    for where, problem in _implausible(data):
-        raise InputError(origins.get(where, source), where, problem)
 
 
 def check_history(times: list[float] | None, values: Sized | None, name: str) -> None:
@@ -198,7 +198,6 @@ def _comments(table: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
 
 
 def _explain(model: type[Table], data: Mapping[str, Any], error: Any) -> str:
-    """Write one sentence for a validation error."""
     loc, kind, value = error["loc"], error["type"], error["input"]
     table, values = _table_at(model, data, loc[:-1])
     if kind == "extra_forbidden":

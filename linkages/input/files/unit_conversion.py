@@ -117,9 +117,8 @@ def without_units(formula: str, names: set[str], write: Callable[[str], str] | N
 
     def replaced(found: re.Match[str]) -> str:
         if re.search(_NAME, found[2])[0] in names:  # type: ignore[index]  # it has a name
-            raise ValueError(
-                f'"{found[0]}" is a quantity, or lacks a *; write {found[1]}*{found[2]}, or rename a value'
-            )
+            advice = f"write {found[1]}*{found[2]}, or rename a value"
+            raise ValueError(f'"{found[0]}" is a quantity, or lacks a *; {advice}')
         before, after = formula[: found.start()].rstrip(), formula[found.end() :].lstrip()
         if before.endswith(("/", "**")) or after.startswith("**"):
             raise ValueError(f'"{formula}" can be read in two ways; put its quantity in parentheses: ({found[0]})')
@@ -130,7 +129,6 @@ def without_units(formula: str, names: set[str], write: Callable[[str], str] | N
 
 
 def _for_pint(unit: str) -> str:
-    """Convert ``m2`` to ``m**2``."""
     return re.sub(rf"({_NAME})\^?(-?\d)", r"\1**\2", unit.replace("·", " "))
 
 
@@ -140,10 +138,6 @@ def _registry() -> Any:
     import pint  # a second of import time
 
     units: Any = pint.UnitRegistry(on_redefinition="ignore")
-    for line in (
-        "radian = [angle] = rad",
-        "@alias revolution = rev = r",
-        "turns_per_minute = revolution / minute = rpm",
-    ):
+    for line in "radian = [angle] = rad", "@alias revolution = rev = r", "turns_per_minute = r / minute = rpm":
         units.define(line)
     return units

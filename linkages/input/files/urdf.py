@@ -54,7 +54,9 @@ def sdf_of(path: Path, robot: ET.Element) -> ET.Element:
         elif element.tag == "gazebo" and not element.get("reference"):
             model.extend(copy.deepcopy(part) for part in element)
         elif element.tag not in ("material", "link", "gazebo", "coupling"):
-            model.append(_told(element))
+            model.append(told := copy.deepcopy(element))
+            for part in told if element.tag.startswith("drake:") else ():  # a text of SDFormat is an attribute of URDF
+                part.text = part.get("name") or part.get("value") or part.text
     links = {link.get("name", "") for link in robot.findall("link")}
     for first in sorted(links):
         name = first.removesuffix("_1")  # as onshape-to-robot closes loops
@@ -103,13 +105,13 @@ def _of_gazebo(model: ET.Element, element: ET.Element) -> None:
         model.append(copy.deepcopy(element))
         return
     for part in element:
-        place, text = _OF_GAZEBO.get(part.tag), (part.text or part.get("value") or "").strip()
-        if place is None:
-            owner.append(copy.deepcopy(part))
-            continue
+        text = (part.text or part.get("value") or "").strip()
         if part.tag == "turnGravityOff":
             text = "false" if text.lower() in ("true", "1") else "true"
-        deep(owner, place).text = text
+        if part.tag in _OF_GAZEBO:
+            deep(owner, _OF_GAZEBO[part.tag]).text = text
+        else:
+            owner.append(copy.deepcopy(part))
 
 
 def _coupled(path: Path, carried: dict[str, ET.Element], element: ET.Element) -> tuple[str, str, str, str]:
@@ -123,22 +125,13 @@ def _coupled(path: Path, carried: dict[str, ET.Element], element: ET.Element) ->
                 chain[link] = joint.get("name", "")
             link = _named(joint, "parent")
         chains.append(chain)
-    (one, two) = (
-        [joint for link, joint in chain.items() if link not in other] for chain, other in (chains, chains[::-1])
-    )
+    pairs = chains, chains[::-1]
+    one, two = ([joint for link, joint in chain.items() if link not in other] for chain, other in pairs)
     if len(one) != 1 or len(two) != 1:
         problem = f"couples {len(one)} joints to {len(two)}; one joint on each side is supported"
         raise InputError(path, label(element), problem)
     ratio = element.find("ratio")
     return two[0], one[0], ratio.get("value", "1") if ratio is not None else "1", "0"
-
-
-def _told(element: ET.Element) -> ET.Element:
-    """Copy an element of Drake; a text of SDFormat is an attribute "name" or "value" of URDF."""
-    copied = copy.deepcopy(element)
-    for part in copied if element.tag.startswith("drake:") else ():
-        part.text = part.get("name") or part.get("value") or part.text
-    return copied
 
 
 def _link(element: ET.Element, carrier: str, colors: dict[str | None, ET.Element]) -> ET.Element:
@@ -238,8 +231,7 @@ def _axis(element: ET.Element) -> ET.Element:
     axis = ET.Element("axis")
     own = element.find("axis")
     _add(axis, "xyz", own.get("xyz", "1 0 0") if own is not None else "1 0 0")
-    parts = [part for part in element if part.tag in _OF_AXIS[1:]]
-    for part in parts:
+    for part in (part for part in element if part.tag in _OF_AXIS[1:]):
         axis.append(copy.deepcopy(part) if part.tag == "mimic" else _of_attributes(part))
         if part.tag == "joint_properties":
             axis[-1].tag = "dynamics"
@@ -247,7 +239,6 @@ def _axis(element: ET.Element) -> ET.Element:
 
 
 def _of_attributes(element: ET.Element) -> ET.Element:
-    """Convert attributes to elements."""
     result = ET.Element(element.tag)
     for key, value in element.attrib.items():
         _add(result, key, value)

@@ -46,13 +46,9 @@ def errors_of_writing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as problem:
-        raise _refusal(path, problem) from None
-
-
-def _refusal(path: Path, problem: OSError) -> InputError | RunError:
-    """Distinguish a place that is not writable from a full disk."""
-    text = f"cannot be written ({problem.strerror or problem})"
-    return RunError(f"{path}: {text}") if problem.errno in _NO_ROOM else InputError("--out", str(path), text)
+        text = f"cannot be written ({problem.strerror or problem})"
+        full = problem.errno in _NO_ROOM
+        raise (RunError(f"{path}: {text}") if full else InputError("--out", str(path), text)) from None
 
 
 @contextmanager
@@ -69,12 +65,11 @@ def locked(path: Path, content: Path) -> Iterator[None]:
 
     lock = filelock.FileLock(path, blocking=False)
     try:
-        lock.acquire()
+        with errors_of_writing(path):
+            lock.acquire()
     except filelock.Timeout:
         refusal = "is in use by another process; wait for it, or give another --out"
         raise InputError(content, "", refusal) from None
-    except OSError as problem:
-        raise InputError(path, "", f"cannot be written ({problem.strerror})") from None
     try:
         yield
     finally:
@@ -115,26 +110,23 @@ class OutputFolder:
         self.names: list[str] = []
 
     def __enter__(self) -> Path:
-        try:
+        with errors_of_writing(self.path):
             self.path.mkdir(parents=True, exist_ok=True)
             for left in disk.abandoned(self.path, ".partial-*"):
                 shutil.rmtree(left, ignore_errors=True)
             self.partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=self.path))
-        except OSError as problem:
-            raise _refusal(self.path, problem) from None
         return self.partial
 
     def __exit__(self, kind: type[BaseException] | None, problem: BaseException | None, _: object) -> None:
         try:
-            if kind is None:
-                with deferred(whole=True):
-                    self._move()
-        except OSError as refusal:
-            problem = refusal
+            with errors_of_writing(self.path):
+                if isinstance(problem, OSError):
+                    raise problem
+                if kind is None:
+                    with deferred(whole=True):
+                        self._move()
         finally:
             shutil.rmtree(self.partial, ignore_errors=True)
-        if isinstance(problem, OSError):
-            raise _refusal(self.path, problem) from None
 
     def _move(self) -> None:
         self.names = sorted(file.name for file in self.partial.iterdir())

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
 from linkages.base.errors import InputError, nearest
-from linkages.input.files.table_keys import unit_of
+from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Table
 from linkages.input.files.unit_conversion import SLIDING, read
+from linkages.input.model import load_tables as tables
 from linkages.input.model.beam_interfaces import check_links
 from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.experiment import (
@@ -25,17 +26,6 @@ from linkages.input.model.experiment import (
 )
 from linkages.input.model.experiment_tables import ContactTable, Drive, JointModel
 from linkages.input.model.functions import OF_JOINTS, OF_POINTS
-from linkages.input.model.load_tables import (
-    ForceTable,
-    Gear,
-    JointFriction,
-    LineContact,
-    LoadFunction,
-    Spring,
-    Stop,
-    Torque,
-    TorsionSpring,
-)
 from linkages.input.model.mechanism import Frame, Mechanism
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST
@@ -87,17 +77,7 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
         if "." in name:
             load.refuse("", "has a dot in its name; choose another one")
         taken.add(name)
-        checks: dict[str, Callable[[Any], None]] = {
-            "forces": load.force,
-            "torques": load.torque,
-            "springs": load.spring,
-            "torsion_springs": load.torsion_spring,
-            "frictions": load.friction,
-            "gears": load.gear,
-            "stops": load.stop,
-            "contacts": load.line_contact,
-        }
-        checks[table](getattr(experiment, table)[name])
+        getattr(load, table)(getattr(experiment, table)[name])
     for name, window in experiment.windows.items():
         part = _Check(mechanism, experiment, f"windows.{name}")
         if name in OWN_WINDOWS:
@@ -113,7 +93,7 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
 
 @dataclass(frozen=True)
 class _Check:
-    """Checks of the experiment's value at the dotted path `where`."""
+    """Checks of the experiment's value at the dotted path `where`; those of named elements have the tables' names."""
 
     mechanism: Mechanism
     experiment: Experiment
@@ -139,7 +119,7 @@ class _Check:
         for path, text in self.experiment.texts.items():
             key = path.removeprefix(start)
             if path.startswith(start) and key in table.model_fields:
-                unit = unit_of(table.model_fields[key])
+                unit = bracketed(table.model_fields[key].description)
                 try:
                     read(text, SLIDING.get(unit, unit) if slides else unit)
                 except ValueError as problem:
@@ -165,7 +145,8 @@ class _Check:
                 self.refuse("clearance", f"is {clearance:g} m, a rounding error for a radius of {radius:g} m")
             if sum(x * x for x in model.offset) >= clearance**2:
                 self.refuse("offset", "must lie inside the clearance circle")
-            self.tilt(model, clearance, joint.bearing.length)
+            if model.is_tilted:
+                self.tilt(model, clearance, joint.bearing.length)
             if model.wear is not None and max(sum(model.wear.depths, [0.0])) > DEEPEST * radius:
                 self.refuse("wear", f"depths must not exceed {DEEPEST:g} of the bearing's radius of {radius:g} m")
             return
@@ -173,34 +154,29 @@ class _Check:
             self.refuse("model", f'is "{model.model}"; a guide with clearance is "dry"')
         if model.wear is not None:
             self.refuse("wear", "applies to a journal in a bearing; a guide does not wear")
-        self.plain(model.contact)
+        if model.contact is not None:
+            self.plain(model.contact)
 
     def tilt(self, model: JointModel, clearance: float, length: float) -> None:
         """Check that the ends of a tilted journal do not touch the bearing at t = 0."""
-        most = 2.0 * clearance / length
-        slope = math.hypot(*model.tilt)
-        if not model.is_tilted:
-            return
+        most, slope = 2.0 * clearance / length, math.hypot(*model.tilt)
         if slope >= most * (1.0 - THINNEST):
             self.refuse("tilt", f"is {slope:g}; a centred journal touches the bearing at {most:g} (2 c/L) and above")
         if math.hypot(*model.offset) + 0.5 * length * slope >= clearance * (1.0 - THINNEST):
             self.refuse("offset", "must leave room for the tilt: an end of the journal touches the bearing")
 
-    def plain(self, contact: ContactTable | None) -> None:
+    def plain(self, contact: ContactTable) -> None:
         """Check the law of a contact other than a journal in a bearing."""
-        if contact is None:
-            return
         law = CONTACTS[contact.law]
         if law.conformal or ("stiffness" in law.needs and contact.stiffness is None):
             self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
 
-    def friction(self, friction: JointFriction) -> None:
+    def frictions(self, friction: tables.JointFriction) -> None:
         self.moving(friction.joint)
         if friction.joint in self.experiment.play:
-            self.refuse(
-                "joint", f'"{friction.joint}" has clearance; give it a table [joints.{friction.joint}.friction]'
-            )
-        self.units(JointFriction, self.slides(friction.joint))
+            own = f"[joints.{friction.joint}.friction]"
+            self.refuse("joint", f'"{friction.joint}" has clearance; give it a table {own}')
+        self.units(tables.JointFriction, self.slides(friction.joint))
 
     def moving(self, name: str) -> str:
         """Return the name of a joint; refuse an unknown or fixed one."""
@@ -209,7 +185,7 @@ class _Check:
             self.refuse("joint", f'"{name}" is a fixed joint and cannot move')
         return name
 
-    def gear(self, gear: Gear) -> None:
+    def gears(self, gear: tables.Gear) -> None:
         for name in gear.joints:
             self.known("joints", name, self.mechanism.joint)
             if self.mechanism.joint[name].type == "fixed":
@@ -217,42 +193,37 @@ class _Check:
             if name in self.experiment.play and self.mechanism.joint[name].type == "prismatic":
                 self.refuse("joints", f'"{name}" has clearance; a rack needs an ideal guide')
 
-    def stop(self, stop: Stop) -> None:
+    def stops(self, stop: tables.Stop) -> None:
         self.moving(stop.joint)
         if stop.joint in self.experiment.play and self.mechanism.joint[stop.joint].type == "prismatic":
             self.refuse("joint", f'"{stop.joint}" has clearance; stop a point of its block by a table [contacts.NAME]')
-        self.units(Stop, self.slides(stop.joint))
+        self.units(tables.Stop, self.slides(stop.joint))
         self.plain(stop.contact)
 
-    def line_contact(self, touch: LineContact) -> None:
+    def contacts(self, touch: tables.LineContact) -> None:
         link = self.point("point", touch.point).link
         other = "world" if touch.line is None else self.point("line", touch.line).link
         if link == other:
             self.refuse("", f'has its point and its line on the same link, "{link}"')
         self.plain(touch.contact)
 
-    def force(self, load: ForceTable) -> None:
+    def forces(self, load: tables.ForceTable) -> None:
         self.covers(load.times)
         self.depends(load)
         if self.point("point", load.point).link == "world":
             self.refuse("point", f'"{load.point}" is fixed to the world; name a link\'s')
 
-    def torque(self, load: Torque) -> None:
+    def torques(self, load: tables.Torque) -> None:
         self.covers(load.times)
         self.depends(load)
         if load.link is not None:
             self.known("link", load.link, self.mechanism.link)
-        else:
-            self.turns(load.joint or "")
+        if load.joint is not None:
+            self.known("joint", load.joint, self.mechanism.joint)
+            if (kind := self.mechanism.joint[load.joint].type) != "revolute":
+                self.refuse("joint", f'"{load.joint}" is {kind}; name a revolute joint')
 
-    def turns(self, name: str) -> None:
-        """Check that a joint exists and is revolute."""
-        self.known("joint", name, self.mechanism.joint)
-        kind = self.mechanism.joint[name].type
-        if kind != "revolute":
-            self.refuse("joint", f'"{name}" is {kind}; name a revolute joint')
-
-    def depends(self, load: LoadFunction) -> None:
+    def depends(self, load: tables.LoadFunction) -> None:
         """Check the positions and speeds that a load depends on, and the unit of a table over one."""
         for name in load.signals:
             key = "formula" if load.formulas else "over"
@@ -271,29 +242,25 @@ class _Check:
             except ValueError as problem:
                 self.refuse("at", str(problem))
 
-    def spring(self, load: Spring) -> None:
+    def springs(self, load: tables.Spring) -> None:
         link = self.point("point", load.point).link
         other = "world" if load.to is None else self.point("to", load.to).link
         if link == other:
             self.refuse("", f'joins two points of the same link, "{link}"')
 
-    def torsion_spring(self, load: TorsionSpring) -> None:
-        self.units(TorsionSpring, load.joint is not None and self.slides(self.moving(load.joint)))
-        if load.joint is not None:
-            return
-        first, second = load.links or ["", ""]
-        for link in (first, second):
+    def torsion_springs(self, load: tables.TorsionSpring) -> None:
+        self.units(tables.TorsionSpring, load.joint is not None and self.slides(self.moving(load.joint)))
+        for link in load.links or ():
             self.known("links", link, ("world", *self.mechanism.link))
-        if first == second:
+        if load.links is not None and load.links[0] == load.links[1]:
             self.refuse("links", "are the same link")
 
     def output(self, name: str) -> None:
         point, _, quantity = name.rpartition(".")
         if point in self.mechanism.joint:
             if quantity in _RECORDED:
-                self.refuse(
-                    "", "needs no entry: forces, torques, powers and eccentricities of joints are always recorded"
-                )
+                always = "forces, torques, powers and eccentricities of joints are always recorded"
+                self.refuse("", f"needs no entry: {always}")
             if quantity not in PIN_QUANTITIES:
                 self.refuse("", f'"{quantity}" of a joint is no output here; {nearest(quantity, PIN_QUANTITIES)}')
             return
@@ -302,9 +269,8 @@ class _Check:
             self.refuse("", f'{self.mechanism.source.name} has no link, frame or joint "{point}"; {near}')
         link = self.mechanism.point[point].link
         if quantity in BENDING_QUANTITIES and link not in self.experiment.flexible:
-            self.refuse(
-                "", f'needs a flexible link, and "{link}" is rigid; set links.{link}.model, or remove the output'
-            )
+            remedy = f"set links.{link}.model, or remove the output"
+            self.refuse("", f'needs a flexible link, and "{link}" is rigid; {remedy}')
         bending = LINK_BENDING if point == link else FRAME_BENDING
         known = {*QUANTITIES, *bending} if link in self.experiment.flexible else QUANTITIES
         if quantity not in known:
@@ -312,8 +278,7 @@ class _Check:
 
     def covers(self, times: list[float] | None) -> None:
         """Check that a table covers the duration of the run."""
-        duration = self.experiment.duration
-        if times is not None and times[-1] < duration:
+        if times is not None and times[-1] < (duration := self.experiment.duration):
             self.refuse("times", f"end at {times[-1]:g} s, before the duration of {duration:g} s")
 
     def point(self, key: str, name: str) -> Frame:

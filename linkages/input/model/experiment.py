@@ -7,7 +7,7 @@ the SDF file have the prefix ``sdf.``, as ``sdf.links.link2.mass``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -18,32 +18,12 @@ from pydantic import Field, PrivateAttr
 from linkages.base.brief import Brief
 from linkages.base.errors import InputError
 from linkages.input.files.beams import MATERIAL, SECTIONS
-from linkages.input.files.table_keys import bracketed, described_keys, table_keys
-from linkages.input.files.toml import (
-    Finite,
-    NonNegative,
-    Positive,
-    Table,
-    leaves,
-    read_toml,
-    refuse_implausible,
-    replace_values,
-    validate,
-    value_at,
-)
+from linkages.input.files.table_keys import bracketed, table_keys
+from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leaves, read_toml, replace_values, validate
 from linkages.input.files.unit_conversion import read
+from linkages.input.model import load_tables as tables
 from linkages.input.model.experiment_tables import Drive, JointModel, RunWindow, SolverTable
 from linkages.input.model.link_tables import LinkModel
-from linkages.input.model.load_tables import (
-    ForceTable,
-    Gear,
-    JointFriction,
-    LineContact,
-    Spring,
-    Stop,
-    Torque,
-    TorsionSpring,
-)
 
 #: Origins of replaced values, shown as their source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
@@ -66,9 +46,7 @@ QUANTITIES = {
 }
 
 #: Additional outputs of a frame on a flexible link.
-FRAME_BENDING = {
-    "deflection": "distance of a frame from the beam's chord, positive to its left, less the undeformed one [m]"
-}
+FRAME_BENDING = {"deflection": "distance from the beam's chord, positive to its left, less the undeformed one [m]"}
 
 #: Outputs of a joint's position.
 PIN_QUANTITIES = {name: text for name, text in QUANTITIES.items() if name not in ("angle", "omega", "alpha")}
@@ -86,6 +64,8 @@ LINK_BENDING = {
 BENDING_QUANTITIES = {**FRAME_BENDING, **LINK_BENDING}
 
 
+_Vector = Annotated[list[Finite], Field(min_length=3, max_length=3)]
+
 #: SI units of a mechanism's values, by the last part of their paths.
 _OF_MACHINE = {
     "mass": "kg", "inertia": "kg m2", "roll": "rad", "pitch": "rad", "yaw": "rad",
@@ -94,15 +74,19 @@ _OF_MACHINE = {
 }  # fmt: skip
 
 
+class _MachineValues(Table):
+    """Values of the SDF file alone, which batches replace; the mechanism's reader checks them."""
+
+    sdf: dict[str, Any]
+
+
 class Experiment(Brief, Table):
     """Drives, joint models, loads and settings for a mechanism, in SI units; made by `load_experiment`."""
 
     mechanism: str = Field(description="SDFormat file, relative to this file")
     title: str = Field("", description="one line for tables and figures")
     duration: Positive = Field(description="simulated time [s]")
-    gravity: Annotated[list[Finite], Field(min_length=3, max_length=3)] = Field(
-        [0.0, 0.0, 0.0], description="gravity, world axes [m/s2]"
-    )
+    gravity: _Vector = Field([0.0, 0.0, 0.0], description="gravity, world axes [m/s2]")
     start: Literal["centred", "equilibrium"] = Field(
         "centred", description="start of journals: at their offset (default: the centre), or in static equilibrium"
     )
@@ -114,22 +98,20 @@ class Experiment(Brief, Table):
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
     links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
-    forces: dict[str, ForceTable] = Field({}, description="applied forces by name")
-    torques: dict[str, Torque] = Field({}, description="applied torques by name")
-    springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, by name")
-    torsion_springs: dict[str, TorsionSpring] = Field({}, description="torsion springs and dampers by name")
-    frictions: dict[str, JointFriction] = Field({}, description="friction in ideal joints, by name")
-    gears: dict[str, Gear] = Field({}, description="gears and belts between joints, by name")
-    stops: dict[str, Stop] = Field({}, description="stops of joints by name")
-    contacts: dict[str, LineContact] = Field({}, description="contacts of points with straight lines, by name")
+    forces: dict[str, tables.ForceTable] = Field({}, description="applied forces by name")
+    torques: dict[str, tables.Torque] = Field({}, description="applied torques by name")
+    springs: dict[str, tables.Spring] = Field({}, description="springs and dampers between two points, by name")
+    torsion_springs: dict[str, tables.TorsionSpring] = Field({}, description="torsion springs and dampers by name")
+    frictions: dict[str, tables.JointFriction] = Field({}, description="friction in ideal joints, by name")
+    gears: dict[str, tables.Gear] = Field({}, description="gears and belts between joints, by name")
+    stops: dict[str, tables.Stop] = Field({}, description="stops of joints by name")
+    contacts: dict[str, tables.LineContact] = Field({}, description="contacts of points with straight lines, by name")
     report: Literal["steady", "whole"] = Field(
         "steady",
         description="part of the run that tables give first: the last period of a periodic motion, otherwise the time "
         "after the start-up of clearance joints; or the whole run",
     )
-    report_from: NonNegative | None = Field(
-        None, description="start of the part of the run that tables give instead [s]"
-    )
+    report_from: NonNegative | None = Field(None, description="start of the part of a run that tables give instead [s]")
     windows: dict[str, RunWindow] = Field({}, description="further parts of the run with separate results")
     sdf: dict[str, Any] = Field({}, description="replaced values of the SDF file, by dotted path")
     solver: SolverTable = Field(SolverTable.model_validate({}), description="numerical settings")
@@ -222,7 +204,7 @@ class Experiment(Brief, Table):
 
     def value(self, path: str) -> float:
         """Return the number at a dotted path; InputError if there is none."""
-        return value_at(self, path, self._source)
+        return self.number_at(path, self._source)
 
     def replaced(self, overrides: Mapping[str, Any], origin: str = ARGUMENT) -> Experiment:
         """Return the experiment with values from `origin` replaced by dotted path; InputError for a wrong one."""
@@ -235,9 +217,8 @@ class Experiment(Brief, Table):
         data = self.model_dump(include={"mechanism": True, "duration": True} | changed, exclude_unset=True)
         _replace(data, overrides, origin)
         origins = dict.fromkeys(overrides, origin)
-        if changed.keys() == {"sdf"} and changed["sdf"] is not True:  # any value: the mechanism's reader checks them
-            refuse_implausible(data, self._source, origins)
-            valid = data
+        if changed.keys() == {"sdf"} and changed["sdf"] is not True:
+            valid = vars(validate(_MachineValues, {"sdf": data["sdf"]}, self._source, origins))
         else:
             valid = vars(validate(Experiment, data, self._source, origins))
         values = {
@@ -311,31 +292,9 @@ def experiment_of(
     return experiment
 
 
-def nothing_done(
-    path: Path,
-    overrides: Mapping[str, Any] | None = None,
-    origin: str = ARGUMENT,
-    drives: Mapping[str, float] | None = None,
-    gears: Mapping[str, Gear] | None = None,
-) -> Experiment:
-    """Return an experiment at rest on the mechanism of a file: ideal joints, no loads, constant drive coordinates.
-
-    Coordinates of the driven joints are in rad or m; `overrides` and `origin` as in `load_experiment`.
-    """
-    geared = {name: gear.model_dump() for name, gear in (gears or {}).items()}
-    still = {name: {"angle": float(angle), "speed": 0.0} for name, angle in (drives or {}).items()}
-    data = {"mechanism": path.name, "duration": 1.0, "drives": still, "gears": geared}
-    return experiment_of(path, data, {}, overrides or {}, origin)
-
-
-def keys() -> Iterator[tuple[str, str]]:
-    """Yield every key of an experiment file with its meaning and unit."""
-    return table_keys(Experiment)
-
-
-def described() -> Iterator[tuple[str, str]]:
-    """Yield every key with its meaning, unit, allowed values and default."""
-    return described_keys(Experiment)
+def nothing_done(path: Path, overrides: Mapping[str, Any] = MappingProxyType({}), origin: str = ARGUMENT) -> Experiment:
+    """Return an experiment at rest on the mechanism of a file, ideal and without loads; see `load_experiment`."""
+    return experiment_of(path, {"mechanism": path.name, "duration": 1.0}, {}, overrides, origin)
 
 
 def value_unit(path: str) -> str:
@@ -353,7 +312,7 @@ def value_unit(path: str) -> str:
     if parts[0] == "sdf":
         return _OF_MACHINE.get(parts[-1], "")
     named = ".".join(["NAME" if k == 1 and len(parts) > 2 else part for k, part in enumerate(parts)])
-    known = dict(keys())
+    known = dict(table_keys(Experiment))
     meaning = known.get(path, known.get(named, known.get(named.rpartition(".")[0], "")))
     return bracketed(meaning)
 

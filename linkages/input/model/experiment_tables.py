@@ -26,9 +26,7 @@ _LOOKS = 2000  # number of times at which the rate of a formula is sampled
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # pitch has 2e8 Pa s
-FilmName = Annotated[str, OneOf(FILMS)]
 ContactName = Annotated[str, OneOf(CONTACTS)]
-FrictionName = Annotated[str, OneOf(FRICTIONS)]
 
 
 class Drive(Table):
@@ -53,9 +51,8 @@ class Drive(Table):
 
     @model_validator(mode="after")
     def _one_kind(self) -> Drive:
-        kinds = [
-            k for k in ("angles", "formula", "torque", "torques", "force", "forces") if getattr(self, k) is not None
-        ]
+        known = ("angles", "formula", "torque", "torques", "force", "forces")
+        kinds = [key for key in known if getattr(self, key) is not None]
         if len(kinds) > 1:
             raise ValueError(f"give only one of {' and '.join(kinds)}")
         if not kinds and self.speed is None:
@@ -161,7 +158,7 @@ class FrictionTable(LawTable):
 
     law_kind = "friction"
 
-    law: FrictionName = Field(description="friction law")
+    law: Annotated[str, OneOf(FRICTIONS)] = Field(description="friction law")
     coefficient: NonNegative | None = Field(
         None, description="dynamic coefficient; every built-in law but none needs it; 0: no friction [1]"
     )
@@ -206,9 +203,7 @@ class Mixed(Table):
 class Oil(Table):
     """A mineral oil by its ISO VG grade, at a temperature: gives the viscosity."""
 
-    grade: Annotated[int, Field(gt=1)] = Field(
-        description='ISO VG grade, such as 46 or "ISO VG 46": kinematic viscosity at 40 C [mm2/s]'
-    )
+    grade: int = Field(description='ISO VG grade, such as 46 or "ISO VG 46": kinematic viscosity at 40 C [mm2/s]')
     temperature: Annotated[float, Field(ge=COLDEST, le=HOTTEST)] = Field(
         description="temperature of the film; with a heat balance its first guess [degC]"
     )
@@ -216,14 +211,10 @@ class Oil(Table):
 
     @field_validator("grade", mode="before")
     @classmethod
-    def _without_its_name(cls, grade: object) -> object:
-        number = grade.removeprefix("ISO VG ") if isinstance(grade, str) else ""
-        return int(number) if number.isdecimal() else grade
-
-    @field_validator("grade")
-    @classmethod
-    def _is_a_grade(cls, grade: int) -> int:
-        if grade not in ISO_VG:
+    def _of_iso(cls, given: object) -> object:
+        number = given.removeprefix("ISO VG ") if isinstance(given, str) else ""
+        grade = int(number) if number.isdecimal() else given
+        if isinstance(grade, int) and grade not in ISO_VG:
             raise ValueError(f"ISO VG {grade} is no grade; one of {', '.join(map(str, ISO_VG))}")
         return grade
 
@@ -341,7 +332,7 @@ class JointModel(LawTable):
 
     model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="joint model")
     clearance: Positive | None = Field(None, description="radial clearance c [m]")
-    film: FilmName = Field("finite", description="film law")
+    film: Annotated[str, OneOf(FILMS)] = Field("finite", description="film law")
     cavitation: Literal["guembel", "reynolds", "mass-conserving"] = Field(
         "guembel", description="cavitation rule of the finite film; mass-conserving needs a groove"
     )
@@ -372,19 +363,13 @@ class JointModel(LawTable):
 
     @model_validator(mode="after")
     def _complete(self) -> JointModel:
-        given = {key for key in ("clearance", "contact", "mixed") if getattr(self, key) is not None}
         if self.viscosity is not None and self.oil is not None:
             raise ValueError("give viscosity or oil, not both")
-        if self.viscosity is not None or self.oil is not None:
-            given.add("viscosity")
-        needed = {
-            "ideal": (),
-            "lubricated": ("clearance", "viscosity"),
-            "dry": ("clearance", "contact"),
-            "mixed": ("clearance", "viscosity", "contact", "mixed"),
-        }[self.model]
-        missing = [key for key in needed if key not in given]
-        if missing:
+        needed: dict[str, object] = {"clearance": self.clearance} if self.has_play else {}
+        needed |= {"viscosity": self.viscosity or self.oil} if self.has_film else {}
+        needed |= {"contact": self.contact} if self.can_touch else {}
+        needed |= {"mixed": self.mixed} if self.model == "mixed" else {}
+        if missing := [key for key, given in needed.items() if given is None]:
             raise ValueError(f'model "{self.model}" needs {" and ".join(missing)}')
         self._check_groove()
         self._check_special()
@@ -437,11 +422,6 @@ class JointModel(LawTable):
         return tuple(table.groove for table in tables) if self.has_film else ()
 
     @property
-    def laws(self) -> tuple[str, ...]:
-        """Names of the laws that act."""
-        return (self.film, *(table.law for table in (self.contact, self.friction) if table is not None))
-
-    @property
     def can_touch(self) -> bool:
         """Whether journal and bearing can be in contact."""
         return self.model in ("dry", "mixed")
@@ -460,11 +440,6 @@ class JointModel(LawTable):
     def has_history(self) -> bool:
         """Whether the content of the film is part of the state."""
         return self.has_film and self.history is not None
-
-    @property
-    def is_oriented(self) -> bool:
-        """Whether the film depends on the direction of the bearing."""
-        return bool(self.feed) or self.is_tilted
 
     @property
     def is_worn(self) -> bool:

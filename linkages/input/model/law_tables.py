@@ -56,15 +56,13 @@ class LawTable(Table):
     @model_validator(mode="before")
     @classmethod
     def _of_law(cls, data: Any) -> Any:
-        """Check the parameters of the law."""
         if not isinstance(data, Mapping):
             return data
         law = _named(cls, data)
         for parameter in REGISTRIES[cls.law_kind][law].parameters if law is not None else ():
             if parameter.name in cls.model_fields or hasattr(cls, parameter.name):
-                raise ValueError(
-                    f'{law} has a parameter "{parameter.name}", which already has another meaning here; rename it'
-                )
+                taken = f'{law} has a parameter "{parameter.name}", which already has another meaning here'
+                raise ValueError(f"{taken}; rename it")
         own = {key: value for key, value in data.items() if key not in cls.model_fields}
         return {**data, **_parameters_of(cls, data).model_validate(own).model_dump(exclude_unset=True)}
 

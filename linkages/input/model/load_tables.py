@@ -41,10 +41,8 @@ class LoadFunction(Table):
 
     def _check(self, one: str, many: str) -> None:
         """Check for exactly one of: constant, table over time, table over a signal, formula."""
-        times, over, at = (getattr(self, key) for key in ("times", "over", "at"))
-        values = getattr(self, many)
-        given = [getattr(self, key) is not None for key in (one, many, "formula")]
-        if sum(given) != 1:
+        times, over, at, values = (getattr(self, key) for key in ("times", "over", "at", many))
+        if sum(getattr(self, key) is not None for key in (one, many, "formula")) != 1:
             raise ValueError(f"give either {one}, or times with {many}, or over and at with {many}, or formula")
         if times is not None and over is not None:
             raise ValueError("give either times, or over and at")
@@ -71,11 +69,9 @@ class ForceTable(LoadFunction):
     times: Times = None
     over: Over = None
     at: At = None
-    forces: list[TwoOf[Finite]] | None = Field(
-        None, description="forces at `times` or `at`, interpolated by monotone cubics [N]"
-    )
+    forces: list[TwoOf[Finite]] | None = Field(None, description="forces at `times` or `at`: monotone cubics [N]")
     formula: TwoOf[str] | None = Field(
-        None, description="two components as formulas of t and of positions and speeds, [N] in SI units"
+        None, description="two components as formulas of t, positions and speeds, [N] in SI units"
     )
 
     @model_validator(mode="after")
@@ -96,12 +92,8 @@ class Torque(LoadFunction):
     times: Times = None
     over: Over = None
     at: At = None
-    torques: list[Finite] | None = Field(
-        None, description="torques at `times` or `at`, interpolated by monotone cubics [N m]"
-    )
-    formula: str | None = Field(
-        None, description="torque as a formula of t and of positions and speeds, [N m] in SI units"
-    )
+    torques: list[Finite] | None = Field(None, description="torques at `times` or `at`: monotone cubics [N m]")
+    formula: str | None = Field(None, description="torque: a formula of t, positions and speeds, [N m] in SI units")
 
     @model_validator(mode="after")
     def _one_kind(self) -> Torque:
@@ -216,11 +208,6 @@ class Stop(Table):
     limit: Finite = Field(description="coordinate of the stop, zero in the reference configuration [rad]")
     contact: ContactTable = Field(description="contact law, with stiffness [N m/rad^n]")
 
-    @property
-    def laws(self) -> tuple[str, ...]:
-        """Return the names of the acting laws."""
-        return (self.contact.law,)
-
 
 class LineContact(Table):
     """Contact of a point of a link with a straight line, on the ground or on another link: a foot, a probe, a buffer.
@@ -242,8 +229,3 @@ class LineContact(Table):
         if self.line is not None and self.angle:
             raise ValueError("angle belongs to anchor; the line's frame has its own direction")
         return self
-
-    @property
-    def laws(self) -> tuple[str, ...]:
-        """Return the names of the acting laws."""
-        return (self.contact.law, *((self.friction.law,) if self.friction is not None else ()))

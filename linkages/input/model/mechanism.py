@@ -194,16 +194,14 @@ class Mechanism(Brief):
         if not values:
             return self
         for path, value in values.items():
-            where = f"sdf.{path}"
+            name = path.split(".")[1]
+            problem = "" if value > 0.0 else f"is {value:g}; it must be positive"
             if path not in self.values:
-                name = path.split(".")[1]
-                raise InputError(self.source, where, f'there is no link "{name}"; {nearest(name, self.link)}')
-            if path.split(".")[1] in self.beam:
-                raise InputError(self.source, where, FOLLOWS)
-            if not value > 0.0:
-                raise InputError(self.source, where, f"is {value:g}; it must be positive")
-            if problem := implausible(value):
-                raise InputError(self.source, where, problem)
+                problem = f'there is no link "{name}"; {nearest(name, self.link)}'
+            elif name in self.beam:
+                problem = FOLLOWS
+            if problem := problem or implausible(value):
+                raise InputError(self.source, f"sdf.{path}", problem)
         links = []
         for link in self.links:
             start = f"links.{link.name}."
@@ -283,10 +281,9 @@ def faults_of_values(experiment: Experiment) -> Iterator[None]:
 
 def planar(path: Path, raw: RawModel, inertias: Mapping[str, float], text: bytes | None = None) -> Mechanism:
     """Return a mechanism in its plane, with overrides of moments of inertia, and the content of its file."""
-    axes = np.array([joint.axis for joint in raw.joints if joint.type != "fixed"])
-    basis = _plane(
-        path, tuple((joint.name, joint.type) for joint in raw.joints if joint.type != "fixed"), axes.tobytes()
-    )
+    moving = [joint for joint in raw.joints if joint.type != "fixed"]
+    axes = np.array([joint.axis for joint in moving]).tobytes()
+    basis = _plane(path, tuple((joint.name, joint.type) for joint in moving), axes)
     plane = basis.tobytes()
     links = tuple(_link(path, link, plane) for link in raw.links)
     joints = tuple(_joint(joint, plane) for joint in raw.joints)
@@ -307,11 +304,9 @@ def _plane(path: Path, joints: tuple[tuple[str, str], ...], axes: bytes) -> Arra
         first, normal = revolute[0]
     else:
         first, normal = "the prismatic joints", np.array([0.0, 0.0, 1.0])
-        for _, axis in prismatic[1:]:
-            cross = np.cross(prismatic[0][1], axis)
-            if np.linalg.norm(cross) > _PARALLEL:
-                normal = cross / np.linalg.norm(cross)
-                break
+        crosses = [np.cross(prismatic[0][1], axis) for _, axis in prismatic[1:]]
+        if lying := [cross for cross in crosses if np.linalg.norm(cross) > _PARALLEL]:
+            normal = lying[0] / np.linalg.norm(lying[0])
     for name, axis in revolute:
         if (sine := float(np.linalg.norm(np.cross(axis, normal)))) > _PARALLEL:
             problem = f'not planar: its axis is not parallel to the axis of "{first}"{_off(sine)}'

@@ -147,7 +147,6 @@ def _hinges(chain: SegmentChain, mechanism: Mechanism) -> Iterator[Joint]:
 
 
 def _carried(joint: Joint, cut: dict[str, SegmentChain]) -> Joint:
-    """Return a joint between the segments that carry it."""
     on_parent = joint.on_child if joint.type == "fixed" else joint.on_parent
     parent = cut[joint.parent].carrier(on_parent) if joint.parent in cut else joint.parent
     child = cut[joint.child].carrier(joint.on_child) if joint.child in cut else joint.child

@@ -8,9 +8,9 @@ from dataclasses import astuple, dataclass
 from typing import Any
 
 from linkages.input.files.magnitudes import rounded
-from linkages.input.files.table_keys import bracketed
+from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import leaves
-from linkages.input.model.experiment import keys, value_unit
+from linkages.input.model.experiment import Experiment, value_unit
 from linkages.show.plots.style import typeset
 from linkages.show.report import words
 from linkages.show.report.result_folder import Results
@@ -112,7 +112,7 @@ def _links(results: Results) -> PageTable | None:
 
 def parameters(results: Results) -> PageTable:
     """Tabulate every value of the experiment with its unit, its meaning and its source."""
-    meanings, rows = dict(keys()), []
+    meanings, rows = dict(table_keys(Experiment)), []
     for path, value in leaves(results.experiment):
         if path in ("mechanism", "title", "outputs"):
             continue
