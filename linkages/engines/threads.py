@@ -26,20 +26,11 @@ def in_threads(
 ) -> list[T]:
     """Return work(0), ..., work(count - 1), computed in threads.
 
-    The first error is raised at once; pending work is then dropped. RunError if the threads cannot be started, for
-    instance without memory for their stacks.
-
-    Parameters
-    ----------
-    work : callable
-    count : int
-    threads : int, optional
-        Number of threads, including the calling one; default: number of processors.
-    look : callable, optional
-        Observer, called at intervals (with several threads at least once a second) and at the end.
-    stop : callable, optional
-        Called at an error or an interruption to end running work. With it the calling thread does no work, so that
-        interruptions reach it.
+    The first error is raised at once, and drops pending work. The number of threads, the calling one included, is the
+    number of processors by default. `look` is called at intervals (with several threads at least once a second) and at
+    the end; `stop` at an error or an interruption, to end running work. With `stop` the calling thread does no work, so
+    that interruptions reach it. RunError if the threads cannot be started, for instance without memory for their
+    stacks.
     """
     if stop is None and (threads == 1 or count == 1):
         results = []

@@ -87,7 +87,7 @@ def test_a_design_that_locks_says_so_in_its_row(experiment_file):
 @pytest.fixture
 def often(monkeypatch):
     """Let the compiled engine look at the keyboard every 20 steps; Drake does at each."""
-    monkeypatch.setattr(simulation, "_CHUNK", 20)
+    monkeypatch.setattr(simulation, "WINDOW", 20)
 
 
 @pytest.mark.usefixtures("often")

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from linkages.base.arrays import Array
 from linkages.base.errors import Status
 from linkages.base.signals import deferred
 from linkages.engines.budget import WINDOW, Budget
 from linkages.engines.compiled.derivatives.sensitivity import Differentiation
+from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.engines.methods import method
 from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.integrate.driver import PAUSED
 from linkages.results.derivatives import Direction
+from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Loops, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
@@ -73,7 +75,7 @@ def simulate(
         "wall_time": wall,
     }
     times = np.unique(steps.times[steps.times <= end])
-    run = sample(times, partial(runner.outputs, steps, names=outputs), status, provenance, loops)
+    run = sample(times, Replay(runner, steps, outputs), status, provenance, loops)
     if not wrt:
         return run
     return replace(run, sensitivity=Differentiation(runner, steps, wrt).derivatives(run.time, outputs))
@@ -82,3 +84,16 @@ def simulate(
 def longest_step(system: System) -> float | None:
     """Return the longest step of the experiment [s]; None if it gives none."""
     return system.experiment.solver.max_step
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """Columns at any times of a run; see `linkages.engines.compiled.run.replay`."""
+
+    runner: Runner
+    steps: Steps
+    outputs: Sequence[str] | None = None
+
+    def __call__(self, times: Array) -> Columns:
+        """Compute the columns at the given times."""
+        return self.runner.outputs(self.steps, times, self.outputs)

@@ -51,9 +51,9 @@ def is_collapse(problem: RuntimeError) -> bool:
 class StepControl:
     """A simulator that advances by valid steps only.
 
-    Its monitor must call `take` at each step, and return `verdict`, or `end` the run. The simulator gets the
-    integrator of the settings of the systems, those of all linkages in its diagram: implicit if one needs it, with the
-    smallest accuracy and the shortest steps.
+    Its monitor must call `take` at each step, and return `verdict`, or `end` the run. The systems are all linkages of
+    its diagram; the simulator gets the integrator of their settings: implicit if one needs it, with the smallest
+    accuracy and the shortest steps.
 
     Attributes
     ----------

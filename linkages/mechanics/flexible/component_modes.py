@@ -92,8 +92,8 @@ class ComponentModes:
     def moments(self) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array], Array, Array]:
         """Split a, b and H over the mass: means, parts linear in s, and integrals of the remainders.
 
-        The parts linear in s multiply the distance from the middle over the radius of gyration. The integrals (nf, nf)
-        are those of a a^T + b b^T and of b a^T - a b^T for the remainders of a and b [kg].
+        The parts linear in s multiply the distance from the middle over the radius of gyration. With the remainders of
+        a and b, the integrals (nf, nf) are over a a^T + b b^T and over b a^T - a b^T [kg].
         """
         middle = self.first_moment / self.mass
         spread = np.sqrt(self.mass * self.second_moment - self.first_moment**2)

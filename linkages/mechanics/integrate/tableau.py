@@ -13,8 +13,8 @@ from linkages.base.kernel import Array
 class Tableau(NamedTuple):
     """Coefficients of a Runge-Kutta method with s stages.
 
-    The weights of the error estimate are those of the derivatives at the stages and at the end of the step for an
-    explicit method, (s + 1,), and of the stages' increments, divided by the step size, for an implicit one, (s,).
+    An explicit method estimates its error from the derivatives at the stages and at the end of the step, an implicit
+    one from the stages' increments, divided by the step size.
     """
 
     name: str  # in experiments and results
@@ -22,7 +22,7 @@ class Tableau(NamedTuple):
     c: Array  # nodes: times of the stages, relative to the step, (s,)
     a: Array  # stage coefficients, lower triangular for an explicit method, (s, s)
     b: Array  # weights of the solution, (s,)
-    error: Array  # weights of the error estimate
+    error: Array  # weights of the error estimate: (s + 1,) of an explicit method, (s,) of an implicit one
 
 
 def _radau_iia_5() -> Tableau:

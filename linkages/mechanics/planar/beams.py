@@ -6,8 +6,8 @@ order in the modal coordinates, integrated exactly with the shapes. The alternat
 of the modes, converges slowly with the number of modes, and these forces do not jump at loads.
 
 Deflections are distances from the chord between the ends of the beam. Arguments are records of
-`linkages.mechanics.planar.record_types`: ``beams`` (n,) are the substructures of one link, ``stations`` (ns,) those of
-all beams, ``modes`` (ns, nm) `STATION_MODE` at these.
+`linkages.mechanics.planar.record_types`: ``beams`` (n,) are the substructures of one link, ``stations`` (ns,) are at
+all beams, ``modes`` (ns, nm) are `STATION_MODE` at these.
 """
 
 from __future__ import annotations

@@ -28,12 +28,8 @@ from linkages.system import System
 class Designs:
     """The designs of a batch.
 
-    Attributes
-    ----------
-    columns : (k,) array of int
-        Indices in `contents` of the numbers that values replace.
-    checked : bool
-        Whether the paths of the variables are known to exist.
+    `columns` (k,) are the indices in `contents` of the numbers that values replace; `checked` tells whether the paths
+    of the variables are known to exist.
     """
 
     def __init__(self, system: System, variables: tuple[str, ...], outputs: tuple[str, ...], windows: Array) -> None:
