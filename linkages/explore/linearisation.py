@@ -10,7 +10,7 @@ change accelerations linearly, so B is exact as well. C and D are central differ
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -133,7 +133,10 @@ def linearise(
     if time < 0.0:
         raise InputError("argument", "time", f"is {time:g} s, before the start of the run; give 0 or more")
     known = inputs_of(system)
-    chosen = _checked(known, inputs)
+    chosen = tuple(known if inputs is None else inputs)
+    for name in chosen:
+        if name not in known:
+            raise InputError("argument", "inputs", f'"{name}" is unknown; {nearest(name, known)}')
     point = LinearisationPoint(system, time)
     if equilibrium:
         point.settle()
@@ -146,15 +149,6 @@ def linearise(
     x, y = point.y[local.entries], point.observe(point.y, names).outputs
     rest = at_rest(A, rates, point.scale[local.entries])
     return StateSpace(A, B, C, D, local.names, chosen, names, units, x, y, time, rest, max(error_c, error_d))
-
-
-def _checked(known: Mapping[str, object], names: Sequence[str] | None) -> tuple[str, ...]:
-    """Check the names of the inputs; default: all."""
-    chosen = tuple(known if names is None else names)
-    for name in chosen:
-        if name not in known:
-            raise InputError("argument", "inputs", f'"{name}" is unknown; {nearest(name, known)}')
-    return chosen
 
 
 def _by_state(point: LinearisationPoint, local: LocalCoordinates, names: tuple[str, ...]) -> tuple[Array, float]:
