@@ -40,7 +40,7 @@ class StateSpace(Brief):
     `A` is (nx, nx), `B` (nx, nu), `C` (no, nx), `D` (no, nu). States are named ``q.NAME``, ``v.NAME``, ``z.CONTACT``:
     coordinates, their rates and bristles; inputs as in `linkages.system.linear_systems.inputs`; outputs as in the
     registry; `units` has the inputs and outputs. `x` (nx,) and `y` (no,) are the states and outputs at the operating
-    point, which the run reaches at `time` [s]; `at_rest` says whether it is an equilibrium. `error` is the error of C
+    point, which the run reaches at `time` [s]; `at_rest` is whether it is an equilibrium. `error` is the error of C
     and D relative to the largest entry of their row, estimated by the last extrapolation.
     """
 

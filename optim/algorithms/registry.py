@@ -90,8 +90,8 @@ def minimise(
     """Solve a problem by an algorithm, a key of `ALGORITHMS`.
 
     The problem has finite bounds; a local method with a single start can do with `Problem.start` instead. The settings
-    are those of the algorithm; missing keys have their default. The seed is not negative. `progress` is called after
-    each iteration; if it raises KeyboardInterrupt, the best design so far is returned.
+    belong to the algorithm; missing keys have their default. The seed is not negative. `progress` is called after each
+    iteration; if it raises KeyboardInterrupt, the best design so far is returned.
 
     InputError if there is no such algorithm, a setting is wrong, or it cannot solve such a problem.
 

@@ -36,9 +36,9 @@ class Evaluator:
     """Evaluates designs of a study.
 
     Requests are answered by an executor, or without one here. A population is divided into `parts` requests at each
-    operating point; the values do not depend on it. `threads` are those of the compiled engine, by default all there
-    are. `engine` answers a request, by default by a batch of the compiled engine. `progress` is called with the
-    finished fraction of each batch, without an executor.
+    operating point; the values do not depend on it. `threads` of the compiled engine are by default all there are.
+    `engine` answers a request, by default by a batch of the compiled engine. `progress` is called with the finished
+    fraction of each batch, without an executor.
 
     Examples
     --------

@@ -71,8 +71,8 @@ def periodic_motion(
     """Find a periodic motion: shooting with the exact derivative of the run, from the state after a transient.
 
     A period of the motion has `periods` common periods of the drives; `transient` of them lead from the experiment's
-    start to the first guess. The accuracy is that of the runs, unless the experiment's is smaller; the tolerance is
-    that of the residual. The motion is stable or not; Newton's method finds both.
+    start to the first guess. The runs have this accuracy, unless the experiment's is smaller; the residual has this
+    tolerance. The motion is stable or not; Newton's method finds both.
 
     InputError if the drives have no common period or determine the whole motion, a model does not support it, or a
     number is out of its range; RunError if a run fails, or Newton's method does not converge.
