@@ -17,7 +17,6 @@ It may import all lower folders.
 | sensitivity       | derivatives of peaks, means and works with respect to values                            |
 | bearing           | a journal bearing under a static load: equilibrium, coefficients, stability             |
 | bearing_heat      | temperature of its oil by a lumped heat balance                                         |
-| differences       | finite differences of smooth functions                                                  |
 | periodic          | periodic motions: shooting, Floquet multipliers, branches by continuation               |
 | spectra           | power spectral densities                                                                |
 | wear              | wear of joints over the service life: blocks of cycles, and jumps                       |

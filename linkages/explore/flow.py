@@ -86,15 +86,11 @@ class Flow:
         expect_valid(runner.status(t, y), t)
         self.t, self.y, self.step, self.status = t, y, step, Status.OK
         runner.memory[:] = memory
-        contacts = runner.evaluate(self.here(), np.array([self.t]))[3]
+        steps = self._resting(t, y)
+        record_memory(runner.memory, steps.memory[0])
+        contacts = runner.evaluate(steps, steps.times)[3]
         depth = contacts[0, :, CLEARANCE_OUTPUTS.index("penetration")]
         runner.modes[:] = np.where((runner.model.touching == 1) & (depth > 0.0), 1, -1)
-
-    def here(self) -> Steps:
-        """Return the present state as `Steps` without steps."""
-        steps = self._resting(self.t, self.y)
-        record_memory(self.runner.memory, steps.memory[0])
-        return steps
 
     def _resting(self, t: float, y: Array) -> Steps:
         """Return a state as `Steps` whose contacts remember nothing."""

@@ -10,8 +10,9 @@ change accelerations linearly, so B is exact as well. C and D are central differ
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,6 @@ from linkages.base.arguments import Names, validated
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, nearest
-from linkages.explore.differences import extrapolated
 from linkages.explore.local_coordinates import LocalCoordinates
 from linkages.explore.operating_point import LinearisationPoint, Observed, at_rest
 from linkages.results.outputs.registry import pack, unit
@@ -40,7 +40,7 @@ class StateSpace(Brief):
     `A` is (nx, nx), `B` (nx, nu), `C` (no, nx), `D` (no, nu). States are named ``q.NAME``, ``v.NAME``, ``z.CONTACT``:
     coordinates, their rates and bristles; inputs as in `linkages.system.linear_systems.inputs`; outputs as in the
     registry; `units` has the inputs and outputs. `x` (nx,) and `y` (no,) are the states and outputs at the operating
-    point, which the run reaches at `time` [s]; `at_rest` says whether it is an equilibrium. `error` is the error of C
+    point, which the run reaches at `time` [s]; `at_rest` is whether it is an equilibrium. `error` is the error of C
     and D relative to the largest entry of their row, estimated by the last extrapolation.
     """
 
@@ -98,28 +98,14 @@ def linearise(
 ) -> StateSpace:
     """Linearise a linkage about a state of its motion, or about an equilibrium.
 
-    Use `modes` for natural frequencies of a linkage whose joints are ideal and whose drives are held.
+    Use `modes` for natural frequencies of a linkage whose joints are ideal and whose drives are held. Prescribed drives
+    must stand still; drives by torque or force may act. Outputs (see `linkages.results.outputs.registry`) are by
+    default the experiment's, else all independent coordinates; inputs, see `linkages.system.linear_systems.inputs`, are
+    by default all. The run reaches the operating point at `time` [s]; loads that depend on time keep their values of
+    then. With `equilibrium` an equilibrium near that state is found, by Newton's method.
 
-    Parameters
-    ----------
-    system : System
-        Its prescribed drives must stand still; drives by torque or force may act.
-    outputs : sequence of str, optional
-        Outputs (see `linkages.results.outputs.registry`); default: the experiment's, else all independent coordinates.
-    inputs : sequence of str, optional
-        Inputs, see `linkages.system.linear_systems.inputs`; default: all.
-    time : float
-        Time at which the run reaches the operating point [s]; loads that depend on time keep their values of then.
-    equilibrium : bool
-        Whether to find an equilibrium near the state of that time, by Newton's method.
-
-    Raises
-    ------
-    InputError
-        If a drive prescribes a motion, nothing can move, a name is unknown, a dry contact is closed, or a model
-        does not support it.
-    RunError
-        If the run fails before the time, or no equilibrium is found.
+    InputError if a drive prescribes a motion, nothing can move, a name is unknown, a dry contact is closed, or a model
+    does not support it; RunError if the run fails before the time, or no equilibrium is found.
 
     Examples
     --------
@@ -133,7 +119,10 @@ def linearise(
     if time < 0.0:
         raise InputError("argument", "time", f"is {time:g} s, before the start of the run; give 0 or more")
     known = inputs_of(system)
-    chosen = _checked(known, inputs)
+    chosen = tuple(known if inputs is None else inputs)
+    for name in chosen:
+        if name not in known:
+            raise InputError("argument", "inputs", f'"{name}" is unknown; {nearest(name, known)}')
     point = LinearisationPoint(system, time)
     if equilibrium:
         point.settle()
@@ -146,15 +135,6 @@ def linearise(
     x, y = point.y[local.entries], point.observe(point.y, names).outputs
     rest = at_rest(A, rates, point.scale[local.entries])
     return StateSpace(A, B, C, D, local.names, chosen, names, units, x, y, time, rest, max(error_c, error_d))
-
-
-def _checked(known: Mapping[str, object], names: Sequence[str] | None) -> tuple[str, ...]:
-    """Check the names of the inputs; default: all."""
-    chosen = tuple(known if names is None else names)
-    for name in chosen:
-        if name not in known:
-            raise InputError("argument", "inputs", f'"{name}" is unknown; {nearest(name, known)}')
-    return chosen
 
 
 def _by_state(point: LinearisationPoint, local: LocalCoordinates, names: tuple[str, ...]) -> tuple[Array, float]:
@@ -187,6 +167,14 @@ def _by_inputs(
         steps.append(1.0 / max(np.max(np.abs(change) / usual), _LEAST))
         found.append(extrapolated(lambda value: added(value).outputs, _STEP * steps[k]))
     return B, *_joined(found, len(names), np.array(steps))
+
+
+def extrapolated(f: Callable[[float], Array], step: float) -> tuple[Array, Array]:
+    """Differentiate f at 0 by central differences with three steps, extrapolated twice (order 6); and their error."""
+    first = [(f(h) - f(-h)) / (2.0 * h) for h in (step, 0.5 * step, 0.25 * step)]
+    second = [(4.0 * fine - coarse) / 3.0 for coarse, fine in pairwise(first)]
+    third = (16.0 * second[1] - second[0]) / 15.0
+    return third, np.abs(third - second[1])
 
 
 def _joined(found: list[tuple[Array, Array]], rows: int, scale: Array) -> tuple[Array, float]:

@@ -56,20 +56,16 @@ class LinearisationPoint:
         n = len(self.runner.model.free)
         if n == self.runner.model.rank:
             raise InputError(experiment.source, "drives", "hold all joints, and no link is flexible: nothing can move")
-        self.y = self._reached()
+        self.y = self.runner.start.copy()
+        if time > 0.0:
+            flow = Flow(self.system)
+            flow.reach(time)
+            self.y = flow.y
         expect_valid(self.runner.status(time, self.y), time)
         clearances = system.laws["clearance"]
         self.large = per_length(self.system) * system.tree.extent
         position = self.large * min([1.0, *(clearances[clearances > 0.0] / system.tree.extent)])
         self.scale = np.concatenate([position, system.motion_rate * position, self.runner.scale[2 * n :]])
-
-    def _reached(self) -> Array:
-        """Return the state that the run reaches at the time."""
-        if self.time == 0.0:
-            return self.runner.start.copy()
-        flow = Flow(self.system)
-        flow.reach(self.time)
-        return flow.y
 
     def observe(self, y: Array, names: Sequence[str] = (), system: System | None = None) -> Observed:
         """Evaluate the equations and outputs at a state, which is projected onto closed loops."""

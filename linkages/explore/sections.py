@@ -70,22 +70,11 @@ def stroboscopic(
 ) -> Section:
     """Compute a Poincaré section once per revolution, with the extremes of each revolution.
 
-    Parameters
-    ----------
-    system : System
-    names : sequence of str
-        Outputs (see `linkages.results.outputs.registry`).
-    revolutions, transient : int
-        Recorded revolutions, and discarded ones before them.
-    drive : str, optional
-        Drive that defines a revolution; default: see `linkages.explore.flow.period_of`.
-    progress : callable, optional
-        Called with the finished fraction, 0 to 1.
+    The names are outputs (see `linkages.results.outputs.registry`). `transient` revolutions are discarded before the
+    recorded ones. A drive defines a revolution; default: see `linkages.explore.flow.period_of`. `progress` is called
+    with the finished fraction, 0 to 1.
 
-    Raises
-    ------
-    InputError, AssemblyError
-        See `linkages.engines.assessment.simulate`; also if a column or drive does not exist.
+    InputError and AssemblyError as `linkages.engines.assessment.simulate`; also if a column or drive does not exist.
 
     Examples
     --------

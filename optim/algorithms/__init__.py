@@ -10,8 +10,7 @@
 | ga            | genetic algorithms on pygad: one objective, several (NSGA-II)                    |
 | evolution     | differential evolution, SciPy's                                                  |
 | snopt         | sequential quadratic programming, Drake's SNOPT                                  |
-| gradient      | generalised reduced gradient                                                     |
+| gradient      | generalised reduced gradient, with a quadratic model                             |
 | standard_form | its problem: scaled, with slacks, in two phases; basic and nonbasic variables    |
-| quadratic     | its model: minimum within bounds, quasi-Newton update                            |
 | line_search   | how far along a step, with its return to the constraints                         |
 """

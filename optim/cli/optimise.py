@@ -118,7 +118,7 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     jobs = []
     for study in studies:
         start = start_of(study, options.start) if options.start else None
-        jobs += [_Task(study, seed, start, root / f"{study.source.stem}_{seed}") for seed in _seeds(options, study)]
+        jobs += [_Task(study, seed, start, root / f"{study.source.stem}_{seed}") for seed in seeds_of(options, study)]
     if len(jobs) == 1:
         jobs = [replace(jobs[0], folder=root)]
     for job in jobs:
@@ -130,7 +130,8 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     return root, jobs
 
 
-def _seeds(options: argparse.Namespace, study: Study) -> range:
+def seeds_of(options: argparse.Namespace, study: Study) -> range:
+    """Return the seeds of the command line, or else the study's; InputError if one is out of its range."""
     first = last = study.file.seed if options.seed is None else options.seed
     if options.seeds is not None:
         a, colon, b = options.seeds.partition(":")

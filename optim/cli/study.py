@@ -8,6 +8,7 @@ from pathlib import Path
 from linkages import InputError
 from linkages.cli.options import add_out, add_pictures, output_folder, print_results
 from linkages.input.files.writing import write_json
+from optim.cli.optimise import seeds_of
 
 HELP = "show or export what an optimisation has computed; which variables matter"
 
@@ -38,6 +39,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="a power of two; N (variables + 2) designs are run; default: %(default)s",
     )
     sensitivity.add_argument("--seed", type=int, metavar="N", help="replaces the file's")
+    sensitivity.set_defaults(seeds=None)
     sensitivity.add_argument("--threads", type=int, metavar="N", help="threads of the compiled engine; default: all")
     add_out(sensitivity)
     add_pictures(sensitivity)
@@ -70,9 +72,7 @@ def _sensitivity(options: argparse.Namespace) -> int:
     if options.threads is not None and options.threads < 1:
         raise InputError("--threads", str(options.threads), "must be at least 1")
     study = load_study(find_study(options.file))
-    seed = study.file.seed if options.seed is None else options.seed
-    if not 0 <= seed < 2**32:
-        raise InputError("--seed", str(seed), "must be between 0 and 2^32 - 1")
+    (seed,) = seeds_of(options, study)
     out = output_folder(options, f"{study.source.stem}_sensitivity", "study sensitivity")
     with out as folder:
         report = sensitivity(study, options.samples, seed, Evaluator(study, threads=options.threads))

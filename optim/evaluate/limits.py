@@ -53,7 +53,7 @@ def problem_of(
 def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
     """Convert evaluations of m designs for an algorithm: objectives to minimise, limits as g <= 0 and h = 0.
 
-    Relative quantities are divided by those of the nominal design, evaluated alone. A limit L of a value f becomes
+    Relative quantities are divided by the values of the nominal design, evaluated alone. A limit L of a value f becomes
     (f - L)/|L|, or f if L = 0, so that violations of different constraints can be summed.
     """
     objectives, constraints = in_units(study, found, nominal)

@@ -136,7 +136,7 @@ def optimise(
     return {
         "study": study.source.stem,
         "title": study.title,
-        "algorithm": described(name, settings),
+        "algorithm": {"name": name, **settings.model_dump(mode="json")},
         "labels": {name: study.label(name) for _, name, _ in study.quantities},
         "seed": seed,
         "start": None if start is None else dict(zip(study.paths, map(float, start), strict=True)),
@@ -218,15 +218,10 @@ def _variables(file: Path, source: str) -> dict[str, float]:
     return found
 
 
-def described(name: str, settings: Table) -> dict[str, Any]:
-    """Return an algorithm's name and all its settings, as JSON types."""
-    return {"name": name, **settings.model_dump(mode="json")}
-
-
 def identity_of(study: Study, seed: int, start: Array | None = None) -> dict[str, Any]:
     """Return what tells the store of a study from others, see `optim.search.recorder.recording`."""
     name, settings = settings_of(study)
-    algorithm, revision = described(name, settings), ALGORITHMS[name].revision
+    algorithm, revision = {"name": name, **settings.model_dump(mode="json")}, ALGORITHMS[name].revision
     if algorithm.get("derivatives") == DIFFERENCES:  # stores from before this setting have no such key
         del algorithm["derivatives"]
     task = {"algorithm": algorithm, "seed": seed, "start": None if start is None else start.tolist()}

@@ -9,9 +9,8 @@ from scipy.optimize import minimize, nnls
 
 from optim.algorithms.archive import Archive
 from optim.algorithms.derivatives import jacobian
-from optim.algorithms.gradient import ReducedGradient, reduced_gradient
+from optim.algorithms.gradient import ReducedGradient, bounded_minimum, damped_bfgs, reduced_gradient
 from optim.algorithms.nlp import Ending, Problem, Values
-from optim.algorithms.quadratic import bounded_minimum, damped_bfgs
 
 SETTINGS = ReducedGradient()
 #: Tolerance of the objective, relative to max(1, |optimum|), and of constraints: the book's digits.

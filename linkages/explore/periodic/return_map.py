@@ -19,8 +19,8 @@ from linkages.engines.compiled.derivatives.sensitivity import differentiate
 from linkages.engines.compiled.run.linear import closure_at
 from linkages.engines.compiled.run.model import per_length
 from linkages.engines.compiled.run.replay import Steps
-from linkages.explore.differences import extrapolated
 from linkages.explore.flow import Flow
+from linkages.explore.linearisation import extrapolated
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
 from linkages.explore.periodic.continuation import Residual
 from linkages.explore.periodic.multipliers import Multipliers, multipliers

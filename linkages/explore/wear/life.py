@@ -25,7 +25,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
 from linkages.explore.wear.block_store import BlockStore
 from linkages.explore.wear.measure import CycleBlock, LoadSamples, Removed, Wearing, check_wears, wearing
-from linkages.explore.wear.stages import Life, Stage, between, deepest, difference, work_of, worn
+from linkages.explore.wear.stages import Life, Stage, between, deepest, difference, worn
 from linkages.input.model.check import DEEPEST
 from linkages.laws.wear.profile import removed_of
 from linkages.system import System
@@ -210,7 +210,7 @@ def _reached(
     rejected: int = 0,
 ) -> Stage:
     """Make the stage some cycles after the last one."""
-    work = {name: done + jump * work_of(loads, name) for name, done in last.work.items()}
+    work = {name: done + jump * float(loads[name][:, 6].sum()) for name, done in last.work.items()}
     return Stage(last.cycles + jump, removed, work, middle, block, loads, error, rejected)
 
 

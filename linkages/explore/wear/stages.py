@@ -47,11 +47,6 @@ def between(before: LoadSamples, after: LoadSamples, part: float) -> dict[str, A
     return found
 
 
-def work_of(loads: LoadSamples, joint: str) -> float:
-    """Compute the integral of N |v_t| dt over a mean cycle [N m]."""
-    return float(loads[joint][:, 6].sum())
-
-
 def worn(joints: tuple[Wearing, ...], removed: Removed, loads: LoadSamples, cycles: float) -> dict[str, Array]:
     """Compute the profiles after `cycles` cycles of a block's loads; RunError if no journal positions are found."""
     result = {}
