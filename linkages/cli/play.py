@@ -17,7 +17,7 @@ from linkages.cli.options import (
     seconds,
     set_values,
 )
-from linkages.cli.progress import end_heartbeat
+from linkages.cli.progress import silence
 
 HELP = "change values on a live page, and see motion, orbits and forces at once"
 
@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
 
     tell(say)
     print(f"live page of {system.experiment.source.name}: {server.address}\nCtrl-C ends it", flush=True)
-    end_heartbeat()
+    silence.quiet = True
     if not options.no_browser:
         webbrowser.open(server.address)
     with server:
