@@ -44,9 +44,8 @@ def run(options: argparse.Namespace) -> int:
         write_png(picture(drawing), folder / "drawing.png")
         (folder / "drawing.svg").write_text(svg(drawing), encoding="utf-8")
         (folder / "drawing.html").write_text(page(drawing), encoding="utf-8")
-    print_results(
-        options, "\n".join([drawing.title, *(f"  {text}" for text in (*drawing.facts, *drawing.doubts))]), out
-    )
+    facts = [f"  {text}" for text in (*drawing.facts, *drawing.doubts)]
+    print_results(options, "\n".join([drawing.title, *facts]), out)
     if drawing.problem:
         print(f"failed: {drawing.problem}", file=sys.stderr)
         return 1

@@ -49,7 +49,9 @@ QUANTITIES = {
 }
 
 #: Additional outputs of a frame on a flexible link.
-FRAME_BENDING = {"deflection": "distance from the beam's chord, positive to its left, less the undeformed one [m]"}
+FRAME_BENDING = {
+    "deflection": "distance of a frame from the beam's chord, positive to its left, less the undeformed one [m]"
+}
 
 #: Outputs of a joint's position.
 PIN_QUANTITIES = {name: text for name, text in QUANTITIES.items() if name not in ("angle", "omega", "alpha")}
