@@ -230,7 +230,7 @@ def test_where_there_is_no_terminal_progress_is_a_line_within_two_seconds_and_th
     monkeypatch.setattr(progress, "_FIRST", 1.2)
     monkeypatch.setattr(progress, "_LATER", 9.0)
     monkeypatch.setattr("time.monotonic", lambda: now[0])
-    progress._silence.begin(False)
+    progress.silence.begin(False)
     advance = progress.progress_bar("run", 2.0)
     for k in range(1, 101):
         now[0] = 0.4 * k
@@ -242,7 +242,7 @@ def test_where_there_is_no_terminal_progress_is_a_line_within_two_seconds_and_th
         "run: 36.00% in 28 s, the rest takes 51 s",
         "run: 47.50% in 38 s, the rest takes 42 s",
     ]
-    progress._silence.begin(False)
+    progress.silence.begin(False)
     now[0] += 5.0
     progress.progress_bar("run", 2.0)(1.95)  # the first call comes late: the speed is unknown
     assert capsys.readouterr().err == "run: 97.50%\n"
@@ -250,11 +250,11 @@ def test_where_there_is_no_terminal_progress_is_a_line_within_two_seconds_and_th
 
 def test_a_sign_of_life_names_the_finished_amount(monkeypatch, capsys):
     """Where a single motion of a branch takes minutes, as with a small clearance."""
-    monkeypatch.setattr(progress._silence, "stage", "")
+    monkeypatch.setattr(progress.silence, "stage", "")
     progress.progress_bar("branches")(0.04)
-    assert progress._silence.stage == "branches: 4.00%"
+    assert progress.silence.stage == "branches: 4.00%"
     progress.progress_bar("branches")(1.0)
-    assert progress._silence.stage == "results"
+    assert progress.silence.stage == "results"
 
 
 def test_a_command_that_says_nothing_shows_a_sign_of_life_unless_it_is_quiet(monkeypatch, capsys):
@@ -263,9 +263,9 @@ def test_a_command_that_says_nothing_shows_a_sign_of_life_unless_it_is_quiet(mon
 
     def silent(quiet):
         progress.be_quiet(argparse.Namespace(quiet=quiet))
-        progress.begin_stage("the long stage")
+        progress.silence.stage = "the long stage"
         deadline = time.monotonic() + (0.5 if quiet else 60.0)
-        while progress._silence.patience == 0.0 and time.monotonic() < deadline:
+        while progress.silence.patience == 0.0 and time.monotonic() < deadline:
             time.sleep(0.01)
         return 0
 

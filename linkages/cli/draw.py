@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from linkages.cli.options import add_out, add_set, output_folder, set_values, written
+from linkages.cli.options import add_out, add_set, output_folder, print_results, set_values
 
 HELP = "draw a mechanism: a labelled, movable picture, mobility, ranges of motion of the drives"
 
@@ -40,12 +40,12 @@ def run(options: argparse.Namespace) -> int:
     else:
         system = load(file, values, COMMAND_LINE)
     drawing, out = draw(system), output_folder(options, f"{file.stem}_drawing", "draw")
-    print("\n".join([drawing.title, *(f"  {text}" for text in (*drawing.facts, *drawing.doubts))]))
     with out as folder:
         write_png(picture(drawing), folder / "drawing.png")
         (folder / "drawing.svg").write_text(svg(drawing), encoding="utf-8")
         (folder / "drawing.html").write_text(page(drawing), encoding="utf-8")
-    print(f"\n{written(out.path, out.names)}")
+    facts = [f"  {text}" for text in (*drawing.facts, *drawing.doubts)]
+    print_results(options, "\n".join([drawing.title, *facts]), out)
     if drawing.problem:
         print(f"failed: {drawing.problem}", file=sys.stderr)
         return 1

@@ -45,18 +45,17 @@ def add_file(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", help="experiment: a path, or the name of a shipped file; .toml is optional")
 
 
-def add_set(parser: argparse.ArgumentParser) -> None:
-    """Add ``--set``."""
+def add_set(parser: argparse.ArgumentParser, lasting: bool = False) -> None:
+    """Add ``--set``, and ``--duration`` to a command whose runs have one."""
     meaning = "replace a value; may be repeated"
     parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE", help=meaning)
+    if lasting:
+        parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="replace the experiment's duration")
 
 
 def add_settings(parser: argparse.ArgumentParser, lasting: bool = True) -> None:
-    """Add ``--set``, ``--out``, ``--quiet`` and ``--verbose``, and ``--duration`` to a command whose runs have one."""
-    add_set(parser)
-    parser.set_defaults(duration=None)
-    if lasting:
-        parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="replace the experiment's duration")
+    """Add the options of `add_set` and `add_out`, ``--quiet`` and ``--verbose``."""
+    add_set(parser, lasting)
     add_out(parser)
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--quiet", "-q", action="store_true", help="print nothing but errors")
@@ -132,8 +131,6 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
     from linkages.system import load
 
     values = {**(defaults or {}), **set_values(options)}
-    if options.duration is not None:
-        values["duration"] = options.duration
     system = load(find_file(options.file, ".toml"), values, COMMAND_LINE)
     if getattr(options, "ideal", False):
         ideal = {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}
@@ -142,13 +139,15 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
 
 def set_values(options: argparse.Namespace) -> dict[str, str | float]:
-    """Return the values of ``--set`` by their dotted paths."""
+    """Return the values of ``--set`` and ``--duration`` by their dotted paths."""
     values: dict[str, str | float] = {}
     for item in options.set:
         path, equals, value = item.partition("=")
         if not equals or not path or not value:
             raise InputError("--set", item, "write PATH=VALUE, such as joints.A.clearance=2e-4")
         values[path.strip()] = value.strip()
+    if getattr(options, "duration", None) is not None:
+        values["duration"] = options.duration
     return values
 
 

@@ -7,17 +7,8 @@ import webbrowser
 from pathlib import Path
 
 from linkages.base.errors import InputError
-from linkages.cli.options import (
-    add_file,
-    add_number,
-    add_set,
-    load_system,
-    path_and_range,
-    possible_folder,
-    seconds,
-    set_values,
-)
-from linkages.cli.progress import end_heartbeat
+from linkages.cli.options import add_file, add_set, load_system, path_and_range, possible_folder, set_values
+from linkages.cli.progress import silence
 
 HELP = "change values on a live page, and see motion, orbits and forces at once"
 
@@ -31,15 +22,16 @@ EXAMPLES = """examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     add_file(parser)
-    add_set(parser)
+    add_set(parser, lasting=True)
     slider = "show a slider with this range at the start, instead of the usual ones; may be repeated"
     parser.add_argument("--vary", action="append", default=[], metavar="PATH=LO:HI", help=slider)
     parser.add_argument("--port", type=int, default=0, metavar="N", help="default: a free one")
     parser.add_argument("--no-browser", action="store_true", help="open no browser")
-    add_number(parser, "--limit", 20.0, "SECONDS", "longest time of a run")
+    parser.add_argument(
+        "--limit", type=float, default=20.0, metavar="SECONDS", help="longest time of a run; default: 20"
+    )
     parser.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="host name of a proxy")
     parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help="folder for saved files; default: here")
-    parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="replace the experiment's duration")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -57,8 +49,7 @@ def run(options: argparse.Namespace) -> int:
     folder = possible_folder(options.out)
     ranges = {path: (low, high) for path, low, high in map(path_and_range, options.vary)}
     system = load_system(options)
-    given = set_values(options) | ({} if options.duration is None else {"duration": options.duration})
-    answers = Answers(Session(system, options.limit), controls(system, ranges), folder, given)
+    answers = Answers(Session(system, options.limit), controls(system, ranges), folder, set_values(options))
     try:
         server = LiveServer(answers, options.port, tuple(options.allow_host))
     except OSError as problem:
@@ -69,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
 
     tell(say)
     print(f"live page of {system.experiment.source.name}: {server.address}\nCtrl-C ends it", flush=True)
-    end_heartbeat()
+    silence.quiet = True
     if not options.no_browser:
         webbrowser.open(server.address)
     with server:

@@ -52,7 +52,7 @@ class _Silence:
             print(text, file=sys.stderr, flush=True)
 
 
-_silence = _Silence()
+silence = _Silence()
 
 
 @contextmanager
@@ -61,12 +61,12 @@ def heartbeat() -> Iterator[None]:
     ended, counted = threading.Event(), [0]
 
     def beat() -> None:
-        while not ended.wait(max(_silence.rest() + _GRACE, 0.05)):
-            if _silence.rest() <= -_GRACE and not _silence.quiet:
-                stage = _compilation(counted) or _silence.stage
-                _silence.say(f"{stage}, {time.monotonic() - _silence.started:.0f} s so far")
+        while not ended.wait(max(silence.rest() + _GRACE, 0.05)):
+            if silence.rest() <= -_GRACE and not silence.quiet:
+                stage = _compilation(counted) or silence.stage
+                silence.say(f"{stage}, {time.monotonic() - silence.started:.0f} s so far")
 
-    _silence.begin(False)
+    silence.begin(False)
     _compilation(counted)
     thread = threading.Thread(target=beat, daemon=True)
     thread.start()
@@ -75,7 +75,7 @@ def heartbeat() -> Iterator[None]:
     finally:
         ended.set()
         thread.join()
-        _silence.quiet = True
+        silence.quiet = True
 
 
 def _compilation(counted: list[int]) -> str:
@@ -88,26 +88,10 @@ def _compilation(counted: list[int]) -> str:
     return f"compiling, once after an installation: {compiled} kernels" if compiled > before else ""
 
 
-def begin_stage(name: str) -> None:
-    """Name the next stage of the command."""
-    _silence.stage = name
-
-
-def message_shown() -> None:
-    """Record that the command has shown a message without this module."""
-    _silence.broken()
-
-
-def end_heartbeat() -> None:
-    """Print nothing more: the command waits for the user."""
-    _silence.quiet = True
-
-
 def be_quiet(options: argparse.Namespace) -> None:
     """Print no progress if the options include ``--quiet``."""
     if getattr(options, "quiet", False):
-        end_heartbeat()
-        _silence.muted = True
+        silence.quiet = silence.muted = True
 
 
 def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
@@ -115,7 +99,7 @@ def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
 
     Without the unit of the total amount the bar shows no numbers. The result is called with the finished amount.
     """
-    begin_stage(name)
+    silence.stage = name
     if not sys.stderr.isatty():
         return _lines(name, total)
     from tqdm import tqdm
@@ -131,10 +115,10 @@ def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
 
     def advance(done: float) -> None:
         bar.update(min(done, total) - bar.n)
-        _silence.broken()
+        silence.broken()
         if done >= total:
             bar.close()
-            begin_stage("results")
+            silence.stage = "results"
 
     return advance
 
@@ -147,16 +131,16 @@ def _lines(name: str, total: float) -> Advance:
         nonlocal first
         first = first or (time.monotonic(), done)
         passed, gained = time.monotonic() - first[0], done - first[1]
-        begin_stage(f"{name}: {done / total:.2%}")  # which the heartbeat repeats while an amount takes long
+        silence.stage = f"{name}: {done / total:.2%}"  # which the heartbeat repeats while an amount takes long
         if done >= total:
-            begin_stage("results")
-        elif done > 0.0 and _silence.rest() <= 0.0:
+            silence.stage = "results"
+        elif done > 0.0 and silence.rest() <= 0.0:
             said = f"{name}: {done / total:.2%}"
             if passed >= _MEASURED:
                 said += f" in {passed:.0f} s"
                 if gained >= _TELLING * total:
                     said += f", the rest takes {float(f'{passed * (total - done) / gained:.2g}'):g} s"
-            _silence.say(said)
+            silence.say(said)
 
     return advance
 
@@ -191,12 +175,12 @@ def announce_compilation() -> None:
     def say(ready: int, known: int) -> None:
         nonlocal due
         now = time.monotonic()
-        if _silence.muted:  # an earlier command of the process has asked for this report
+        if silence.muted:  # an earlier command of the process has asked for this report
             return
         if not due:
-            _silence.say("compiling, once after an installation: up to a minute ...")
+            silence.say("compiling, once after an installation: up to a minute ...")
         elif now > due:
-            _silence.say(f"compiling: {ready} of at most {known} kernels")
+            silence.say(f"compiling: {ready} of at most {known} kernels")
         if now > due:
             due = now + _COMPILING
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
 from linkages.cli.options import add_file, add_pictures, add_settings, load_system, output_folder, written
-from linkages.cli.progress import begin_stage, stages
+from linkages.cli.progress import silence, stages
 from linkages.engines import DEFAULT, ENGINES, engine
 from linkages.input.files.writing import write_json
 
@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
         say(f"warning: {doubt}")
     say(f"{_ENGINE[options.engine]}\n")
     result = assess(system, options.engine, False, progress)
-    begin_stage("results")
+    silence.stage = "results"
     summary = unjudged(result)
     say(format_table(summary))
     runs = {"the run": result.run, "the ideal linkage": result.ideal}
@@ -87,14 +87,14 @@ def run(options: argparse.Namespace) -> int:
         if system.experiment.can_touch:
             write_impacts(result.contacts, folder)
         if not options.no_plots:
-            begin_stage("figures")
+            silence.stage = "figures"
             from linkages.show.plots.drawing import draw, svg
             from linkages.show.plots.histories import write_figures
 
             write_figures(result, folder, summary["error"])
             (folder / "drawing.svg").write_text(svg(draw(system)), encoding="utf-8")
         if not options.no_animation:
-            begin_stage("animation")
+            silence.stage = "animation"
             _animate(result, folder / "animation.html", options.exaggerate)
     say(f"\n{written(out.path, out.names)}")
     run = runs.pop("the run")

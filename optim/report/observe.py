@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from linkages.cli.progress import begin_stage, message_shown
+from linkages.cli.progress import silence
 from optim.algorithms.nlp import Values
 from optim.problem.study import Study
 from optim.store.store import Iteration
@@ -35,7 +35,7 @@ class Observer:
             bar_format="{desc}: {percentage:3.0f}% |{bar}| [{elapsed}<{remaining}]{postfix}",
             total=1,
         )
-        begin_stage(self.title)
+        silence.stage = self.title
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -50,9 +50,9 @@ class Observer:
         self._bar.set_postfix_str(self._best(row), refresh=False)
         self._bar.update(row.iteration - self._bar.n)
         self._stage = f"{self.title}, iteration {row.iteration} of {row.iterations}, {self._best(row)}"
-        begin_stage(self._stage)
+        silence.stage = self._stage
         if not self._bar.disable:
-            message_shown()
+            silence.broken()
         if (begun := time.monotonic()) > self._next:
             self._draw()
             ended = time.monotonic()
@@ -60,7 +60,7 @@ class Observer:
 
     def runs(self, part: float) -> None:
         """Show the finished fraction of the designs that are being evaluated."""
-        begin_stage(f"{self._stage}; next designs: {part:.0%}")
+        silence.stage = f"{self._stage}; next designs: {part:.0%}"
 
     def _best(self, row: Iteration) -> str:
         if np.isnan(row.best_feasible).all():

@@ -68,32 +68,21 @@ class Slot:
 
 @dataclass(frozen=True)
 class LinkBeam:
-    """A uniform straight beam between two frames of a link.
+    """A uniform straight beam between two frames of a link, from `start` to `end`.
 
-    Attributes
-    ----------
-    frames : (str, str)
-        Names of the frames, from start to end.
-    start, end : (3,) arrays
-        Reference positions of the frames in the world; in a `linkages.input.model.mechanism.Link` (2,), in plane axes
-        [m].
-    section : str
-        "rectangle", "circle", "tube" or "section".
-    sizes : mapping of str to float
-        Sizes of the section: width (normal to the plane) and height (in the plane) of a rectangle; diameter; outer
-        and inner diameter of a tube; or area, second moment of area and full height in the plane [m, m2, m4].
-    youngs_modulus, density, poisson : float
-        Young's modulus [Pa], density [kg/m3], Poisson's ratio [1].
+    The reference positions are in the world, (3,); in a `linkages.input.model.mechanism.Link` in plane axes, (2,). The
+    sizes of the section are width (normal to the plane) and height (in the plane) of a rectangle; diameter; outer and
+    inner diameter of a tube; or area, second moment of area and full height in the plane [m, m2, m4].
     """
 
     frames: tuple[str, str]
-    start: Array
-    end: Array
-    section: str
+    start: Array  # [m]
+    end: Array  # [m]
+    section: str  # "rectangle", "circle", "tube" or "section"
     sizes: Mapping[str, float]
-    youngs_modulus: float
-    density: float
-    poisson: float
+    youngs_modulus: float  # [Pa]
+    density: float  # [kg/m3]
+    poisson: float  # [1]
 
     @property
     def length(self) -> float:
@@ -152,30 +141,16 @@ class LinkBeam:
 
 @dataclass(frozen=True, eq=False)
 class RawLink:
-    """A rigid body with the data of the file.
-
-    Attributes
-    ----------
-    mass : float
-        Mass [kg].
-    rotation, translation : (3, 3), (3,) arrays
-        Reference pose of the link frame in the world [m].
-    com_local, inertia_local : (3,), (3, 3) arrays
-        Mass centre [m] and inertia tensor about it [kg m2], in link axes.
-    visuals : tuple of str
-        ``<visual>`` elements of the file; the pose comes first, in link axes.
-    beam : LinkBeam or None
-        Beam of a link that can be flexible; it determines the link's mass, mass centre and inertia.
-    """
+    """A rigid body with the data of the file."""
 
     name: str
-    mass: float
-    rotation: Array
-    translation: Array
-    com_local: Array
-    inertia_local: Array
-    visuals: tuple[str, ...]
-    beam: LinkBeam | None
+    mass: float  # [kg]
+    rotation: Array  # (3, 3) reference pose of the link frame in the world
+    translation: Array  # (3,) [m]
+    com_local: Array  # (3,) mass centre in link axes [m]
+    inertia_local: Array  # (3, 3) tensor about it in link axes [kg m2]
+    visuals: tuple[str, ...]  # ``<visual>`` elements of the file; the pose comes first, in link axes
+    beam: LinkBeam | None  # of a link that can be flexible; it determines mass, mass centre and inertia
 
     @property
     def pose(self) -> Pose:
@@ -185,30 +160,17 @@ class RawLink:
 
 @dataclass(frozen=True, eq=False)
 class RawJoint:
-    """A joint with the data of the file.
-
-    Attributes
-    ----------
-    type : str
-        "revolute", "prismatic" or "fixed".
-    parent, child : str
-        Link names, or "world".
-    axis, position, position_on_parent : (3,) arrays
-        Axis, and positions on the child and on the parent, in the world [m].
-    bearing : BearingSize or None
-    slot : Slot or None
-        Geometry of a revolute or a prismatic joint that can have clearance.
-    """
+    """A joint with the data of the file."""
 
     name: str
-    type: str
-    parent: str
+    type: str  # "revolute", "prismatic" or "fixed"
+    parent: str  # a link, or "world"
     child: str
-    axis: Array
-    position: Array
-    position_on_parent: Array
-    bearing: BearingSize | None
-    slot: Slot | None
+    axis: Array  # (3,) in the world
+    position: Array  # (3,) on the child, in the world [m]
+    position_on_parent: Array  # (3,) [m]
+    bearing: BearingSize | None  # of a revolute joint that can have clearance
+    slot: Slot | None  # of a prismatic joint that can have clearance
 
     @classmethod
     def fixed(cls, name: str, parent: str, child: str) -> RawJoint:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from linkages.input.files.beams import MATERIAL, SECTIONS
@@ -47,22 +48,12 @@ def written_out(data: dict[str, Any], stored: bool = False) -> dict[str, Any]:
         raise DraftError(f"points.{min(both)}", "is also a parameter; choose another name")
     if not stored:
         _check_angles(data)
-    links = {name: _link(link, names, f"links.{name}") for name, link in data["links"].items()}
+    links = {
+        name: _si(link, names, f"links.{name}", "", _OF_LINK) if isinstance(link, dict) else link
+        for name, link in data["links"].items()
+    }
     plain = {key: _si(value, names, key, _UNITS.get(key, "")) for key, value in data.items() if key != "links"}
     return {key: links if key == "links" else plain[key] for key in data}
-
-
-def _link(value: Any, names: set[str], where: str) -> Any:
-    """Replace quantities in a link and its tables by numbers; names of points are unchanged."""
-    if not isinstance(value, dict):
-        return value
-    found = {}
-    for key, item in value.items():
-        if isinstance(item, dict):
-            found[key] = _link(item, names, f"{where}.{key}")
-        else:
-            found[key] = item if key == "points" else _si(item, names, f"{where}.{key}", _OF_LINK.get(key, ""))
-    return found
 
 
 def _repeated(where: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -99,12 +90,16 @@ def _counted(value: Any, index: str, count: int, where: str) -> Any:
     return _INDEXED.sub(number, value) if isinstance(value, str) else value
 
 
-def _si(value: Any, names: set[str], where: str, unit: str = "") -> Any:
+def _si(value: Any, names: set[str], where: str, unit: str, units: Mapping[str, str] = MappingProxyType({})) -> Any:
+    """Replace quantities by numbers; in a table with `units` by key, the names of points are unchanged."""
     if isinstance(value, dict):
-        return {key: _si(item, names, f"{where}.{key}", unit) for key, item in value.items()}
+        return {
+            key: item if units and key == "points" else _si(item, names, f"{where}.{key}", units.get(key, unit), units)
+            for key, item in value.items()
+        }
     if isinstance(value, list):
-        units = [unit, unit, "rad"] if where.startswith("points.") and len(value) == 3 else [unit] * len(value)
-        return [_si(item, names, where, own) for item, own in zip(value, units, strict=True)]
+        own = [unit, unit, "rad"] if where.startswith("points.") and len(value) == 3 else [unit] * len(value)
+        return [_si(item, names, where, of) for item, of in zip(value, own, strict=True)]
     try:
         return without_units(value, names, unit=unit) if isinstance(value, str) else value
     except ValueError as problem:

@@ -1,4 +1,4 @@
-"""Interfaces of flexible links: places of joints and loads, substructures, and the check of the links' settings."""
+"""Interfaces of flexible links, the places of joints and loads, and substructures."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.base.errors import InputError, nearest
+from linkages.base.errors import InputError
 from linkages.input.files.beams import of_beam
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.mechanism import Link, Mechanism
@@ -85,24 +85,3 @@ def parts(mechanism: Mechanism, link: Link, names: Sequence[str], edges: Sequenc
         rod = replace(link, name=name, com=0.5 * (part.start + part.end), inertia=part.inertia, visuals=())
         found.append(replace(of_beam(rod, drawn.part(a, b)), beam=part))
     return found
-
-
-def check_links(mechanism: Mechanism, experiment: Experiment) -> None:
-    """Reject tables of links that the mechanism lacks, or settings that do not suit the link."""
-    for name, model in experiment.links.items():
-        where = f"links.{name}"
-        if name not in mechanism.link:
-            problem = f"{mechanism.source.name} has no such link; {nearest(name, mechanism.link)}"
-            raise InputError(experiment.source, where, problem)
-        if not model.bends:
-            continue
-        if name not in mechanism.beam:
-            place = f'<link name="{name}"> of {mechanism.source.name}'
-            raise InputError(experiment.source, f"{where}.model", f'"flexible" needs a <linkages:beam> in {place}')
-        others = max(len(one.held) for one in substructures(mechanism, experiment, name)) - 1
-        what = "joints and loads" if model.pieces == 1 else "joints, loads and ends of a substructure"
-        for key, least in (("bending", 2 * others), ("axial", others)):
-            count = getattr(model, key)
-            if count and count < least:
-                problem = f"is {count}; its {others + 1} {what} need {least} modes or more, or 0"
-                raise InputError(experiment.source, f"{where}.{key}", problem)

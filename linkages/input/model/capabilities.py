@@ -50,13 +50,7 @@ UNSUPPORTED = (
 
 
 def check_analysis(experiment: Experiment, analysis: Analysis) -> None:
-    """Check that the models of all parts support an analysis.
-
-    Raises
-    ------
-    InputError
-        One line with the part's key, the reason and the remedy.
-    """
+    """Check that the models of all parts support an analysis; InputError with the part's key, reason and remedy."""
     for model in UNSUPPORTED:
         for name in model.parts(experiment) if analysis in model.problems else ():
             raise InputError(experiment.source, model.key.format(name), model.problems[analysis])

@@ -14,7 +14,7 @@ from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Table
 from linkages.input.files.unit_conversion import SLIDING, read
 from linkages.input.model import load_tables as tables
-from linkages.input.model.beam_interfaces import check_links
+from linkages.input.model.beam_interfaces import substructures
 from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.experiment import (
     BENDING_QUANTITIES,
@@ -26,6 +26,7 @@ from linkages.input.model.experiment import (
 )
 from linkages.input.model.experiment_tables import ContactTable, Drive, JointModel
 from linkages.input.model.functions import OF_JOINTS, OF_POINTS
+from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Mechanism
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST
@@ -57,10 +58,14 @@ def without_deformation(mechanism: Mechanism, experiment: Experiment, replaced: 
 
 def check(mechanism: Mechanism, experiment: Experiment) -> None:
     """Reject an experiment with names that the mechanism lacks, or values that do not suit it."""
-    for kind in ("drives", "joints"):
+    for kind, owner, known in (
+        ("drives", "joint", mechanism.joint),
+        ("joints", "joint", mechanism.joint),
+        ("links", "link", mechanism.link),
+    ):
         for name in getattr(experiment, kind):
-            if name not in mechanism.joint:
-                has_none = f"{mechanism.source.name} has no such joint; {nearest(name, mechanism.joint)}"
+            if name not in known:
+                has_none = f"{mechanism.source.name} has no such {owner}; {nearest(name, known)}"
                 raise InputError(experiment.source, f"{kind}.{name}", has_none)
     for name, drive in experiment.drives.items():
         _Check(mechanism, experiment, f"drives.{name}").drive(name, drive)
@@ -68,7 +73,8 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
         _Check(mechanism, experiment, f"joints.{name}").play(name, experiment.joints[name])
     if experiment.start == "equilibrium":
         check_analysis(experiment, Analysis.EQUILIBRIUM)
-    check_links(mechanism, experiment)
+    for name in experiment.flexible:
+        _Check(mechanism, experiment, f"links.{name}").flexible(name, experiment.links[name])
     taken = {"world", *mechanism.point, *mechanism.joint}
     for table, name in experiment.named:
         load = _Check(mechanism, experiment, f"{table}.{name}")
@@ -170,6 +176,17 @@ class _Check:
         law = CONTACTS[contact.law]
         if law.conformal or ("stiffness" in law.needs and contact.stiffness is None):
             self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
+
+    def flexible(self, name: str, model: LinkModel) -> None:
+        """Check that a flexible link has a beam, and enough modes for its interfaces."""
+        if name not in self.mechanism.beam:
+            place = f'<link name="{name}"> of {self.mechanism.source.name}'
+            self.refuse("model", f'"flexible" needs a <linkages:beam> in {place}')
+        others = max(len(one.held) for one in substructures(self.mechanism, self.experiment, name)) - 1
+        what = "joints and loads" if model.pieces == 1 else "joints, loads and ends of a substructure"
+        for key, least in (("bending", 2 * others), ("axial", others)):
+            if (count := getattr(model, key)) and count < least:
+                self.refuse(key, f"is {count}; its {others + 1} {what} need {least} modes or more, or 0")
 
     def frictions(self, friction: tables.JointFriction) -> None:
         self.moving(friction.joint)

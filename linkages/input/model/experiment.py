@@ -28,6 +28,9 @@ from linkages.input.model.link_tables import LinkModel
 #: Origins of replaced values, shown as their source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
 
+_Values = Mapping[str, Any]
+_NONE: _Values = MappingProxyType({})
+
 #: The tables of applied loads, in the order in which the loads are packed.
 LOADS = ("forces", "torques", "springs", "torsion_springs", "frictions")
 
@@ -46,7 +49,9 @@ QUANTITIES = {
 }
 
 #: Additional outputs of a frame on a flexible link.
-FRAME_BENDING = {"deflection": "distance from the beam's chord, positive to its left, less the undeformed one [m]"}
+FRAME_BENDING = {
+    "deflection": "distance of a frame from the beam's chord, positive to its left, less the undeformed one [m]"
+}
 
 #: Outputs of a joint's position.
 PIN_QUANTITIES = {name: text for name, text in QUANTITIES.items() if name not in ("angle", "omega", "alpha")}
@@ -277,11 +282,7 @@ def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None
 
 
 def experiment_of(
-    source: Path,
-    data: dict[str, Any],
-    sources: Mapping[str, str] = MappingProxyType({}),
-    overrides: Mapping[str, Any] = MappingProxyType({}),
-    origin: str = ARGUMENT,
+    source: Path, data: dict[str, Any], sources: Mapping[str, str], overrides: _Values = _NONE, origin: str = ARGUMENT
 ) -> Experiment:
     """Return the experiment of nested tables, in which overrides replace values; see `load_experiment`."""
     _replace(data, overrides, origin)
@@ -292,7 +293,7 @@ def experiment_of(
     return experiment
 
 
-def nothing_done(path: Path, overrides: Mapping[str, Any] = MappingProxyType({}), origin: str = ARGUMENT) -> Experiment:
+def nothing_done(path: Path, overrides: _Values = _NONE, origin: str = ARGUMENT) -> Experiment:
     """Return an experiment at rest on the mechanism of a file, ideal and without loads; see `load_experiment`."""
     return experiment_of(path, {"mechanism": path.name, "duration": 1.0}, {}, overrides, origin)
 

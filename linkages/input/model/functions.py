@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial, reduce
 
 import numpy as np
 
@@ -51,10 +51,7 @@ def program(given: Formula, inputs: Mapping[str, int]) -> Program:
             return arguments[0]
         if len(arguments) == 1:
             return add(CODES[name], arguments[0])
-        made = arguments[0]
-        for other in arguments[1:]:
-            made = add(CODES[name], made, other)
-        return made
+        return reduce(partial(add, CODES[name]), arguments)
 
     last = given.fold(lambda value: add(NUMBER, value), lambda name: add(INPUT, inputs[name]), apply)
     assert last == len(steps) - 1

@@ -40,47 +40,26 @@ _PARALLEL = 1e-6  # largest sine of the angle between an axis and the normal (or
 
 @dataclass(frozen=True, eq=False)
 class Link(RawLink):
-    """A rigid body: the file's data, and quantities in the plane.
+    """A rigid body: the file's data, and quantities in the plane in the reference configuration."""
 
-    Attributes
-    ----------
-    origin : (2,) array
-        Reference position of the link frame's origin [m].
-    angle : float
-        Reference angle of the link frame's x axis [rad] (y axis less 90 degrees, where x is the plane's normal).
-    com : (2,) array
-        Reference position of the mass centre [m].
-    inertia : float
-        Moment of inertia about the mass centre and the plane's normal [kg m2].
-    color : str
-        Colour of the file's visuals as ``#rrggbb``, darkened if it is too pale for a name on paper; empty without one.
-    """
-
-    origin: Array
-    angle: float
-    com: Array
-    inertia: float
-    color: str = ""
+    origin: Array  # (2,) of the link frame [m]
+    angle: float  # of the link frame's x axis [rad] (y axis less 90 degrees, where x is the plane's normal)
+    com: Array  # (2,) mass centre [m]
+    inertia: float  # about the mass centre and the plane's normal [kg m2]
+    color: str = ""  # of the file's visuals as ``#rrggbb``, darkened if it is too pale for a name on paper
 
 
 @dataclass(frozen=True, eq=False)
 class Joint(RawJoint):
     """A joint: the file's data, and quantities in the plane; coordinate zero in the reference configuration.
 
-    Attributes
-    ----------
-    on_parent, on_child : (2,) arrays
-        Reference position of the joint on either body [m]; they coincide if the file's pose closes the loops.
-    sign : float
-        Revolute: +1 if the joint's axis is along the plane's normal, -1 if against it.
-    direction : (2,) array
-        Prismatic: unit vector of the axis, fixed to the parent.
+    Its reference positions on both bodies coincide if the file's pose closes the loops.
     """
 
-    on_parent: Array
-    on_child: Array
-    sign: float
-    direction: Array
+    on_parent: Array  # (2,) [m]
+    on_child: Array  # (2,) [m]
+    sign: float  # revolute: +1 if the joint's axis is along the plane's normal, -1 if against it
+    direction: Array  # (2,) prismatic: unit vector of the axis, fixed to the parent
 
 
 @dataclass(frozen=True)

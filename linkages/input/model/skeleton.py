@@ -17,24 +17,12 @@ _SAME = 1e-6  # relative to the linkage's size: closer places coincide, closer p
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A link as points and the bars between them.
+    """A link as points and the bars between them."""
 
-    Attributes
-    ----------
-    places : (n, 2) array
-        Distinct reference positions of joints and frames, plane axes [m]; for a link without any, its mass centre.
-    bars : tuple of (int, int)
-        Pairs of joined places; empty for a single place.
-    plate : tuple of int
-        Corners of the convex hull of the places, counter-clockwise; empty if they lie on a line.
-    color : str
-        Colour as ``#rrggbb``: the link's own, else one of `COLORS`.
-    """
-
-    places: Array
-    bars: tuple[tuple[int, int], ...]
-    plate: tuple[int, ...]
-    color: str
+    places: Array  # (n, 2) distinct joints and frames in the reference pose, plane axes [m]; else the mass centre
+    bars: tuple[tuple[int, int], ...]  # pairs of joined places; empty for a single place
+    plate: tuple[int, ...]  # corners of the places' convex hull, counter-clockwise; empty if they lie on a line
+    color: str  # ``#rrggbb``: the link's own, else one of `COLORS`
 
 
 def skeleton(mechanism: Mechanism, link: Link, size: float) -> Skeleton:
