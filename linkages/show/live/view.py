@@ -40,14 +40,6 @@ def columns_of(system: System) -> list[str]:
     return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
 
 
-def shown_part(assessment: Assessment, period: float | None) -> tuple[float, float]:
-    """Return the part of a run whose curves are shown [s]: its steady cycle, else two periods, else all of it."""
-    end = float(assessment.run.time[-1])
-    if assessment.motion.cycle is not None:
-        return assessment.motion.cycle
-    return (max(end - 2.0 * period, 0.0), end) if period is not None else (0.0, end)
-
-
 def view(
     assessment: Assessment, exact: Trajectory | None, part: tuple[float, float], frames: Mapping[str, Array]
 ) -> dict[str, Any]:

@@ -76,8 +76,6 @@ class Done:
         else:
             yield from self.parts.turning("drive", joint.parent, joint.on_parent, _DRIVE, sense * joint.sign)
 
-    # -- loads -------------------------------------------------------------------------------------
-
     def _beside(self, name: str, joint: Joint, away: float) -> Shape:
         """Draw the name of a load in a joint."""
         ends, away = (joint.parent, joint.child), max(away, BLOCK * (joint.type == "prismatic"))
@@ -136,8 +134,6 @@ class Done:
         else:
             yield shape("load name", [self.parts.off(link, at, (0.0, 4.6))], text=name)
 
-    # -- gears -------------------------------------------------------------------------------------
-
     def _gear(self, name: str, gear: Gear) -> Iterator[Shape]:
         """Draw the pitch circles of meshing wheels or of a rack's pinion; or the pulleys and the belt."""
         first, second = (self.mechanism.joint[joint] for joint in gear.joints)
@@ -182,8 +178,6 @@ class Done:
             normal = sine * along + side * np.sqrt(1.0 - sine**2) * np.array([-along[1], along[0]])
             ends = zip((first, second), radii / self.unit, strict=True)
             yield shape("gear", [self.parts.on(carrier, joint.on_child, radius * normal) for joint, radius in ends])
-
-    # -- stops and contact lines -------------------------------------------------------------------------------
 
     def _stop(self, name: str, stop: Stop) -> Iterator[Shape]:
         """Draw the limit of a joint's coordinate, hatched beyond it."""
