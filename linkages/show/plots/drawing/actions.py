@@ -220,12 +220,9 @@ def senses(system: System) -> dict[str, float]:
     moved = system.motions(times)[0]
     found = dict(zip(system.tree.driven, (moved - moved[:1]).T, strict=True))
     found |= dict(zip(system.tree.powered, system.torques(times)[0].T, strict=True))
-    return {name: _first(values) for name, values in found.items() if np.any(values)}
-
-
-def _first(values: Array) -> float:
-    """Return the sign of the first value that is not a rounding error of the others."""
-    return float(np.sign(values[np.abs(values) > 1e-9 * np.abs(values).max()][0]))
+    # without rounding errors of the largest value
+    moving = {name: values[np.abs(values) > 1e-9 * np.abs(values).max()] for name, values in found.items()}
+    return {name: float(np.sign(values[0])) for name, values in moving.items() if len(values)}
 
 
 def strongest(system: System) -> Mapping[str, Array]:
@@ -237,7 +234,12 @@ def strongest(system: System) -> Mapping[str, Array]:
     if not (ideal.experiment.forces or ideal.experiment.torques):
         return {}
     try:
-        times, q, v = _states(ideal)
+        if ideal.determinate:
+            motion = IdealMotion(ideal)
+            times = np.linspace(0.0, motion.times[-1], _TIMES)
+            q, v, _ = motion.states(times)
+        else:
+            times, q, v = np.zeros(1), ideal.assembly.q[None], ideal.assembly.v[None]
     except AssemblyError:  # drawn in the file's pose, with gaps in red
         return {}
     pose, vel = state_tables(ideal.tree.bodies, q, v)
@@ -251,14 +253,3 @@ def strongest(system: System) -> Mapping[str, Array]:
         if np.any(largest):
             found[name] = largest
     return found
-
-
-def _states(ideal: System) -> tuple[Array, Array, Array]:
-    """Return times (nt,), coordinates and rates (nt, n) of a linkage with ideal joints."""
-    if not ideal.determinate:
-        start = ideal.assembly
-        return np.zeros(1), start.q[None], start.v[None]
-    motion = IdealMotion(ideal)
-    times = np.linspace(0.0, motion.times[-1], _TIMES)
-    q, v, _ = motion.states(times)
-    return times, q, v
