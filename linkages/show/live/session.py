@@ -24,8 +24,9 @@ from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import warnings_of_run
-from linkages.show.live.view import columns_of, drawing_of, frames_of, numbers_for, poses_of, view
-from linkages.show.plots.drawing.drawing import Drawing
+from linkages.show.live.view import columns_of, frames_of, numbers_for, poses_of, view
+from linkages.show.plots.drawing.drawing import Drawing, draw
+from linkages.show.plots.drawing.svg import scale, svg
 from linkages.show.report.terminal import format_warnings
 from linkages.system import System
 
@@ -151,11 +152,13 @@ class Session:
         self._ratios = {}
 
     def picture(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Draw the machine with changed values, see `drawing_of`; with the poses of the last run."""
+        """Draw the machine with changed values, with its place on the page and the poses of the last run."""
         key = repr(_key(values, _OF_JOINTS + _OF_MASSES))
         if key not in self._drawings:
             _keep_few(self._drawings)
-            self._drawings[key] = drawing_of(self.system.replaced(values))
+            drawing = draw(self.system.replaced(values))
+            place = {"low": float(drawing.low[0]), "high": float(drawing.high[1]), "scale": scale(drawing)}
+            self._drawings[key] = drawing, {"svg": str(svg(drawing, said=False)), **place}
         shown = self._result is not None and self._result.picture == key
         return self._drawings[key][1] | {"picture": key} | (self._poses() if shown else {})
 
