@@ -145,7 +145,7 @@ def test_few_marks_are_large_enough_to_be_seen(count, size):
 @pytest.mark.parametrize("quantity", [*QUANTITIES, *BENDING_QUANTITIES])
 def test_every_output_has_a_unit_and_a_figure_with_its_name(quantity, monkeypatch):
     said = []
-    monkeypatch.setattr(histories, "_compare", lambda figure, study, columns, errors: said.append(columns))
+    monkeypatch.setattr(histories, "_compare", lambda study, columns, errors, around: said.append(columns))
     histories.output_figure(None, f"rod.{quantity}")
     assert output_unit(f"rod.{quantity}") in {"m", "rad", "m/s", "rad/s", "m/s2", "rad/s2", "N", "N m", "Pa"}
     (((name, title),),) = (columns.items() for columns in said)

@@ -53,13 +53,13 @@ def run(options: argparse.Namespace) -> int:
     with out as folder:
         write_json(folder / "wear.json", found, None)
         if not options.no_plots:
-            from linkages.show.plots.wear_figures import write_figures
+            from linkages.show.plots.bearings import write_wear_figures
 
-            write_figures(found, folder)
+            write_wear_figures(found, folder)
         if not options.no_animation:
-            from linkages.show.plots.wear_figures import write_animation
+            from linkages.show.plots.bearings import write_wear_animation
 
-            write_animation(found, folder / "wear.html")
+            write_wear_animation(found, folder / "wear.html")
     print_results(options, format_life(found), out)
     if life.status is Status.OK:
         return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -69,8 +68,25 @@ class Assessment(Brief):
 
     @cached_property
     def start_up(self) -> float | None:
-        """Return the end of the start-up of clearance joints [s]; None if no journal starts with free flight."""
-        return startup_end(self.system, self.contacts, self.run, self.ideal)
+        """Return the time at which the start-up of the run ends [s]; None if no journal starts with free flight.
+
+        The start-up of a joint that touches ends with the first contact that is longer than the initial flight. A film
+        without contacts ends the flight when its force first comes within a tenth of the load, the force of the ideal
+        joint. If it then exceeds the load by more than a quarter, the start-up ends where it stays within a tenth of
+        the load for longer than the flight. The start-up of the run ends when all these joints have started up and
+        every drive has reached its speed; it may last longer than the run.
+        """
+        experiment, end, times = self.system.experiment, float(self.run.time[-1]), []
+        for joint in experiment.play:
+            rows = [row for row in self.contacts if row.joint.partition(".")[0] == joint]
+            flight = min((row.start for row in rows), default=0.0)
+            if flight > 0.0:
+                times.append(min((row.start for row in rows if row.duration > flight), default=end))
+            elif not rows and (carried := _carried(self.run, self.ideal, f"{joint}.force")) is not None:
+                times.append(carried)
+        if not times:
+            return None
+        return min(max([*times, *(drive.ramp for drive in experiment.drives.values())]), end)
 
     @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:
@@ -141,29 +157,6 @@ def _judged(system: System) -> list[str]:
     bounded = {name for table, name in experiment.named if table != "gears"}
     peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]
     return [*experiment.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
-
-
-def startup_end(system: System, contacts: Sequence[Impact], run: Trajectory, ideal: Trajectory) -> float | None:
-    """Find the time at which the start-up of a run ends [s]; None if no journal starts with free flight.
-
-    The start-up of a joint that touches ends with the first contact that is longer than the initial flight. A film
-    without contacts ends the flight when its force first comes within a tenth of the load, the force of the ideal
-    joint. If it then exceeds the load by more than a quarter, the start-up ends where it stays within a tenth of the
-    load for longer than the flight. The start-up of the run ends when all these joints have started up and every drive
-    has reached its speed; it may last longer than the run.
-    """
-    end, times = float(run.time[-1]), []
-    for joint in system.experiment.play:
-        rows = [row for row in contacts if row.joint.partition(".")[0] == joint]
-        flight = min((row.start for row in rows), default=0.0)
-        if flight > 0.0:
-            times.append(min((row.start for row in rows if row.duration > flight), default=end))
-        elif not rows and (carried := _carried(run, ideal, f"{joint}.force")) is not None:
-            times.append(carried)
-    if not times:
-        return None
-    ramps = [drive.ramp for drive in system.experiment.drives.values()]
-    return min(max([*times, *ramps]), end)
 
 
 def _carried(run: Trajectory, ideal: Trajectory, force: str) -> float | None:

@@ -65,10 +65,15 @@ def numbers(
 
 
 def _contacts(trajectory: Trajectory, rows: Sequence[Impact]) -> dict[str, Any]:
-    """Count the contacts of a joint, and compute their part of the time."""
+    """Count the contacts of a joint, and compute the part of the time with at least one."""
     begin, end = float(trajectory.time[0]), float(trajectory.time[-1])
+    total, until = 0.0, begin
+    for row in sorted(rows, key=lambda row: row.start):
+        last = min(row.start + row.duration, end)
+        total += max(0.0, last - max(row.start, until))
+        until = max(until, last)
     lasted = end - begin  # zero if the run failed at once
-    fraction = _covered(rows, begin, end) / lasted if lasted else float(bool(rows))
+    fraction = total / lasted if lasted else float(bool(rows))
     return {"contact_fraction": fraction, "impacts": sum(begin <= row.start <= end for row in rows)}
 
 
@@ -96,16 +101,6 @@ def effort_of(system: System, table: str, name: str) -> str:
     """Return the characteristic quantity of an applied load, gear, stop or contact."""
     along = table in ("frictions", "gears", "stops", "torsion_springs")
     return "torque" if table == "torques" or (along and turns(system, table, name)) else "force"
-
-
-def _covered(rows: Sequence[Impact], begin: float, last: float) -> float:
-    """Compute the time between two times with at least one contact [s]."""
-    total, until = 0.0, begin
-    for row in sorted(rows, key=lambda row: row.start):
-        end = min(row.start + row.duration, last)
-        total += max(0.0, end - max(row.start, until))
-        until = max(until, end)
-    return total
 
 
 def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:

@@ -77,17 +77,15 @@ RULES, DEPTH_RULES = Rules[JournalCase](), Rules[Touch]()
 
 def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
     """Warn of laws and flexible-link models used outside their validity in a run, one entry for each rule."""
-    cases = [(case.joint.name, case) for case in _cases(system, run, impacts)]
-    flexible = FLEXIBLE_RULES.broken(flexible_cases(system, run, impacts))
-    return [*RULES.broken(cases), *DEPTH_RULES.broken(list(_touches(system, run))), *flexible]
-
-
-def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterator[JournalCase]:
+    cases = []
     for k, ((name, _), model) in enumerate(zip(system.tree.contacts, system.models, strict=False)):
         joint = system.mechanism.joint[name]
         if joint.bearing is not None:
             own = [impact for impact in impacts if impact.joint == name]
-            yield JournalCase(joint, joint.bearing, model, system.laws[k], float(system.film_limits[k]), run, own)
+            end = float(system.film_limits[k])
+            cases.append((name, JournalCase(joint, joint.bearing, model, system.laws[k], end, run, own)))
+    flexible = FLEXIBLE_RULES.broken(flexible_cases(system, run, impacts))
+    return [*RULES.broken(cases), *DEPTH_RULES.broken(list(_touches(system, run))), *flexible]
 
 
 def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:

@@ -22,7 +22,6 @@ from linkages.results.characteristics import effort_of
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 from linkages.system.rigid_segments import system_of
-from linkages.system.tree import Tree
 
 _LOOKS = 5  # number of examined positions of the motion
 _NOTHING = 1e-6  # relative threshold of a quantity in self-balanced reactions
@@ -73,8 +72,33 @@ class Soundness:
 
     @cached_property
     def singular(self) -> list[SingularPosition]:
-        """Return the singular positions of the closed loops on or near the motion."""
-        return singular_positions(self.system.tree, self.arrays, self.motion)
+        """Return the singular positions within `NEAR` of the motion, between its samples too, in the order of time.
+
+        A position is singular if the closure rows, in the coordinates without prescribed motion, lose rank: the linkage
+        can then move with fixed drives, or reactions exist without a load.
+        """
+        arrays, tree, motion = self.arrays, self.system.tree, self.motion
+        if not arrays.rank or len(motion.time) < 2:
+            return []
+        q = partial(interpolated, motion.time, np.stack([motion[f"q.{name}"] for name in tree.coordinates], axis=1))
+        times = motion.time[:: 1 + len(motion.time) // _MOST]
+        quality = _qualities(arrays, q(times))
+        found: list[SingularPosition] = []
+        for k in _candidates(quality):
+            low, high = times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)]
+            for _ in range(_ZOOMS):
+                between = np.linspace(low, high, _POINTS)
+                ratios = _qualities(arrays, q(between))
+                best = int(np.argmin(ratios))
+                low, high = between[max(best - 1, 0)], between[min(best + 1, _POINTS - 1)]
+            if ratios[best] < NEAR and (not found or between[best] > found[-1].time):
+                there = q(between[best : best + 1])[0]
+                jacobian = jacobian_at(arrays.bodies, arrays.rows, there)[:, arrays.free]
+                way = np.abs(np.linalg.svd(jacobian)[2][arrays.rank - 1])
+                loose = tuple(tree.coordinates[i] for i in arrays.free[way > _TAKES_PART * way.max()])
+                kind = _kind(arrays, q, there, motion.time, between[best])
+                found.append(SingularPosition(float(between[best]), float(ratios[best]), loose, kind))
+        return found
 
     @cached_property
     def indeterminate(self) -> tuple[str, ...]:
@@ -145,33 +169,6 @@ class SingularPosition(NamedTuple):
     kind: str  # `DEAD_POINT`, `CHANGE_POINT` or `ONE_BRANCH`
 
 
-def singular_positions(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[SingularPosition]:
-    """Find the singular positions within `NEAR` of a motion, between its samples too, in the order of time.
-
-    A position is singular if the closure rows, in the coordinates without prescribed motion, lose rank: the linkage can
-    then move with fixed drives, or reactions exist without a load. The arrays are `System.arrays`, or
-    `System.ideal_arrays` for the motion with ideal joints.
-    """
-    if not arrays.rank or len(motion.time) < 2:
-        return []
-    q = partial(interpolated, motion.time, np.stack([motion[f"q.{name}"] for name in tree.coordinates], axis=1))
-    times = motion.time[:: 1 + len(motion.time) // _MOST]
-    quality = _qualities(arrays, q(times))
-    found: list[SingularPosition] = []
-    for k in _candidates(quality):
-        low, high = times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)]
-        for _ in range(_ZOOMS):
-            between = np.linspace(low, high, _POINTS)
-            ratios = _qualities(arrays, q(between))
-            best = int(np.argmin(ratios))
-            low, high = between[max(best - 1, 0)], between[min(best + 1, _POINTS - 1)]
-        if ratios[best] < NEAR and (not found or between[best] > found[-1].time):
-            there = q(between[best : best + 1])[0]
-            time, kind = float(between[best]), _kind(arrays, q, there, motion.time, between[best])
-            found.append(SingularPosition(time, float(ratios[best]), _loose(tree, arrays, there), kind))
-    return found
-
-
 def _kind(arrays: Arrays, q: Callable[[Array], Array], there: Array, times: Array, time: float) -> str:
     """Classify a singular position by the second order of the closure.
 
@@ -240,10 +237,3 @@ def _quality(jacobians: Array, rank: int) -> Any:
     """Return the ratio of last to first of the `rank` largest singular values."""
     values = np.linalg.svd(jacobians, compute_uv=False)
     return values[..., rank - 1] / values[..., 0]
-
-
-def _loose(tree: Tree, arrays: Arrays, q: Array) -> tuple[str, ...]:
-    """Name the coordinates in the motion that drives and loops leave free."""
-    direction = np.abs(np.linalg.svd(jacobian_at(arrays.bodies, arrays.rows, q)[:, arrays.free])[2][arrays.rank - 1])
-    taking_part = arrays.free[direction > _TAKES_PART * direction.max()]
-    return tuple(tree.coordinates[i] for i in taking_part)

@@ -73,8 +73,9 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[
     for window, part in parts.items():
         names = {one.output: None for one in wanted if one.statistic in _EXTREMES and (one.start, one.end) == window}
         tops |= {(name, *window): top for name, top in extremes(part.run, list(names)).items()}
-    rates = _at_extremes(run, [(key, time) for key, top in tops.items() for time in (top.time_min, top.time_max)])
-
+    places = [(key, time) for key, top in tops.items() for time in (top.time_min, top.time_max)]
+    slopes = list(run.sensitivity.evaluate(_stationary(run, places)).values()) if places else []
+    rates = {place: np.array([column[place[0][0]][k] for column in slopes]) for k, place in enumerate(places)}
     found = []
     for output, statistic, start, end in wanted:
         if statistic not in _EXTREMES:
@@ -94,14 +95,6 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[
 
 
 _Place = tuple[tuple[str, float, float], float]  # output, start and end of a window; time of an extreme
-
-
-def _at_extremes(run: Trajectory, places: Sequence[_Place]) -> dict[_Place, Array]:
-    """Return the derivatives of outputs at the times of their extremes."""
-    if not places:
-        return {}
-    columns = list(run.sensitivity.evaluate(_stationary(run, places)).values())
-    return {place: np.array([column[place[0][0]][k] for column in columns]) for k, place in enumerate(places)}
 
 
 def _stationary(run: Trajectory, places: Sequence[_Place]) -> Array:

@@ -13,7 +13,7 @@ from shipped import shipped
 from linkages import Status, assess, ideal, simulate, summarize
 from linkages.cli.main import main
 from linkages.results.peak_errors import SAFETY, noise
-from linkages.results.soundness import CHANGE_POINT, NEAR, singular_positions
+from linkages.results.soundness import CHANGE_POINT, NEAR, Soundness
 from linkages.results.warnings import rough
 from linkages.show.report.terminal import format_summary
 
@@ -92,9 +92,7 @@ def test_three_cranks_on_one_rod_have_one_branch_and_a_finite_torque(engine, sys
 def test_a_doubled_rod_leaves_both_branches(system_of):
     """It is redundant everywhere, and does not forbid the antiparallel motion."""
     system = system_of(three_cranks_sdf(doubled=True), CRANKS)
-    assert {position.kind for position in singular_positions(system.tree, system.ideal_arrays, ideal(system))} == {
-        CHANGE_POINT
-    }
+    assert {position.kind for position in Soundness.of_ideal(system, ideal(system)).singular} == {CHANGE_POINT}
 
 
 def test_peaks_without_a_bound_are_not_looked_for(system_of):
@@ -137,7 +135,7 @@ def test_passages_are_found_between_samples(system_of, offset):
     every = 20  # 0.4 rad
     coarse = replace(motion, columns={k: x[int(offset * every) :: every] for k, x in motion.columns.items()})
     coarse = replace(coarse, time=coarse.columns["time"])
-    found = singular_positions(system.tree, system.ideal_arrays, coarse)
+    found = Soundness.of_ideal(system, coarse).singular
     assert [passage.time for passage in found] == pytest.approx(FLAT, abs=2e-3)
     assert all(passage.quality < NEAR for passage in found)
 
@@ -206,7 +204,7 @@ def test_play_in_a_redundant_link_makes_the_forces_determinate(system_of):
 )
 def test_the_shipped_machines_pass_no_singular_position(name):
     system = shipped(name)
-    assert singular_positions(system.tree, system.ideal_arrays, ideal(system)) == []
+    assert Soundness.of_ideal(system, ideal(system)).singular == []
 
 
 def test_peaks_that_another_tolerance_changes_by_more_than_a_tenth_are_rough():

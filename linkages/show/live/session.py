@@ -24,8 +24,9 @@ from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import warnings_of_run
-from linkages.show.live.view import columns_of, drawing_of, frames_of, numbers_for, poses_of, shown_part, view
-from linkages.show.plots.drawing.drawing import Drawing
+from linkages.show.live.view import columns_of, frames_of, numbers_for, poses_of, view
+from linkages.show.plots.drawing.drawing import Drawing, draw
+from linkages.show.plots.drawing.svg import scale, svg
 from linkages.show.report.terminal import format_warnings
 from linkages.system import System
 
@@ -91,7 +92,6 @@ class Session:
         OutdatedError or TimeLimitError if the run was given up.
         """
         begun = clock.perf_counter()
-
         integrating: list[float] = []  # start of the integration, without the time of compilation
 
         def watch(_: float) -> None:
@@ -107,16 +107,16 @@ class Session:
         added = self._added(values, changed, period)
         system = changed.replaced(added)
         run = simulate(system, "compiled", watch, columns_of(system))
-        carried = carried and run.status is Status.OK
-        settled = not carried or (motion_of(system, run).kind == "periodic" and _closed(system, run, period or 0.0))
+        carried, motion = carried and run.status is Status.OK, motion_of(system, run)
+        settled = not carried or (motion.kind == "periodic" and _closed(system, run, period or 0.0))
         self._ratios = _end_of(system, run) if carried else {}
         ran = dict(values) | added
         self._shown = dict(values), ran
-        assessment = Assessment(system, "compiled", run, run, None)
-        part = shown_part(assessment, period)
+        part = motion.cycle  # else two periods, or all of the run
+        if part is None:
+            part = 0.0 if period is None else max(motion.end - 2.0 * period, 0.0), motion.end
         exact = self._ideal(values, system, part[1] - part[0])
-        if exact is not None:
-            assessment = Assessment(system, "compiled", run, exact, None)
+        assessment = Assessment(system, "compiled", run, run if exact is None else exact, None)
         result = _Result(assessment, exact, frames_of(run, part), repr(_key(values, _OF_JOINTS + _OF_MASSES)))
         self._result = result
         texts = [path for path, value in values.items() if isinstance(value, str)]
@@ -152,11 +152,13 @@ class Session:
         self._ratios = {}
 
     def picture(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Draw the machine with changed values, see `drawing_of`; with the poses of the last run."""
+        """Draw the machine with changed values, with its place on the page and the poses of the last run."""
         key = repr(_key(values, _OF_JOINTS + _OF_MASSES))
         if key not in self._drawings:
             _keep_few(self._drawings)
-            self._drawings[key] = drawing_of(self.system.replaced(values))
+            drawing = draw(self.system.replaced(values))
+            place = {"low": float(drawing.low[0]), "high": float(drawing.high[1]), "scale": scale(drawing)}
+            self._drawings[key] = drawing, {"svg": str(svg(drawing, said=False)), **place}
         shown = self._result is not None and self._result.picture == key
         return self._drawings[key][1] | {"picture": key} | (self._poses() if shown else {})
 

@@ -21,9 +21,7 @@ from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.extremes import peaks
 from linkages.results.outputs.registry import names, unit
 from linkages.results.trajectory import Trajectory
-from linkages.show.plots.drawing import draw, svg
 from linkages.show.plots.drawing.drawing import Drawing
-from linkages.show.plots.drawing.svg import scale
 from linkages.show.plots.pages import columns, curves, short
 from linkages.show.report.words import motion_lines
 from linkages.system import System
@@ -38,14 +36,6 @@ def columns_of(system: System) -> list[str]:
     shown = {f"{link.name}.{key}" for link in system.mechanism.links for key in ("x", "y", "angle", "omega")}
     shown |= set(system.experiment.outputs)
     return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
-
-
-def shown_part(assessment: Assessment, period: float | None) -> tuple[float, float]:
-    """Return the part of a run whose curves are shown [s]: its steady cycle, else two periods, else all of it."""
-    end = float(assessment.run.time[-1])
-    if assessment.motion.cycle is not None:
-        return assessment.motion.cycle
-    return (max(end - 2.0 * period, 0.0), end) if period is not None else (0.0, end)
 
 
 def view(
@@ -86,13 +76,6 @@ def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, A
     told = {"motion": assessment.motion.content, "start_up": assessment.start_up, "duration": float(run.time[-1])}
     lines = motion_lines(peaks | told | {"report": report, "windows": windows})
     return {"motion": lines, "table": _table(assessment, peaks, exact)}
-
-
-def drawing_of(system: System) -> tuple[Drawing, dict[str, Any]]:
-    """Draw a machine, for `view` and for the page."""
-    drawing = draw(system)
-    place = {"low": float(drawing.low[0]), "high": float(drawing.high[1]), "scale": scale(drawing)}
-    return drawing, {"svg": str(svg(drawing, said=False)), **place}
 
 
 def _table(assessment: Assessment, peaks: dict[str, Any], exact: Trajectory | None) -> list[dict[str, Any]]:

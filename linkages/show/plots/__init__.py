@@ -9,10 +9,9 @@
 | shown              | none: base class of figures for notebooks                                            |
 | linear_figures     | natural frequencies and mode shapes; Bode plots; changes of peaks with 1 % of values |
 | attractors         | Poincaré sections, bifurcation diagrams, branches, Lyapunov exponents, spectra       |
-| bearings           | a journal bearing: the chart over the Sommerfeld number, pressure on the surface     |
+| bearings           | chart and pressure of a film; worn profiles; clearance, forces, jitter over cycles   |
 | drawing            | a mechanism before a run: a labelled, movable picture                                |
 | animation          | a run as a Meshcat recording, its clearance joints magnified                         |
-| wear_figures       | worn profiles, polar and unrolled; clearance, forces, torques and jitter over cycles |
 | three_rrr          | the flexible 3-RRR robot                                                             |
 """
 

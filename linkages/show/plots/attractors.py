@@ -158,15 +158,13 @@ def branches_figure(
     `units` are the SI units of the outputs, `scale` is a factor on the variable, `label` its name.
     """
     rows = [(name, kind) for name in found.outputs for kind in ("strobe", "peaks")]
+    motions = [motion for branch in found.branches for motion in branch.motions]
     with figure_style():
         figure, axes = new_figure(0.9 + 2.5 * len(rows), len(rows), 1, sharex=True, squeeze=False)
         axes = axes[:, 0]
         for axis, (name, kind) in zip(axes, rows, strict=True):
-            largest = max(
-                float(np.abs(motion.outputs.values(name, kind)).max())
-                for branch in found.branches for motion in branch.motions if motion.outputs is not None
-            )  # fmt: skip
-            unit, factor = engineering(units[name], largest)
+            values = [motion.outputs.values(name, kind) for motion in motions if motion.outputs is not None]
+            unit, factor = engineering(units[name], max(float(np.abs(part).max()) for part in values))
             if sweep is not None:
                 x, y = _swept(sweep, name, kind)
                 axis.plot(scale * x, factor * y, ".", color="0.6", ms=3, zorder=1, label="sweep")

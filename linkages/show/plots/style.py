@@ -62,13 +62,9 @@ def stacked_axes(figure: Figure, heights: Sequence[float], gap: float = _GAP) ->
     width, height = figure.get_size_inches()
     count = len(heights)
     mean = (height - _TOP - _BOTTOM - (count - 1) * gap) / count
-    grid = {
-        "left": _LEFT / width,
-        "right": 1.0 - _RIGHT / width,
-        "top": 1.0 - _TOP / height,
-        "bottom": _BOTTOM / height,
-    }
-    grid |= {"hspace": gap / mean, "height_ratios": heights}
+    sides = {"left": _LEFT / width, "right": 1.0 - _RIGHT / width}
+    ends = {"top": 1.0 - _TOP / height, "bottom": _BOTTOM / height}
+    grid = {**sides, **ends, "hspace": gap / mean, "height_ratios": heights}
     return figure.subplots(count, 1, sharex=True, squeeze=False, gridspec_kw=grid)[:, 0]
 
 

@@ -79,8 +79,11 @@ def load_results(folder: str | Path) -> Results:
     if not (folder / "summary.json").exists():
         raise InputError(str(folder), "summary.json", f"is missing; {_HINT}")
     summary = read_json(folder / "summary.json", Summary, _HINT)
-    figures, impacts = _figures(folder, list(summary["outputs"])), _impacts(folder)
-    drawing = folder / "drawing.svg"
+    first = [*(f"output_{file_name(name)}" for name in summary["outputs"]), *FIGURES]
+    order = {stem: k for k, stem in enumerate(first)}
+    found = (path for path in folder.glob("*.png") if path.stem != "drawing")
+    figures = tuple(sorted(found, key=lambda path: (order.get(path.stem, len(order)), path.name)))
+    drawing, impacts = folder / "drawing.svg", _impacts(folder)
     animation = read_page(folder / "animation.html")
     return Results(folder, summary, figures, animation, drawing if drawing.is_file() else None, impacts)
 
@@ -107,12 +110,6 @@ def read_page(path: Path) -> str | None:
     if page is not None and not page.rstrip().endswith("</html>"):
         raise InputError(str(path), "", "ends before </html>, so a part is missing; remove it, or write it again")
     return page
-
-
-def _figures(folder: Path, outputs: list[str]) -> tuple[Path, ...]:
-    order = {stem: k for k, stem in enumerate([*(f"output_{file_name(name)}" for name in outputs), *FIGURES])}
-    found = (path for path in folder.glob("*.png") if path.stem != "drawing")
-    return tuple(sorted(found, key=lambda path: (order.get(path.stem, len(order)), path.name)))
 
 
 def _impacts(folder: Path) -> tuple[Impact, ...] | None:

@@ -122,7 +122,11 @@ def frames(
     shown, run, clearances = shown or assessment.system, assessment.run, 1.0 if exaggerate is None else exaggerate
     count = int(np.ceil(max(_LENGTH, run.time[-1]) * _FRAMES_PER_SECOND / 2)) + 1
     times = np.linspace(0.0, run.time[-1], count)
-    recorded = _recorded(assessment, shown, times)
+    source = system_of(assessment.system, run.columns)
+    steps = [run[f"q.{name}"] for name in source.tree.coordinates]
+    recorded = np.stack([np.interp(times, run.time, column) for column in steps], axis=1)
+    if isinstance(shown, Segmented) and not isinstance(source, Segmented):
+        recorded = shown.coordinates(recorded)
     if not assessment.system.determinate:
         if clearances != 1.0:
             raise ValueError("the drives do not determine the motion: its clearance cannot be exaggerated")
@@ -147,14 +151,6 @@ def frames(
 def _seen(largest: float, size: float) -> float:
     """Return a round factor >= 1 that magnifies a deflection to at most `_DEFLECTION` of the linkage's size."""
     return round_length(max(_DEFLECTION * size / largest, 1.0))[0] if largest > 0.0 else 1.0
-
-
-def _recorded(assessment: Assessment, shown: System, times: Array) -> Array:
-    """Interpolate tree coordinates between the run's steps."""
-    run, source = assessment.run, system_of(assessment.system, assessment.run.columns)
-    columns = [run[f"q.{name}"] for name in source.tree.coordinates]
-    q = np.stack([np.interp(times, run.time, column) for column in columns], axis=1)
-    return shown.coordinates(q) if isinstance(shown, Segmented) and not isinstance(source, Segmented) else q
 
 
 def _joint_views(assessment: Assessment, meshcat: Meshcat, times: Array, low: Array, high: Array) -> Views:

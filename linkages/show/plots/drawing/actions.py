@@ -76,8 +76,6 @@ class Done:
         else:
             yield from self.parts.turning("drive", joint.parent, joint.on_parent, _DRIVE, sense * joint.sign)
 
-    # -- loads -------------------------------------------------------------------------------------
-
     def _beside(self, name: str, joint: Joint, away: float) -> Shape:
         """Draw the name of a load in a joint."""
         ends, away = (joint.parent, joint.child), max(away, BLOCK * (joint.type == "prismatic"))
@@ -136,8 +134,6 @@ class Done:
         else:
             yield shape("load name", [self.parts.off(link, at, (0.0, 4.6))], text=name)
 
-    # -- gears -------------------------------------------------------------------------------------
-
     def _gear(self, name: str, gear: Gear) -> Iterator[Shape]:
         """Draw the pitch circles of meshing wheels or of a rack's pinion; or the pulleys and the belt."""
         first, second = (self.mechanism.joint[joint] for joint in gear.joints)
@@ -183,8 +179,6 @@ class Done:
             ends = zip((first, second), radii / self.unit, strict=True)
             yield shape("gear", [self.parts.on(carrier, joint.on_child, radius * normal) for joint, radius in ends])
 
-    # -- stops and contact lines -------------------------------------------------------------------------------
-
     def _stop(self, name: str, stop: Stop) -> Iterator[Shape]:
         """Draw the limit of a joint's coordinate, hatched beyond it."""
         joint, beyond = self.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0
@@ -226,12 +220,9 @@ def senses(system: System) -> dict[str, float]:
     moved = system.motions(times)[0]
     found = dict(zip(system.tree.driven, (moved - moved[:1]).T, strict=True))
     found |= dict(zip(system.tree.powered, system.torques(times)[0].T, strict=True))
-    return {name: _first(values) for name, values in found.items() if np.any(values)}
-
-
-def _first(values: Array) -> float:
-    """Return the sign of the first value that is not a rounding error of the others."""
-    return float(np.sign(values[np.abs(values) > 1e-9 * np.abs(values).max()][0]))
+    # without rounding errors of the largest value
+    moving = {name: values[np.abs(values) > 1e-9 * np.abs(values).max()] for name, values in found.items()}
+    return {name: float(np.sign(values[0])) for name, values in moving.items() if len(values)}
 
 
 def strongest(system: System) -> Mapping[str, Array]:
@@ -243,7 +234,12 @@ def strongest(system: System) -> Mapping[str, Array]:
     if not (ideal.experiment.forces or ideal.experiment.torques):
         return {}
     try:
-        times, q, v = _states(ideal)
+        if ideal.determinate:
+            motion = IdealMotion(ideal)
+            times = np.linspace(0.0, motion.times[-1], _TIMES)
+            q, v, _ = motion.states(times)
+        else:
+            times, q, v = np.zeros(1), ideal.assembly.q[None], ideal.assembly.v[None]
     except AssemblyError:  # drawn in the file's pose, with gaps in red
         return {}
     pose, vel = state_tables(ideal.tree.bodies, q, v)
@@ -257,14 +253,3 @@ def strongest(system: System) -> Mapping[str, Array]:
         if np.any(largest):
             found[name] = largest
     return found
-
-
-def _states(ideal: System) -> tuple[Array, Array, Array]:
-    """Return times (nt,), coordinates and rates (nt, n) of a linkage with ideal joints."""
-    if not ideal.determinate:
-        start = ideal.assembly
-        return np.zeros(1), start.q[None], start.v[None]
-    motion = IdealMotion(ideal)
-    times = np.linspace(0.0, motion.times[-1], _TIMES)
-    q, v, _ = motion.states(times)
-    return times, q, v

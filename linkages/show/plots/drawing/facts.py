@@ -12,7 +12,7 @@ from linkages.base.errors import Status, listed
 from linkages.explore.range_of_motion import Travel
 from linkages.explore.transmission import Transmission
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.mechanism import Joint, Mechanism
+from linkages.input.model.mechanism import Mechanism
 from linkages.input.model.skeleton import skeleton
 from linkages.system import System
 
@@ -37,7 +37,11 @@ def facts(
         if spare := [name for name in starts if name not in driven]:
             parts += f", {counted(len(starts), 'drive')}: {listed(spare)} cannot be moved by itself"
     yield parts
-    gaps = {joint.name: _gap(joint) for joint in mechanism.joints}
+    gaps = {}
+    for joint in mechanism.joints:  # distance of the joint's ends, without the part along a slot
+        between = joint.on_child - joint.on_parent
+        apart = between - (between @ joint.direction) * joint.direction
+        gaps[joint.name] = 0.0 if joint.type == "fixed" else float(np.linalg.norm(apart))
     worst = max(gaps, key=lambda name: gaps[name], default="")
     gap = gaps.get(worst, 0.0)
     closed = gap < _CLOSED * size
@@ -82,14 +86,6 @@ def link_table(mechanism: Mechanism, size: float) -> Rows:
         shown = _length(length) if length else ""
         rows.append((link.name, shown, f"{link.mass:.4g} kg", f"{link.inertia:.4g} kg m²"))
     return ("link", "length", "mass", "moment of inertia"), *rows
-
-
-def _gap(joint: Joint) -> float:
-    """Compute the distance of a joint's ends in the file's pose, without the part along a slot [m]."""
-    between = joint.on_child - joint.on_parent
-    if joint.type == "fixed":
-        return 0.0
-    return float(np.linalg.norm(between - (between @ joint.direction) * joint.direction))
 
 
 def _reach(way: Travel, turns: bool) -> str:

@@ -82,8 +82,6 @@ class Parts:
         self.unit = self.room.unit
         self._taken: list[tuple[Array, Array]] = []  # positions, and occupied directions there
 
-    # -- places ------------------------------------------------------------------------------------
-
     def on(self, link: str, drawn: Array, along: Array | tuple[float, float] = (0.0, 0.0)) -> DrawnPoint:
         """Return a point of a link from its reference position, moved by `along` (units, link axes)."""
         body, x, y = self.tree.marker(link, drawn)
@@ -128,8 +126,6 @@ class Parts:
     def _same(self, one: Array, other: Array) -> bool:
         return bool(np.linalg.norm(one - other) < 1e-5 * self.tree.extent)
 
-    # -- links -------------------------------------------------------------------------------------
-
     def link(self, link: Link) -> Iterator[Shape]:
         """Draw plate, bars and centre of mass."""
         form = skeleton(self.mechanism, link, self.tree.extent)
@@ -166,8 +162,6 @@ class Parts:
         _, middle, away, at = min(tried, key=lambda one: one[0])
         self.room.take_name("link name", at, link.name)
         return shape("link name", [self.off(link.name, middle, away)], form.color, link.name)
-
-    # -- joints ------------------------------------------------------------------------------------
 
     def beneath(self, joint: Joint) -> Iterator[Shape]:
         """Draw the shapes under the links: the ground of a joint, the rail of a guide."""
@@ -226,8 +220,6 @@ class Parts:
         ends = [joint.on_child for joint in self.mechanism.joints]
         if all(np.linalg.norm(point.origin - end) > 1e-6 * self.tree.extent for end in ends):
             yield self.name_beside("point name", point.link, point.origin, 1.9, name, [point.link])
-
-    # -- common elements ------------------------------------------------------------------------------------
 
     def _color(self, link: str) -> str:
         if link == "world":
