@@ -19,7 +19,7 @@ from linkages.laws.film.map_table import CHANNELS, MapHead, fit, place, ratios
 from linkages.laws.film.surface.grooves import Groove
 
 #: Raised whenever the solver or the layout of the map changes: maps of other versions are not read.
-VERSION = 8
+VERSION = 9
 #: Largest eccentricity ratio of a map without and with grooves.
 EPS_LIMIT, GROOVED_LIMIT = 0.999, 0.99
 #: Nodes of a map in x, y and alpha, without and with grooves.
