@@ -14,7 +14,6 @@ from linkages.laws.film.film_history import (
     PLACE_X,
     PLACE_Y,
     advance_history,
-    film_with_history,
     history_table,
     mean_content,
     memory_of,
@@ -25,6 +24,7 @@ from linkages.laws.film.film_history import (
 from linkages.laws.film.surface import FilmSurface, Groove, Journal, at_rest, follow, move, surface_mesh
 from linkages.laws.film.surface.balance import Thickness, make_balance
 from linkages.laws.film.surface.surface_film import outflows, solve_film
+from linkages.laws.journal import history_force
 from linkages.show.live.session import Session
 
 CELLS = (36, 4)
@@ -200,11 +200,11 @@ def test_the_force_does_not_depend_on_the_observer(rotor):
     oil = np.zeros(memory_of(table))
     start_history(table, oil, 0.0, 0.3, 0.2, True)
     e, v, wb, wj, angle = np.array([1.5e-5, 1e-5]), np.array([2e-3, -3e-3]), 30.0, 200.0, 0.4
-    force = np.array(film_with_history(law, table, oil, *e, *v, wb, wj, angle))
+    force = np.array(history_force(law, table, oil, *e, *v, wb, wj, angle))
     turn, spin = 1.1, 70.0
     matrix = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
     moved = v + spin * np.array([-e[1], e[0]])
-    found = film_with_history(law, table, oil, *(matrix @ e), *(matrix @ moved), wb + spin, wj + spin, angle + turn)
+    found = history_force(law, table, oil, *(matrix @ e), *(matrix @ moved), wb + spin, wj + spin, angle + turn)
     assert found[:2] == pytest.approx(matrix @ force[:2], rel=1e-9)
     assert found[2:] == pytest.approx(force[2:], rel=1e-9)
 

@@ -9,7 +9,7 @@ import numpy as np
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.closed_form import EPS_MAX
-from linkages.laws.film.film_history import film_with_history
+from linkages.laws.film.film_history import in_bearing, mean_content, solve_history, supply_of
 from linkages.laws.film.films import MAPPED, film_force
 from linkages.laws.film.map_table import is_grooved, mapped_flow, static_film
 from linkages.laws.film.tilted_film import tilted_action
@@ -117,11 +117,23 @@ def history_force(
     Parameters
     ----------
     table, oil : arrays of float
-        See `linkages.laws.film.film_history.film_with_history`.
+        See `linkages.laws.film.film_history.solve_history`.
+
+    Notes
+    -----
+    The couple is the one of `film_action`.
     """
     e, _, _, v_n, v_t = _polar(ex, ey, vx, vy)
     sliding = _sliding(joint, e, v_t, omega_b, omega_j)
-    fx, fy, couple, content, flow = film_with_history(joint, table, oil, ex, ey, vx, vy, omega_b, omega_j, angle)
+    x, y, u, v, c, s = in_bearing(joint, ex, ey, vx, vy, omega_b, angle)
+    spin = omega_j - omega_b
+    fx, fy, shear, flow = solve_history(table, oil, x, y, u, v, spin, supply_of(joint))
+    scale = joint.viscosity * joint.radius**4 / joint.clearance**2
+    fx, fy = scale * (c * fx - s * fy), scale * (s * fx + c * fy)
+    couple = 0.0
+    if joint.shear != _NO_SHEAR:
+        couple = -joint.clearance * scale * shear * spin - 0.5 * (ex * fy - ey * fx)
+    content, flow = mean_content(table, oil, x, y), joint.clearance * joint.radius**2 * flow
     return fx, fy, couple, 0.0, e - joint.clearance, v_n, sliding, 0.0, content, flow
 
 

@@ -10,7 +10,6 @@ from linkages.laws.contact.contact_laws import CONTACTS
 from linkages.laws.contact.material import effective_restitution
 from linkages.laws.declared import users
 from linkages.laws.film.closed_form import half_film_long, short_bearing
-from linkages.laws.film.film_map import CAVITATIONS
 from linkages.laws.film.films import FILMS
 from linkages.laws.film.map_nodes import finite_force
 from linkages.laws.friction import FRICTIONS
@@ -35,6 +34,18 @@ SLENDERNESSES = {
 }
 RATIOS = (0.05, 0.3, 0.5, 0.7, 0.9, 0.95)
 
+_FINITE = {
+    "finite, guembel": Law(
+        "2D Reynolds equation on the whole film, max(p, 0)",
+        "any L/D, eps <= 0.999",
+        "Guembel's half-Sommerfeld condition",
+    ),
+    "finite, reynolds": Law(
+        "2D Reynolds equation with p >= 0 as complementarity",
+        "any L/D, eps <= 0.999",
+        "Swift-Stieber condition; Butenschoen 1976",
+    ),
+}
 _MIXED = {
     "blend": Law(
         "F_L + clip((abs(e) - c)/E_0, 0, 1) (F_D - F_L), film at eps <= eps_max",
@@ -68,7 +79,7 @@ def markdown() -> str:
         "",
     ]
     films = {name: film for name, film in FILMS.items() if film.force is not None}  # the map's rules have rows
-    parts += _section("Films", films | {f"finite, {name}": rule for name, rule in CAVITATIONS.items()})
+    parts += _section("Films", films | _FINITE)
     parts += _closed_form_errors()
     parts += _section("Contact", CONTACTS)
     parts += [

@@ -180,23 +180,18 @@ def damaged(data, how):
         return data[:-50] + bytes([data[-50] ^ 1]) + data[-49:]
     if how == "empty":
         return b""
-    payload = data[32:]
-    table = np.frombuffer(payload[-8 * (8 + 4 * 11 * 11) :]).copy()
+    table = np.frombuffer(data[32:]).copy()
     if how == "nan":
         table[50] = math.nan
     elif how == "version":
         table[0] += 1.0
     elif how == "slenderness":
         table[1] = 0.6
-    changed = payload[: -table.nbytes] + table.tobytes()
-    if how == "not an array":
-        changed = b"pickled?"
-    if how == "shape":
-        changed = changed[:128].replace(b"(492,)", b"(491,)") + changed[128:]
+    changed = {"not numbers": b"pickled?", "shape": table[:-1].tobytes()}.get(how, table.tobytes())
     return hashlib.sha256(map_cache._IDENTITY + changed).digest() + changed
 
 
-@pytest.mark.parametrize("how", ["truncated", "bit", "empty", "nan", "version", "slenderness", "not an array", "shape"])
+@pytest.mark.parametrize("how", ["truncated", "bit", "empty", "nan", "version", "slenderness", "not numbers", "shape"])
 def test_damaged_maps_are_built_again(cache, how):
     """Also where the checksum is right, as with a file made by other code."""
     table = load_map(small(0.5))

@@ -39,7 +39,6 @@ from linkages.laws.film.surface.cavity import settle
 from linkages.laws.film.surface.grooves import Groove
 from linkages.laws.film.surface.surface_film import integrate_film
 from linkages.laws.film.surface.surface_mesh import LINE, surface_mesh
-from linkages.laws.parameters import SHEAR
 
 #: Largest eccentricity ratio of these films; the coarse mesh does not resolve thinner ones.
 LARGEST = GROOVED_LIMIT
@@ -47,7 +46,6 @@ LARGEST = GROOVED_LIMIT
 #: the cells and, as a guess that no result depends on, the last solution.
 TIME, PLACE_X, PLACE_Y, MISSING = range(4)
 
-_NO_SHEAR = SHEAR["none"]
 _LEAST = 1e-6  # part of a gap that stays where it would close within the film step: there is no cavity then
 _HEAD = 4  # numbers of a table before its arrays
 
@@ -84,7 +82,7 @@ def history_table(
     Returns
     -------
     table : array of float
-        For `film_with_history`.
+        For `solve_history`.
     """
     mesh = surface_mesh(slenderness, grooves, around=cells[0], along=cells[1])
     pressures = np.array([groove.pressure for groove in grooves])
@@ -241,39 +239,9 @@ def in_bearing(
 
 
 @inlined_kernel
-def _supply(joint: np.record) -> float:
+def supply_of(joint: np.record) -> float:
     """Return the largest pressure of the grooves in units of mu (R/c)^2."""
     return joint.supply_pressure * (joint.clearance / joint.radius) ** 2 / joint.viscosity
-
-
-@kernel
-def film_with_history(
-    joint: np.record, table: Array, oil: Array, ex: float, ey: float, vx: float, vy: float, omega_b: float,
-    omega_j: float, angle: float,
-) -> tuple[float, float, float, float, float]:  # fmt: skip
-    """Force (2) and couple on the journal, film content, flow out of both ends [m3/s].
-
-    Parameters
-    ----------
-    joint : record of `linkages.laws.PARAMETERS`
-    table, oil : arrays of float
-        See `solve_history`.
-    ex, ey, vx, vy, omega_b, omega_j, angle
-        As for `linkages.laws.journal.clearance_force`.
-
-    Notes
-    -----
-    The couple is the one of `linkages.laws.journal.film_action`.
-    """
-    x, y, u, v, c, s = in_bearing(joint, ex, ey, vx, vy, omega_b, angle)
-    spin = omega_j - omega_b
-    fx, fy, shear, flow = solve_history(table, oil, x, y, u, v, spin, _supply(joint))
-    scale = joint.viscosity * joint.radius**4 / joint.clearance**2
-    fx, fy = scale * (c * fx - s * fy), scale * (s * fx + c * fy)
-    couple = 0.0
-    if joint.shear != _NO_SHEAR:
-        couple = -joint.clearance * scale * shear * spin - 0.5 * (ex * fy - ey * fx)
-    return fx, fy, couple, mean_content(table, oil, x, y), joint.clearance * joint.radius**2 * flow
 
 
 @lazy_kernel
@@ -284,7 +252,7 @@ def advance_film(
     """Move the content of a film to time t, see `advance_history`."""
     x, y, _, _, _, _ = in_bearing(joint, ex, ey, 0.0, 0.0, omega_b, angle)
     if t > oil[TIME]:
-        advance_history(table, oil, t, x, y, omega_j - omega_b, _supply(joint))
+        advance_history(table, oil, t, x, y, omega_j - omega_b, supply_of(joint))
 
 
 @lazy_kernel

@@ -19,7 +19,7 @@ from linkages.laws.film.map_table import CHANNELS, MapHead, fit, place, ratios
 from linkages.laws.film.surface.grooves import Groove
 
 #: Raised whenever the solver or the layout of the map changes: maps of other versions are not read.
-VERSION = 8
+VERSION = 9
 #: Largest eccentricity ratio of a map without and with grooves.
 EPS_LIMIT, GROOVED_LIMIT = 0.999, 0.99
 #: Nodes of a map in x, y and alpha, without and with grooves.
@@ -29,25 +29,8 @@ _TURN = 2.0 * math.pi
 _MIRRORED = (1.0, -1.0, 1.0, 1.0)  # factors of the quantities of a node in the mirror image
 
 
-class Cavitation(NamedTuple):
-    """A rule of cavitation of a film without groove."""
-
-    formula: str
-    valid: str
-    source: str
-
-
 #: The rules of cavitation of a finite film without groove.
-CAVITATIONS = {
-    "guembel": Cavitation(
-        "2D Reynolds equation on the whole film, max(p, 0)",
-        "any L/D, eps <= 0.999", "Guembel's half-Sommerfeld condition",
-    ),
-    "reynolds": Cavitation(
-        "2D Reynolds equation with p >= 0 as complementarity",
-        "any L/D, eps <= 0.999", "Swift-Stieber condition; Butenschoen 1976",
-    ),
-}  # fmt: skip
+CAVITATIONS = ("guembel", "reynolds")
 #: The rules of a film with grooves.
 GROOVED_CAVITATIONS = ("reynolds", "mass-conserving")
 
@@ -104,7 +87,7 @@ class MapCase(NamedTuple):
         ValueError
             If the rule of cavitation is unknown, or the number of nodes out of range.
         """
-        allowed = GROOVED_CAVITATIONS if self.grooves else tuple(CAVITATIONS)
+        allowed = GROOVED_CAVITATIONS if self.grooves else CAVITATIONS
         if self.cavitation not in allowed:
             raise ValueError(f"cavitation {self.cavitation!r}: must be one of {', '.join(allowed)}")
         if self.nodes is not None and (self.nodes[0] < 5 or self.nodes[1] % 2):

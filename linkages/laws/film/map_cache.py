@@ -1,14 +1,13 @@
 """Film maps on disk: built on demand, checked when read, written atomically.
 
 A map is stored in the user's cache directory, or in the one that the environment variable LINKAGES_CACHE
-names, under a name made of its inputs and of `film_map.VERSION`, as an array in NumPy's format with a checksum. It is
+names, under a name made of its inputs and of `film_map.VERSION`, as the numbers of its table with a checksum. It is
 used only if the checksum, the inputs in its head and its shape are right and all its numbers finite; otherwise it is
 built again and replaced.
 """
 
 from __future__ import annotations
 
-import io
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -20,7 +19,7 @@ from linkages.base.kernel import Array
 from linkages.laws.film.film_map import VERSION, MapCase, build_map
 from linkages.laws.film.map_table import CHANNELS
 
-_IDENTITY = b"FILMMAP1"
+_IDENTITY = b"FILMMAP2"
 #: Function that is called with the part of a map that is done.
 MapProgress = Callable[[float], object]
 _told: list[Callable[[MapCase], MapProgress]] = []
@@ -60,7 +59,7 @@ def load_map(case: MapCase) -> Array:
         listeners = [listener(case) for listener in _told]
         table = build_map(case, lambda done: [listener(done) for listener in listeners])
         try:
-            write_map(path, table)
+            keep(path, _IDENTITY, table.tobytes())
         except OSError as error:
             warnings.warn(f"film map not stored in {path.parent}: {error.strerror}", stacklevel=2)
     return table
@@ -68,28 +67,10 @@ def load_map(case: MapCase) -> Array:
 
 def read_map(path: Path, case: MapCase) -> Array | None:
     """Read a stored map; None if there is none or it is not sound."""
-    table, head = _read(path), case.head
+    content, head = kept(path, _IDENTITY), case.head
     turns = head.na + 3 if head.na > 1 else 1
     size = len(head) + CHANNELS * (head.nx + 2) * turns * (head.ny + 3 + head.supplied)
-    sound = table is not None and table.shape == (size,) and np.array_equal(table[: len(head)], head)
-    return table if sound else None
-
-
-def _read(path: Path) -> Array | None:
-    """Read a flat array of finite numbers; None if there is none or it is not sound."""
-    content = kept(path, _IDENTITY)
-    if content is None:
+    if content is None or len(content) != 8 * size:
         return None
-    try:
-        table = np.load(io.BytesIO(content), allow_pickle=False)
-    except (ValueError, EOFError):
-        return None
-    sound = table.dtype == np.float64 and table.ndim == 1 and bool(np.isfinite(table).all())
-    return table if sound else None
-
-
-def write_map(path: Path, table: Array) -> None:
-    """Store a map so that a reader finds either the whole of it or none."""
-    buffer = io.BytesIO()
-    np.save(buffer, table, allow_pickle=False)
-    keep(path, _IDENTITY, buffer.getvalue())
+    table = np.frombuffer(content).copy()
+    return table if np.isfinite(table).all() and np.array_equal(table[: len(head)], head) else None

@@ -46,8 +46,8 @@ from linkages.laws.film.surface.surface_mesh import surface_mesh
 #: Cells around the film and along half its length.
 CELLS = (80, 6)
 #: The same of a film without groove, by rule of cavitation: its force and flow are extrapolated from this mesh and one
-#: of twice its size, whose errors are of the second order.
-PLAIN_CELLS = {"guembel": (320, 28), "reynolds": (208, 18)}
+#: with half as many cells along, where the errors are larger.
+PLAIN_CELLS = {"guembel": (320, 28), "reynolds": (216, 16)}
 #: Eccentricity ratio below which the film content fades towards the content of a full film.
 CENTRE = 0.1
 #: Least share of the cavity that counts as full for the force.
@@ -56,7 +56,6 @@ _SOFT = 0.05  # width in cos^2(y) of the transition to a film that opens
 _LEAN = 0.05  # width in sin(y) of the transition between the contents of the two senses of whirl
 _NEAR = 0.2  # deps over ew/2 of the differences about a steady rotation
 _CENTRED = 1e-9  # eccentricity ratio below which the wedge is that of the centre
-_TURNS = 6  # most lines by which the film turns from one direction of a map to the next
 _NARROW = 8  # power of sin(y): weight of these differences in other motions
 
 _TURN = 2.0 * math.pi
@@ -87,7 +86,7 @@ class _Place:
         self.mesh = surface_mesh(slenderness, self.grooves, (eps, 0.0), *cells)
         self.closing = self.balance(velocity=(1.0, 0.0), speed=0.0)
         self.whirl = self.balance(velocity=(0.0, -1.0), speed=0.0).gain  # outflow of a full film, for ew/2 = 1
-        if eps > _CENTRED:
+        if grooves and eps > _CENTRED:  # as the transport of the film content has it
             self.whirl = self.outflow(self.balance((0.0, 0.0), 1.0 / eps), np.ones_like(self.whirl))
         self.share = (2.0 if self.mesh.half else 1.0) / (2.0 * slenderness)
 
@@ -177,43 +176,35 @@ def solve_plain(eps: float, slenderness: float, cavitation: str, angles: Array) 
     (ny, 4) array
         The quantities of `linkages.laws.film.map_table`.
     """
-    around, along = PLAIN_CELLS[cavitation]
-    fine, coarse = (
-        _directions(_Place(eps, slenderness, (), 0.0, cells), cavitation, angles)
-        for cells in ((around, along), (around // 2, along // 2))
-    )
-    extent = fine[:, 2].copy()
-    fine += (fine - coarse) / 3.0
-    fine[:, 2] = extent
-    return fine
-
-
-def _directions(place: _Place, cavitation: str, angles: Array) -> Array:
-    """Solve the film at one place on its mesh, see `solve_plain`."""
-    eps, slenderness, whole = place.eps, place.slenderness, cavitation == "guembel"
-    parts = [place.pressure(*motion, "guembel") for motion in ((1.0, 0.0), (0.0, 1.0)) if whole]
-    q, out, p, guess = 1.0 - eps * eps, np.empty((len(angles), CHANNELS)), None, None
+    places, whole = _two_meshes(eps, slenderness, (), PLAIN_CELLS[cavitation]), cavitation == "guembel"
+    parts = [[place.pressure(*motion, "guembel") for motion in ((1.0, 0.0), (0.0, 1.0))] for place in places if whole]
+    q, out, guess = 1.0 - eps * eps, np.empty((len(angles), CHANNELS)), None
     for row, y in zip(out, angles, strict=True):
         deps, half_ew = math.cos(y), math.sin(y) / q**0.25
         if whole:
-            p = deps * parts[0] + half_ew * parts[1]
+            films = [deps * closing + half_ew * turning for closing, turning in parts]
         else:
-            before, p = p, np.maximum(place.pressure(deps, half_ew, guess=guess), 0.0)
-            guess = p if before is None else _turned(before, p)
+            guess = places[0].pressure(deps, half_ew, guess=guess)
+            p = places[1].pressure(deps, half_ew, guess=np.repeat(guess, 2, axis=1))
+            films = [guess, np.maximum(p, 0.0)]
         f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
-        force, scale = place.integrals(p), math.hypot(f_n, f_t)
-        row[:] = force[0] / scale, force[1] / scale, place.pressed(p) * math.sqrt(q), force[2]
+        scale = math.hypot(f_n, f_t)
+        f_n, f_t, flow = _extrapolated(*(place.integrals(p) for place, p in zip(places, films, strict=True)))
+        row[:] = f_n / scale, f_t / scale, places[1].pressed(films[1]) * math.sqrt(q), flow
     return out
 
 
-def _turned(before: Array, now: Array) -> Array:
-    """Guess the film of the next direction: turned as far as since the one before, -1 where there is no pressure."""
+def _two_meshes(
+    eps: float, slenderness: float, grooves: Sequence[Groove], cells: tuple[int, int]
+) -> tuple[_Place, _Place]:
+    """Return the place on a mesh with half as many cells along, and on the mesh itself."""
+    coarse = _Place(eps, slenderness, grooves, 0.0, (cells[0], cells[1] // 2))
+    return coarse, _Place(eps, slenderness, grooves, 0.0, cells)
 
-    def alike(turn: int) -> int:
-        return int(np.count_nonzero((np.roll(before[:, 0], turn) > 0.0) == (now[:, 0] > 0.0)))
 
-    guess = np.roll(now, max(range(-_TURNS, _TURNS + 1), key=alike), 0)
-    return np.where(guess > 0.0, guess, -1.0)
+def _extrapolated(coarse: Array, fine: Array) -> Array:
+    """Extrapolate results of the two meshes to cells of no length: their error along is of the second order."""
+    return fine + (fine - coarse) / 3.0
 
 
 def finite_force(
@@ -233,16 +224,15 @@ def finite_force(
     grooves : sequence of Groove
         With angles from the eccentricity.
     cells : (int, int)
-        Even; the force is extrapolated from this mesh and one of twice its size.
+        Around, and along half the length: even; the force is extrapolated from this mesh and one half as fine along.
 
     Returns
     -------
     f_n, f_t : float
         In units of mu*L*R^3/c^2.
     """
-    places = [_Place(eps, slenderness, grooves, 0.0, (cells[0] // part, cells[1] // part)) for part in (1, 2)]
-    fine, coarse = (place.integrals(place.pressure(deps, half_ew, cavitation))[:2] for place in places)
-    f_n, f_t = fine + (fine - coarse) / 3.0
+    places = _two_meshes(eps, slenderness, grooves, cells)
+    f_n, f_t = _extrapolated(*(place.integrals(place.pressure(deps, half_ew, cavitation))[:2] for place in places))
     return float(f_n), float(f_t)
 
 

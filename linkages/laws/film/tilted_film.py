@@ -27,6 +27,7 @@ from numpy.polynomial import legendre
 from linkages.base.kernel import Array, kernel, lazy_kernel
 from linkages.base.kernel.dual import room
 from linkages.laws.film.closed_form import THINNEST
+from linkages.laws.film.surface.cavity import eliminate, folded
 from linkages.laws.parameters import SHEAR
 
 #: Polynomials along the bearing, and lines around it.
@@ -94,33 +95,36 @@ def tilted_film(
         faces[i] = xi - grade * math.sin(xi)
     for i in range(lines):
         middles[i] = i * step - grade * math.sin(i * step)
-    diagonal, beside = room(eps, (lines, modes, modes)), room(eps, (lines, modes, modes))
-    pressure = room(eps, (lines, modes))
+    width = 3 * modes - 1
+    band, pressure = room(eps, (lines * modes, 2 * width + 1)), room(eps, lines * modes)
+    own, beside = room(eps, (modes, modes)), room(eps, (modes, modes))
     for i in range(lines):
         after = middles[i + 1] if i + 1 < lines else 2.0 * math.pi
-        _cubes(eps, a, b, faces[i + 1], _MASS, 1.0 / (after - middles[i]), beside[i])
-        width = faces[i + 1] - faces[i]
-        _cubes(eps, a, b, middles[i], _STIFFNESS, width / (slenderness * slenderness), diagonal[i])
+        _cubes(eps, a, b, faces[i + 1], _MASS, 1.0 / (after - middles[i]), beside)
+        span = faces[i + 1] - faces[i]
+        _cubes(eps, a, b, middles[i], _STIFFNESS, span / (slenderness * slenderness), own)
         sines = math.sin(faces[i + 1]) - math.sin(faces[i])
         cosines = math.cos(faces[i]) - math.cos(faces[i + 1])
+        here, there = folded(i, lines) * modes, folded((i + 1) % lines, lines) * modes
         for k in range(modes):
-            pressure[i, k] = 12.0 * (
+            pressure[here + k] = 12.0 * (
                 _LOAD[0, k] * (deps * sines - 0.5 * ew * cosines) + _LOAD[1, k] * spin * (b * sines - a * cosines)
             )
-    for i in range(lines):
-        for k in range(modes):
             for j in range(modes):
-                diagonal[i, k, j] += beside[i, k, j] + beside[i - 1, k, j]
-    _solve_cyclic(diagonal, beside, pressure)
+                band[here + k, width + j - k] += own[k, j] + beside[k, j]
+                band[there + k, width + j - k] += beside[k, j]
+                band[here + k, width + there - here + j - k] -= beside[k, j]
+                band[there + k, width + here - there + j - k] -= beside[k, j]
+    eliminate(band, pressure, width)
     f_n, f_t, m_n, m_t, extent, whole, flow = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for g in range(_POINTS):
         s, weight = _S[g], 0.5 * _W[g]
         x, y = eps + a * s, b * s
         whole += weight * 2.0 * math.pi / math.sqrt(1.0 - x * x - y * y)
         for i in range(lines):
-            p = 0.0
+            p, here = 0.0, folded(i, lines) * modes
             for k in range(modes):
-                p += _PHI[k, g] * pressure[i, k]
+                p += _PHI[k, g] * pressure[here + k]
             if p > 0.0:
                 along = weight * p * (math.sin(faces[i + 1]) - math.sin(faces[i]))
                 across = weight * p * (math.cos(faces[i]) - math.cos(faces[i + 1]))
@@ -130,9 +134,9 @@ def tilted_film(
                 extent += weight * (faces[i + 1] - faces[i]) / gap
     for side in (-1.0, 1.0):
         for i in range(lines):
-            rise = 0.0  # of the pressure from this end inwards
+            rise, here = 0.0, folded(i, lines) * modes  # of the pressure from this end inwards
             for k in range(modes):
-                rise += _ENDS[k] * pressure[i, k] * (1.0 if k % 2 == 0 or side < 0.0 else -1.0)
+                rise += _ENDS[k] * pressure[here + k] * (1.0 if k % 2 == 0 or side < 0.0 else -1.0)
             gap = 1.0 - (eps + a * side) * math.cos(middles[i]) - b * side * math.sin(middles[i])
             flow += max(rise, 0.0) * gap * gap * gap * (faces[i + 1] - faces[i]) / (12.0 * slenderness)
     return f_n, f_t, m_n, m_t, extent, whole, flow
@@ -207,94 +211,3 @@ def _cubes(eps: float, a: float, b: float, theta: float, integrals: Array, facto
             out[k, j] = factor * (
                 c0 * integrals[0, k, j] + c1 * integrals[1, k, j] + c2 * integrals[2, k, j] + c3 * integrals[3, k, j]
             )
-
-
-@kernel
-def _solve_cyclic(diagonal: Array, beside: Array, right: Array) -> None:
-    """Solve a cyclic, symmetric, positive definite block tridiagonal system in place.
-
-    Block i has ``diagonal[i]``, and ``-beside[i]`` to the next block. All blocks but the last are eliminated in their
-    order by Cholesky's method, with their coupling to the last one; ``right`` (n, m) becomes the solution.
-    """
-    n, m = right.shape
-    last = np.zeros((n - 1, m, m), diagonal.dtype)  # of each block to the last one
-    for k in range(m):
-        for j in range(m):
-            last[0, k, j] -= beside[n - 1, k, j]
-            last[n - 2, k, j] -= beside[n - 2, k, j]
-    for i in range(n - 1):
-        factor, far, x = diagonal[i], last[i], right[i]
-        _factor(factor)
-        _forward(factor, far)
-        for k in range(m):
-            for q in range(k):
-                x[k] -= factor[k, q] * x[q]
-            x[k] /= factor[k, k]
-        _subtract(far, far, diagonal[n - 1])
-        for q in range(m):
-            for j in range(m):
-                right[n - 1, j] -= far[q, j] * x[q]
-        if i < n - 2:
-            ahead = beside[i]
-            _forward(factor, ahead)  # of the coupling's negative
-            _subtract(ahead, ahead, diagonal[i + 1])
-            for q in range(m):
-                for j in range(m):
-                    right[i + 1, j] += ahead[q, j] * x[q]
-                    for k in range(m):
-                        last[i + 1, j, k] += ahead[q, j] * far[q, k]
-    _factor(diagonal[n - 1])
-    x = right[n - 1]
-    for k in range(m):
-        for q in range(k):
-            x[k] -= diagonal[n - 1, k, q] * x[q]
-        x[k] /= diagonal[n - 1, k, k]
-    _backward(diagonal[n - 1], x)
-    for i in range(n - 2, -1, -1):
-        for j in range(m):
-            for q in range(m):
-                right[i, j] -= last[i, j, q] * right[n - 1, q]
-                if i < n - 2:
-                    right[i, j] += beside[i, j, q] * right[i + 1, q]
-        _backward(diagonal[i], right[i])
-
-
-@kernel
-def _factor(a: Array) -> None:
-    """Cholesky's factor L of a matrix, in its lower part."""
-    for j in range(len(a)):
-        for k in range(j):
-            for i in range(j, len(a)):
-                a[i, j] -= a[i, k] * a[j, k]
-        pivot = math.sqrt(a[j, j])
-        for i in range(j, len(a)):
-            a[i, j] /= pivot
-
-
-@kernel
-def _forward(factor: Array, right: Array) -> None:
-    """Solve L X = right for a matrix, in place."""
-    for i in range(len(factor)):
-        for k in range(i):
-            for j in range(len(factor)):
-                right[i, j] -= factor[i, k] * right[k, j]
-        for j in range(len(factor)):
-            right[i, j] /= factor[i, i]
-
-
-@kernel
-def _backward(factor: Array, x: Array) -> None:
-    """Solve the transposed system of L for a vector, in place."""
-    for i in range(len(x) - 1, -1, -1):
-        for k in range(i + 1, len(x)):
-            x[i] -= factor[k, i] * x[k]
-        x[i] /= factor[i, i]
-
-
-@kernel
-def _subtract(left: Array, right: Array, out: Array) -> None:
-    """Subtract the transpose of a matrix times another one."""
-    for q in range(len(out)):
-        for j in range(len(out)):
-            for k in range(len(out)):
-                out[j, k] -= left[q, j] * right[q, k]

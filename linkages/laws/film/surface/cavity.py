@@ -126,9 +126,15 @@ def _order(balance: Balance, full: Full, place: Indices) -> int:
             for k in range(n):
                 place[(first + k) % n] = k
             return m
-    for i in range(n):  # line i next to n - 1 - i
-        place[i] = 2 * i if i < (n + 1) // 2 else 2 * (n - 1 - i) + 1
+    for i in range(n):
+        place[i] = folded(i, n)
     return 2 * m
+
+
+@inlined_kernel
+def folded(i: int, n: int) -> int:
+    """Place of line i of a ring of n that is folded: next to line n - 1 - i."""
+    return 2 * i if i < (n + 1) // 2 else 2 * (n - 1 - i) + 1
 
 
 @kernel
@@ -153,30 +159,9 @@ def _assemble(balance: Balance, end: float, full: Full, place: Indices, width: i
             else:
                 band[r, width] = most[i, j] + max(outflow, 0.0) + max(-inflow, 0.0)
             # the neighbours: conductance, and the flow that they carry into this cell
-            _couple(
-                known,
-                full,
-                band,
-                right,
-                r,
-                width + (place[last] - place[i]) * m,
-                last,
-                j,
-                around[last, j],
-                max(inflow, 0.0),
-            )
-            _couple(
-                known,
-                full,
-                band,
-                right,
-                r,
-                width + (place[after] - place[i]) * m,
-                after,
-                j,
-                around[i, j],
-                max(-outflow, 0.0),
-            )
+            before, behind = width + (place[last] - place[i]) * m, width + (place[after] - place[i]) * m
+            _couple(known, full, band, right, r, before, last, j, around[last, j], max(inflow, 0.0))
+            _couple(known, full, band, right, r, behind, after, j, around[i, j], max(-outflow, 0.0))
             if j > 0:
                 _couple(known, full, band, right, r, width - 1, i, j - 1, along[i, j], 0.0)
             else:

@@ -223,10 +223,3 @@ def friction_torque(film: SurfaceFilm, relative: float = 1.0) -> float:
     return film.shear * relative + 0.5 * (
         thickness.x * fy - thickness.y * fx - thickness.tilt_x * mx - thickness.tilt_y * my
     )
-
-
-def attitude(film: SurfaceFilm) -> float:
-    """Angle from the load to the eccentricity, positive in the sense of rotation [rad]."""
-    load = math.atan2(-film.force[1], -film.force[0])
-    angle = math.atan2(film.thickness.y, film.thickness.x) - load
-    return math.remainder(angle, 2.0 * math.pi)
