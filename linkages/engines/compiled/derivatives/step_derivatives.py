@@ -13,13 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel
+from linkages.base.kernel.dual import DIRECTIONS, slope
 from linkages.base.kernel.simd import LaneArray as Lanes
 from linkages.base.kernel.simd import lane, lane_array, lanes
-from linkages.engines.compiled.derivatives.contact_changes import Contacts, make_contacts, note_contacts
-from linkages.engines.compiled.derivatives.forcing import add_forcing
-from linkages.engines.compiled.derivatives.variation import Variation, move
-from linkages.engines.compiled.run.equations import derivatives, set_state, solve_state
-from linkages.engines.compiled.run.jacobian import exact_jacobian
+from linkages.engines.compiled.derivatives.variation import Variation, add_slopes, first_of, set_columns
+from linkages.engines.compiled.run.equations import derivatives, solve_state
+from linkages.engines.compiled.run.jacobian import jacobian
 from linkages.engines.compiled.run.kinks import set_bounds, set_sides, shortened
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
@@ -38,8 +37,6 @@ _STEEP = 0.3  # ratio of the depths at the ends of a step below which the step i
 _FINEST = 2.0**-16  # smallest part of a graded step
 _TICK = 4e-16  # smallest part of any step, in parts of the time: shorter ones do not change it
 _NEAR_END = 3e-9  # depth at the start of its last part, in parts of the clearance: events are located to 1e-10
-_MILD = 1e-5  # step of central differences of closure rows [rad, or parts of the linkage's length]
-_NOTHING = 1e-200  # change that counts as zero: its step would overflow
 
 _collocation = collocation_sensitivity(RADAU_IIA_5)
 _explicit = explicit_sensitivity(DORMAND_PRINCE_5_4)
@@ -56,7 +53,6 @@ class Run(NamedTuple):
     tolerance: Array  # of each entry of the state, (ny,)
     steps: Steps
     kinks: Array  # see `linkages.engines.compiled.run.kinks.kinks`, (nc, KINKS)
-    rate: float  # of the motion [rad/s]
 
 
 class Column(NamedTuple):
@@ -77,11 +73,10 @@ class Column(NamedTuple):
     pivots: Indices  # (k,)
     start: Lanes  # of some columns, to work in, (ny,)
     solved: Lanes  # (s k,)
-    contacts: Contacts
 
 
-def make_column(ny: int, model: Arrays, m: int, np_: int, implicit: bool) -> Column:
-    """Make the arrays for ny entries of the state of a model and m columns, the last np along values."""
+def make_column(ny: int, model: Arrays, m: int, implicit: bool) -> Column:
+    """Make the arrays for ny entries of the state of a model and m columns."""
     k, nc, stages = ny - len(model.free), len(model.ends), 3 if implicit else 6
     shapes = (
         (ny, m), (ny, m), (k, m), (nc, m), (stages, k, k), (stages, k, ny), (stages, k, m), (ny, ny), (1,), (ny,),
@@ -90,7 +85,6 @@ def make_column(ny: int, model: Arrays, m: int, np_: int, implicit: bool) -> Col
     made = Column._make(
         [
             *map(np.zeros, shapes), np.zeros(k, np.int64), lane_array(ny), lane_array(stages * k),
-            make_contacts(nc, np_, k, len(model.driven), m),
         ]
     )  # fmt: skip
     made.ended[0] = math.nan
@@ -99,15 +93,14 @@ def make_column(ny: int, model: Arrays, m: int, np_: int, implicit: bool) -> Col
 
 @kernel
 def linearise(equations: Equations, variation: Variation, t: float, c: Column, stage: int) -> None:
-    """Fill mass, Jacobian and forcing of a stage, at the state ``y`` at time t, and the changes of the contacts."""
+    """Fill mass, Jacobian and forcing of a stage, at the state ``y`` at time t."""
     n, k, forcing = len(c.y), c.mass.shape[1], c.forcing[stage]
     derivatives(equations, t, c.y, c.dy)
-    note_contacts(equations, c.contacts)
-    exact_jacobian(equations, t, c.y, c.mass[stage], c.full)
+    jacobian(equations, t, c.y, c.mass[stage], c.full)
     for i in range(k):
         copy(c.full[n - k + i], c.jacobian[stage, i])
     forcing[:] = 0.0
-    add_forcing(equations, variation, t, c.y, c.dy[n - k :], c.contacts, c.remembered, forcing)
+    add_slopes(equations, variation, t, c.y, c.dy[n - k :], c.before, c.remembered, False, forcing)
 
 
 @kernel
@@ -237,41 +230,22 @@ def _grades(equations: Equations, steps: Steps, k: int) -> tuple[float, float]:
 
 
 @kernel
-def _difference_step(equations: Equations, variation: Variation, p: int, c: Column, j: int) -> float:
-    """Step of central differences along column j, and value p unless it is -1."""
-    model = equations.model
-    worst = 1.0 / variation.unit[p] if p >= 0 else 0.0
-    for i in range(len(model.free)):
-        worst = max(worst, abs(c.before[i, j]) / min(1.0, model.size))
-    return _MILD / worst if worst > _NOTHING else 1.0
-
-
-@kernel
 def close_columns(equations: Equations, variation: Variation, t: float, y: Array, c: Column) -> None:
     """Project the columns ``before`` of a closed state onto the linearised closure, as the run projects states."""
-    model, w = equations.model, equations.work.dynamics
-    n, m, nr = len(model.free), c.before.shape[1], len(model.rows)
-    moved, at = variation.equations.model, variation.equations.work.dynamics
+    model, w, duals, at = equations.model, equations.work.dynamics, variation.model, variation.work.dynamics
+    n, nr, rows = len(model.free), len(model.rows), variation.work.rows
     x = np.zeros(len(w.q))
-    for j in range(m):
-        p = j - (m - len(variation.unit))
-        h = _difference_step(equations, variation, p, c, j)
+    for last in range(c.before.shape[1], 0, -DIRECTIONS):
+        first = first_of(last)
         for rates in range(2):
-            w.row_error[:] = 0.0
-            for side in (-1.0, 1.0):
-                if p >= 0:
-                    move(variation, p, side * h)
-                for i in range(len(y)):
-                    c.y[i] = y[i] + side * h * c.before[i, j]
-                set_state(moved, variation.equations.work, t, c.y)
+            set_columns(equations, variation, t, y, c.before, c.remembered, first, last, True)
+            for r in range(nr):
+                rows[r] = row_rate(duals.rows[r], at.pose, at.vel) if rates else row_value(duals.rows[r], at.pose)
+            for j in range(first, last):
                 for r in range(nr):
-                    row = moved.rows[r]
-                    value = row_rate(row, at.pose, at.vel) if rates else row_value(row, at.pose)
-                    w.row_error[r] -= side * value / (2.0 * h)
-            x[:] = 0.0
-            correct(model.stiff, model.rows, model.rank, w, x)
-            for i in range(n):
-                c.before[i + rates * n, j] += x[model.free[i]]
-        if p >= 0:
-            move(variation, p, 0.0)
+                    w.row_error[r] = -slope(rows[r], j - first)
+                x[:] = 0.0
+                correct(model.stiff, model.rows, model.rank, w, x)
+                for i in range(n):
+                    c.before[i + rates * n, j] += x[model.free[i]]
     equations.work.solved[0] = math.nan
