@@ -10,14 +10,14 @@ from linkages.base.kernel import Array, kernel
 from linkages.base.kernel.dual import DIRECTIONS, slope, with_number
 from linkages.engines.compiled.derivatives.step_derivatives import Column, Run
 from linkages.engines.compiled.derivatives.variation import (
-    add_solved,
+    fill_solved,
     first_of,
     set_columns,
     set_over_time,
     set_results,
 )
 from linkages.engines.compiled.run.equations import derivatives
-from linkages.engines.compiled.run.jacobian import jacobian
+from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.model import Equations
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.mechanics.integrate.factor import back_substitute, factorise
@@ -75,7 +75,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
     jump, forcing = np.zeros(OUTPUTS), np.zeros((len(c.own), m))
     _set_jump(equations, k, jump)
     _hold(equations, k, True)
-    jacobian(equations, t, y, c.mass[0], c.full)
+    inertia(equations, t, y, c.mass[0])
     if not factorise(c.mass[0], c.pivots):
         return False
     # the state is a little beyond the event: the new forces act for that time already
@@ -102,11 +102,11 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         v.work.rows[:] = 0.0
         add_contact(w.wrench, v.model.ends[k], motion[0], motion[1], arms, push[0], push[1], push[2])
         generalised_force(v.model.bodies, w.pose, w.wrench, w.tau)
-        add_solved(equations, v, first, last, forcing)
+        fill_solved(equations, v, first, last, forcing)
         for i in range(len(equations.model.bristles)):
             if equations.model.bristles[i] == k:
                 for j in range(first, last):
-                    forcing[len(equations.model.free) + i, j] += slope(push[BRISTLE_RATE], j - first)
+                    forcing[len(equations.model.free) + i, j] = slope(push[BRISTLE_RATE], j - first)
     for j in range(m):
         for row in range(len(c.own)):
             c.own[row] = forcing[row, j]

@@ -11,9 +11,9 @@ from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.dual import DIRECTIONS, slope
 from linkages.engines.compiled.derivatives.event_derivatives import begin_or_end
 from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, advance, close_columns
-from linkages.engines.compiled.derivatives.variation import add_residual, first_of, set_columns, set_contacts
+from linkages.engines.compiled.derivatives.variation import fill_residual, first_of, set_columns, set_contacts
 from linkages.engines.compiled.run.equations import derivatives, solve_state
-from linkages.engines.compiled.run.jacobian import jacobian
+from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.run.replay import remember, replay
 from linkages.mechanics.integrate.factor import back_substitute, factorise
@@ -119,14 +119,13 @@ def _set_changes(run: Run, t: float, y: Array, is_linear: bool, c: Column, at: i
     model, n, m, count = equations.model, len(equations.model.free), c.before.shape[1], len(v.unit)
     if not is_linear and not _factorise_here(run, t, y, c):
         return False
-    c.forcing[0] = 0.0
     w = v.work.dynamics
     for last in range(m, m - count, -DIRECTIONS):
         first = max(first_of(last), m - count)
         set_columns(equations, v, t, y, c.before, c.remembered, first, last, True)
         set_contacts(equations, v)
         if not is_linear:
-            add_residual(equations, v, t, c.dy[len(y) - len(c.own) :], first, last, c.forcing[0])
+            fill_residual(equations, v, t, c.dy[len(y) - len(c.own) :], first, last, c.forcing[0])
         for j in range(first, last):
             d, p = j - first, j - (m - count)
             if not is_linear:
@@ -158,7 +157,7 @@ def _factorise_here(run: Run, t: float, y: Array, c: Column) -> bool:
         for k in range(len(sides)):
             copy(before[k], sides[k])
     derivatives(run.equations, t, y, c.dy)
-    jacobian(run.equations, t, y, c.mass[0], c.full)
+    inertia(run.equations, t, y, c.mass[0])
     return factorise(c.mass[0], c.pivots)
 
 

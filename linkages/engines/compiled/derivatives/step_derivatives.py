@@ -16,15 +16,16 @@ from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.dual import DIRECTIONS, slope
 from linkages.base.kernel.simd import LaneArray as Lanes
 from linkages.base.kernel.simd import lane, lane_array, lanes
-from linkages.engines.compiled.derivatives.variation import Variation, add_slopes, first_of, set_columns
+from linkages.engines.compiled.derivatives.variation import Variation, fill_slopes, first_of, set_columns
 from linkages.engines.compiled.run.equations import derivatives, solve_state
-from linkages.engines.compiled.run.jacobian import jacobian
+from linkages.engines.compiled.run.jacobian import inertia, jacobian
 from linkages.engines.compiled.run.kinks import set_bounds, set_sides, shortened
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
 from linkages.engines.compiled.run.replay import STAGES, Steps, around, recorded, remember
+from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.integrate.implicit import set_last_step
-from linkages.mechanics.integrate.sensitivity import collocation_sensitivity, explicit_sensitivity
+from linkages.mechanics.integrate.sensitivity import collocation_sensitivity
 from linkages.mechanics.integrate.stepper import INVERTED, Stepper, copy, restart
 from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 from linkages.mechanics.planar.arrays import Arrays
@@ -39,9 +40,8 @@ _TICK = 4e-16  # smallest part of any step, in parts of the time: shorter ones d
 _NEAR_END = 3e-9  # depth at the start of its last part, in parts of the clearance: events are located to 1e-10
 
 _collocation = collocation_sensitivity(RADAU_IIA_5)
-_explicit = explicit_sensitivity(DORMAND_PRINCE_5_4)
 _RADAU_C = RADAU_IIA_5.c
-_PAIR_A, _PAIR_C = DORMAND_PRINCE_5_4.a, DORMAND_PRINCE_5_4.c
+_PAIR_A, _PAIR_B, _PAIR_C = DORMAND_PRINCE_5_4.a, DORMAND_PRINCE_5_4.b, DORMAND_PRINCE_5_4.c
 
 
 class Run(NamedTuple):
@@ -62,9 +62,10 @@ class Column(NamedTuple):
     after: Array  # at its end
     rates: Array  # rates at its end of rates and others, by an implicit method, (k, m)
     remembered: Array  # derivatives of the contacts' approach speeds, (nc, m)
-    mass: Array  # at the stages, (s, k, k)
+    mass: Array  # at the stages of an implicit method, (s, k, k)
     jacobian: Array  # (s, k, ny)
     forcing: Array  # (s, k, m)
+    stages: Array  # rates of the columns at the stages of an explicit method, (s, ny, m)
     full: Array  # Jacobian of all entries, at the last stage, (ny, ny)
     ended: Array  # time of the last differentiated step's end, NaN without, (1,)
     y: Array  # state at a stage, (ny,)
@@ -77,16 +78,14 @@ class Column(NamedTuple):
 
 def make_column(ny: int, model: Arrays, m: int, implicit: bool) -> Column:
     """Make the arrays for ny entries of the state of a model and m columns."""
-    k, nc, stages = ny - len(model.free), len(model.ends), 3 if implicit else 6
+    k, nc = ny - len(model.free), len(model.ends)
+    together, one_by_one = (3, 0) if implicit else (1, len(_PAIR_C))
     shapes = (
-        (ny, m), (ny, m), (k, m), (nc, m), (stages, k, k), (stages, k, ny), (stages, k, m), (ny, ny), (1,), (ny,),
-        (ny,), (k,),
+        (ny, m), (ny, m), (k, m), (nc, m), (together, k, k), (together, k, ny), (together, k, m), (one_by_one, ny, m),
+        (ny, ny), (1,), (ny,), (ny,), (k,),
     )  # fmt: skip
-    made = Column._make(
-        [
-            *map(np.zeros, shapes), np.zeros(k, np.int64), lane_array(ny), lane_array(stages * k),
-        ]
-    )  # fmt: skip
+    indices, in_lanes = np.zeros(k, np.int64), (lane_array(ny), lane_array(together * k))
+    made = Column(*map(np.zeros, shapes), indices, *in_lanes)  # type: ignore[arg-type]
     made.ended[0] = math.nan
     return made
 
@@ -99,8 +98,7 @@ def linearise(equations: Equations, variation: Variation, t: float, c: Column, s
     jacobian(equations, t, c.y, c.mass[stage], c.full)
     for i in range(k):
         copy(c.full[n - k + i], c.jacobian[stage, i])
-    forcing[:] = 0.0
-    add_slopes(equations, variation, t, c.y, c.dy[n - k :], c.before, c.remembered, False, forcing)
+    fill_slopes(equations, variation, t, c.y, c.dy[n - k :], c.before, c.remembered, False, forcing)
 
 
 @kernel
@@ -114,17 +112,47 @@ def _attempted(equations: Equations, variation: Variation, s: Stepper, t: float,
             linearise(equations, variation, t + _RADAU_C[stage] * h, c, stage)
         known = _collocation(h, c.mass, c.jacobian, c.forcing, c.before, c.after, c.rates, c.start, c.solved)
     else:
-        for stage in range(len(_PAIR_C)):
-            for i in range(n):
-                total = 0.0
-                for j in range(stage):
-                    total += _PAIR_A[stage, j] * s.stages[j, i]
-                c.y[i] = y[i] + h * total
-            linearise(equations, variation, t + _PAIR_C[stage] * h, c, stage)
-        known = _explicit(h, c.mass, c.jacobian, c.forcing, c.before, c.after)
+        known = _explicit_step(equations, variation, s, t, h, y, c)
     for i in range(n):
         copy(c.after[i], c.before[i])
     return known
+
+
+@kernel
+def _explicit_step(
+    equations: Equations, variation: Variation, s: Stepper, t: float, h: float, y: Array, c: Column
+) -> bool:
+    """Fill ``after`` with the columns at the end of a step of the pair: its stages move along the columns."""
+    n, k = len(y), len(c.own)
+    for stage in range(len(_PAIR_C) + 1):
+        for i in range(n):
+            copy(c.before[i], c.after[i])
+        for j in range(stage):
+            weight = h * (_PAIR_A[stage, j] if stage < len(_PAIR_C) else _PAIR_B[j])
+            for i in range(n):
+                for m in range(c.after.shape[1]):
+                    c.after[i, m] += weight * c.stages[j, i, m]
+        if stage == len(_PAIR_C):
+            break
+        for i in range(n):
+            c.y[i] = y[i]
+            for j in range(stage):
+                c.y[i] += h * _PAIR_A[stage, j] * s.stages[j, i]
+        at, rates, own = t + _PAIR_C[stage] * h, c.stages[stage], c.forcing[0]
+        derivatives(equations, at, c.y, c.dy)
+        inertia(equations, at, c.y, c.mass[0])
+        if not factorise(c.mass[0], c.pivots):
+            return False
+        fill_slopes(equations, variation, at, c.y, c.dy[n - k :], c.after, c.remembered, True, own)
+        for m in range(c.after.shape[1]):
+            for i in range(k):
+                c.own[i] = own[i, m]
+            back_substitute(c.mass[0], c.pivots, c.own)
+            for i in range(k):
+                rates[n - k + i, m] = c.own[i]
+            for i in range(n - k):
+                rates[i, m] = c.after[n - k + i, m]
+    return True
 
 
 @kernel

@@ -20,7 +20,7 @@ import numpy as np
 from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.block import Duplicate
 from linkages.base.kernel.by_reference import packed
-from linkages.base.kernel.dual import DIRECTIONS, dual_array, is_known, number, seeded, slope, with_number
+from linkages.base.kernel.dual import DIRECTIONS, dual_array, is_known, number, put_slopes, seeded, slope, with_number
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.engines.compiled.derivatives.neighbours import Neighbours, unscaled
 from linkages.engines.compiled.derivatives.start_derivatives import start_derivatives
@@ -239,13 +239,13 @@ def _set_numbers(equations: Equations, work: DualWork, y: Array) -> None:
 
 
 @kernel
-def add_slopes(
+def fill_slopes(
     equations: Equations, v: Variation, t: float, y: Array, dy: Array, columns: Array, remembered: Array, moves: bool,
     out: Array,
 ) -> None:  # fmt: skip
-    """Add the derivatives of the residual along the columns to ``out`` (k, m), see `set_columns`.
+    """Fill ``out`` (k, m) with the derivatives of the residual along the columns, see `set_columns`.
 
-    The Jacobian has been found at (t, y), where ``dy`` are the derivatives of rates and others.
+    The mass matrix has been found at (t, y), where ``dy`` are the derivatives of rates and others.
     """
     m = out.shape[1]
     for last in range(m, 0, -DIRECTIONS):
@@ -253,7 +253,10 @@ def add_slopes(
         if moves or last > m - len(v.unit) or _any(remembered, first, last):
             set_columns(equations, v, t, y, columns, remembered, first, last, moves)
             set_contacts(equations, v)
-            add_residual(equations, v, t, dy, first, last, out)
+            fill_residual(equations, v, t, dy, first, last, out)
+        else:
+            for i in range(len(out)):
+                out[i, first:last] = 0.0
 
 
 @kernel
@@ -362,8 +365,8 @@ def _move(v: Variation, p: int, amount: float) -> None:
 
 
 @kernel
-def add_residual(equations: Equations, v: Variation, t: float, dy: Array, first: int, last: int, out: Array) -> None:
-    """Add the slopes of the residual, at a dual state and contacts that are set, to columns of ``out`` (k, m)."""
+def fill_residual(equations: Equations, v: Variation, t: float, dy: Array, first: int, last: int, out: Array) -> None:
+    """Fill columns of ``out`` (k, m) with the slopes of the residual, at a dual state and contacts that are set."""
     model, w = v.model, v.work.dynamics
     if len(model.loads):
         tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
@@ -371,20 +374,30 @@ def add_residual(equations: Equations, v: Variation, t: float, dy: Array, first:
     for i in range(len(model.free)):
         w.a[model.free[i]] = dy[i]
     set_residuals(model, w, equations.work.dynamics.reaction, v.work.rows)
-    add_solved(equations, v, first, last, out)
+    fill_solved(equations, v, first, last, out)
     for k in range(len(model.bristles)):
-        rate = v.work.contacts[model.bristles[k], BRISTLE_RATE]
-        for j in range(first, last):
-            out[len(model.free) + k, j] += slope(rate, j - first)
+        _put(v.work.contacts[model.bristles[k], BRISTLE_RATE], len(model.free) + k, first, last, out)
 
 
 @kernel
-def add_solved(equations: Equations, v: Variation, first: int, last: int, out: Array) -> None:
-    """Add the slopes of the generalised forces to ``out``; with closure rows those of the accelerations they give."""
+def fill_solved(equations: Equations, v: Variation, first: int, last: int, out: Array) -> None:
+    """Fill columns of ``out`` with the slopes of the generalised forces; with rows, of the accelerations they give."""
     model, at, s, tau = equations.model, equations.work.dynamics, equations.work.scratch, v.work.dynamics.tau
-    for j in range(first, last):
-        if len(model.rows):
-            close(model, at, s, tau, v.work.rows, j - first)
+    if not len(model.rows):
         for i in range(len(model.free)):
-            place = model.free[i]
-            out[i, j] += s.a[place] if len(model.rows) else slope(tau[place], j - first)
+            _put(tau[model.free[i]], i, first, last, out)
+        return
+    for j in range(first, last):
+        close(model, at, s, tau, v.work.rows, j - first)
+        for i in range(len(model.free)):
+            out[i, j] = s.a[model.free[i]]
+
+
+@inlined_kernel
+def _put(x: float, row: int, first: int, last: int, out: Array) -> None:
+    """Put the slopes of a dual into columns of a row."""
+    if last - first == DIRECTIONS:
+        put_slopes(out, row, first, x)
+        return
+    for j in range(first, last):
+        out[row, j] = slope(x, j - first)

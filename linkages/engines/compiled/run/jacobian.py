@@ -50,10 +50,7 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
         contact_partials(
             model.ends[k], model.laws[k], model.tables[k], work.memory[k], motion, s.bounds[k], s.partials[k]
         )
-    if w.interpolated[0] > 0.0:
-        solve_neighbour(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
-        work.solved[0] = math.nan
-    _fill_mass(model, w, s, mass)
+    _fill_mass(equations, mass)
     out[:] = 0.0
     for i in range(n):
         out[i, n + i] = 1.0
@@ -66,9 +63,21 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
         _fill_faster(equations, t, first, min(DIRECTIONS, ny - first), out)
 
 
+@lazy_kernel
+def inertia(equations: Equations, t: float, y: Array, mass: Array) -> None:
+    """Fill ``mass``, and what `close` needs, as `jacobian`."""
+    if not is_solved(equations.work, t, y):
+        solve_state(equations, t, y)
+    _fill_mass(equations, mass)
+
+
 @kernel
-def _fill_mass(model: Arrays, w: Workspace, s: Scratch, mass: Array) -> None:
-    """Fill the mass matrix; with closure rows, what `close` needs."""
+def _fill_mass(equations: Equations, mass: Array) -> None:
+    """Fill the mass matrix at a solved state; with closure rows, what `close` needs."""
+    model, w, s = equations.model, equations.work.dynamics, equations.work.scratch
+    if w.interpolated[0] > 0.0:
+        solve_neighbour(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+        equations.work.solved[0] = math.nan
     mass[:] = 0.0
     for i in range(len(mass)):
         mass[i, i] = 1.0
