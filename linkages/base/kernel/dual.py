@@ -301,8 +301,8 @@ def _maximum(write: _Writer, x: Parts, y: Parts) -> Parts:
 
 
 def _chosen(b: Any, sign: str, x: Parts, y: Parts) -> Parts:
-    first = b.fcmp_ordered(sign, x.number, y.number)
-    return parts(b, DUAL, b.select(first, packed(b, x), packed(b, y)))
+    first = b.or_(b.fcmp_ordered(sign, x.number, y.number), b.fcmp_unordered("uno", x.number, x.number))
+    return parts(b, DUAL, b.select(first, packed(b, x), packed(b, y)))  # no number stays none
 
 
 def _arc_tangent(write: _Writer, y: Parts, x: Parts) -> Parts:
