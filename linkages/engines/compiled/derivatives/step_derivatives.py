@@ -85,7 +85,7 @@ def make_column(ny: int, model: Arrays, m: int, implicit: bool) -> Column:
         (ny, ny), (1,), (ny,), (ny,), (k,),
     )  # fmt: skip
     indices, in_lanes = np.zeros(k, np.int64), (lane_array(ny), lane_array(together * k))
-    made = Column(*map(np.zeros, shapes), indices, *in_lanes)  # type: ignore[arg-type]
+    made = Column._make([*map(np.zeros, shapes), indices, *in_lanes])
     made.ended[0] = math.nan
     return made
 
