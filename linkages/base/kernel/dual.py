@@ -146,7 +146,7 @@ def has_duals(kind: Any) -> bool:
 
 
 def with_duals(kind: Any) -> Any:
-    """Return the type with duals in the place of floats; records and arrays stay as they are."""
+    """Return the type with duals in the place of floats; records and arrays keep their types."""
     if isinstance(kind, types.BaseTuple):
         return types.Tuple([with_duals(part) for part in cast(Any, kind)])
     return DUAL if kind == types.float64 else kind
@@ -175,7 +175,7 @@ def _in_record(kind: Any, apart: int) -> Any:
 
 
 def _members(kind: Any) -> tuple[Any, ...]:
-    """Types of what a record or a plain tuple has."""
+    """Types of the parts of a record or a plain tuple."""
     if isinstance(kind, types.Record):
         return tuple(field.type for field in kind.fields.values())
     plain = isinstance(kind, types.BaseTuple) and not isinstance(kind, types.BaseNamedTuple)

@@ -1,4 +1,4 @@
-"""A copy of a named tuple whose numbers are duals: what is computed from it has derivatives along changes of them.
+"""A copy of a named tuple whose numbers are duals: results computed from it have derivatives along their changes.
 
 A word of 8 bytes becomes `DIRECTIONS` + 1 words, so that all records have the same layout: an integer of a record
 keeps its place, and no slopes belong to it. Arrays of integers are shared.
@@ -22,7 +22,7 @@ _WORDS = 1 + DIRECTIONS
 
 
 class DualLanes(DualArray):
-    """An array of duals side by side, the last two axes; compiled code sees what is before them."""
+    """An array of duals side by side, the last two axes; compiled code sees the axes before them."""
 
     axes = 2
 
@@ -47,7 +47,7 @@ class DualCopy:
     Parameters
     ----------
     value : named tuple
-        As for `linkages.base.kernel.block.contents`; its numbers outside arrays are copied as they are.
+        As for `linkages.base.kernel.block.contents`; numbers outside its arrays are copied without slopes.
 
     Attributes
     ----------

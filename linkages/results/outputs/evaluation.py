@@ -72,7 +72,7 @@ def tabulate(
 
 
 class DualTable(NamedTuple):
-    """Outputs of a model of duals, see `slopes`; the numbers are the memory of what the snapshot holds."""
+    """Outputs of a model of duals, see `slopes`; the numbers are the memory of the snapshot's arrays."""
 
     outputs: Records
     seen: Snapshot
@@ -132,7 +132,7 @@ def slopes(
 
 @kernel
 def _set_reactions(table: DualTable, seen: Snapshot, count: int) -> None:
-    """Fill the dual reactions of the closure rows from those of floats: what they leave of the forces needs others."""
+    """Fill the dual reactions of the closure rows: slopes of the residual at fixed reactions need further ones."""
     model, w, at = table.seen.model, table.seen.state, seen.state
     used, needed = w.response, w.modal_response
     for i in range(len(needed)):

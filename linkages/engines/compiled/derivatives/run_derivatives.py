@@ -113,7 +113,7 @@ def _set_changes(run: Run, t: float, y: Array, is_linear: bool, c: Column, at: i
     Parameters
     ----------
     is_linear : bool
-        Whether the equations have been linearised here, and ``rates`` are those of the columns.
+        Whether the equations have been linearised here, and ``rates`` has the columns' rates.
     """
     equations, v = run.equations, run.variation
     model, n, m, count = equations.model, len(equations.model.free), c.before.shape[1], len(v.unit)

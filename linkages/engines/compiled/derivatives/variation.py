@@ -65,7 +65,7 @@ _NEAR = 1e-3  # lower limit of the gap that scales a difference, in parts of the
 class DualWork(NamedTuple):
     """Arrays that an evaluation with duals fills; as in `linkages.engines.compiled.run.model.Work`, but of duals.
 
-    The last ones are the memory of those before them that kernels fill slope by slope: a number, then its slopes.
+    The last ones are the memory of three others, which kernels fill slope by slope: a number, then its slopes.
     """
 
     dynamics: Workspace
