@@ -139,8 +139,6 @@ class FrictionLaw(NamedTuple):
     needs: tuple[str, ...] = ("coefficient",)  # keys of `NEEDS`
     #: Sliding speeds, of either sign, at which the slope or the curvature jumps, as a function of the parameters.
     kinks: Callable[[Mapping[str, float]], tuple[float, ...]] = lambda parameters: ()
-    #: Sliding speeds over which the law changes smoothly.
-    speeds: Callable[[Mapping[str, float]], tuple[float, ...]] = lambda parameters: ()
 
     @property
     def address(self) -> int:
@@ -184,7 +182,6 @@ FRICTIONS = {
     "coulomb": FrictionLaw(
         coulomb, "mu_d tanh(v/v_1)",
         "sliding; smooth for gradients", "Marques et al., Nonlinear Dyn. 86, 2016", parameters=COULOMB,
-        speeds=lambda parameters: (parameters["v_1"],),
     ),
     "lugre": FrictionLaw(
         lugre,
@@ -193,7 +190,6 @@ FRICTIONS = {
         "stick and slip; one state per joint",
         "Canudas de Wit et al., IEEE TAC 40, 1995; passivity: Barabanov and Ortega 2000",
         bristles=True, parameters=LUGRE, kinks=lambda parameters: (0.0,),
-        speeds=lambda parameters: (parameters["v_1"],),
     ),
 }  # fmt: skip
 

@@ -6,11 +6,8 @@ import pytest
 import linkages
 from linkages.base.kernel.block import contents
 from linkages.engines.compiled.derivatives.neighbours import Neighbours, neighbours
-from linkages.engines.compiled.derivatives.sensitivity import Differentiation
 from linkages.engines.compiled.derivatives.start_derivatives import start_derivatives
-from linkages.engines.compiled.derivatives.variation import ANY, INERTIAL, QUADRATIC
 from linkages.engines.compiled.run.model import start_state
-from linkages.engines.compiled.run.runner import Runner, join
 
 LINEAR = [
     "joints.A.clearance",
@@ -91,35 +88,6 @@ def test_rounding_is_no_change():
     assert np.all(np.abs(near.arrays.rates * near.magnitude) > 1e-9 * np.abs(here[places]))
 
 
-@pytest.mark.parametrize(
-    ("name", "values"),
-    [
-        (
-            "seven_bar.toml",
-            [
-                "sdf.links.link6.mass", "sdf.links.link6.inertia", "gravity.y", "sdf.links.link6.com.x",
-                "sdf.frames.link2_C.pose.x", "sdf.frames.link6_D.pose.x", "drives.O1.speed",
-            ],
-        ),
-        ("slider_crank_guide.toml", ["sdf.frames.rod_B.pose.x", "drives.O.speed", "sdf.links.slider.mass"]),
-        ("slider_crank_lubricated.toml", ["sdf.frames.rod_B.pose.x", "sdf.frames.crank_A.pose.x", "gravity.x"]),
-    ],
-)  # fmt: skip
-def test_differences_of_the_second_order_are_exact_for_lengths_and_masses(name, values, monkeypatch):
-    """Numbers of rigid bodies, of markers and of gravity; differences of the fourth order give the same."""
-    system = linkages.load(linkages.find_file(name), {"duration": 0.01, "solver.accuracy": 1e-10})
-    runner, found = Runner(system), []
-    steps = join([runner.run(0.0, runner.start, 0.0, 10**6)])
-    for quadratic, inertial in ((QUADRATIC, INERTIAL), (ANY, ANY)):
-        monkeypatch.setattr("linkages.engines.compiled.derivatives.variation.QUADRATIC", quadratic)
-        monkeypatch.setattr("linkages.engines.compiled.derivatives.variation.INERTIAL", inertial)
-        found.append(Differentiation(runner, steps, values).at_steps().states[:, :, -len(values) :])
-    for value, exact, other in zip(values, *np.moveaxis(found, -1, 1), strict=True):
-        assert np.abs(exact).max() > 0.0
-        assert np.abs(exact - other).max() < 1e-8 * np.abs(exact).max(), value
-        assert (exact != other).any() or value.startswith("drives."), value
-
-
 SPRUNG = """
 [springs.S]
 point = "slider"
@@ -131,7 +99,7 @@ damping = 2.0
 
 
 def test_springs_lengths_and_speeds_share_a_run(tmp_path):
-    """Differences of each kind, in a linkage with a spring."""
+    """Loads, lengths and drives, in a linkage with a spring."""
     text = linkages.find_file("slider_crank_lubricated.toml").read_text()
     (tmp_path / "sprung.toml").write_text(
         text.replace('"slider_crank.sdf"', f'"{linkages.find_file("slider_crank.sdf")}"') + SPRUNG

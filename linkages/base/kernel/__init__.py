@@ -7,6 +7,7 @@
 | by_reference | named tuples passed by reference                                               |
 | block        | a named tuple and its arrays in one piece of memory                            |
 | dual         | dual numbers: a number and its derivatives, as a type of numba                 |
+| dual_copy    | a named tuple whose numbers are duals                                          |
 | dual_lanes   | duals side by side                                                             |
 | simd         | SIMD lanes: one operation for several numbers                                  |
 | fingerprint  | the fingerprint of a function: code, constants, functions it calls             |

@@ -217,7 +217,7 @@ def lay(value: Any, words: bytearray, spots: list[tuple[int, Any]]) -> None:
     elif isinstance(value, np.ndarray):
         lengths, strides = value.shape, value.strides
         if isinstance(value, LaneArray):
-            lengths, strides = lengths[:-1], strides[:-1]
+            lengths, strides = lengths[: -value.axes], strides[: -value.axes]
         if value.size:
             spots.append((len(words) + ARRAY_DATA, value))
         structure = array_words(value, _address(value) if value.size else 0, lengths, strides)

@@ -31,6 +31,7 @@ from numba.extending import (
 )  # fmt: skip
 
 from linkages.base.kernel import simd
+from linkages.base.kernel.private import OFF
 from linkages.base.kernel.simd import WIDTH, LaneArray
 
 DIRECTIONS = 8
@@ -98,6 +99,30 @@ class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, ir.ArrayType(PAIR, WIDTH))
 
+    def get_data_type(self) -> Any:
+        """Return LLVM's type of duals side by side in memory."""
+        return ir.ArrayType(_IN_MEMORY, WIDTH)
+
+    def load_from_data_pointer(self, builder: Any, place: Any, align: Any = None) -> Any:
+        """Load duals side by side."""
+        load, zero = self._dmm[DUAL].load_from_data_pointer, _INDEX(0)
+        array = ir.Constant(ir.ArrayType(PAIR, WIDTH), ir.Undefined)
+        for k in range(WIDTH):
+            array = builder.insert_value(array, load(builder, builder.gep(place, [zero, _INDEX(k)], inbounds=True)), k)
+        return array
+
+
+class _DualRecord(types.Record):
+    """Type of a record that has duals."""
+
+    @property
+    def dtype(self) -> Any:
+        """Type of NumPy of the same size."""
+        return np.dtype((np.void, self.size))
+
+
+register_model(_DualRecord)(models.RecordModel)
+
 
 class DualArray(LaneArray):
     """An array of duals: a number and its slopes in the last axis; compiled code sees what is before it."""
@@ -114,19 +139,45 @@ def _type_of(value: DualArray, context: Any) -> Any:
 
 
 def has_duals(kind: Any) -> bool:
-    """Whether a type of numba is a dual, an array of them, or a plain tuple with one."""
-    return any(map(has_duals, _members(kind))) or getattr(kind, "dtype", kind) == DUAL
+    """Whether a type of numba is a dual, an array of them, or a record or a plain tuple with one."""
+    if isinstance(kind, types.Array):
+        kind = kind.dtype
+    return kind in (DUAL, LANES) or any(map(has_duals, _members(kind)))
 
 
 def with_duals(kind: Any) -> Any:
-    """Return the type with duals in the place of floats."""
-    if members := _members(kind):
-        return types.Tuple([with_duals(part) for part in members])
+    """Return the type with duals in the place of floats; records and arrays keep their types."""
+    if isinstance(kind, types.BaseTuple):
+        return types.Tuple([with_duals(part) for part in cast(Any, kind)])
     return DUAL if kind == types.float64 else kind
 
 
+def with_dual_records(kind: Any) -> Any:
+    """Return the type with duals in the place of floats, of records and arrays too."""
+    if isinstance(kind, types.Record):
+        return dual_record(kind, 1 + DIRECTIONS)
+    if isinstance(kind, types.Array):
+        return types.Array(with_dual_records(kind.dtype), kind.ndim, kind.layout, aligned=False)
+    return with_duals(kind)
+
+
+def dual_record(kind: Any, apart: int = 1) -> Any:
+    """Return the type of a record with duals in the place of floats, and its words so many times as far apart."""
+    fields: Any = [
+        (name, {"type": _in_record(field.type, apart), "offset": apart * field.offset})
+        for name, field in kind.fields.items()
+    ]
+    return _DualRecord(fields, apart * kind.size, False)
+
+
+def _in_record(kind: Any, apart: int) -> Any:
+    return dual_record(kind, apart) if isinstance(kind, types.Record) else with_duals(kind)
+
+
 def _members(kind: Any) -> tuple[Any, ...]:
-    """Types of what a plain tuple has."""
+    """Types of the parts of a record or a plain tuple."""
+    if isinstance(kind, types.Record):
+        return tuple(field.type for field in kind.fields.values())
     plain = isinstance(kind, types.BaseTuple) and not isinstance(kind, types.BaseNamedTuple)
     return tuple(kind) if plain else ()
 
@@ -250,8 +301,8 @@ def _maximum(write: _Writer, x: Parts, y: Parts) -> Parts:
 
 
 def _chosen(b: Any, sign: str, x: Parts, y: Parts) -> Parts:
-    first = b.fcmp_ordered(sign, x.number, y.number)
-    return parts(b, DUAL, b.select(first, packed(b, x), packed(b, y)))
+    first = b.or_(b.fcmp_ordered(sign, x.number, y.number), b.fcmp_unordered("uno", x.number, x.number))
+    return parts(b, DUAL, b.select(first, packed(b, x), packed(b, y)))  # no number stays none
 
 
 def _arc_tangent(write: _Writer, y: Parts, x: Parts) -> Parts:
@@ -480,7 +531,7 @@ def _with_number(typing: Any, x: Any, number: Any) -> Any:
 
 
 #: ``number(x)``: the number of a dual; a float itself.
-number: Callable[[Any], float] = cast(Any, _number)
+number: Callable[[Any], float] = (lambda x: x) if OFF else cast(Any, _number)
 #: ``slope(x, place)``: the derivative of a dual along a direction.
 slope: Callable[[Any, int], float] = cast(Any, _slope)
 #: ``is_known(x)``: whether all slopes of a dual are numbers.

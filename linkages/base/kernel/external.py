@@ -4,7 +4,8 @@ A caller contains no code of an external function. It finds the address by one o
 
 - by the function's symbol, a digest of its content and types: kernels;
 - in a cell that is empty until the first call, which compiles or loads the function: lazy kernels, and recursion;
-- in an argument: force laws (`address`, `caller`), compiled for floats, and for duals at the first call with them.
+- in an argument: force laws (`address`, `caller`), compiled for floats, and at the first call for duals, alone and in
+  records.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from numba.extending import intrinsic
 
 from linkages.base.kernel import locks, precompiled
 from linkages.base.kernel.cache import read, write
-from linkages.base.kernel.dual import DUAL, has_duals, spot_of, with_duals
+from linkages.base.kernel.dual import DUAL, has_duals, spot_of, with_dual_records, with_duals
 from linkages.base.kernel.fingerprint import fingerprint
 from linkages.base.kernel.folder import folder
 from linkages.base.kernel.private import COUNTED, OFF, UNCOUNTED, Stored, c_function, problem, restored
@@ -47,7 +48,8 @@ _interrupts: list[list[Any]] = []  # signals that arrived during each of the com
 #: what numpy and arrays have that makes arrays; a function that names none of it is first compiled without counts
 _ALLOCATING = {"zeros", "ones", "empty", "full", "eye", "array", "arange", "copy", "concatenate", "sort", "argsort"}
 _interpreted: dict[int, Any] = {}  # without a compiler: functions by what stands for their address
-_pairs: dict[int, tuple[Any, Any, Any]] = {}  # addresses of laws: the pair itself, the function, its signature
+_laws: dict[int, tuple[Any, Any, Any]] = {}  # by addresses of laws: the table itself, the function, its signature
+_KINDS: tuple[Callable[[Any], Any], ...] = (lambda kind: kind), with_duals, with_dual_records  # of its arguments
 
 
 def name_of(function: Any, *types_of_call: Any) -> str | None:
@@ -252,8 +254,9 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     Returns
     -------
     int
-        For `caller`, in this process: address of a pair, the addresses of the function for floats, and for duals, which
-        is found at the first call. With NUMBA_DISABLE_JIT=1 it stands for the Python function.
+        For `caller`, in this process: address of a table, the addresses of the function for floats, for duals, and for
+        duals in records too, which are found at the first call. With NUMBA_DISABLE_JIT=1 it stands for the Python
+        function.
     """
     plain = getattr(function, "py_func", function)
     if OFF:
@@ -261,9 +264,9 @@ def address(function: Callable[..., Any], signature: Any) -> int:
         made = _with_records(plain, tuple(records))
         _interpreted[id(made)] = made
         return id(made)
-    pair = (ctypes.c_int64 * 2)(_compiled(plain, signature), 0)
-    place = ctypes.addressof(pair)
-    _pairs[place] = pair, plain, signature
+    table = (ctypes.c_int64 * len(_KINDS))(_compiled(plain, signature))
+    place = ctypes.addressof(table)
+    _laws[place] = table, plain, signature
     return place
 
 
@@ -275,31 +278,30 @@ def _compiled(plain: Callable[..., Any], signature: Any) -> int:
     return cast(int, _alive[external(plain, signature.args, signature.return_type)].address)
 
 
-@ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)
-def _find_dual(place: int) -> int:
-    """Complete a pair with the address of the function for duals; -1 if it cannot be compiled for them."""
-    pair, plain, signature = _pairs[place]
+@ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
+def _find_dual(place: int, which: int) -> int:
+    """Fill an entry of a law's table with the address of the function for duals; -1 if it does not compile for them."""
+    table, plain, signature = _laws[place]
     try:
-        pair[1] = _compiled(plain, with_duals(signature.return_type)(*map(with_duals, signature.args)))
+        table[which] = _compiled(plain, with_duals(signature.return_type)(*map(_KINDS[which], signature.args)))
     except numba.NumbaError:
-        pair[1] = -1
+        table[which] = -1
     except BaseException as error:
         failures.append(error)
         return -1
-    return int(pair[1])
+    return int(table[which])
 
 
 binding.add_symbol(_FIND_DUAL, cast(int, ctypes.cast(_find_dual, ctypes.c_void_p).value))
 
 
-def _call_dual(context: Any, builder: Any, pair: Any, result: Any, values: Sequence[Any]) -> Any:
-    """Write a call of the second function of a pair, which `_find_dual` finds at the first call."""
-    place = builder.gep(pair, [_WORD(1)])
-    known = spot_of(builder, builder.load(place))
-    module, kind = builder.module, ir.FunctionType(_WORD, [_WORD])
+def _call_dual(context: Any, builder: Any, table: Any, which: int, result: Any, values: Sequence[Any]) -> Any:
+    """Write a call of one of a law's functions for duals, which `_find_dual` finds at the first call."""
+    known = spot_of(builder, builder.load(builder.gep(table, [_WORD(which)])))
+    module, kind = builder.module, ir.FunctionType(_WORD, [_WORD, _WORD])
     find = module.globals.get(_FIND_DUAL) or ir.Function(module, kind, _FIND_DUAL)
     with builder.if_then(builder.icmp_signed("==", builder.load(known), _WORD(0)), likely=False):
-        builder.store(builder.call(find, [builder.ptrtoint(pair, _WORD)]), known)
+        builder.store(builder.call(find, [builder.ptrtoint(table, _WORD), _WORD(which)]), known)
     found = spot_of(builder, _no_number(context.get_value_type(result)))
     with builder.if_then(builder.icmp_signed(">", builder.load(known), _WORD(0)), likely=True):
         builder.store(call_address(context, builder, builder.load(known), result, values), found)
@@ -329,7 +331,8 @@ def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:
     """Make ``call(address, arguments)``, for use within kernels, for C functions with this type of result.
 
     The functions take floats, to which other real numbers are converted, records and arrays. With a dual among the
-    arguments all floats are duals, and so is the result; not a number if the function does not compile for them.
+    arguments all floats are duals, and so is the result; not a number if the function does not compile for them. With a
+    record of duals, records and arrays are of duals all.
     """
     if OFF:
         return lambda address, arguments: _interpreted[address](*arguments)
@@ -338,8 +341,9 @@ def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:
     def call(typing: Any, address: Any, arguments: Any) -> Any:
         numbers = types.Integer, types.Boolean, types.Float
         kinds = tuple(types.float64 if isinstance(kind, numbers) else kind for kind in arguments)
-        dual = any(map(has_duals, kinds))
-        kinds, given_back = (tuple(map(with_duals, kinds)), with_duals(result)) if dual else (kinds, result)
+        in_records = any(isinstance(kind, types.Record) and has_duals(kind) for kind in kinds)
+        which = 2 if in_records else int(any(map(has_duals, kinds)))
+        kinds, given_back = (tuple(map(with_duals, kinds)), with_duals(result)) if which else (kinds, result)
         for kind in kinds:
             if kind not in (types.float64, DUAL) and not isinstance(kind, types.Record | types.Array):
                 raise numba.TypingError(f"takes real numbers and records, not {kind}")
@@ -347,10 +351,10 @@ def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:
         def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             given = (builder.extract_value(values[1], k) for k in range(len(kinds)))
             passed = [context.cast(builder, *each) for each in zip(given, arguments, kinds, strict=True)]
-            pair = builder.inttoptr(values[0], _WORD.as_pointer())
-            if dual:
-                return _call_dual(context, builder, pair, given_back, passed)
-            return call_address(context, builder, builder.load(pair), given_back, passed)
+            table = builder.inttoptr(values[0], _WORD.as_pointer())
+            if which:
+                return _call_dual(context, builder, table, which, given_back, passed)
+            return call_address(context, builder, builder.load(table), given_back, passed)
 
         return given_back(types.int64, arguments), code
 

@@ -32,6 +32,8 @@ WIDTH = 4  #: of the registers of present processors, or twice it
 class LaneArray(np.ndarray[Any, np.dtype[np.float64]]):
     """An array of `WIDTH` numbers side by side, the last axis; compiled code sees what is before it."""
 
+    axes = 1  #: of an entry
+
 
 def lane_array(*shape: int) -> LaneArray:
     """Make an array of lanes, all zero."""

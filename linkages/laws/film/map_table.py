@@ -29,6 +29,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel.dual import number
 from linkages.laws.film.closed_form import half_film_long
 
 #: Quantities of a node: normal and tangential force, extent, flow; of the static part: force, flow, and a zero.
@@ -62,7 +63,8 @@ def head_of(table: Array) -> MapHead:
     if len(table) <= HEAD:
         return MapHead(0.0, 0.0, 0.0, 0, 0, 0, False, False)
     nx, ny, na = int(table[3]), int(table[4]), int(table[5])
-    return MapHead(table[0], table[1], table[2], nx, ny, na, table[6] > 0.0, table[7] > 0.0)
+    identity, slenderness, reach = number(table[0]), number(table[1]), number(table[2])  # constants of the splines
+    return MapHead(identity, slenderness, reach, nx, ny, na, table[6] > 0.0, table[7] > 0.0)
 
 
 def place(eps: float | Array) -> float | Array:

@@ -22,32 +22,27 @@ INPUTS, MOTION = 9, 8
 FORCE_X, FORCE_Y, COUPLE, BRISTLE_RATE = range(4)
 OUTPUTS = 4
 
-_STEP = 6e-6  # in parts of an input's scale: the cube root of the rounding error minimises the error of the differences
+STEP = 6e-6  #: in parts of an input's scale: the cube root of the rounding error minimises the error of the differences
 _FORWARD = 1e-8  # the same for forward differences: the square root of the rounding error
 _NEAR = 1e-3  # lower limit of the gap that scales a displacement, in parts of the clearance
-_CENTRE = 1e-12  # distance from the centre at which a centred contact is differentiated [m]
+CENTRE = 1e-12  #: distance from the centre at which a centred contact is differentiated [m]
 _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of 1 m per second
 
-
-#: Changes of the inputs: of the motion, of the bristle state, and of the approach speed.
-APPROACHING = INPUTS
-CHANGES = INPUTS + 1
-PARTIALS = 2 * DIRECTIONS  #: columns of partial derivatives: `CHANGES`, and zeros
+PARTIALS = 2 * DIRECTIONS  #: columns of partial derivatives: `INPUTS`, and zeros
 #: Results of `contact_action`: the outputs, penetration, its rate, sliding speed, load.
 RESULTS = 8
-DELTA, CLOSING, SLIDING = 4, 5, 6
+DELTA, CLOSES, SLIDING = 4, 5, 6
 #: Their places in `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS`.
 RESULT_PLACES = (
     contacts.FX, contacts.FY, contacts.COUPLE, contacts.BRISTLE_RATE,
     contacts.PENETRATION, contacts.CLOSING, contacts.SLIDING, contacts.LOAD,
 )  # fmt: skip
 #: Bounds within which a contact's force is smooth: ratio of the closing speed to the approach speed, sliding speed,
-#: penetration, the law's force before its limit at zero; and the smallest sliding speed over which friction changes
-#: smoothly.
-RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, PUSH_FROM, PUSH_TO, FRICTION_SPEED = range(9)
-BOUNDS = 9
+#: penetration, the law's force before its limit at zero.
+RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, PUSH_FROM, PUSH_TO = range(8)
+BOUNDS = 8
 LEAST = 1e-11  # smallest penetration with bounds, in parts of the clearance: events are located to 1e-10
-_MARGINS = 1e-9, 1e-12, 1e-9  # of `inside`, above the rounding of speeds
+MARGINS = 1e-9, 1e-12, 1e-9  #: of `inside`, above the rounding of speeds
 _LUBRICATED = MODELS["lubricated"]
 
 
@@ -79,7 +74,7 @@ def input_scales(end: np.record, law: np.record, motion: ContactMotion, near: fl
 def _action_along(
     end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, change: Array, h: float
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """Compute the results of a contact at h times a change (CHANGES,) of its inputs."""
+    """Compute the results of a contact at h times a change (INPUTS,) of its inputs."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     moved = (
         ex + h * change[0],
@@ -97,19 +92,13 @@ def _action_along(
             end, law, table, memory, bristle, moved
         )
         return fx, fy, couple, rate, delta, closing, sliding, load
-    return contact_action(end, law, table, memory[APPROACH] + h * change[APPROACHING], bristle, moved)
-
-
-@inlined_kernel
-def is_film(law: np.record) -> bool:
-    """Whether a contact is a film alone, whose force is a smooth function."""
-    return bool(law.model == _LUBRICATED)
+    return contact_action(end, law, table, memory[APPROACH], bristle, moved)
 
 
 def no_bounds() -> Array:
     """Return the bounds of a contact without any, (BOUNDS,)."""
     bounds = np.full(BOUNDS, np.inf)
-    bounds[:FRICTION_SPEED:2] = -np.inf
+    bounds[::2] = -np.inf
     return bounds
 
 
@@ -117,7 +106,7 @@ def no_bounds() -> Array:
 def is_bounded(bounds: Array) -> bool:
     """Whether any quantity of a contact is bounded."""
     found = False
-    for i in range(0, FRICTION_SPEED, 2):
+    for i in range(0, BOUNDS, 2):
         found = found or bounds[i] > -math.inf or bounds[i + 1] < math.inf
     return found
 
@@ -138,7 +127,7 @@ def inside(
         Least distances from the bounds of speeds: in parts of each, of the sliding speed [m/s], of `push`.
     """
     found = contact_action(end, law, table, approach, bristle, motion)
-    delta, closing, sliding, began = found[DELTA], found[CLOSING], found[SLIDING], max(approach, GRAZING)
+    delta, closing, sliding, began = found[DELTA], found[CLOSES], found[SLIDING], max(approach, GRAZING)
     share, slow, pushing = margins
     depth = _within(delta, bounds, DEPTH_FROM, 0.0, LEAST * law.clearance)
     slide = _within(sliding, bounds, SLIDING_FROM, share, slow)
@@ -220,33 +209,21 @@ def _counts(end: np.record, law: np.record, i: int) -> bool:
 
 @kernel
 def contact_partials(
-    end: np.record,
-    law: np.record,
-    table: Array,
-    memory: Array,
-    motion: ContactMotion,
-    bounds: Array,
-    exact: bool,
-    out: Array,
+    end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, bounds: Array, out: Array
 ) -> None:
     """Fill ``out`` (RESULTS, PARTIALS) with the partial derivatives of `remembered_action`, within the bounds.
 
     They are exact; differences for a film with history, and for a law of a user that does not compile for dual numbers.
-
-    Parameters
-    ----------
-    exact : bool
-        Whether the derivatives with respect to the approach speed are wanted, and differences with more digits.
     """
     approach, bristle, known = memory[APPROACH], memory[BRISTLE], False
     if end.kind != HISTORY:
         if is_bounded(bounds):
-            motion = inside(end, law, table, approach, bristle, motion, bounds, _MARGINS)
+            motion = inside(end, law, table, approach, bristle, motion, bounds, MARGINS)
         known = _fill_along(end, law, table, approach, bristle, motion, 0, out)
-        if known and (exact or law.bristle_scale != 0.0):
+        if known and law.bristle_scale != 0.0:
             known = _fill_along(end, law, table, approach, bristle, motion, DIRECTIONS, out)
     if not known:
-        _difference_partials(end, law, table, memory, motion, exact, out)
+        _difference_partials(end, law, table, memory, motion, out)
 
 
 @kernel
@@ -257,13 +234,13 @@ def _fill_along(
     """Fill columns of the exact derivatives: of the motion, or from the bristle state on; False if they are unknown."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     if ex == 0.0 and ey == 0.0:
-        ex = _CENTRE
+        ex = CENTRE
     along = (
         seeded(ex, -first), seeded(ey, 1 - first), seeded(vx, 2 - first), seeded(vy, 3 - first),
         seeded(wb, 4 - first), seeded(wj, 5 - first), seeded(nx, 6 - first), seeded(ny, 7 - first),
     )  # fmt: skip
-    z, began = seeded(bristle, INPUTS - 1 - first), seeded(approach, APPROACHING - first)
-    found = contact_action(end, law, table, began, z, along)
+    z = seeded(bristle, INPUTS - 1 - first)
+    found = contact_action(end, law, table, seeded(approach, -1), z, along)
     total = 0.0
     for k in range(RESULTS):
         put_slopes(out, k, first, found[k])
@@ -273,23 +250,21 @@ def _fill_along(
 
 @lazy_kernel
 def _difference_partials(
-    end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, exact: bool, out: Array
+    end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, out: Array
 ) -> None:
     """Fill ``out`` as `contact_partials`, by differences with a step for each input, without bounds.
 
     Central differences are accurate to 1e-7 of the largest change (measured: films 5e-8, contact 6e-8, both together
-    1.4e-7). Forward differences take half as many evaluations and are accurate to 1e-6 for films, more than Newton's
-    method needs. Where bodies can touch, differences are central: the penetration, a small difference of lengths, has
-    too few digits.
+    1.4e-7). Forward differences take half as many evaluations and are accurate to 1e-6, more than Newton's method
+    needs: for films with history, which are differentiated for it alone, unless bodies can touch: the penetration, a
+    small difference of lengths, has too few digits.
     """
-    scales, change, both = np.zeros(CHANGES), np.zeros(CHANGES), exact or not is_film(law)
+    scales, change, both = np.zeros(INPUTS), np.zeros(INPUTS), end.kind != HISTORY or law.model != _LUBRICATED
     input_scales(end, law, motion, _NEAR, scales)
-    if exact and memory[APPROACH] < math.inf:
-        scales[APPROACHING] = memory[APPROACH]
     here = _action_along(end, law, table, memory, motion, change, 0.0)
     out[:] = 0.0
-    for i in range(CHANGES):
-        h = (_STEP if both else _FORWARD) * scales[i]
+    for i in range(INPUTS):
+        h = (STEP if both else _FORWARD) * scales[i]
         if not _counts(end, law, i) or h == 0.0:
             continue
         change[i] = 1.0

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel.dual import room
 from linkages.mechanics.planar.jets import CODES, FIRST_BINARY, Jet, binary, unary
 
 #: Functions: breaks (n, ns + 1), coefficients (n, ns, order) and number of segments (n,) of piecewise polynomials. Of a
@@ -203,7 +204,7 @@ def _program_jet(curves: Curves, i: int, inputs: Array) -> Jet:
 @lazy_kernel
 def _over_time(curves: Curves, i: int, t: float) -> Jet:
     """Value of function i of time alone, its rate and second derivative."""
-    inputs = np.zeros((1, 3))
+    inputs = room(t, (1, 3))
     inputs[0, 0], inputs[0, 1] = t, 1.0
     return function_jet(curves, i, inputs)
 

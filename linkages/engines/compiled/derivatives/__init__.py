@@ -2,9 +2,7 @@
 
 | module             | responsibility                                                                    |
 |--------------------|-----------------------------------------------------------------------------------|
-| variation          | a model that follows values, and the derivatives of its numbers                   |
-| contact_changes    | changes of contacts' laws with values, and of their results along columns          |
-| forcing            | derivatives of the equations with respect to values and to what contacts remember |
+| variation          | the equations of a model of duals, differentiated along columns and values        |
 | step_derivatives   | a step of a run, differentiated                                                   |
 | event_derivatives  | start and end of a contact, differentiated                                        |
 | run_derivatives    | a run, differentiated at its steps and at any times                               |

@@ -7,71 +7,40 @@ import math
 import numpy as np
 
 from linkages.base.kernel import Array, kernel
-from linkages.engines.compiled.derivatives.contact_changes import Contacts, gap_laws, note_contacts, result_change
-from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, linearise
-from linkages.engines.compiled.derivatives.variation import Variation
-from linkages.engines.compiled.run.equations import derivatives, set_state
+from linkages.base.kernel.dual import DIRECTIONS, slope, with_number
+from linkages.engines.compiled.derivatives.step_derivatives import Column, Run
+from linkages.engines.compiled.derivatives.variation import (
+    fill_solved,
+    first_of,
+    set_columns,
+    set_over_time,
+    set_results,
+)
+from linkages.engines.compiled.run.equations import derivatives
+from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.model import Equations
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.mechanics.integrate.factor import back_substitute, factorise
-from linkages.mechanics.integrate.stepper import copy
 from linkages.mechanics.planar.contact_partials import (
-    APPROACHING,
+    BRISTLE_RATE,
+    CLOSES,
     DELTA,
     DEPTH_FROM,
     DEPTH_TO,
-    INPUTS,
     LEAST,
-    MOTION,
     OUTPUTS,
     deeper,
 )
-from linkages.mechanics.planar.contact_partials import CLOSING as CLOSES
-from linkages.mechanics.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action, contact_motion
-
-_MILD = 1e-5  # turn of the fastest body between the states that give rates of contacts [rad]
-
-
-@kernel
-def motions_along(equations: Equations, variation: Variation, c: Column, first: int) -> None:
-    """Fill ``along`` with the changes of the contacts' inputs along the columns ``before`` from the first one on.
-
-    The last np columns change with a value each. The equations have been linearised at the state.
-    """
-    columns, s = c.before, c.contacts
-    model, motions, n = equations.model, equations.work.scratch.motions, len(equations.model.free)
-    m = columns.shape[1]
-    for j in range(first, m):
-        p = j - (m - len(variation.unit))
-        s.along[j] = 0.0
-        for k in range(len(model.ends)):
-            for i in range(MOTION):
-                total = s.moved[p, k, i] if p >= 0 else 0.0
-                for row in range(2 * n):
-                    total += motions[k, i, row] * columns[row, j]
-                s.along[j, k, i] = total
-            s.along[j, k, APPROACHING] = c.remembered[k, j]
-        for k in range(len(model.bristles)):
-            s.along[j, model.bristles[k], INPUTS - 1] = columns[2 * n + k, j]
-
-
-@kernel
-def _motions_over_time(equations: Equations, t: float, y: Array, rate: float, c: Column, out: Array) -> None:
-    """Fill ``out`` (nc, CHANGES) with the rates of the contacts' motions at a state with the derivatives ``dy``."""
-    model, work = equations.model, equations.work
-    fastest = rate
-    for i in range(len(work.dynamics.vel)):
-        fastest = max(fastest, abs(work.dynamics.vel[i, 0]))
-    h = _MILD / fastest
-    out[:] = 0.0
-    for side in (-1.0, 1.0):
-        for i in range(len(y)):
-            c.y[i] = y[i] + side * h * c.dy[i]
-        set_state(model, work, t + side * h, c.y)
-        for k in range(len(model.ends)):
-            motion, _ = contact_motion(model.ends[k], work.dynamics.pose, work.dynamics.vel)
-            for i in range(MOTION):
-                out[k, i] += side * motion[i] / (2.0 * h)
+from linkages.mechanics.planar.contacts import (
+    APPROACH,
+    BRISTLE,
+    CLOSING,
+    PENETRATION,
+    add_contact,
+    contact_action,
+    contact_motion,
+)
+from linkages.mechanics.planar.newton_euler import generalised_force
 
 
 @kernel
@@ -82,14 +51,13 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
     columns jump by the difference of the derivatives times the change of the time. Returns False where a contact begins
     without speed: its existence then depends on the values.
     """
-    equations, variation, s, n = run.equations, run.variation, c.contacts, len(y)
-    work, m, clearance = equations.work, c.before.shape[1], equations.model.laws[k].clearance
+    equations, v, n, m = run.equations, run.variation, len(y), c.before.shape[1]
+    work, w, clearance = equations.work, v.work.dynamics, equations.model.laws[k].clearance
     c.ended[0] = math.nan
     if begins:
         work.memory[k, APPROACH] = approach
         work.solved[0] = math.nan
     derivatives(equations, t, y, c.dy)
-    note_contacts(equations, s)
     closing, late = work.contacts[k, CLOSING], work.contacts[k, PENETRATION] / work.contacts[k, CLOSING]
     if begins and closing <= GRAZING:
         return False
@@ -98,36 +66,50 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         for i in range(n):
             c.y[i] = y[i] - back * c.dy[i]
         derivatives(equations, t - back, c.y, c.dy)
-    _motions_over_time(equations, t, y, run.rate, c, s.along[0])
-    copy(y, c.y)
-    bounds, forcing, accelerating = work.scratch.bounds[k], np.zeros((len(c.own), m)), 0.0
-    for acts in range(2):  # the state is a little beyond the event: the new forces act for that time already
-        bounds[DEPTH_FROM], bounds[DEPTH_TO] = (0.0, math.inf) if acts else (-math.inf, 0.0)
-        linearise(equations, variation, t, c, 0)
-        if not acts:
-            accelerating = result_change(equations, s, -1, 0, k, CLOSES)
-        motions_along(equations, variation, c, 0)
-        weight = late if begins == (acts == 1) else -late
-        for j in range(m):
-            p = j - (m - len(variation.unit))
-            for i in range(OUTPUTS):
-                change = weight * result_change(equations, s, p, j, k, i)
-                for row in range(len(forcing)):
-                    forcing[row, j] += change * s.response[k, i, row]
+    set_over_time(equations, v, t, y, c.dy)
+    motion, _ = contact_motion(v.model.ends[k], w.pose, w.vel)
+    _hold(equations, k, False)
+    set_results(equations, v, k, motion)
+    accelerating = slope(v.work.results[CLOSES], 0)
+    derivatives(equations, t, y, c.dy)
+    jump, forcing = np.zeros(OUTPUTS), np.zeros((len(c.own), m))
+    _set_jump(equations, k, jump)
+    _hold(equations, k, True)
+    inertia(equations, t, y, c.mass[0])
     if not factorise(c.mass[0], c.pivots):
         return False
-    gap_laws(equations, variation, s)
-    for j in range(m):
-        p = j - (m - len(variation.unit))
-        times[j] = -result_change(equations, s, p, j, k, DELTA) / closing
-        if begins:
-            c.remembered[k, j] = result_change(equations, s, p, j, k, CLOSES) + accelerating * times[j]
-    _set_jump(equations, k, s)
+    # the state is a little beyond the event: the new forces act for that time already
+    for last in range(m, 0, -DIRECTIONS):
+        first = first_of(last)
+        set_columns(equations, v, t, y, c.before, c.remembered, first, last, True)
+        motion, arms = contact_motion(v.model.ends[k], w.pose, w.vel)
+        push = v.work.push
+        push[:] = 0.0
+        for acts in (False, True):
+            _hold(equations, k, acts)
+            set_results(equations, v, k, motion)
+            for i in range(OUTPUTS):
+                push[i] += (late if begins == acts else -late) * v.work.results[i]
+        later = with_number(v.work.results[DELTA] * (-1.0 / closing), 0.0)
+        for j in range(first, last):
+            times[j] = slope(later, j - first)
+            if begins:
+                c.remembered[k, j] = slope(v.work.results[CLOSES], j - first) + accelerating * times[j]
+        for i in range(OUTPUTS):
+            push[i] = with_number(push[i], 0.0) - jump[i] * later
+        w.wrench[:] = 0.0
+        w.tau[:] = 0.0
+        v.work.rows[:] = 0.0
+        add_contact(w.wrench, v.model.ends[k], motion[0], motion[1], arms, push[0], push[1], push[2])
+        generalised_force(v.model.bodies, w.pose, w.wrench, w.tau)
+        fill_solved(equations, v, first, last, forcing)
+        for i in range(len(equations.model.bristles)):
+            if equations.model.bristles[i] == k:
+                for j in range(first, last):
+                    forcing[len(equations.model.free) + i, j] = slope(push[BRISTLE_RATE], j - first)
     for j in range(m):
         for row in range(len(c.own)):
             c.own[row] = forcing[row, j]
-            for i in range(OUTPUTS):
-                c.own[row] -= s.found[i] * s.response[k, i, row] * times[j]
         back_substitute(c.mass[0], c.pivots, c.own)
         for i in range(len(c.own)):
             c.before[n - len(c.own) + i, j] += c.own[i]
@@ -135,16 +117,22 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
 
 
 @kernel
-def _set_jump(equations: Equations, k: int, s: Contacts) -> None:
-    """Fill ``found`` with the jump of contact k's action at its start or end, extrapolated to zero penetration."""
+def _hold(equations: Equations, k: int, acts: bool) -> None:
+    """Hold contact k on the side on which it acts, or on the other."""
+    bounds = equations.work.scratch.bounds[k]
+    bounds[DEPTH_FROM], bounds[DEPTH_TO] = (0.0, math.inf) if acts else (-math.inf, 0.0)
+
+
+@kernel
+def _set_jump(equations: Equations, k: int, out: Array) -> None:
+    """Fill ``out`` with the jump of contact k's action at its start or end, extrapolated to zero penetration."""
     model, work = equations.model, equations.work
     end, law, table, own = model.ends[k], model.laws[k], model.tables[k], work.memory[k]
-    a, beyond = s.motion[k], s.force[k, DELTA]
+    motion, _ = contact_motion(end, work.dynamics.pose, work.dynamics.vel)
+    beyond = work.contacts[k, PENETRATION]
     depth = math.copysign(max(abs(beyond), LEAST * law.clearance), beyond)
-    motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
-    s.found[:] = 0.0
     for place, weight in ((1.0, 2.0), (2.0, -1.0), (-1.0, -2.0), (-2.0, 1.0)):
         moved = deeper(end, motion, place * depth - beyond)
         found = contact_action(end, law, table, own[APPROACH], own[BRISTLE], moved)
         for i in range(OUTPUTS):
-            s.found[i] += weight * found[i]
+            out[i] += weight * found[i]

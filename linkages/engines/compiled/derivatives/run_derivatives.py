@@ -8,16 +8,17 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel
-from linkages.engines.compiled.derivatives.contact_changes import gap_laws, result_change
-from linkages.engines.compiled.derivatives.event_derivatives import begin_or_end, motions_along
-from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, advance, close_columns, linearise
-from linkages.engines.compiled.run.equations import solve_state
+from linkages.base.kernel.dual import DIRECTIONS, slope
+from linkages.engines.compiled.derivatives.event_derivatives import begin_or_end
+from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, advance, close_columns
+from linkages.engines.compiled.derivatives.variation import fill_residual, first_of, set_columns, set_contacts
+from linkages.engines.compiled.run.equations import derivatives, solve_state
+from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.run.replay import remember, replay
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.integrate.stepper import copy
-from linkages.mechanics.planar.contact_partials import RESULT_PLACES, RESULTS
-from linkages.mechanics.planar.contacts import EX, EY, PENETRATION
+from linkages.mechanics.planar.contacts import PENETRATION
 from linkages.mechanics.planar.motion import last_start
 
 #: Status of the columns after a step: known; not known, because a step was singular or Newton's method failed; not
@@ -100,15 +101,53 @@ def differentiate_run(run: Run, c: Column, out: AtSteps) -> tuple[int, int]:
             copy(c.remembered[i], out.memory[k, i])
         if wanted:
             remember(equations, steps, k)
-            if not smooth and not _linearise_here(run, t, y, c):
+            if not _set_changes(run, t, y, smooth, c, k, out.changes):
                 return SINGULAR, k
-            _set_changes(run, c, k, out.changes)
     return KNOWN, nt
 
 
 @kernel
-def _linearise_here(run: Run, t: float, y: Array, c: Column) -> bool:
-    """Linearise at a state, and fill ``rates`` with those of the columns; False if the mass matrix is singular."""
+def _set_changes(run: Run, t: float, y: Array, is_linear: bool, c: Column, at: int, out: Changes) -> bool:
+    """Fill the changes along the values at a state; False if the mass matrix is singular.
+
+    Parameters
+    ----------
+    is_linear : bool
+        Whether the equations have been linearised here, and ``rates`` has the columns' rates.
+    """
+    equations, v = run.equations, run.variation
+    model, n, m, count = equations.model, len(equations.model.free), c.before.shape[1], len(v.unit)
+    if not is_linear and not _factorise_here(run, t, y, c):
+        return False
+    w = v.work.dynamics
+    for last in range(m, m - count, -DIRECTIONS):
+        first = max(first_of(last), m - count)
+        set_columns(equations, v, t, y, c.before, c.remembered, first, last, True)
+        set_contacts(equations, v)
+        if not is_linear:
+            fill_residual(equations, v, t, c.dy[len(y) - len(c.own) :], first, last, c.forcing[0])
+        for j in range(first, last):
+            d, p = j - first, j - (m - count)
+            if not is_linear:
+                for i in range(len(c.own)):
+                    c.own[i] = c.forcing[0, i, j]
+                back_substitute(c.mass[0], c.pivots, c.own)
+                for i in range(len(c.own)):
+                    c.rates[i, j] = c.own[i]
+            dq, dv, da = out.coordinates[p, at], out.rates[p, at], out.accelerations[p, at]
+            for i in range(len(dq)):
+                dq[i], dv[i], da[i] = slope(w.q[i], d), slope(w.v[i], d), slope(w.a[i], d)
+            for i in range(n):
+                da[model.free[i]] = c.rates[i, j]
+            for k in range(len(model.ends)):
+                for i in range(out.contacts.shape[3]):
+                    out.contacts[p, at, k, i] = slope(v.work.contacts[k, i], d)
+    return True
+
+
+@kernel
+def _factorise_here(run: Run, t: float, y: Array, c: Column) -> bool:
+    """Find the rates ``dy``, the Jacobian and the factors of the mass matrix at a state; False if it is singular."""
     if len(run.kinks):
         sides = run.equations.work.kinked.sides
         before = sides.copy()  # the next step goes on from them
@@ -117,43 +156,9 @@ def _linearise_here(run: Run, t: float, y: Array, c: Column) -> bool:
         set_bounds(run.equations, run.kinks)
         for k in range(len(sides)):
             copy(before[k], sides[k])
-    copy(y, c.y)
-    linearise(run.equations, run.variation, t, c, 0)
-    if not factorise(c.mass[0], c.pivots):
-        return False
-    for j in range(c.before.shape[1]):
-        for i in range(len(c.own)):
-            c.own[i] = c.forcing[0, i, j]
-            for column in range(len(y)):
-                c.own[i] += c.jacobian[0, i, column] * c.before[column, j]
-        back_substitute(c.mass[0], c.pivots, c.own)
-        for i in range(len(c.own)):
-            c.rates[i, j] = c.own[i]
-    return True
-
-
-@kernel
-def _set_changes(run: Run, c: Column, at: int, out: Changes) -> None:
-    """Fill the changes along the values at a time, where the equations have been linearised."""
-    equations, s = run.equations, c.contacts
-    model, n, count, m = equations.model, len(equations.model.free), len(run.variation.unit), c.before.shape[1]
-    motions_along(equations, run.variation, c, m - count)
-    gap_laws(equations, run.variation, s)
-    for p in range(count):
-        j = m - count + p
-        dq, dv, da = out.coordinates[p, at], out.rates[p, at], out.accelerations[p, at]
-        for i in range(n):
-            place = model.free[i]
-            dq[place], dv[place], da[place] = c.before[i, j], c.before[n + i, j], c.rates[i, j]
-        for i in range(len(model.driven)):
-            place = model.driven[i]
-            dq[place], dv[place], da[place] = s.driven[p, 0, i], s.driven[p, 1, i], s.driven[p, 2, i]
-        for k in range(len(model.ends)):
-            contact = out.contacts[p, at, k]
-            contact[:] = 0.0
-            contact[EX], contact[EY] = s.along[j, k, 0], s.along[j, k, 1]
-            for result in range(RESULTS):
-                contact[RESULT_PLACES[result]] = result_change(equations, s, p, j, k, result)
+    derivatives(run.equations, t, y, c.dy)
+    inertia(run.equations, t, y, c.mass[0])
+    return factorise(c.mass[0], c.pivots)
 
 
 @kernel
@@ -183,5 +188,5 @@ def differentiate_states(run: Run, c: Column, known: int, found: AtSteps, times:
         replay(run.equations, run.stepper, run.tolerance, steps, t, y)
         if good and len(run.equations.model.rows):
             close_columns(run.equations, run.variation, t, y, c)
-        if good and _linearise_here(run, t, y, c):
-            _set_changes(run, c, i, out)
+        if good:
+            _set_changes(run, t, y, False, c, i, out)

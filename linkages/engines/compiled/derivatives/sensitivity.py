@@ -25,12 +25,11 @@ from linkages.engines.compiled.derivatives.run_derivatives import (
 from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, make_column
 from linkages.engines.compiled.derivatives.variation import vary
 from linkages.engines.compiled.run.job import make_given
-from linkages.engines.compiled.run.kinks import friction_speeds, kinks
+from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
 from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.integrate.stepper import make_stepper
-from linkages.mechanics.planar.contact_partials import FRICTION_SPEED
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
 from linkages.results.outputs.columns import Columns
@@ -85,15 +84,12 @@ class Differentiation:
         variation, self.start = vary(system, self._nearby, given)
         ny, n = len(runner.start), len(runner.model.free)
         equations = runner.aside()
-        bounds = equations.work.scratch.bounds
-        bounds[:, FRICTION_SPEED] = friction_speeds(system)
-        rate = float(system.motion_rate)
-        stepper, limits = packed(make_stepper(ny, n)), kinks(system)
-        self._run = packed(Run(equations, variation, stepper, runner.tolerance, packed(steps), limits, rate))
+        stepper = packed(make_stepper(ny, n))
+        self._run = packed(Run(equations, variation, stepper, runner.tolerance, packed(steps), kinks(system)))
         self._ideals = IdealMotions()
 
     def _column(self, m: int) -> Column:
-        return make_column(len(self.runner.start), self.runner.model, m, len(self._nearby), self.runner.implicit)
+        return make_column(len(self.runner.start), self.runner.model, m, self.runner.implicit)
 
     def _changes(self, nt: int) -> Changes:
         model, count = self.runner.model, len(self._nearby)
@@ -148,12 +144,8 @@ class Differentiation:
         self, times: Array, names: Sequence[str] | None = None, states: Sequence[Array] | None = None
     ) -> dict[str, Columns]:
         """Compute the derivatives of outputs at any times of the run, by path; with the states there if known."""
-        table = OutputTable(self.runner.system, names, self._ideals)
-        state, changes = states or self.runner.evaluate(self.steps, times), self.changes(times)
-        return {
-            near.path: table.derivatives(near, times, state, change, self.runner.model)
-            for near, *change in zip(self._nearby, *changes, strict=True)
-        }
+        table = OutputTable(self.runner.system, names, self._nearby, self._ideals)
+        return table.derivatives(times, states or self.runner.evaluate(self.steps, times), self.changes(times))
 
     def derivatives(
         self, times: Array, names: Sequence[str] | None = None, states: Sequence[Array] | None = None

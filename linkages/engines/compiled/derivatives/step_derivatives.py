@@ -13,19 +13,19 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel
+from linkages.base.kernel.dual import DIRECTIONS, slope
 from linkages.base.kernel.simd import LaneArray as Lanes
 from linkages.base.kernel.simd import lane, lane_array, lanes
-from linkages.engines.compiled.derivatives.contact_changes import Contacts, make_contacts, note_contacts
-from linkages.engines.compiled.derivatives.forcing import add_forcing
-from linkages.engines.compiled.derivatives.variation import Variation, move
-from linkages.engines.compiled.run.equations import derivatives, set_state, solve_state
-from linkages.engines.compiled.run.jacobian import exact_jacobian
+from linkages.engines.compiled.derivatives.variation import Variation, fill_slopes, first_of, set_columns
+from linkages.engines.compiled.run.equations import derivatives, solve_state
+from linkages.engines.compiled.run.jacobian import inertia, jacobian
 from linkages.engines.compiled.run.kinks import set_bounds, set_sides, shortened
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
 from linkages.engines.compiled.run.replay import STAGES, Steps, around, recorded, remember
+from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.integrate.implicit import set_last_step
-from linkages.mechanics.integrate.sensitivity import collocation_sensitivity, explicit_sensitivity
+from linkages.mechanics.integrate.sensitivity import collocation_sensitivity
 from linkages.mechanics.integrate.stepper import INVERTED, Stepper, copy, restart
 from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 from linkages.mechanics.planar.arrays import Arrays
@@ -38,13 +38,10 @@ _STEEP = 0.3  # ratio of the depths at the ends of a step below which the step i
 _FINEST = 2.0**-16  # smallest part of a graded step
 _TICK = 4e-16  # smallest part of any step, in parts of the time: shorter ones do not change it
 _NEAR_END = 3e-9  # depth at the start of its last part, in parts of the clearance: events are located to 1e-10
-_MILD = 1e-5  # step of central differences of closure rows [rad, or parts of the linkage's length]
-_NOTHING = 1e-200  # change that counts as zero: its step would overflow
 
 _collocation = collocation_sensitivity(RADAU_IIA_5)
-_explicit = explicit_sensitivity(DORMAND_PRINCE_5_4)
 _RADAU_C = RADAU_IIA_5.c
-_PAIR_A, _PAIR_C = DORMAND_PRINCE_5_4.a, DORMAND_PRINCE_5_4.c
+_PAIR_A, _PAIR_B, _PAIR_C = DORMAND_PRINCE_5_4.a, DORMAND_PRINCE_5_4.b, DORMAND_PRINCE_5_4.c
 
 
 class Run(NamedTuple):
@@ -56,7 +53,6 @@ class Run(NamedTuple):
     tolerance: Array  # of each entry of the state, (ny,)
     steps: Steps
     kinks: Array  # see `linkages.engines.compiled.run.kinks.kinks`, (nc, KINKS)
-    rate: float  # of the motion [rad/s]
 
 
 class Column(NamedTuple):
@@ -66,9 +62,10 @@ class Column(NamedTuple):
     after: Array  # at its end
     rates: Array  # rates at its end of rates and others, by an implicit method, (k, m)
     remembered: Array  # derivatives of the contacts' approach speeds, (nc, m)
-    mass: Array  # at the stages, (s, k, k)
+    mass: Array  # at the stages of an implicit method, (s, k, k)
     jacobian: Array  # (s, k, ny)
     forcing: Array  # (s, k, m)
+    stages: Array  # rates of the columns at the stages of an explicit method, (s, ny, m)
     full: Array  # Jacobian of all entries, at the last stage, (ny, ny)
     ended: Array  # time of the last differentiated step's end, NaN without, (1,)
     y: Array  # state at a stage, (ny,)
@@ -77,37 +74,31 @@ class Column(NamedTuple):
     pivots: Indices  # (k,)
     start: Lanes  # of some columns, to work in, (ny,)
     solved: Lanes  # (s k,)
-    contacts: Contacts
 
 
-def make_column(ny: int, model: Arrays, m: int, np_: int, implicit: bool) -> Column:
-    """Make the arrays for ny entries of the state of a model and m columns, the last np along values."""
-    k, nc, stages = ny - len(model.free), len(model.ends), 3 if implicit else 6
+def make_column(ny: int, model: Arrays, m: int, implicit: bool) -> Column:
+    """Make the arrays for ny entries of the state of a model and m columns."""
+    k, nc = ny - len(model.free), len(model.ends)
+    together, one_by_one = (3, 0) if implicit else (1, len(_PAIR_C))
     shapes = (
-        (ny, m), (ny, m), (k, m), (nc, m), (stages, k, k), (stages, k, ny), (stages, k, m), (ny, ny), (1,), (ny,),
-        (ny,), (k,),
+        (ny, m), (ny, m), (k, m), (nc, m), (together, k, k), (together, k, ny), (together, k, m), (one_by_one, ny, m),
+        (ny, ny), (1,), (ny,), (ny,), (k,),
     )  # fmt: skip
-    made = Column._make(
-        [
-            *map(np.zeros, shapes), np.zeros(k, np.int64), lane_array(ny), lane_array(stages * k),
-            make_contacts(nc, np_, k, len(model.driven), m),
-        ]
-    )  # fmt: skip
+    indices, in_lanes = np.zeros(k, np.int64), (lane_array(ny), lane_array(together * k))
+    made = Column._make([*map(np.zeros, shapes), indices, *in_lanes])
     made.ended[0] = math.nan
     return made
 
 
 @kernel
 def linearise(equations: Equations, variation: Variation, t: float, c: Column, stage: int) -> None:
-    """Fill mass, Jacobian and forcing of a stage, at the state ``y`` at time t, and the changes of the contacts."""
+    """Fill mass, Jacobian and forcing of a stage, at the state ``y`` at time t."""
     n, k, forcing = len(c.y), c.mass.shape[1], c.forcing[stage]
     derivatives(equations, t, c.y, c.dy)
-    note_contacts(equations, c.contacts)
-    exact_jacobian(equations, t, c.y, c.mass[stage], c.full)
+    jacobian(equations, t, c.y, c.mass[stage], c.full)
     for i in range(k):
         copy(c.full[n - k + i], c.jacobian[stage, i])
-    forcing[:] = 0.0
-    add_forcing(equations, variation, t, c.y, c.dy[n - k :], c.contacts, c.remembered, forcing)
+    fill_slopes(equations, variation, t, c.y, c.dy[n - k :], c.before, c.remembered, False, forcing)
 
 
 @kernel
@@ -121,17 +112,47 @@ def _attempted(equations: Equations, variation: Variation, s: Stepper, t: float,
             linearise(equations, variation, t + _RADAU_C[stage] * h, c, stage)
         known = _collocation(h, c.mass, c.jacobian, c.forcing, c.before, c.after, c.rates, c.start, c.solved)
     else:
-        for stage in range(len(_PAIR_C)):
-            for i in range(n):
-                total = 0.0
-                for j in range(stage):
-                    total += _PAIR_A[stage, j] * s.stages[j, i]
-                c.y[i] = y[i] + h * total
-            linearise(equations, variation, t + _PAIR_C[stage] * h, c, stage)
-        known = _explicit(h, c.mass, c.jacobian, c.forcing, c.before, c.after)
+        known = _explicit_step(equations, variation, s, t, h, y, c)
     for i in range(n):
         copy(c.after[i], c.before[i])
     return known
+
+
+@kernel
+def _explicit_step(
+    equations: Equations, variation: Variation, s: Stepper, t: float, h: float, y: Array, c: Column
+) -> bool:
+    """Fill ``after`` with the columns at the end of a step of the pair: its stages move along the columns."""
+    n, k = len(y), len(c.own)
+    for stage in range(len(_PAIR_C) + 1):
+        for i in range(n):
+            copy(c.before[i], c.after[i])
+        for j in range(stage):
+            weight = h * (_PAIR_A[stage, j] if stage < len(_PAIR_C) else _PAIR_B[j])
+            for i in range(n):
+                for m in range(c.after.shape[1]):
+                    c.after[i, m] += weight * c.stages[j, i, m]
+        if stage == len(_PAIR_C):
+            break
+        for i in range(n):
+            c.y[i] = y[i]
+            for j in range(stage):
+                c.y[i] += h * _PAIR_A[stage, j] * s.stages[j, i]
+        at, rates, own = t + _PAIR_C[stage] * h, c.stages[stage], c.forcing[0]
+        derivatives(equations, at, c.y, c.dy)
+        inertia(equations, at, c.y, c.mass[0])
+        if not factorise(c.mass[0], c.pivots):
+            return False
+        fill_slopes(equations, variation, at, c.y, c.dy[n - k :], c.after, c.remembered, True, own)
+        for m in range(c.after.shape[1]):
+            for i in range(k):
+                c.own[i] = own[i, m]
+            back_substitute(c.mass[0], c.pivots, c.own)
+            for i in range(k):
+                rates[n - k + i, m] = c.own[i]
+            for i in range(n - k):
+                rates[i, m] = c.after[n - k + i, m]
+    return True
 
 
 @kernel
@@ -237,41 +258,22 @@ def _grades(equations: Equations, steps: Steps, k: int) -> tuple[float, float]:
 
 
 @kernel
-def _difference_step(equations: Equations, variation: Variation, p: int, c: Column, j: int) -> float:
-    """Step of central differences along column j, and value p unless it is -1."""
-    model = equations.model
-    worst = 1.0 / variation.unit[p] if p >= 0 else 0.0
-    for i in range(len(model.free)):
-        worst = max(worst, abs(c.before[i, j]) / min(1.0, model.size))
-    return _MILD / worst if worst > _NOTHING else 1.0
-
-
-@kernel
 def close_columns(equations: Equations, variation: Variation, t: float, y: Array, c: Column) -> None:
     """Project the columns ``before`` of a closed state onto the linearised closure, as the run projects states."""
-    model, w = equations.model, equations.work.dynamics
-    n, m, nr = len(model.free), c.before.shape[1], len(model.rows)
-    moved, at = variation.equations.model, variation.equations.work.dynamics
+    model, w, duals, at = equations.model, equations.work.dynamics, variation.model, variation.work.dynamics
+    n, nr, rows = len(model.free), len(model.rows), variation.work.rows
     x = np.zeros(len(w.q))
-    for j in range(m):
-        p = j - (m - len(variation.unit))
-        h = _difference_step(equations, variation, p, c, j)
+    for last in range(c.before.shape[1], 0, -DIRECTIONS):
+        first = first_of(last)
         for rates in range(2):
-            w.row_error[:] = 0.0
-            for side in (-1.0, 1.0):
-                if p >= 0:
-                    move(variation, p, side * h)
-                for i in range(len(y)):
-                    c.y[i] = y[i] + side * h * c.before[i, j]
-                set_state(moved, variation.equations.work, t, c.y)
+            set_columns(equations, variation, t, y, c.before, c.remembered, first, last, True)
+            for r in range(nr):
+                rows[r] = row_rate(duals.rows[r], at.pose, at.vel) if rates else row_value(duals.rows[r], at.pose)
+            for j in range(first, last):
                 for r in range(nr):
-                    row = moved.rows[r]
-                    value = row_rate(row, at.pose, at.vel) if rates else row_value(row, at.pose)
-                    w.row_error[r] -= side * value / (2.0 * h)
-            x[:] = 0.0
-            correct(model.stiff, model.rows, model.rank, w, x)
-            for i in range(n):
-                c.before[i + rates * n, j] += x[model.free[i]]
-        if p >= 0:
-            move(variation, p, 0.0)
+                    w.row_error[r] = -slope(rows[r], j - first)
+                x[:] = 0.0
+                correct(model.stiff, model.rows, model.rank, w, x)
+                for i in range(n):
+                    c.before[i + rates * n, j] += x[model.free[i]]
     equations.work.solved[0] = math.nan

@@ -1,95 +1,128 @@
-"""A system whose numbers follow values: the derivatives of everything that a run reads with respect to the values.
+"""The equations of a model whose numbers are duals: their derivatives along columns of derivatives of the state.
 
-The numbers of neighbouring systems are differentiated (`linkages.engines.compiled.derivatives.neighbours`). So lengths
-are differentiated through the assembly, and a contact's stiffness through its material.
+A column is a derivative of the state with respect to anything; the last np columns belong to values of the system. The
+numbers of the model have slopes along the values, which neighbouring systems give
+(`linkages.engines.compiled.derivatives.neighbours`): lengths through the assembly, a contact's stiffness through its
+material. So one evaluation of the equations with duals gives their derivatives along `DIRECTIONS` columns.
+
+Example: a journal of mass m in a film, in a bearing at x, R = F(q - x, c) + m g - m a. Along the clearance c the slope
+of R is dF/dc, by the law's own arithmetic; along x it is -F'; along m it is g - a.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, kernel
+from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.block import Duplicate
-from linkages.base.kernel.by_reference import Packed, packed
+from linkages.base.kernel.by_reference import packed
+from linkages.base.kernel.dual import DIRECTIONS, dual_array, is_known, number, put_slopes, seeded, slope, with_number
+from linkages.base.kernel.dual_copy import DualCopy
 from linkages.engines.compiled.derivatives.neighbours import Neighbours, unscaled
 from linkages.engines.compiled.derivatives.start_derivatives import start_derivatives
+from linkages.engines.compiled.run.equations import set_residuals, set_state
+from linkages.engines.compiled.run.jacobian import close
 from linkages.engines.compiled.run.job import Given, model_of
-from linkages.engines.compiled.run.model import Equations, make_memory, make_work
-from linkages.laws import PARAMETERS
+from linkages.engines.compiled.run.model import Equations
 from linkages.mechanics.planar.arrays import Arrays
-from linkages.mechanics.planar.record_types import BODY, ENDS
+from linkages.mechanics.planar.contact_partials import (
+    CENTRE,
+    INPUTS,
+    MARGINS,
+    MOTION,
+    OUTPUTS,
+    RESULT_PLACES,
+    RESULTS,
+    STEP,
+    input_scales,
+    inside,
+    is_bounded,
+)
+from linkages.mechanics.planar.contacts import (
+    APPROACH,
+    BRISTLE,
+    BRISTLE_RATE,
+    EX,
+    EY,
+    WIDTH,
+    ContactMotion,
+    add_contact,
+    contact_action,
+    contact_motion,
+)
+from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.results.outputs.registry import pack
 from linkages.system import System
 
-#: Effect of a value beside that on laws of contacts: none; on inertial forces alone; the residual of the equations is a
-#: polynomial of the second order in its numbers, at fixed accelerations and forces of contacts; any.
-STILL, INERTIAL, QUADRATIC, ANY = range(4)
+_NEAR = 1e-3  # lower limit of the gap that scales a difference, in parts of the clearance
 
 
-def _words(record: np.dtype[Any]) -> list[str]:
-    """Return the name of each word of a record, of nested ones with a dot."""
-    parts = ((name, record[name]) for name in record.names or ())
-    return [f"{name}.{inner}" if inner else name for name, kind in parts for inner in (kind.names or [""])]
+class DualWork(NamedTuple):
+    """Arrays that an evaluation with duals fills; as in `linkages.engines.compiled.run.model.Work`, but of duals.
 
+    The last ones are the memory of three others, which kernels fill slope by slope: a number, then its slopes.
+    """
 
-#: Numbers of rigid bodies and of contacts in which the residual is of the second order.
-_MOUNT = [_words(BODY).index(name) for name in ("mount.x", "mount.y")]
-_OF_MASS = [_words(BODY).index(name) for name in ("mass", "cx", "cy", "inertia")]
-_OF_ENDS = [_words(ENDS).index(name) for name in ("bearing.x", "bearing.y", "journal.x", "journal.y")]
-_NORMAL, _HALF = [_words(ENDS).index(name) for name in ("nx", "ny")], _words(ENDS).index("half")
-_LENGTHS = [_words(PARAMETERS).index(name) for name in ("clearance", "radius")]
-#: Fields of a model whose numbers change no motion: scales and results, and laws of contacts.
-_STILL = "limits", "stiff", "joints", "laws", "tables"
+    dynamics: Workspace
+    solved: Array  # not used, (1,)
+    contacts: Array  # (nc, WIDTH)
+    memory: Array  # (nc, 2)
+    value: Array
+    rate: Array
+    second: Array
+    rows: Array  # accelerations or errors of the closure rows, (nr,)
+    y: Array  # (ny,)
+    results: Array  # of a contact, (RESULTS,)
+    push: Array  # change of a contact's action, (OUTPUTS,)
+    numbers_y: Array  # (ny, 1 + DIRECTIONS)
+    numbers_memory: Array  # (nc, 2, 1 + DIRECTIONS)
+    numbers_results: Array  # (RESULTS, 1 + DIRECTIONS)
 
 
 class Variation(NamedTuple):
-    """Equations of a model that compiled code moves along np values, and what changes with each value.
+    """A model of duals, and what changes with each of np values.
 
     Attributes
     ----------
-    equations : Equations
-        With a model whose arrays are parts of the next one.
+    model : Arrays
+        Of duals.
+    work : DualWork
+    slots : (nw, 1 + DIRECTIONS) array
+        Memory of the model.
+    moved : Arrays
+        A model of floats, for laws that do not compile for duals.
     memory : (nw,) array
+        Its memory.
     first : (np + 1,) array of int
         First of the changed numbers of each value, in the next three arrays.
     places : array of int
-        Their indices in the memory.
+        Their indices in both memories.
     numbers : array
         They themselves.
     rates : array
         Their derivatives with respect to the value.
     unit : (np,) array
         Magnitude of the value.
-    laws : (np, nc) array of int
-        1 where the value changes the law or the gap of a contact at a given motion.
-    gaps : (np, nc) array
-        Rate of the gap of each contact at a given motion, or of its radius, per unit of the value [m; stop of a
-        revolute joint: rad].
-    effect : (np,) array of int
-        `STILL`, `INERTIAL`, `QUADRATIC` or `ANY`.
+    chosen : (1,) array of int
+        Value of the first direction; may be less than zero.
     """
 
-    equations: Equations
+    model: Arrays
+    work: DualWork
+    slots: Array
+    moved: Arrays
     memory: Array
     first: Indices
     places: Indices
     numbers: Array
     rates: Array
     unit: Array
-    laws: Indices
-    gaps: Array
-    effect: Indices
-
-
-@kernel
-def move(variation: Variation, p: int, amount: float) -> None:
-    """Move the model by an amount of value p from where the run is; zero restores it exactly."""
-    for i in range(variation.first[p], variation.first[p + 1]):
-        variation.memory[variation.places[i]] = variation.numbers[i] + amount * variation.rates[i]
+    chosen: Indices
 
 
 def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Variation, Array]:
@@ -100,69 +133,271 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     InputError
         If a value has no derivative.
     """
-    model, count, nc = given.model, len(nearby), len(given.model.ends)
-    moved, none = Duplicate(model), pack(system, ())
+    model, none = given.model, pack(system, ())
+    duals, moved = DualCopy(model), Duplicate(model)
     whole = model is system.arrays  # no sections of links are left out
 
     def reduced(one: System) -> Arrays:
         return unscaled(model_of(one, none))
 
     changes = [near.arrays if whole else near.rates(reduced) for near in nearby]
-    effects, contacts, factors = _effects(model)
-    laws, gaps = np.zeros((count, nc), np.int64), np.zeros((count, nc))
-    for p, (places, rates) in enumerate(changes):
-        mine = contacts[places] >= 0
-        of = contacts[places][mine]
-        laws[p, of] = 1
-        np.maximum.at(gaps[p], of, (factors[places] * np.abs(rates))[mine])
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
-    equations = packed(Equations(moved.value, make_work(model, make_memory(model), np.full(nc, -1)), given.implicit))
     variation = Variation(
-        equations,
+        duals.value,
+        _make_work(model),
+        duals.memory,
+        moved.value,
         moved.numbers,
         np.cumsum([0, *(len(one.places) for one in changes)]),
         places,
         moved.initial[places],
         np.concatenate([np.zeros(0), *(one.rates for one in changes)]),
         np.array([near.magnitude for near in nearby]),
-        laws,
-        gaps,
-        np.array([effects[one.places].max(initial=STILL) for one in changes], np.int64),
+        np.array([len(nearby)]),
     )
     return packed(variation), start_derivatives(system, nearby)
 
 
-def _effects(model: Arrays) -> tuple[Indices, Indices, Array]:
-    """Return of each number of a model: its effect; the contact whose law it changes, or -1; the change of its gap.
+def _make_work(model: Arrays) -> DualWork:
+    """Make the arrays for a model."""
+    nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
+    n, most = len(model.free) + nd, max(nd, len(model.powered))
+    dynamics = DualCopy(make_workspace(nb, n, nr, model.bodies.shapes.shape[2])).value
+    y, memory, results = dual_array(2 * len(model.free) + len(model.bristles)), dual_array(nc, 2), dual_array(RESULTS)
+    motions = (dual_array(most) for _ in range(3))
+    own = dual_array(nc, WIDTH), memory, *motions, dual_array(nr), y, results, dual_array(OUTPUTS)
+    return DualWork(dynamics, np.zeros(1), *own, *(one.view(np.ndarray) for one in (y, memory, results)))
 
-    Changes of gaps are at least right in magnitude: a wall's normal turns about a point within the linkage's length.
+
+@inlined_kernel
+def first_of(last: int) -> int:
+    """First of the columns before the last one whose slopes are found together."""
+    return max(last - DIRECTIONS, 0)
+
+
+@kernel
+def _choose(v: Variation, value: int) -> None:
+    """Make the slopes of the model those along `DIRECTIONS` values from this one on; of others there are none."""
+    old = v.chosen[0]
+    if old == value:
+        return
+    for p in range(max(old, 0), min(old + DIRECTIONS, len(v.unit))):
+        for i in range(v.first[p], v.first[p + 1]):
+            v.slots[v.places[i], 1 + p - old] = 0.0
+    for p in range(max(value, 0), min(value + DIRECTIONS, len(v.unit))):
+        for i in range(v.first[p], v.first[p + 1]):
+            v.slots[v.places[i], 1 + p - value] = v.rates[i]
+    v.chosen[0] = value
+
+
+@kernel
+def set_columns(
+    equations: Equations, v: Variation, t: float, y: Array, columns: Array, remembered: Array, first: int, last: int,
+    moves: bool,
+) -> None:  # fmt: skip
+    """Set the dual state at (t, y): slopes are those along columns from the first one to before the last one.
+
+    Parameters
+    ----------
+    columns : (ny, m) array
+    remembered : (nc, m) array
+        Those of the approach speeds.
+    moves : bool
+        Whether the state moves along the columns; else only the approach speeds and the model do.
     """
-    ends = np.cumsum([0, *map(_count, model)]).tolist()
-    fields = {name: slice(*part) for name, part in zip(model._fields, pairwise(ends), strict=True)}
-    effects, contacts, gaps = np.full(ends[-1], ANY), np.full(ends[-1], -1), np.zeros(ends[-1])
-    nc, nb = len(model.ends), len(model.bodies.records)
-    for name in _STILL:
-        effects[fields[name]] = STILL
-    for name in ("laws", "tables"):  # a line for each contact
-        contacts[fields[name]] = np.repeat(np.arange(nc), _count(getattr(model, name)) // max(nc, 1))
-    gaps[fields["laws"]].reshape(nc, len(_words(PARAMETERS)))[:, _LENGTHS] = 1.0
-    shape = nc, len(_words(ENDS))
-    of_ends = effects[fields["ends"]].reshape(shape)
-    of_ends[:, _HALF] = STILL
-    contacts[fields["ends"]].reshape(shape)[:, [*_NORMAL, _HALF]] = np.arange(nc)[:, None]
-    gaps[fields["ends"]].reshape(shape)[:, _NORMAL], gaps[fields["ends"]].reshape(shape)[:, _HALF] = model.size, 1.0
-    if not len(model.rows) and not model.bodies.shapes.shape[2]:  # a tree of rigid bodies
-        of_ends[:, _OF_ENDS] = QUADRATIC
-        effects[fields["gravity"]] = INERTIAL
-        bodies = effects[fields["bodies"]][: nb * len(_words(BODY))].reshape(nb, len(_words(BODY)))
-        bodies[:, _MOUNT], bodies[:, _OF_MASS] = QUADRATIC, INERTIAL
-    return effects, contacts, gaps
+    work = v.work
+    _choose(v, first - (columns.shape[1] - len(v.unit)))
+    _set_numbers(equations, work, y)
+    for j in range(first, last):
+        for i in range(len(y) if moves else 0):
+            work.numbers_y[i, 1 + j - first] = columns[i, j]
+        for k in range(len(remembered)):
+            work.numbers_memory[k, APPROACH, 1 + j - first] = remembered[k, j]
+    set_state(v.model, work, seeded(t, -1), work.y)  # type: ignore[arg-type]
 
 
-def _count(value: Any) -> int:
-    """Count the numbers of a value."""
-    if isinstance(value, np.ndarray):
-        return value.nbytes // 8
-    if isinstance(value, Packed):
-        return _count(value.unpacked)
-    return sum(map(_count, value)) if isinstance(value, tuple) else 1
+@kernel
+def set_over_time(equations: Equations, v: Variation, t: float, y: Array, dy: Array) -> None:
+    """Set the dual state at (t, y): the first slope is that over time at the rate ``dy`` of the state."""
+    _choose(v, len(v.unit))
+    _set_numbers(equations, v.work, y)
+    for i in range(len(y)):
+        v.work.numbers_y[i, 1] = dy[i]
+    set_state(v.model, v.work, seeded(t, 0), v.work.y)  # type: ignore[arg-type]
+
+
+@kernel
+def _set_numbers(equations: Equations, work: DualWork, y: Array) -> None:
+    """Set the numbers of the dual state and of the dual memory, without slopes."""
+    for i in range(len(y)):
+        work.numbers_y[i] = 0.0
+        work.numbers_y[i, 0] = y[i]
+    work.numbers_memory[:] = 0.0
+    for k in range(len(work.memory)):
+        for i in (APPROACH, BRISTLE):
+            work.numbers_memory[k, i, 0] = equations.work.memory[k, i]
+
+
+@kernel
+def fill_slopes(
+    equations: Equations, v: Variation, t: float, y: Array, dy: Array, columns: Array, remembered: Array, moves: bool,
+    out: Array,
+) -> None:  # fmt: skip
+    """Fill ``out`` (k, m) with the derivatives of the residual along the columns, see `set_columns`.
+
+    The mass matrix has been found at (t, y), where ``dy`` are the derivatives of rates and others.
+    """
+    m = out.shape[1]
+    for last in range(m, 0, -DIRECTIONS):
+        first = first_of(last)
+        if moves or last > m - len(v.unit) or _any(remembered, first, last):
+            set_columns(equations, v, t, y, columns, remembered, first, last, moves)
+            set_contacts(equations, v)
+            fill_residual(equations, v, t, dy, first, last, out)
+        else:
+            for i in range(len(out)):
+                out[i, first:last] = 0.0
+
+
+@kernel
+def _any(values: Array, first: int, last: int) -> bool:
+    """Whether any of these columns is not zero."""
+    for i in range(len(values)):
+        for j in range(first, last):
+            if values[i, j] != 0.0:
+                return True
+    return False
+
+
+@kernel
+def set_contacts(equations: Equations, v: Variation) -> None:
+    """Fill the contacts, and the wrenches on the bodies, at a dual state that is set."""
+    w, contacts = v.work.dynamics, v.work.contacts
+    w.wrench[:] = 0.0
+    for k in range(len(v.model.ends)):
+        end = v.model.ends[k]
+        motion, arms = contact_motion(end, w.pose, w.vel)
+        set_results(equations, v, k, motion)
+        found = v.work.results
+        add_contact(w.wrench, end, motion[0], motion[1], arms, found[0], found[1], found[2])
+        contacts[k, EX], contacts[k, EY] = motion[0], motion[1]
+        for i in range(RESULTS):
+            contacts[k, RESULT_PLACES[i]] = found[i]
+
+
+@kernel
+def set_results(equations: Equations, v: Variation, k: int, motion: ContactMotion) -> None:
+    """Fill ``results`` of contact k at a dual motion, within the bounds; of differences where its law has no duals."""
+    model, bounds, memory, out = equations.model, equations.work.scratch.bounds[k], v.work.memory[k], v.work.results
+    ex, ey, vx, vy, wb, wj, nx, ny = motion
+    held = (number(ex), number(ey), number(vx), number(vy), number(wb), number(wj), number(nx), number(ny))
+    if is_bounded(bounds):
+        approach, bristle = number(memory[APPROACH]), number(memory[BRISTLE])
+        held = inside(model.ends[k], model.laws[k], model.tables[k], approach, bristle, held, bounds, MARGINS)
+    if held[0] == 0.0 and held[1] == 0.0:
+        held = (CENTRE, held[1], held[2], held[3], held[4], held[5], held[6], held[7])
+    moved = (
+        with_number(ex, held[0]), with_number(ey, held[1]), with_number(vx, held[2]), with_number(vy, held[3]),
+        with_number(wb, held[4]), with_number(wj, held[5]), with_number(nx, held[6]), with_number(ny, held[7]),
+    )  # fmt: skip
+    end, law, table = v.model.ends[k], v.model.laws[k], v.model.tables[k]
+    found = contact_action(end, law, table, memory[APPROACH], memory[BRISTLE], moved)
+    total = 0.0
+    for i in range(RESULTS):
+        out[i] = found[i]
+        total += found[i]
+    if not is_known(total):
+        _set_differences(equations, v, k, moved)
+
+
+@lazy_kernel
+def _set_differences(equations: Equations, v: Variation, k: int, motion: ContactMotion) -> None:
+    """Fill ``results`` of contact k with central differences along each direction."""
+    model, memory, out, scales = equations.model, v.work.memory[k], v.work.numbers_results, np.zeros(INPUTS)
+    a, c = _shifted(motion, 0, 0.0), model.laws[k].clearance
+    input_scales(model.ends[k], model.laws[k], a, _NEAR, scales)
+    approach, bristle = number(memory[APPROACH]), number(memory[BRISTLE])
+    here = contact_action(model.ends[k], model.laws[k], model.tables[k], approach, bristle, a)
+    out[:] = 0.0
+    for i in range(RESULTS):
+        out[i, 0] = here[i]
+    for j in range(DIRECTIONS):
+        p, change = v.chosen[0] + j, _shifted(motion, j, 1.0)
+        known = 0 <= p < len(v.unit)
+        worst = max(1.0 / v.unit[p], abs(slope(v.model.laws[k].clearance, j)) / min(scales[0], c)) if known else 0.0
+        for i in range(MOTION):
+            worst = max(worst, abs(change[i] - a[i]) / scales[i])
+        if approach > 0.0:
+            worst = max(worst, abs(slope(memory[APPROACH], j)) / approach)
+        if model.laws[k].bristle_scale > 0.0:
+            worst = max(worst, abs(slope(memory[BRISTLE], j)) / model.laws[k].bristle_scale)
+        if not 0.0 < worst < math.inf:
+            continue
+        for side in (1.0, -1.0):
+            h = side * STEP / worst
+            if known:
+                _move(v, p, h)
+            began, bent = approach + h * slope(memory[APPROACH], j), bristle + h * slope(memory[BRISTLE], j)
+            end, law, table = v.moved.ends[k], v.moved.laws[k], v.moved.tables[k]
+            found = contact_action(end, law, table, began, bent, _shifted(motion, j, h))
+            for i in range(RESULTS):
+                out[i, 1 + j] += found[i] / (2.0 * h)
+        if known:
+            _move(v, p, 0.0)
+
+
+@inlined_kernel
+def _shifted(motion: Any, j: int, h: float) -> ContactMotion:
+    """Numbers of a dual motion, h times its slopes along a direction away."""
+    ex, ey, vx, vy, wb, wj, nx, ny = motion
+    return (
+        number(ex) + h * slope(ex, j), number(ey) + h * slope(ey, j), number(vx) + h * slope(vx, j),
+        number(vy) + h * slope(vy, j), number(wb) + h * slope(wb, j), number(wj) + h * slope(wj, j),
+        number(nx) + h * slope(nx, j), number(ny) + h * slope(ny, j),
+    )  # fmt: skip
+
+
+@kernel
+def _move(v: Variation, p: int, amount: float) -> None:
+    """Move the model of floats by an amount of value p; zero restores it exactly."""
+    for i in range(v.first[p], v.first[p + 1]):
+        v.memory[v.places[i]] = v.numbers[i] + amount * v.rates[i]
+
+
+@kernel
+def fill_residual(equations: Equations, v: Variation, t: float, dy: Array, first: int, last: int, out: Array) -> None:
+    """Fill columns of ``out`` (k, m) with the slopes of the residual, at a dual state and contacts that are set."""
+    model, w = v.model, v.work.dynamics
+    if len(model.loads):
+        tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
+        load_wrenches(tables, seeded(t, -1), w.pose, w.vel, w.wrench)
+    for i in range(len(model.free)):
+        w.a[model.free[i]] = dy[i]
+    set_residuals(model, w, equations.work.dynamics.reaction, v.work.rows)
+    fill_solved(equations, v, first, last, out)
+    for k in range(len(model.bristles)):
+        _put(v.work.contacts[model.bristles[k], BRISTLE_RATE], len(model.free) + k, first, last, out)
+
+
+@kernel
+def fill_solved(equations: Equations, v: Variation, first: int, last: int, out: Array) -> None:
+    """Fill columns of ``out`` with the slopes of the generalised forces; with rows, of the accelerations they give."""
+    model, at, s, tau = equations.model, equations.work.dynamics, equations.work.scratch, v.work.dynamics.tau
+    if not len(model.rows):
+        for i in range(len(model.free)):
+            _put(tau[model.free[i]], i, first, last, out)
+        return
+    for j in range(first, last):
+        close(model, at, s, tau, v.work.rows, j - first)
+        for i in range(len(model.free)):
+            out[i, j] = s.a[model.free[i]]
+
+
+@inlined_kernel
+def _put(x: float, row: int, first: int, last: int, out: Array) -> None:
+    """Put the slopes of a dual into columns of a row."""
+    if last - first == DIRECTIONS:
+        put_slopes(out, row, first, x)
+        return
+    for j in range(first, last):
+        out[row, j] = slope(x, j - first)

@@ -43,18 +43,6 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
 
     f is `linkages.engines.compiled.run.equations.derivatives`; lines of positions are those of df/dy.
     """
-    _fill(equations, t, y, False, mass, out)
-
-
-@lazy_kernel
-def exact_jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
-    """Fill the same as `jacobian`; in the scratch all of ``partials``, and ``motions``."""
-    _fill(equations, t, y, True, mass, out)
-
-
-@kernel
-def _fill(equations: Equations, t: float, y: Array, exact: bool, mass: Array, out: Array) -> None:
-    """Fill the Jacobian."""
     model, work = equations.model, equations.work
     w, s, n, ny = work.dynamics, work.scratch, len(model.free), len(y)
     if not is_solved(work, t, y):
@@ -62,29 +50,38 @@ def _fill(equations: Equations, t: float, y: Array, exact: bool, mass: Array, ou
     for k in range(len(model.ends)):
         motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
         contact_partials(
-            model.ends[k], model.laws[k], model.tables[k], work.memory[k], motion, s.bounds[k], exact, s.partials[k]
+            model.ends[k], model.laws[k], model.tables[k], work.memory[k], motion, s.bounds[k], s.partials[k]
         )
-    if w.interpolated[0] > 0.0:
-        solve_neighbour(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
-        work.solved[0] = math.nan
-    _fill_mass(model, w, s, mass)
+    _fill_mass(equations, mass)
     out[:] = 0.0
     for i in range(n):
         out[i, n + i] = 1.0
     s.moves[:] = MOVED
     if ny <= DIRECTIONS:
-        _fill_moved(equations, t, 0, ny, exact, out)
+        _fill_moved(equations, t, 0, ny, out)
         return
     for first in range(0, n, DIRECTIONS):
-        _fill_moved(equations, t, first, min(DIRECTIONS, n - first), exact, out)
+        _fill_moved(equations, t, first, min(DIRECTIONS, n - first), out)
     s.moves[:] = MOVED
     for first in range(n, ny, DIRECTIONS):
-        _fill_faster(equations, t, first, min(DIRECTIONS, ny - first), exact, out)
+        _fill_faster(equations, t, first, min(DIRECTIONS, ny - first), out)
+
+
+@lazy_kernel
+def inertia(equations: Equations, t: float, y: Array, mass: Array) -> None:
+    """Fill ``mass``, and what `close` needs, as `jacobian`."""
+    if not is_solved(equations.work, t, y):
+        solve_state(equations, t, y)
+    _fill_mass(equations, mass)
 
 
 @kernel
-def _fill_mass(model: Arrays, w: Workspace, s: Scratch, mass: Array) -> None:
-    """Fill the mass matrix; with closure rows, what `_close` needs."""
+def _fill_mass(equations: Equations, mass: Array) -> None:
+    """Fill the mass matrix at a solved state; with closure rows, what `close` needs."""
+    model, w, s = equations.model, equations.work.dynamics, equations.work.scratch
+    if w.interpolated[0] > 0.0:
+        solve_neighbour(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+        equations.work.solved[0] = math.nan
     mass[:] = 0.0
     for i in range(len(mass)):
         mass[i, i] = 1.0
@@ -98,7 +95,7 @@ def _fill_mass(model: Arrays, w: Workspace, s: Scratch, mass: Array) -> None:
 
 
 @kernel
-def _fill_moved(equations: Equations, t: float, first: int, count: int, exact: bool, out: Array) -> None:
+def _fill_moved(equations: Equations, t: float, first: int, count: int, out: Array) -> None:
     """Fill columns of the Jacobian, of any kind."""
     model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
     d = s.moved
@@ -113,7 +110,7 @@ def _fill_moved(equations: Equations, t: float, first: int, count: int, exact: b
     else:
         _mark(model, s, first, count)
         moved_states(model.bodies, s.moves, d.q, d.v, d.pose, d.vel, w.pose, w.vel)
-    _fill_columns(equations, d, t, first, count, exact, out)
+    _fill_columns(equations, d, t, first, count, out)
 
 
 @lazy_kernel
@@ -126,7 +123,7 @@ def _mark(model: Arrays, s: Scratch, first: int, count: int) -> None:
 
 
 @lazy_kernel
-def _fill_faster(equations: Equations, t: float, first: int, count: int, exact: bool, out: Array) -> None:
+def _fill_faster(equations: Equations, t: float, first: int, count: int, out: Array) -> None:
     """Fill columns of the Jacobian, of rates and bristles: the poses do not change."""
     model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
     d = s.faster
@@ -136,13 +133,11 @@ def _fill_faster(equations: Equations, t: float, first: int, count: int, exact: 
         d.v[model.free[i]] = seeded(w.v[model.free[i]], n + i - first)
     _mark(model, s, first, count)
     moved_velocities(model.bodies, s.moves, d.pose, d.v, d.vel, w.vel)
-    _fill_columns(equations, d, t, first, count, exact, out)
+    _fill_columns(equations, d, t, first, count, out)
 
 
 @kernel
-def _fill_columns(
-    equations: Equations, d: Workspace, t: float, first: int, count: int, exact: bool, out: Array
-) -> None:
+def _fill_columns(equations: Equations, d: Workspace, t: float, first: int, count: int, out: Array) -> None:
     """Fill columns of the Jacobian, the directions of a dual workspace whose poses and velocities are set."""
     model, work = equations.model, equations.work
     s, n = work.scratch, len(model.free)
@@ -154,8 +149,6 @@ def _fill_columns(
             if model.bristles[m] == k:
                 own = m
         rate = _add_linear_contact(equations, d, k, seeded(0.0, 2 * n + own - first if own >= 0 else -1))
-        if exact:
-            _note_motion(equations, d, k, first, count)
         if own >= 0:
             for j in range(count):
                 out[2 * n + own, first + j] = slope(rate, j)
@@ -178,7 +171,7 @@ def _fill_columns(
         return
     for j in range(count):
         if len(model.rows):
-            _close(model, work.dynamics, s, d, j)
+            close(model, work.dynamics, s, d.tau, s.rows, j)
         for i in range(n):
             place = model.free[i]
             out[n + i, first + j] = s.a[place] if len(model.rows) else slope(d.tau[place], j)
@@ -196,17 +189,6 @@ def _add_linear_contact(equations: Equations, d: Workspace, k: int, bristle: flo
     return _along(p[BRISTLE_RATE], motion, bristle, found[RESULT_PLACES[BRISTLE_RATE]])
 
 
-@lazy_kernel
-def _note_motion(equations: Equations, d: Workspace, k: int, first: int, count: int) -> None:
-    """Fill columns of ``motions`` with the changes of contact k's motion along the directions of a dual workspace."""
-    ex, ey, vx, vy, wb, wj, nx, ny = contact_motion(equations.model.ends[k], d.pose, d.vel)[0]
-    out = equations.work.scratch.motions[k]
-    for j in range(count):
-        out[0, first + j], out[1, first + j], out[2, first + j] = slope(ex, j), slope(ey, j), slope(vx, j)
-        out[3, first + j], out[4, first + j], out[5, first + j] = slope(vy, j), slope(wb, j), slope(wj, j)
-        out[6, first + j], out[7, first + j] = slope(nx, j), slope(ny, j)
-
-
 @inlined_kernel
 def _along(p: Array, motion: ContactMotion, bristle: float, value: float) -> Any:
     """Return a result of a contact as a dual number, from its value and its partial derivatives."""
@@ -216,19 +198,27 @@ def _along(p: Array, motion: ContactMotion, bristle: float, value: float) -> Any
 
 
 @lazy_kernel
-def _close(model: Arrays, w: Workspace, s: Scratch, d: Workspace, direction: int) -> None:
-    """Find the changes of accelerations along one of the directions, with loops that stay closed."""
+def close(model: Arrays, w: Workspace, s: Scratch, tau: Array, rows: Array, direction: int) -> None:
+    """Fill the scratch's ``a`` with the changes of accelerations along one of the directions, with loops kept closed.
+
+    Parameters
+    ----------
+    tau : (n,) array of duals
+        Generalised forces.
+    rows : (nr,) array of duals
+        Accelerations of the rows, at fixed accelerations of the coordinates.
+    """
     nr = len(model.rows)
     s.tau[:] = 0.0
     s.a[:] = 0.0
     s.bias[:] = 0.0
     s.modal_bias[:] = 0.0
     for i in range(len(model.free)):
-        s.tau[model.free[i]] = slope(d.tau[model.free[i]], direction)
+        s.tau[model.free[i]] = slope(tau[model.free[i]], direction)
     acceleration_response(model.bodies, w, s.bias, s.modal_bias, s.tau, s.a)
     for k in range(nr):
         w.row_error[k] = -row_acceleration(model.rows[k], w.pose, w.zero_velocity, w.response)
-        w.row_error[k] -= slope(s.rows[k], direction)
+        w.row_error[k] -= slope(rows[k], direction)
         for m in range(nr):
             s.row_matrix[k, m] = w.row_matrix[k, m]
     solve_rows(model.rows, model.rank, s.row_matrix, w.row_error, w.pivots, s.reaction)

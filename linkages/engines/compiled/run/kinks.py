@@ -53,16 +53,6 @@ def kinks(system: System) -> Array:
     return result
 
 
-def friction_speeds(system: System) -> Array:
-    """Return the smallest sliding speed over which the friction of each contact changes smoothly, (nc,) [m/s]."""
-    result = np.full(len(system.models), np.inf)
-    for k, model in enumerate(system.models):
-        if model.can_touch and model.friction is not None and model.friction.acts:
-            speeds = FRICTIONS[model.friction.law].speeds(model.friction.parameters)
-            result[k] = min(speeds, default=np.inf)
-    return result
-
-
 @kernel
 def kink_values(equations: Equations, limits: Array, out: Array) -> None:
     """Fill ``out`` (nc, KINKS) with the distances to the kinks at a solved state, in parts of their speeds."""

@@ -9,7 +9,7 @@ import numpy as np
 from linkages.base.kernel import Array, kernel
 from linkages.base.kernel.by_reference import reference
 from linkages.engines.compiled.run.equations import derivatives, set_state
-from linkages.engines.compiled.run.jacobian import exact_jacobian
+from linkages.engines.compiled.run.jacobian import jacobian
 from linkages.engines.compiled.run.model import Equations
 from linkages.engines.compiled.run.runner import Runner
 from linkages.mechanics.planar.closure import free_jacobian
@@ -49,7 +49,7 @@ class Linear(NamedTuple):
 @kernel
 def _fill(equations: Equations, t: float, y: Array, dy: Array, mass: Array, out: Array, masses: Array) -> None:
     derivatives(reference(equations), t, y, dy)
-    exact_jacobian(reference(equations), t, y, mass, out)
+    jacobian(reference(equations), t, y, mass, out)
     mass_matrix(equations.model.bodies, reference(equations.work.dynamics), masses)
 
 

@@ -13,7 +13,7 @@ from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.dual import dual_array
 from linkages.laws.film.film_history import memory_of
 from linkages.mechanics.planar.arrays import Arrays
-from linkages.mechanics.planar.contact_partials import MOTION, PARTIALS, RESULTS, no_bounds
+from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bounds
 from linkages.mechanics.planar.contacts import OIL, WIDTH
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS
 from linkages.mechanics.planar.record_types import HISTORY, REVOLUTE, STOP
@@ -52,7 +52,6 @@ class Scratch(NamedTuple):
     """
 
     partials: Array  # of the contacts, (nc, RESULTS, PARTIALS); see `linkages.mechanics.planar.contact_partials`
-    motions: Array  # changes of the contacts' motions with the state, (nc, MOTION, ny)
     bounds: Array  # of the contacts' speeds, (nc, BOUNDS); see the same, infinite without any
     mass: Array  # mass matrix of all coordinates, (n, n); rows and columns of driven ones are 0
     moved: Workspace
@@ -72,15 +71,16 @@ class Scratch(NamedTuple):
 _OF_RATES = "v", "tau", "vel", "acc", "wrench", "bias", "modal_bias"
 
 
-def make_scratch(w: Workspace, nc: int, ny: int) -> Scratch:
-    """Make the arrays for a workspace, nc contacts and ny entries of the state, all zero, without bounds."""
+def make_scratch(w: Workspace, nc: int) -> Scratch:
+    """Make the arrays for a workspace and nc contacts, all zero, without bounds."""
     n, nr = len(w.q), len(w.reaction)
     changes: dict[str, Any] = {name: dual_array(*getattr(w, name).shape) for name in ("q", "pose", *_OF_RATES)}
     moved = w._replace(**changes)
-    laws = np.zeros((nc, RESULTS, PARTIALS)), np.zeros((nc, MOTION, ny)), np.tile(no_bounds(), (nc, 1))
+    partials, bounds = np.zeros((nc, RESULTS, PARTIALS)), np.tile(no_bounds(), (nc, 1))
     duals = moved, moved._replace(q=w.q, pose=w.pose), dual_array(nr)
     closed = np.zeros(n), np.zeros(n), np.zeros(w.bias.shape), np.zeros(n), np.zeros((nr, nr)), np.zeros(nr)
-    return Scratch(*laws, np.zeros((n, n)), *duals, *closed, np.zeros(n, np.int64), np.zeros(len(w.bias), np.int64))
+    marks = np.zeros(n, np.int64), np.zeros(len(w.bias), np.int64)
+    return Scratch(partials, bounds, np.zeros((n, n)), *duals, *closed, *marks)
 
 
 class Work(NamedTuple):
@@ -132,7 +132,7 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
         np.zeros((len(model.joints), 3)),
         np.zeros(nd + len(model.powered)),
         np.zeros((len(model.loads), len(LOAD_OUTPUTS))),
-        make_scratch(dynamics, nc, ny),
+        make_scratch(dynamics, nc),
         make_kinked(nc),
     )
 
