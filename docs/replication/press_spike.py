@@ -56,7 +56,7 @@ def claims() -> list[Claim]:
     perfect = _acceleration(paper.ideal_run()).peak
     assumed = _acceleration(ideal(load(find_file("seven_bar.toml"), {"duration": paper.DURATION}), paper.ENGINE)).peak
     first, corrected = paper.patch()
-    patch = f"ε₀ = {first:.3g}, m = {corrected:.3g}, both fitted"
+    patch = f"ε₀ = {first:.3g}, m = {corrected:.3g}, both fitted to these numbers"
     unknown = "the paper's ε₀ and m"
     cause = [Fitted(printed[name], sizes[name], "m/s²") for name in DESIGNS]
     changes = [
