@@ -29,7 +29,7 @@ def page() -> str:
     deviation = 100.0 * press_conditions.mismatch(found)
     return f"""# Replication of the published results
 
-For readers who want evidence: printed results of two sources beside results of this package from the same data. The
+For readers who want evidence: printed results of two sources compared with results of this package from the same data. The
 [robot](replication_3rrr.md) of the third source and the [misprints](misprints.md) have separate pages. The
 [appendix](replication_details.md) has the rule of the verdicts, the cause of each difference and the command that repeats each row.
 
@@ -52,8 +52,8 @@ one; design 1 raises and design 2 lowers the joint forces; lubrication lowers fo
 **Does not hold.** Three film equations are wrong as printed, the film is used outside its range (L/D = 1.33), two of six design variables cannot
 change anything that the paper minimises, and two printed percentages contradict the paper's own numbers.
 
-**Open.** The measured -13.72 m/s² is three times the paper's own computation with the opposite sign. The changes of the forces by design 2, and
-the differences of displacement and speed between the designs, are not met under these conditions.
+**Open.** The measured -13.72 m/s² is three times the paper's own computation with the opposite sign. The change of F_B by design 2, and the
+differences of displacement and speed between the designs, are not met under these conditions.
 
 ![Ours over printed for ten numbers](figures/replication_ten.png)
 
@@ -64,7 +64,7 @@ turns its acceleration is ten times too large.*
 ## The four-bar
 
 Bai, Zhao and Sun (CN106055749A, 2016) choose the lengths of a double crank with one dry clearance joint so that its acceleration departs least
-from that of the ideal linkage. The formulas, tables and figures are lost in the available text: lengths, bounds, material and friction are
+from the ideal linkage's. The formulas, tables and figures are lost in the available text: lengths, bounds, material and friction are
 assumed, and eq. (8) is read as the follower's angular acceleration minus its ideal value. Dry runs are chaotic; intervals are the 5 % and 95 %
 quantiles over start angles, *at the start* in the first revolutions, *running* later.
 
@@ -105,7 +105,7 @@ figure 10 ends at 1.0 s, and in a second half of the period every design would e
 
 The paper prints no gravity, no drive speeds, no start, no ε₀ and no m. Ten printed numbers depend on them: six largest forces in their
 windows, three accelerations at the start and the largest acceleration computed for the rig. The rig is measured in steady running over two
-complete periods: the speeds have a common period, and the largest acceleration is that of a whole period. `python docs/make_conditions.py`
+complete periods: the speeds have a common period, and the largest acceleration counts over a whole period. `python docs/make_conditions.py`
 computes the tables of this section and stores them in `docs/replication/computed/press_conditions.json`; its scan takes two minutes.
 
 The scan contains all pairs p : q of turns up to 6, in both senses, with ω₁ in steps of 0.05 rad/s and both speeds up to 13 rad/s, for the ideal press. Deviation
@@ -114,14 +114,15 @@ of the six forces: root mean square of the logarithms. Acceleration: the largest
 
 {table(*press_conditions.scan_table())}
 With a start in motion only ω₄ = -2 ω₁ with gravity along -y meets both criteria. Starts at rest add ω₄ = 2 ω₁ at 2.15 to 2.45 rad/s, where the
-largest forces occur at t = 0, when the cranks are accelerated; there the direction of gravity is not determined. The pairs with a start in motion:
+largest forces occur at t = 0, when the cranks are accelerated; with both speeds reversed, gravity along +y gives the same. The pairs with a start in
+motion:
 
 {table(*press_conditions.survivors_table())}
 ![Deviation of the ideal press from the six printed forces over both speeds, and both criteria](figures/replication_conditions.png)
 
 *Left: white dots are commensurate pairs within 10 %, orange dots meet both criteria. Right: all pairs within 10 %, by gravity; band: 15 % of the printed acceleration.*
 
-Fits of ε₀ and m from several starting points; three of six searches end in local minima:
+Fits of ε₀ and m from several starting points; about half of the searches end in local minima:
 
 {table(*press_conditions.fits_table())}
 Profiles hold one unknown and fit the others again, each from three starting points:

@@ -23,7 +23,7 @@ def page() -> str:
     return f"""# Replication: the flexible 3-RRR robot
 
 For readers who want evidence: printed results of Lu, Shi, Gao and Dan, *Elastic-dynamics of planar flexile parallel mechanism*, Transactions of the
-Chinese Society for Agricultural Machinery 41(6), 2010, 208-215, beside results of [`linkages modes`](flexible_3rrr.md). The
+Chinese Society for Agricultural Machinery 41(6), 2010, 208-215, compared with results of [`linkages modes`](flexible_3rrr.md). The
 [appendix](replication_details.md#the-robot) has rule, causes and commands, [replication](replication.md) the counts.
 `python docs/make_replication_3rrr.py` writes this page.
 
@@ -37,11 +37,11 @@ operating speeds are far below the natural frequencies, and the largest stress i
 lowest three.
 
 **Does not hold.** Four assemblies exist during a part of the revolution only. Inertia forces, axial, bending and shear stress are wrong as printed. The
-printed millimetres and the printed 0.35 MPa exclude each other: at this stress no point of a steel robot moves by more than a micrometre.
+printed millimetres and the printed 0.35 MPa exclude each other: at this stress the platform of a steel robot moves by less than a micrometre.
 
 **Open.** All printed displacements are 10⁴ to 10⁵ times ours, all stresses 5 to 130 times. No single assumption about material,
-diameters, assembly, roots or printed formulas explains them together. With free crank roots the recursion lets the mechanism drift by millimetres, a
-possible origin of the displacements.
+diameters, assembly, roots or printed formulas explains them together. With free crank roots the recursion lets the mechanism drift past the printed
+millimetres within a second, a possible origin.
 
 ![Natural frequencies over the revolution, and printed over our numbers](figures/replication_robot.png)
 

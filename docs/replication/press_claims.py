@@ -35,12 +35,12 @@ def model() -> list[Claim]:
         ),
         Claim(
             "eq. (4): dε/dt is the size of de/dt over r", "never negative: eq. (11) never applies",
-            f"the journal of A moves inwards during {inwards:.0f} % of the run of seven_bar.toml, where (11) should apply",
+            f"the journal of A moves inwards during {inwards:.0f} % of a period of steady running, where (11) should apply",
             [Printed(0.0, inwards, "% of the time")], "the rate of the length of e has either sign",
         ),
         Claim(
             "the same, in the film's force", f"{speed[0]:+.2f} of the largest force", f"{speed[1]:+.2f} there",
-            [Printed(*speed)], "largest difference along joint A's run in seven_bar.toml; eq. (9) with the size of de/dt, also while separating",
+            [Printed(*speed)], "largest difference along joint A's path over the same period; eq. (9) with the size of de/dt, also while separating",
         ),
         Claim(
             "eq. (11) as printed: film force where dε/dt < 0", f"{jump:+.3f} of the force just above dε/dt = 0",
@@ -48,7 +48,7 @@ def model() -> list[Claim]:
         ),
         Claim(
             "eqs. (9)-(11): ω is the relative speed", f"{relative[0]:+.2f} of the largest force", f"{relative[1]:+.2f} there",
-            [Printed(*relative)], "largest difference along joint A's run in seven_bar.toml; with eq. (6) in the fixed frame the sum of both speeds counts: a force must not depend on the observer",
+            [Printed(*relative)], "largest difference along joint A's path over the same period; with eq. (6) in the fixed frame the sum of both speeds counts: a force must not depend on the observer",
         ),
         Claim(
             "film of an infinitely long bearing, for L/D > 2", f"largest eccentricity ratio of A {ours:.3f}",

@@ -17,7 +17,7 @@ import numpy as np
 from linkages import System, find_file, load, simulate_batch
 from replication.computed import read
 from replication.press_ideal import BAUMGARTE, FORCES, GRAVITY
-from replication.press_paper import DESIGNS, PRINTED, RIG, START, WINDOWS, Array
+from replication.press_paper import DESIGNS, PAPER, PRINTED, RIG, RIG_FILE, START, WINDOWS, Array
 from replication.verdicts import Claim, Fitted
 
 #: Printed numbers: forces as `FORCES` [N], sizes of the accelerations at the start, and the one of the rig [m/s2].
@@ -53,7 +53,7 @@ FITTED = {
     "π and -2π rad/s, start at rest": CHOSEN._replace(start="at rest"),
     "2.3 and 4.6 rad/s, start at rest": Conditions(2.3, 4.6, start="at rest"),
 }
-#: What `seven_bar.toml` assumes.
+#: A guess that meets none of the ten numbers: both cranks at 60 r/min, no gravity.
 ASSUMED = Conditions(2.0 * np.pi, 2.0 * np.pi, gravity="none")
 #: Four values fitted to the ten numbers while the rig ran for 2 s only.
 FREE = Conditions(5.034, -6.555, 3.94e-6, 0.1225)
@@ -82,9 +82,8 @@ def overrides(guess: Conditions) -> dict[str, Any]:
             found[f"drives.{drive}"] = {"formula": f"{float(speed)!r}*t*(1 - exp(-{BAUMGARTE:g}*t))"}
         else:
             found[f"drives.{drive}.speed"] = float(speed)
-    if guess.eps_0:
-        found |= {f"joints.{j}.small_eccentricity": {"ratio": guess.eps_0, "power": guess.m} for j in "AB"}
-    return found
+    patch = {"ratio": guess.eps_0, "power": guess.m} if guess.eps_0 else {"ratio": 1e-6, "power": 0.0}  # power 0: none
+    return found | {f"joints.{j}.small_eccentricity": dict(patch) for j in "AB"}
 
 
 @cache
@@ -97,9 +96,9 @@ def outcome(guess: Conditions) -> Array:
 
     The acceleration at the start counts by its size, the rig's after the start by its largest value.
     """
-    press = _machine("seven_bar.toml", max(WINDOWS.values())).replaced(overrides(guess))
+    press = _machine(PAPER, max(WINDOWS.values())).replaced(overrides(guess))
     end = measured_time(guess)
-    rig = _machine("seven_bar_rig.toml", 1.0).replaced({**overrides(guess), "duration": end})
+    rig = _machine(RIG_FILE, 1.0).replaced({**overrides(guess), "duration": end})
     paths = list(DESIGNS["paper 1"])
     values = [[design.get(path, press.value(path)) for path in paths] for design in DESIGNS.values()]
     windows = [*((0.0, end) for end in WINDOWS.values()), _SPIKE]
@@ -131,7 +130,7 @@ def guesses() -> dict[str, Conditions]:
         **{name: fitted(name) for name in FITTED},
         "π and -2π rad/s, without eqs. (12)-(13)": CHOSEN,
         "four fitted values": FREE,
-        "as seven_bar.toml assumes": ASSUMED,
+        "2π and 2π rad/s without gravity": ASSUMED,
     }
 
 
@@ -250,8 +249,8 @@ of the slower crank instead of {RIG["computed"]:g}.
 *Determined*, if the press starts in motion: the direction of gravity, its magnitude within about 10 %, the ratio ω₄ = -2 ω₁, and ω₁ within about
 10 %. The ranges of each unknown within {LOOSE:g} times the least deviation are: {ranges}.
 
-*Not determined*: the exact speeds (ω₁ = {at:g} rad/s gives {100.0 * min(speeds["mismatch"]):.1f} %); whether ε₀ and m are those of the paper, because two values describe three
-numbers; and the start. A press that starts at rest at 2.3 and 4.6 rad/s, ω₄ = 2 ω₁, reaches {100.0 * rest:.1f} % with as many fitted values; its largest forces
+*Not determined*: the exact speeds (ω₁ = {at:g} rad/s gives {100.0 * min(speeds["mismatch"]):.1f} %); the paper's ε₀ and m, because two values describe three
+numbers only; and the start. A press that starts at rest at 2.3 and 4.6 rad/s, ω₄ = 2 ω₁, reaches {100.0 * rest:.1f} % with as many fitted values; its largest forces
 then occur at t = 0. The time of the largest F_A, one drive speed, or the sign of the acceleration at the start would decide."""
 
 

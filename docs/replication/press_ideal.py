@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages import find_file, load
-from replication.press_paper import DESIGNS, PRINTED, WINDOWS, Array
+from replication.press_paper import DESIGNS, PAPER, PRINTED, WINDOWS, Array
 
 #: Directions of gravity: the plane is the world's x-y plane, the slider moves along x [m/s2].
 GRAVITY = {"none": 0j, "-y": -9.81j, "+y": 9.81j, "-x": -9.81 + 0j, "+x": 9.81 + 0j}
@@ -51,7 +51,7 @@ class Machine:
     """Lengths [m], masses [kg] and moments of inertia [kg m2] of the press by link."""
 
     def __init__(self) -> None:
-        value = load(find_file("seven_bar.toml")).value
+        value = load(find_file(PAPER)).value
         frames = {1: "crank1_A", 2: "link2_C", 3: "link3_C", 4: "crank4_B", 6: "link6_D"}
         self.length = {link: value(f"sdf.frames.{frame}.pose.x") for link, frame in frames.items()}
         self.height = value("sdf.frames.ground_O4.pose.y")
