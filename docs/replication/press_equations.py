@@ -14,7 +14,6 @@ from linkages.laws.film.closed_form import pinkus_sternlicht
 from replication import press_paper as paper
 from replication.press_paper import Array
 
-
 #: Periods after which the journals' paths repeat to a thousandth of the clearance.
 PERIODS = 10
 
