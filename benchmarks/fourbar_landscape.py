@@ -1,7 +1,7 @@
 """Landscape of the patent's design problem: ``python benchmarks/fourbar_landscape.py [PART...]``, half an hour.
 
 Compares its objective with the steady one, and finds the effect of the lost bounds and how well the ideal force
-predicts the jitter. Writes docs/fourbar_landscape.md and its figure. Results are in docs/replication/measured/,
+predicts the jitter. Writes docs/fourbar_landscape.md and its figure. Results are in docs/replication/computed/,
 and are measured again only if named: rank, surrogate, bounds, line, nearby.
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 from fourbar_methods import HEADINGS, cells, score, solve
 from matplotlib.figure import Figure
 from replication.claims import table
-from replication.measured import keep, read
+from replication.computed import keep, read
 from replication.recorded import load_record
 from scipy.stats import qmc, spearmanr
 
@@ -130,7 +130,7 @@ def page(found: dict[str, Any]) -> str:
 
 For readers of [the comparison of methods](fourbar_methods.md): the shape of its objectives, and the influence of the
 start and of the lost bounds.
-`python benchmarks/fourbar_landscape.py` writes this page from its measurements in `docs/replication/measured/`
+`python benchmarks/fourbar_landscape.py` writes this page from its results in `docs/replication/computed/`
 (earlier searches to the digits printed here).
 
 ## Two objectives along one line

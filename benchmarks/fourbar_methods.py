@@ -3,7 +3,7 @@
 Every method solves `fourbar_jitter` with three objectives, each within the same number of evaluations.
 The optima are scored again where they were not searched: ten other start angles, and the search's own at a ten times
 tighter tolerance. Writes docs/fourbar_methods.md after each objective, and the best design by the patent's objective
-into docs/replication/designs/. Runs in docs/replication/measured/ are repeated only with the option.
+into docs/replication/designs/. Runs in docs/replication/computed/ are repeated only with the option.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from replication.claims import table
-from replication.measured import keep, read
+from replication.computed import keep, read
 from replication.patent_designs import UNSEEN, started_at
 from replication.recorded import write_record
 
@@ -37,7 +37,7 @@ data and bounds are lost with its tables and are assumed here: a third to three 
 (`optim/studies/fourbar_jitter.toml`). Between half and double the nominal lengths no method reaches the printed
 reduction.
 
-`python benchmarks/fourbar_methods.py` writes this page from its measurements in `docs/replication/measured/`
+`python benchmarks/fourbar_methods.py` writes this page from its results in `docs/replication/computed/`
 (earlier searches to the digits printed here). The rows `ga` and the recorded designs of `ga` are from revision 1 of
 the genetic algorithm, before it took over the operators of pygad. Each method had the same budget of runs; designs
 that violate a constraint need no run. *Reduction* refers to the minimised objective. The next two columns give the

@@ -1,6 +1,6 @@
-"""Measure the distributions of dry objectives: ``python docs/make_dry.py [STUDY...]``, a quarter of an hour.
+"""Compute the distributions of dry objectives: ``python docs/make_dry.py [STUDY...]``, a quarter of an hour.
 
-Writes docs/replication/measured/dry.json, from which docs/make_replication.py writes intervals: see `replication.dry`.
+Writes docs/replication/computed/dry.json, from which docs/make_replication.py writes intervals: see `replication.dry`.
 """
 
 from __future__ import annotations
@@ -9,12 +9,12 @@ import sys
 from collections.abc import Sequence
 
 import numpy as np
+from replication.computed import keep, read
 from replication.dry import CASES, COUNTED, FILE, counts, peaks, phases
-from replication.measured import keep, read
 
 
 def main(names: Sequence[str]) -> None:
-    """Measure the named studies, or all."""
+    """Compute the named studies, or all."""
     data = read(FILE)
     for name in names or CASES:
         found = peaks(name, phases())

@@ -1,6 +1,6 @@
-"""Measure the patent's background in the four-bar: ``python docs/make_patent.py [SETTING...]``, some minutes.
+"""Compute the patent's background in the four-bar: ``python docs/make_patent.py [SETTING...]``, some minutes.
 
-Writes docs/replication/measured/patent_background.json: see `replication.patent_background`.
+Writes docs/replication/computed/patent_background.json: see `replication.patent_background`.
 """
 
 from __future__ import annotations
@@ -8,15 +8,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from replication.measured import keep, read
-from replication.patent_background import FILE, measure, settings
+from replication.computed import keep, read
+from replication.patent_background import FILE, compute, settings
 
 
 def main(names: Sequence[str]) -> None:
-    """Measure the named settings, or all."""
+    """Compute the named settings, or all."""
     data, known = read(FILE), settings()
     for name in names or known:
-        data[name] = measure(known[name])._asdict()
+        data[name] = compute(known[name])._asdict()
         keep(FILE, {key: data[key] for key in known if key in data})
         print(name, data[name], flush=True)
 

@@ -1,7 +1,7 @@
 """Write docs/press_films.md and its figures: ``python docs/make_press_films.py``, about three minutes.
 
 Runs the seven-bar press with seven models of its films at two speeds, and over the speed with a heat balance. The numbers
-are stored in docs/replication/measured/press_films.json; ``--page`` writes page and figures from them.
+are stored in docs/replication/computed/press_films.json; ``--page`` writes page and figures from them.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from replication.measured import keep, read
+from replication.computed import keep, read
 
 import linkages
 from linkages.laws.viscosity import iso_vg_viscosity
@@ -61,7 +61,7 @@ def assessment(step: str, strokes: float) -> linkages.Assessment:
 
 
 def row(step: str, strokes: float) -> dict[str, Any]:
-    """Measure one step: numbers of the last period, and its curves."""
+    """Compute one step: numbers of the last period, and its curves."""
     found = assessment(step, strokes)
     run, period = found.run, common_period(found.system)
     assert period is not None
@@ -87,8 +87,8 @@ def row(step: str, strokes: float) -> dict[str, Any]:
     return {"joints": joints, "ideal": [ideal[f"{name}.force"].peak for name in JOINTS], "kind": found.motion.kind}
 
 
-def measure() -> dict[str, Any]:
-    """Measure all rows."""
+def compute() -> dict[str, Any]:
+    """Compute all rows."""
     cases = [(step, strokes) for strokes in SPEEDS for step in STEPS]
     cases += [(step, strokes) for step in list(STEPS)[-2:] for strokes in WARMING if strokes not in SPEEDS]
     found = {}
@@ -114,12 +114,11 @@ def page(found: dict[str, Any]) -> str:
     )
 
 
-def cells(measured: dict[str, Any]) -> list[str]:
+def cells(found: dict[str, Any]) -> list[str]:
     """Return the numbers of a row of the table."""
-    a, b = (measured["joints"][name] for name in JOINTS)
+    a, b = (found["joints"][name] for name in JOINTS)
     force = [
-        f"{100.0 * (joint['force'] / ideal - 1.0):+.2f} %"
-        for joint, ideal in zip((a, b), measured["ideal"], strict=True)
+        f"{100.0 * (joint['force'] / ideal - 1.0):+.2f} %" for joint, ideal in zip((a, b), found["ideal"], strict=True)
     ]
     ratios = [f"{joint['ratio']:.3f}" for joint in (a, b)]
     power = f"{a['power'] + b['power']:.3g}"
@@ -298,5 +297,5 @@ def write() -> None:
 
 if __name__ == "__main__":
     if "--page" not in sys.argv:
-        keep(NAME, measure())
+        keep(NAME, compute())
     write()

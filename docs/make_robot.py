@@ -1,13 +1,13 @@
-"""Measure the robot's stresses over time steps, starts and assemblies: ``python docs/make_robot.py``, some minutes.
+"""Compute the robot's stresses over time steps, starts and assemblies: ``python docs/make_robot.py``, some minutes.
 
-Writes docs/replication/measured/robot_factors.json, from which docs/make_replication_3rrr.py writes a row.
+Writes docs/replication/computed/robot_factors.json, from which docs/make_replication_3rrr.py writes a row.
 """
 
 from __future__ import annotations
 
 import sys
 
-from replication.measured import keep
+from replication.computed import keep
 from replication.robot_runs import results, second
 from replication.robot_stress import FACTORS
 

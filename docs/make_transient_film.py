@@ -2,7 +2,7 @@
 
 Compares the quasi-static map of a grooved film with the film that has a history: along oscillating orbits of a single
 bearing, and in runs of the seven-bar press with a history in joint A. The numbers are stored in
-docs/replication/measured/transient_film.json; ``--page`` writes page and figures from them.
+docs/replication/computed/transient_film.json; ``--page`` writes page and figures from them.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from replication.measured import keep, read
-from replication.transient_film_runs import CELLS, FREQUENCIES, PRESSURES, STROKES, TURNS, measure
+from replication.computed import keep, read
+from replication.transient_film_runs import CELLS, FREQUENCIES, PRESSURES, STROKES, TURNS, compute
 
 from linkages.show.plots import COLORS, LINES, figure_style
 
@@ -283,5 +283,5 @@ def write() -> None:
 
 if __name__ == "__main__":
     if "--page" not in sys.argv:
-        keep(NAME, measure())
+        keep(NAME, compute())
     write()

@@ -167,8 +167,8 @@ def windows_sdf(n) -> str:
     """N four-bar windows side by side: bars of 1 m and 1 kg, drawn upright; all of them are flat at the same time.
 
     Joints A0 ... An (ground-crank), B0 ... (crank-coupler), C0 ... (coupler-next crank). The N-four-bar of the library of
-    benchmarks of IFToMM's Technical Committee for Multibody Dynamics (Gonzalez and others, Multibody Syst. Dyn. 22,
-    2009).
+    benchmarks of IFToMM's Technical Committee for Multibody Dynamics (Gonzalez and others, Engineering with
+    Computers 26, 2010).
     """
     body = ""
     for i in range(n + 1):

@@ -20,11 +20,11 @@ import numpy as np
 
 from linkages import simulate_batch
 from replication.claims import change
-from replication.measured import read
+from replication.computed import read
 from replication.patent_designs import Array, Pair, pair, period, start_angles
 from replication.verdicts import Interval
 
-#: Name of the file of measured distributions, and the command that writes it.
+#: Name of the file of computed distributions, and the command that writes it.
 FILE, COMMAND = "dry", "python docs/make_dry.py"
 
 
@@ -66,7 +66,7 @@ class Range(NamedTuple):
 
 @dataclass(frozen=True)
 class Dry:
-    """Measured distribution of one output of a study.
+    """Computed distribution of one output of a study.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Dry:
         return Range(middle, *map(float, np.quantile(100.0 * (after / before - 1.0), QUANTILES)))
 
 
-def measured(name: str, output: str | None = None) -> Dry:
+def stored(name: str, output: str | None = None) -> Dry:
     """Read the distribution of a study's output, by default its objective's."""
     found = read(FILE)[name][output or CASES[name].outputs[0]]
     return Dry(np.array(found["start"]), np.array(found["running"]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -163,57 +163,105 @@ def write_generations(searches: Mapping[str, tuple[str, Mapping[str, Any]]], pat
         axes[0].legend(frameon=False)
 
 
-def write_maps(
+def write_scan(
     speeds: NDArray[np.float64],
-    maps: Mapping[str, NDArray[np.float64]],
-    marked: Mapping[str, tuple[float, float]],
+    shades: NDArray[np.float64],
+    near: Mapping[str, NDArray[np.float64]],
+    chosen: NDArray[np.float64],
+    limits: tuple[float, float, float],
     path: Path,
 ) -> None:
-    """Draw how far the ideal press is from the printed forces over the speeds of both cranks.
+    """Draw the deviation from the printed forces over both speeds, and the commensurate pairs against both criteria.
 
     Parameters
     ----------
     speeds : (n,) array
         Of either crank [rad/s].
-    maps : mapping of (n, n) arrays
-        Root mean square of the logarithms, rows omega_4, by title; infinite where the linkage does not close.
-    marked : mapping of float pairs
-        Points by name: omega_1 and omega_4 [rad/s].
+    shades : (n, n) array
+        Deviation with gravity along -y, rows omega_4; infinite where the linkage does not close.
+    near : mapping of (m, 5) arrays
+        Rows of `press_ideal.scan` by gravity; the first is -y.
+    chosen : (k, 5) array
+        Rows that meet both criteria.
+    limits : tuple of float
+        Largest deviation of the forces, printed acceleration [m/s2], and its largest deviation.
     path : Path
     """
-    with _figure(path, (7.5, 7.4), 2, 2, sharex=True, sharey=True) as (figure, axes):
-        for ax, (title, values) in zip(axes.flat, maps.items(), strict=True):
-            shown = np.where(np.isfinite(values), 100.0 * values, np.nan)
-            shades = ax.pcolormesh(speeds, speeds, shown, cmap="viridis_r", vmin=0.0, vmax=60.0, shading="nearest")
-            ax.contour(
-                speeds, speeds, np.minimum(values, 1.0), levels=[0.05, 0.1], colors=["#D55E00", "white"], linewidths=1.0
+    with _figure(path, (8.0, 3.9), 1, 2) as (figure, (left, right)):
+        shown = np.where(np.isfinite(shades), 100.0 * shades, np.nan)
+        image = left.pcolormesh(speeds, speeds, shown, cmap="viridis_r", vmin=0.0, vmax=60.0, shading="nearest")
+        figure.colorbar(image, ax=left, label="deviation of six forces [%]", shrink=0.8)
+        left.plot(*next(iter(near.values())).T[:2], ".", color="white", markersize=2)
+        left.plot(*chosen.T[:2], "o", color="#D55E00", markersize=4)
+        left.set(aspect="equal", xlabel="ω₁ [rad/s]", ylabel="ω₄ [rad/s]", title="gravity along -y")
+        left.grid(visible=False)
+        forces, printed, ratio = limits
+        looks = zip("o^s", (COLORS[0], COLORS[2], COLORS[3]), strict=True)
+        for (name, rows), (marker, color) in zip(near.items(), looks, strict=True):
+            largest = np.abs(rows[:, 3:]).max(axis=1)
+            right.plot(
+                100.0 * rows[:, 2], largest, marker, markersize=3, alpha=0.5, label=f"gravity {name}", color=color
             )
-            for (name, at), marker in zip(marked.items(), "*o^sDv", strict=False):
-                ax.plot(*at, marker, color="#D55E00", markeredgecolor="white", markersize=11, label=name)
-            ax.set_title(title, fontsize=9)
-            ax.set(aspect="equal")
-            ax.grid(visible=False)
-        figure.colorbar(shades, ax=axes, label="root mean square deviation of six forces [%]", shrink=0.7)
-        for ax in axes[-1]:
-            ax.set_xlabel("ω₁ [rad/s]")
-        for ax in axes[:, 0]:
-            ax.set_ylabel("ω₄ [rad/s]")
-        figure.legend(
-            *axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False, fontsize=8
+        largest = np.abs(chosen[:, 3:]).max(axis=1)
+        right.plot(100.0 * chosen[:, 2], largest, "o", color="#D55E00", markersize=4, label="meets both criteria")
+        right.axhspan((1.0 - ratio) * printed, (1.0 + ratio) * printed, color="#D55E00", alpha=0.15)
+        right.axhline(printed, color="#D55E00", linewidth=0.8)
+        right.set(
+            yscale="log",
+            xlim=(0.0, 100.0 * forces),
+            xlabel="deviation of six forces [%]",
+            ylabel="slider's largest acceleration\nover a period [m/s²]",
         )
+        right.legend(frameon=False, fontsize=8, ncols=2, loc="lower center", bbox_to_anchor=(0.4, 1.0))
 
 
 def write_profiles(
     profiles: Mapping[str, Any], best: Mapping[str, float], labels: Mapping[str, str], path: Path
 ) -> None:
-    """Draw the least miss of all printed numbers with one unknown held, the others fitted anew; labels by unknown."""
-    with _figure(path, (7.5, 4.6), 2, 3, sharey=True) as (_, axes):
-        for ax, (name, label) in zip(axes.flat, labels.items(), strict=False):
+    """Draw the least deviation of all printed numbers with one unknown held, the others fitted anew; labels by unknown."""
+    with _figure(path, (7.0, 4.6), 2, 2, sharey=True) as (_, axes):
+        for ax, (name, label) in zip(axes.flat, labels.items(), strict=True):
             found = profiles[name]
             ax.plot(found["values"], 100.0 * np.array(found["mismatch"]), "o-", color=COLORS[0], markersize=3)
             ax.axvline(best[name], color="#D55E00", linewidth=0.8)
-            ax.set(xlabel=label, ylim=(0.0, 40.0), xscale="log" if name == "eps_0" else "linear")
+            ax.set(xlabel=label, ylim=(0.0, 32.0), xscale="log" if name == "eps_0" else "linear")
         for ax in axes[:, 0]:
-            ax.set_ylabel("miss of ten numbers [%]")
-        for ax in axes.flat[len(labels) :]:
-            ax.set_axis_off()
+            ax.set_ylabel("deviation of ten numbers [%]")
+
+
+def write_ten(
+    names: Sequence[str], printed: NDArray[np.float64], ours: Mapping[str, NDArray[np.float64]], path: Path
+) -> None:
+    """Draw the ratio of our values to ten printed numbers, by conditions; the band is 5 %, numbers beyond the axis are written."""
+    low, high = 0.85, 1.15
+    with _figure(path, (7.5, 3.2), 1, 1) as (_, ax):
+        ax.axhspan(0.95, 1.05, color="0.85")
+        places = np.arange(len(names))
+        for (label, values), marker, color in zip(ours.items(), "o^s", COLORS, strict=False):
+            ratio = values / printed
+            ax.plot(places, np.clip(ratio, low, high - 0.01), marker, color=color, label=label)
+            for place in np.flatnonzero(ratio > high):
+                ax.annotate(
+                    f"{ratio[place]:.1f}",
+                    (place, high - 0.01),
+                    (-8, -3),
+                    textcoords="offset points",
+                    ha="right",
+                    color=color,
+                )
+        ax.set(ylabel="ours over printed", ylim=(low, high))
+        ax.set_xticks(places, names)
+        ax.legend(frameon=False, fontsize=8, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+
+
+def write_robot(
+    times: NDArray[np.float64], modes: NDArray[np.float64], ratios: Mapping[str, float], path: Path
+) -> None:
+    """Draw the lowest natural frequencies over the revolution (figure 9), and printed over our numbers by name."""
+    with _figure(path, (8.0, 3.4), 1, 2) as (_, (left, right)):
+        for k, frequencies in enumerate(modes.T):
+            left.plot(times, frequencies, color=COLORS[k % len(COLORS)])
+        left.set(xlabel="time [s]", ylabel="natural frequency [Hz]", ylim=(0.0, None))
+        right.barh(list(ratios)[::-1], list(ratios.values())[::-1], color=COLORS[0])
+        right.axvline(1.0, color="#000000", linewidth=0.8)
+        right.set(xscale="log", xlabel="printed over ours")

@@ -3,7 +3,7 @@
 The four-bar of the example runs for `REVOLUTIONS` from `STARTS` start angles at several speeds, and at 600 r/min with several remedies.
 Of each setting the medians over start angles and revolutions after the first two are kept: of the largest force in the joint, of the
 largest departure of the follower's acceleration from the ideal linkage's, of the number of contacts, and of the share of time in contact.
-``python docs/make_patent.py`` measures them.
+``python docs/make_patent.py`` computes them.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages import System, extremes, find_file, ideal, impacts, load, simulate
-from replication.measured import read
+from replication.computed import read
 from replication.verdicts import Claim, parts
 
-#: Name of the file of measurements, and the command that writes it.
+#: Name of the file of results, and the command that writes it.
 FILE, COMMAND = "patent_background", "python docs/make_patent.py"
 RPM = np.pi / 30.0  # rad/s
 SPEEDS = (150.0, 300.0, 600.0, 900.0)  # r/min
@@ -128,7 +128,7 @@ def _period(system: System) -> float:
     return 2.0 * np.pi / speed
 
 
-def measure(system_of: Callable[[float], System]) -> Setting:
+def compute(system_of: Callable[[float], System]) -> Setting:
     """Run a setting from all start angles; the ideal linkage is that of the example where the setting has none."""
     rows = []
     for k in range(STARTS):
@@ -150,7 +150,7 @@ def measure(system_of: Callable[[float], System]) -> Setting:
 
 
 def known() -> dict[str, Setting]:
-    """Read the measured settings."""
+    """Read the stored settings."""
     return {name: Setting(**row) for name, row in read(FILE).items()}
 
 
@@ -204,6 +204,10 @@ def background() -> list[Claim]:
     ]  # fmt: skip
 
 
+#: More settings than this are told by their range.
+_LISTED = 3
+
+
 def _remedies(found: Mapping[str, Setting]) -> list[Claim]:
     """Compare the older remedies of [0004] with the dry joint."""
     dry = found[EXAMPLE]
@@ -214,7 +218,18 @@ def _remedies(found: Mapping[str, Setting]) -> list[Claim]:
             f" {100.0 * (found[name].force / dry.force - 1.0):+.0f} %, contacts {dry.contacts:g} -> {found[name].contacts:g}"
             for name in names
         )
-        return _claim(title, told, [found[name].departure < dry.departure for name in names], why)
+        held = [found[name].departure < dry.departure for name in names]
+        if len(names) <= _LISTED:
+            return _claim(title, told, held, why)
+        departures, forces = (
+            [100.0 * (getattr(found[name], key) / getattr(dry, key) - 1.0) for name in names]
+            for key in ("departure", "force")
+        )
+        short = (
+            f"{len(names)} changes: departure {min(departures):+.0f} to {max(departures):+.0f} %,"
+            f" force {min(forces):+.0f} to {max(forces):+.0f} %"
+        )
+        return _claim(title, short, held, f"{why}; {told}")
 
     listed = list(found)
     return [

@@ -5,7 +5,7 @@ from __future__ import annotations
 from replication import dry, patent_background, patent_method
 from replication import patent_designs as designs
 from replication.claims import change
-from replication.measured import read
+from replication.computed import read
 from replication.recorded import load_record
 from replication.verdicts import Change, Claim, Interval, parts
 
@@ -20,7 +20,7 @@ DRAKE = "python docs/make_designs.py --drake fourbar_jitter"
 def gain() -> list[Claim]:
     """[0087], as we read it, and as it could be read."""
     pair, record = designs.pair("fourbar_jitter"), load_record("fourbar_jitter")
-    departure, size = (dry.measured(pair.name, output) for output in (None, SIZE))
+    departure, size = (dry.stored(pair.name, output) for output in (None, SIZE))
     engine = 100.0 * (record.drake["jitter"] - 1.0)
     again = [-100.0 * part for part in read("fourbar_landscape")["nearby"]]
     starts = f"{dry.STARTS} start angles"
@@ -29,10 +29,9 @@ def gain() -> list[Claim]:
     return [
         Claim(
             "largest departure of the acceleration, [0087]", f"{PRINTED} %",
-            f"{departure.start} in the first two revolutions, median and 5 to 95 % over {starts}; {pair.gain:+.1f} % from the drawn start"
-            f" ({digits})",
+            f"{departure.start} in the first two revolutions, over {starts}",
             [departure.start.judged(PRINTED)],
-            "bounds of a third to thrice the nominal lengths: assumed, and chosen so wide that the printed reduction is possible; therefore no evidence for the printed number; [narrower ones](fourbar_landscape.md#influence-of-the-lost-bounds) give smaller reductions. The quantity in eq. (8) is lost; used here: the follower's angular acceleration minus its value in the ideal linkage", LOST, stored=f"{dry.COMMAND} {pair.name}",
+            f"{pair.gain:+.1f} % from the drawn start ({digits}). Median and 5 to 95 %. Bounds of a third to thrice the nominal lengths: assumed, and chosen so wide that the printed reduction is possible; therefore no evidence for the printed number; [narrower ones](fourbar_landscape.md#influence-of-the-lost-bounds) give smaller reductions. The quantity in eq. (8) is lost; used here: the follower's angular acceleration minus its value in the ideal linkage", LOST, stored=f"{dry.COMMAND} {pair.name}", chosen=True,
         ),
         Claim(
             "the same, searched for again", f"{PRINTED} %",
@@ -63,7 +62,7 @@ def kept() -> list[Claim]:
     """Give the same gain for a linkage that does the same work."""
     pair = designs.pair("fourbar_kept")
     (_, slow), (_, fast) = (designs.spans(pair, "follower.omega")[k] for k in (0, 1))
-    departure, size, force = (dry.measured(pair.name, output) for output in (None, SIZE, "B.force"))
+    departure, size, force = (dry.stored(pair.name, output) for output in (None, SIZE, "B.force"))
     return [
         Claim(
             "largest departure of the acceleration where the machine still does its work", f"{PRINTED} %",
@@ -80,7 +79,7 @@ def price() -> list[Claim]:
     """Say what the design of the first row costs; the patent says nothing of it."""
     pair = designs.pair("fourbar_jitter")
     before, after = (f"{low:.0f} to {high:.0f}" for low, high in designs.spans(pair, "follower.omega"))
-    played, forces = dry.measured(pair.name, "B.force"), pair.peaks("B.force", perfect=True)
+    played, forces = dry.stored(pair.name, "B.force"), pair.peaks("B.force", perfect=True)
 
     return [
         Claim(
@@ -102,7 +101,7 @@ def price() -> list[Claim]:
 def peaks() -> list[Claim]:
     """Fig. 4, [0087]: what can be counted."""
     pair = designs.pair("fourbar_jitter")
-    departure, found = dry.measured(pair.name), dry.counted(pair.name)
+    departure, found = dry.stored(pair.name), dry.counted(pair.name)
     told = {
         key: " -> ".join(f"{middle:g} ({low:.0f} to {high:.0f})" for middle, low, high in both)
         for key, both in found.items()
@@ -137,8 +136,8 @@ def others() -> list[Claim]:
     }
     found = []
     for what, name in listed.items():
-        record, departure = load_record(name), dry.measured(name)
-        forces = {output: dry.measured(name, output).running for output in dry.CASES[name].outputs[1:]}
+        record, departure = load_record(name), dry.stored(name)
+        forces = {output: dry.stored(name, output).running for output in dry.CASES[name].outputs[1:]}
         told = ", ".join(f"F_{output.partition('.')[0]} {value}" for output, value in forces.items())
         found.append(
             Claim(

@@ -1,4 +1,4 @@
-"""The patent's claims 1 to 6, one by one: its models in the nominal four-bar of the example."""
+"""The patent's claims 1 to 7, one by one: its models in the nominal four-bar of the example."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from linkages import Trajectory, extremes, find_file, ideal, impacts, load, simulate
-from replication.dry import COMMAND, measured
+from replication.dry import COMMAND, stored
 from replication.patent_designs import Array, pair
 from replication.verdicts import WITHIN, Claim, parts
 
@@ -23,8 +23,8 @@ def _run() -> Trajectory:
 
 
 def method() -> list[Claim]:
-    """Claims 1 to 6."""
-    found = measured("fourbar_jitter")
+    """Claims 1 to 7."""
+    found = stored("fourbar_jitter")
     run = _run()
     system = pair("fourbar_jitter").systems[0]
     clearance = system.experiment.joints["B"].clearance
@@ -75,7 +75,25 @@ def method() -> list[Claim]:
             f"largest force in B within {1e3 * _SHORT:g} ms on Drake {drake:.2f} N, compiled {compiled:.2f} N", [parts([_same(drake, compiled)])],
             "the joint is cut and its force applied; the two engines share the force law, not the dynamics",
         ),
+        _problem(),
     ]  # fmt: skip
+
+
+def _problem() -> Claim:
+    """Claim 7: the optimisation model."""
+    file = pair("fourbar_jitter").study.file
+    lengths = sum(variable.path.endswith("pose.x") for variable in file.variables.values())
+    (objective,) = file.objectives.values()
+    formulas = sum(constraint.formula is not None for constraint in file.constraints.values())
+    asked = objective.terms is not None and [(t.functional, t.output) for t in objective.terms] == [
+        ("peak", "follower.alpha.jitter")
+    ]
+    return Claim(
+        "claim 7: lengths X, least largest departure F(X), constraints g_k(X)", "formula lost; its words remain",
+        f"study `fourbar_jitter`: {lengths} lengths, the follower's largest departure, {formulas} constraints by formulas of the lengths alone",
+        [parts([lengths == len(file.variables), asked, formulas == len(file.constraints)])],
+        "assumed constraints: all bars turn fully, transmission angle between 20 and 160 degrees", "formulas (8) and (9), which are lost",
+    )  # fmt: skip
 
 
 def _same(one: float, other: float) -> bool:

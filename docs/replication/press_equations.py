@@ -1,6 +1,6 @@
 """The press paper's film as it is printed, eqs. (4), (9)-(11), beside what is used: along a run of joint A.
 
-The run is that of `seven_bar.toml`, where the journal turns and returns; whether an equation is right does not depend on the run.
+A whole period of steady running, in which the journal turns and returns; whether an equation is right does not depend on the run.
 """
 
 from __future__ import annotations
@@ -13,6 +13,9 @@ import numpy as np
 from linkages.laws.film.closed_form import pinkus_sternlicht
 from replication import press_paper as paper
 from replication.press_paper import Array
+
+#: Periods after which the journals' paths repeat to a thousandth of the clearance.
+PERIODS = 10
 
 
 def printed(eps: float, rate: float, spin: float) -> tuple[float, float]:
@@ -40,7 +43,7 @@ def jump() -> float:
 
 @dataclass(frozen=True)
 class Orbit:
-    """Joint A along the run, after the start: what the film's equations take; (nt,) arrays."""
+    """Joint A along the run: what the film's equations take; (nt,) arrays."""
 
     eps: Array
     rate: Array  # d(eps)/dt [1/s]
@@ -52,9 +55,10 @@ class Orbit:
 
 @cache
 def orbit() -> Orbit:
-    """Joint A of the nominal design from 0.05 s on, under the conditions that `seven_bar.toml` assumes."""
-    t = np.linspace(0.05, paper.DURATION, 4001)
-    c = paper.run({}, name="seven_bar.toml").evaluate(t)
+    """Joint A of the nominal design over a period of steady running."""
+    end = PERIODS * paper.PERIOD
+    t = np.linspace(end - paper.PERIOD, end, 4001)
+    c = paper.run({}, end).evaluate(t)
     ex, ey, journal, bearing = c["A.ex"], c["A.ey"], c["link2.omega"], c["crank1.omega"]
     vx, vy, size = np.gradient(ex, t), np.gradient(ey, t), np.hypot(c["A.ex"], c["A.ey"])
     r = paper.CLEARANCE

@@ -7,12 +7,13 @@ allow follows from four accelerations and four masses, so a map of 10,000 pairs 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import gcd
 from typing import NamedTuple
 
 import numpy as np
 
 from linkages import find_file, load
-from replication.press_paper import DESIGNS, PRINTED, WINDOWS, Array
+from replication.press_paper import DESIGNS, PAPER, PRINTED, WINDOWS, Array
 
 #: Directions of gravity: the plane is the world's x-y plane, the slider moves along x [m/s2].
 GRAVITY = {"none": 0j, "-y": -9.81j, "+y": 9.81j, "-x": -9.81 + 0j, "+x": 9.81 + 0j}
@@ -50,7 +51,7 @@ class Machine:
     """Lengths [m], masses [kg] and moments of inertia [kg m2] of the press by link."""
 
     def __init__(self) -> None:
-        value = load(find_file("seven_bar.toml")).value
+        value = load(find_file(PAPER)).value
         frames = {1: "crank1_A", 2: "link2_C", 3: "link3_C", 4: "crank4_B", 6: "link6_D"}
         self.length = {link: value(f"sdf.frames.{frame}.pose.x") for link, frame in frames.items()}
         self.height = value("sdf.frames.ground_O4.pose.y")
@@ -138,9 +139,9 @@ def forces(motion: Motion, inertia: Mapping[str, float], gravity: complex) -> tu
 
 
 def largest(
-    machine: Machine, omega_1: Array, omega_4: Array, gravity: complex, at_rest: bool, steps: int = 1000
+    machine: Machine, omega_1: Array, omega_4: Array, gravity: complex, at_rest: bool, steps: int = 400
 ) -> Array:
-    """Compute the largest forces in their printed windows and the extremes of the slider's acceleration within 1 s.
+    """Compute the largest forces in their printed windows, (n, 6) in the order of `FORCES` [N].
 
     Parameters
     ----------
@@ -151,13 +152,14 @@ def largest(
     at_rest : bool
         Start at rest instead of at the ideal velocities.
     steps : int
+        Intervals within the longest window.
 
     Returns
     -------
-    (n, 8) array
-        In the order of `FORCES` [N]; largest and least acceleration [m/s2]. NaN where the linkage does not close.
+    (n, 6) array
+        NaN where the linkage does not close.
     """
-    t = np.linspace(0.0, 1.0, steps + 1)
+    t = np.linspace(0.0, max(WINDOWS.values()), steps + 1)
     with np.errstate(invalid="ignore"):
         motion = move(
             machine, crank(0.0, omega_1[:, None], t, at_rest), crank(machine.start, omega_4[:, None], t, at_rest)
@@ -166,21 +168,69 @@ def largest(
     sizes = [
         np.abs(pair[k][:, t <= end + 1e-12]).max(axis=1) for k, end in enumerate(WINDOWS.values()) for pair in found
     ]
-    return np.stack([*sizes, motion.a_d.real.max(axis=1), motion.a_d.real.min(axis=1)], axis=1)
+    return np.stack(sizes, axis=1)
+
+
+def ratios(limit: int = 6) -> list[tuple[int, int]]:
+    """List the turns of crank 1 and crank 4 in a common period, up to `limit` of each, in both senses."""
+    whole = range(1, limit + 1)
+    return [(i * p, j * q) for p in whole for q in whole if gcd(p, q) == 1 for i in (1, -1) for j in (1, -1)]
+
+
+def steady(machine: Machine, turns_1: int, turns_4: int, steps: int = 4000) -> tuple[float, float]:
+    """Compute largest and least acceleration of the slider over a period of 2 pi s [m/s2]; NaN where the linkage does not close.
+
+    Accelerations grow with the square of the speeds, so this is the slider's motion at all speeds of this ratio.
+    """
+    t = np.linspace(0.0, 2.0 * np.pi, steps + 1)
+    with np.errstate(invalid="ignore"):
+        motion = move(
+            machine, crank(0.0, np.float64(turns_1), t, False), crank(machine.start, np.float64(turns_4), t, False)
+        )
+    return float(motion.a_d.real.max()), float(motion.a_d.real.min())
 
 
 def deviation(found: Array) -> Array:
     """Root mean square of the logarithms of forces over the printed ones, (n,); infinite where the linkage does not close."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        apart = np.sqrt(np.mean(np.log(found[:, : len(FORCES)] / FORCES) ** 2, axis=1))
+        apart = np.sqrt(np.mean(np.log(found / FORCES) ** 2, axis=1))
     return np.where(np.isfinite(apart), apart, np.inf)
 
 
-def grid(speeds: Array, gravity: complex, at_rest: bool) -> Array:
-    """Compute `largest` over both speeds, (n, n, 8); rows are omega_4, columns omega_1."""
+def scan(gravity: complex, at_rest: bool, limit: float, step: float) -> Array:
+    """Compute all commensurate pairs of speeds whose linkage turns over.
+
+    Parameters
+    ----------
+    gravity : complex
+    at_rest : bool
+    limit, step : float
+        Largest speed of either crank, and the step of crank 1's [rad/s].
+
+    Returns
+    -------
+    (n, 5) array
+        Both speeds [rad/s], deviation of the six forces, largest and least acceleration of the slider over a period [m/s2].
+    """
+    machine, rows = Machine(), []
+    for one, four in ratios():
+        extremes = np.array(steady(machine, one, four))
+        if not np.isfinite(extremes).all():
+            continue
+        first = np.copysign(np.arange(step, limit + 0.5 * step, step), one)
+        second = first * four / one
+        first, second = (speeds[np.abs(second) <= limit + 1e-9] for speeds in (first, second))
+        apart = deviation(largest(machine, first, second, gravity, at_rest))
+        rows.append(np.column_stack([first, second, apart, (first / one)[:, None] ** 2 * extremes]))
+    return np.vstack(rows)
+
+
+def grid(speeds: Array, gravity: complex) -> Array:
+    """Compute the deviation of the six forces over both speeds, (n, n); rows are omega_4, columns omega_1."""
     machine = Machine()
-    rows = [largest(machine, speeds, np.full_like(speeds, four), gravity, at_rest) for four in speeds]
-    return np.array(rows)
+    return np.array(
+        [deviation(largest(machine, speeds, np.full_like(speeds, four), gravity, False)) for four in speeds]
+    )
 
 
 def _pin(length: float, angle: Angle) -> tuple[Complex, Complex, Complex]:

@@ -21,7 +21,7 @@ END = 0.01  # s, of which the spike is looked for
 
 @cache
 def _data() -> paper_formulation.Data:
-    """Give the data of the press under the fitted conditions, without eqs. (12)-(13)."""
+    """Give the data of the press under the conditions of `PAPER`, without eqs. (12)-(13)."""
     found = conditions()
     return paper_formulation.Data(
         omega=(found["drives.O1.speed"], found["drives.O4.speed"]), gravity=tuple(found["gravity"][:2])

@@ -9,7 +9,7 @@ from linkages.three_rrr.response import quasi_static_response
 from linkages.three_rrr.robot import changed
 from linkages.three_rrr.stress import platform_stress
 from replication import robot_printed as as_printed
-from replication.measured import read
+from replication.computed import read
 from replication.robot_runs import (
     PRINTED_COUPLER,
     PRINTED_CRANK,
@@ -26,7 +26,7 @@ from replication.robot_runs import (
 )  # fmt: skip
 from replication.verdicts import Claim, Number, Printed, parts
 
-#: File of the measured stresses over time steps, starts and assemblies: ``python docs/make_robot.py``.
+#: File of the computed stresses over time steps, starts and assemblies: ``python docs/make_robot.py``.
 FACTORS = "robot_factors"
 
 

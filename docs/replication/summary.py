@@ -1,4 +1,4 @@
-"""The summary at the head of the replication page: counts and lists that follow from the rows' verdicts.
+"""Counts and lists of rows that follow from their verdicts, for the replication pages.
 
 Trials, which are no claims of a source, and rows with nothing to compare are left out of all but the last column.
 """
@@ -12,9 +12,10 @@ from collections.abc import Callable, Sequence
 from replication.claims import table
 from replication.verdicts import Claim, claims
 
-#: Name, link and section of each source.
+#: Name and page of each source.
 TITLES = {
-    "press": ("the press", "#the-press"), "patent": ("the four-bar", "#the-four-bar"), "robot": ("the robot", "replication_3rrr.md"),
+    "press": ("the press", "replication.md#the-press"), "patent": ("the four-bar", "replication.md#the-four-bar"),
+    "robot": ("the robot", "replication_3rrr.md"),
 }  # fmt: skip
 KINDS = ("equation", "number", "statement")
 #: Where in a source a claim stands: its row says it.
@@ -23,21 +24,23 @@ _PLACE = re.compile(
 )
 
 
-def summary() -> str:
-    """Write the summary of all sources."""
+def counts() -> str:
+    """Write how many rows of each source hold; numbers that take part in a fit stand apart from predictions."""
+    found = {source: [claim for _, claim in claims(source)] for source in TITLES}
+    head = ("source", "equations", "numbers, fitted", "numbers, predicted", "statements", "open", "not judged")
+    rows = [[f"[{title}]({link})", *_counts(found[source])] for source, (title, link) in TITLES.items()]
+    numbers = [claim for source in found.values() for claim in judged(source) if claim.kind == "number"]
+    predicted = [claim for claim in numbers if not claim.fitted]
+    return f"""{table(head, rows)}
+Numbers that hold: {_held(numbers)}; of these without a fit: {_held(predicted)}."""
+
+
+def lists() -> str:
+    """List the rows of all sources by verdict."""
     found = {source: [claim for _, claim in claims(source)] for source in TITLES}
     heads = [f"[{title}]({link})" for title, link in TITLES.values()]
-    counts = zip(
-        [*(f"{kind}s that hold" for kind in KINDS), "open", "trials, nothing to compare"],
-        *(_counts(found[source]) for source in TITLES), strict=True,
-    )  # fmt: skip
-    lists = [[name, *(words(found[source], choose) for source in TITLES)] for name, words, choose in _LISTS]
-    return f"""## Summary
-
-A row holds if its verdict is the best one of its kind: *right as printed*; *reproduced*, *met by a fit* or *within the scatter*; *holds*. A row
-is open if it fails and no computation confirms a cause.
-
-{table(("", *heads), [*counts, *lists])}"""
+    rows = [[name, *(words(found[source], choose) for source in TITLES)] for name, words, choose in _LISTS]
+    return table(("", *heads), rows)
 
 
 def judged(found: Sequence[Claim]) -> list[Claim]:
@@ -48,9 +51,16 @@ def judged(found: Sequence[Claim]) -> list[Claim]:
 def _counts(found: Sequence[Claim]) -> list[str]:
     """Count the claims that hold of each kind, the open ones, and the rest."""
     said = judged(found)
-    kinds = [[claim for claim in said if claim.kind == kind] for kind in KINDS]
-    held = [f"{sum(claim.holds for claim in part)} of {len(part)}" if part else "-" for part in kinds]
+    equations, numbers, statements = ([claim for claim in said if claim.kind == kind] for kind in KINDS)
+    fits = [claim for claim in numbers if claim.fitted]
+    rest = [claim for claim in numbers if not claim.fitted]
+    held = [_held(part) if part else "-" for part in (equations, fits, rest, statements)]
     return [*held, str(sum(claim.is_open for claim in said)), str(len(found) - len(said))]
+
+
+def _held(part: Sequence[Claim]) -> str:
+    """Say how many of the claims hold."""
+    return f"{sum(claim.holds for claim in part)} of {len(part)}"
 
 
 def _names(found: Sequence[Claim], choose: Callable[[Claim], bool]) -> list[str]:
@@ -79,7 +89,7 @@ def _brief(found: Sequence[Claim], choose: Callable[[Claim], bool]) -> str:
     return "; ".join(f"{name} ({count})" if count > 1 else name for name, count in names.items()) or "none"
 
 
-#: Rows of the summary: name, how claims are listed, and which.
+#: Rows of the lists: name, how claims are listed, and which.
 _LISTS = (
     ("**holds**", _brief, lambda claim: claim.holds),
     ("**holds in part, or nearly**", _full, lambda claim: not claim.holds and not claim.fails),

@@ -151,7 +151,7 @@ def each_turn(run: linkages.Trajectory, name: str, turns: int) -> list[float]:
 
 
 def press_row(pressure: float, history: dict[str, Any]) -> dict[str, Any]:
-    """Measure one run with history: numbers of each turn, content at its end, the journal in the last one."""
+    """Compute one run with history: numbers of each turn, content at its end, the journal in the last one."""
     run = press_run(TURNS, pressure, history)
     assert run.status is linkages.Status.OK
     assert run.evaluate is not None
@@ -206,8 +206,8 @@ def _filling_time(film: FilmSurface, place: tuple[float, float]) -> float:
     return filling_time(solve_film(film.mesh, Thickness(*place), film.grooves, speed=-0.5))
 
 
-def measure() -> dict[str, Any]:
-    """Measure all orbits."""
+def compute() -> dict[str, Any]:
+    """Compute all orbits."""
     swings = {}
     for case in SWINGS:
         print(case.name, flush=True)

@@ -33,7 +33,7 @@ How to use it::
 - curves without numbers, lost tables, questions of ours: no evidence;
 - numbers that are read from a file instead of computed: ``stored="python docs/make_x.py"``, the command that computes them.
 
-A page shows `LEGEND` and the `rows` of its source; ``python docs/replicate.py SOURCE.SECTION``, which each row names, repeats a section
+A page shows the `brief` rows of its source, the appendix `LEGEND` and all `rows`; ``python docs/replicate.py SOURCE.SECTION``, which each row names, repeats a section
 (a new source enters in `SOURCES`).
 """
 
@@ -193,7 +193,7 @@ class Claim(NamedTuple):
     `numbers` are the evidence of the verdict; `unless` says what in the source or in our assumptions would change it. `because` is
     evidence of a computation that tests a named cause of a failure: empty if no cause is known, None if the comparison itself says all.
     `stored` is the command that computes numbers which the page reads from a file. A `trial` is ours: it tests an explanation or a guess at
-    missing data, and is no claim of the source; the summary leaves it out.
+    missing data, and is no claim of the source; the summary leaves it out. `chosen` conditions were selected with the printed number in view.
     """
 
     claim: str
@@ -205,11 +205,17 @@ class Claim(NamedTuple):
     because: Sequence[Evidence] | None = None
     stored: str = ""
     trial: bool = False
+    chosen: bool = False
 
     @property
     def kind(self) -> str:
         """Kind of the evidence that decides: equation, number or statement; "-" without any."""
         return self._worst.kind if self.numbers else "-"
+
+    @property
+    def fitted(self) -> bool:
+        """Whether the conditions are chosen or fitted for the number, so that it is no prediction."""
+        return self.chosen or any(isinstance(number, Fitted | FittedChange) for number in self.numbers)
 
     @property
     def verdict(self) -> str:
@@ -250,18 +256,19 @@ class Claim(NamedTuple):
 LEGEND = f"""One rule (`docs/replication/verdicts.py`) derives verdicts from the numbers of a row; the worst number decides. *Ours* means this package.
 
 - An *equation*, or arithmetic, is *right as printed* if it agrees within {100 * WITHIN:.0f} % with the right one, otherwise *wrong as printed*.
-- A *number* is *reproduced* if ours is within {100 * WITHIN:.0f} % of it; *met by a fit* if it takes part in a fit of conditions that are not
-  printed. Otherwise a value is *within a factor of {FACTOR:g}* or *not reproduced*. A change in per cent is *trend only* if it has the printed direction
+- A *number* is *reproduced* if ours is within {100 * WITHIN:.0f} % of it; *met by a fit* if it also takes part in the choice or fit of conditions that
+  are not printed: such a row is no prediction. Otherwise a value is *within a factor of {FACTOR:g}* or *not reproduced*. A change in per cent is *trend only* if it has the printed direction
   and at least half of the printed size. A chaotic run has no reproducible digits: ours is then an interval, and the printed number lies
   *within the scatter* or not.
 - A *statement* *holds* if it is true for {100 * (1 - WITHIN):.0f} % or more of its parts or of the time; it *holds in part* from {100 / FACTOR:.0f} %; otherwise it *does not hold*.
 - A failure is *explained* if a computation confirms a named cause, otherwise *open*. *Nothing to compare* means that the source prints no number.
 
 The numbers are computed when the page is written, except in rows marked *stored*: some of their numbers take minutes to hours. The folders
-`docs/replication/measured/` and `docs/replication/designs/` contain them, and the last column names the command that repeats them. Rows
+`docs/replication/computed/` and `docs/replication/designs/` contain them, and the last column names the command that repeats them. Rows
 marked *trial* are no claims of the source: they test an explanation or an assumption about missing data.
 """
-#: Head of the pages' tables.
+#: Head of the pages' tables, and of the appendix.
+BRIEF = ("claim", "printed", "ours", "verdict")
 HEAD = ("claim", "kind", "printed", "ours", "verdict", "why", "what would change the verdict", "repeat with")
 
 
@@ -287,6 +294,12 @@ def rows(source: str, names: Iterable[str] | None = None) -> list[tuple[str, ...
         )
         for name, c in claims(source, names)
     ]  # fmt: skip
+
+
+def brief(source: str) -> list[tuple[str, ...]]:
+    """Cells of a source's claims that have a verdict under `BRIEF`, without trials."""
+    found = [claim for _, claim in claims(source) if claim.numbers and not claim.trial]
+    return [(claim.claim, claim.printed, claim.ours, claim.verdict) for claim in found]
 
 
 def parts(held: Iterable[bool]) -> Share:

@@ -1,4 +1,4 @@
-"""The registries of laws as tables: law -> formula -> valid for -> source; and two measured tables."""
+"""The registries of laws as tables: law -> formula -> valid for -> source; and two computed tables."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def markdown() -> str:
         "# Force laws",
         "",
         "Reference for users who choose a film, contact, friction or mixed law: formula, valid range, source and"
-        " parameters of every law, and two measured comparisons. `python docs/make_laws.py` writes this page from the"
+        " parameters of every law, and two computed comparisons. `python docs/make_laws.py` writes this page from the"
         " registries in `linkages/laws`. [Theory](theory.md) defines the symbols; [add a force law](extend.md) explains"
         " how to add one.",
         "",

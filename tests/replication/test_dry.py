@@ -1,8 +1,8 @@
-"""Measured distributions of dry objectives: their rule, and that other start angles give the same on any processor."""
+"""Computed distributions of dry objectives: their rule, and that other start angles give the same on any processor."""
 
 import numpy as np
 import pytest
-from replication.dry import CASES, COUNTED, STARTS, Dry, counted, measured, peaks, phases
+from replication.dry import CASES, COUNTED, STARTS, Dry, counted, peaks, phases, stored
 
 
 def made(change, scatter, starts=200, seed=3):
@@ -33,7 +33,7 @@ def test_the_interval_of_the_running_machine_contains_the_true_change():
 @pytest.mark.parametrize("name", CASES)
 def test_every_dry_study_has_a_distribution(name):
     for output in CASES[name].outputs:
-        found = measured(name, output)
+        found = stored(name, output)
         assert found.first.shape == (2, STARTS)
         assert found.later.shape == (2, STARTS, CASES[name].later)
         assert (found.first > 0.0).all()
@@ -43,17 +43,17 @@ def test_every_dry_study_has_a_distribution(name):
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "periods"), [("sixbar_jitter", 1), ("sevenbar_jitter", 2)])
 def test_the_robust_objective_is_that_of_other_start_angles(name, periods):
-    """Six angles between the measured ones, fewer periods: the change of the median has the sign of the interval, and half its size."""
+    """Six angles between the stored ones, fewer periods: the change of the median has the sign of the interval, and half its size."""
     later = peaks(name, phases(6, 0.3), periods)[:, :, 1:, 0]
     change = 100.0 * (np.median(later[1]) / np.median(later[0]) - 1.0)
-    assert change < 0.5 * measured(name).running.high < 0.0
+    assert change < 0.5 * stored(name).running.high < 0.0
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["fourbar_jitter", "fivebar_jitter"])
 def test_other_start_angles_lie_within_the_distribution(name):
-    """Angles between the measured ones: the median change of six lies between the extremes of the 24, on any processor."""
-    found, first = measured(name), peaks(name, phases(6, 0.3), 0)[:, :, 0, 0]
+    """Angles between the stored ones: the median change of six lies between the extremes of the 24, on any processor."""
+    found, first = stored(name), peaks(name, phases(6, 0.3), 0)[:, :, 0, 0]
     changes = found.first[1] / found.first[0]
     assert changes.min() < np.median(first[1] / first[0]) < changes.max()
 

@@ -1,4 +1,4 @@
-"""Pages with slow numbers agree with the stored measurements, and a row of each is measured again."""
+"""Pages with slow numbers agree with the stored results, and a row of each is computed again."""
 
 import re
 from pathlib import Path
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import replicate
 from replication.claims import differences
-from replication.measured import read
+from replication.computed import read
 from replication.recorded import load_record
 from replication.verdicts import SOURCES
 
@@ -22,13 +22,13 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize("maker", [fourbar_methods, fourbar_landscape], ids=lambda maker: maker.__name__)
-def test_page_is_that_of_its_measurements(maker):
+def test_page_is_that_of_its_results(maker):
     """Regenerate with ``python benchmarks/NAME.py``."""
     assert maker.PAGE.read_text(encoding="utf-8") == maker.page(read(maker.__name__))
 
 
 @pytest.mark.slow
-def test_a_row_of_the_methods_is_measured_again():
+def test_a_row_of_the_methods_is_computed_again():
     """The recorded design at the page's three places, to the digits printed: objective, unseen starts, tighter tolerance."""
     record, study = load_record("fourbar_jitter"), load_study(find_study("fourbar_jitter"))
     row = read("fourbar_methods")["fourbar_jitter/grg, one start/1"]
@@ -41,7 +41,7 @@ def test_a_row_of_the_methods_is_measured_again():
 
 
 @pytest.mark.slow
-def test_a_row_of_the_landscape_is_measured_again():
+def test_a_row_of_the_landscape_is_computed_again():
     """The surrogate's answer by the patent's objective, to the digits printed."""
     part, study = read("fourbar_landscape")["surrogate"], load_study(find_study("fourbar_jitter"))
     before, after = Evaluator(study)(np.array([study.nominal, part["x"]])).objectives[:, 0]
@@ -54,31 +54,41 @@ def test_table_of_the_robust_design_is_fresh():
     assert differences(text, make_robust.page(text)) == []
 
 
-@pytest.mark.parametrize(("page", "sources"), [("replication", {"press", "patent"}), ("replication_3rrr", {"robot"})])
-def test_every_row_names_a_command_and_every_command_has_rows(page, sources, capsys):
+def test_every_row_names_a_command_and_every_command_has_rows(capsys):
     assert replicate.main([]) == 0
-    listed = {name for name in capsys.readouterr().out.split() if name.partition(".")[0] in sources}
-    lines = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8").splitlines()
-    start = next(k for k, line in enumerate(lines) if line.startswith("| claim |"))
-    rows = [line for line in lines[start:] if line.startswith("| ") and line.count(" | ") == lines[start].count(" | ")]
+    listed = set(capsys.readouterr().out.split())
+    lines = (ROOT / "docs" / "replication_details.md").read_text(encoding="utf-8").splitlines()
+    head = next(line for line in lines if line.startswith("| claim |"))
+    assert lines.count(head) == len(SOURCES)
+    rows = [line for line in lines if line.startswith("| ") and line.count(" | ") == head.count(" | ") and line != head]
     named = [
-        re.search(r"\| `python docs/replicate\.py (\S+?)`(?:; stored; repeat with `[^`]+`)? \|$", line)
-        for line in rows
-        if line != lines[start]
+        re.search(r"\| `python docs/replicate\.py (\S+?)`(?:; stored; repeat with `[^`]+`)? \|$", line) for line in rows
     ]
     assert all(named)
     assert {found[1] for found in named} == listed
-    assert set(SOURCES) >= sources
 
 
-def test_page_of_the_press_films_is_that_of_its_measurements():
+def test_pages_of_results_are_short():
+    """Four columns, a summary of at most 300 words for each source, and 4,000 words together."""
+    texts = [(ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") for name in ("replication", "replication_3rrr")]
+    assert sum(len(text.split()) for text in texts) <= 4000
+    parts = [part for text in texts for part in text.split("\n## ")]
+    tables = [part for part in parts if "| claim | printed | ours | verdict |" in part]
+    assert len(tables) == len(SOURCES)
+    for part in tables:
+        summary = [line for line in part.splitlines() if not line.startswith(("|", "!["))]
+        assert len(" ".join(summary).split()) <= 300
+        assert part.count("![") == 1
+
+
+def test_page_of_the_press_films_is_that_of_its_results():
     """Regenerate with ``python docs/make_press_films.py``."""
     assert make_press_films.PAGE.read_text(encoding="utf-8") == make_press_films.page(read("press_films"))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("step", ["long film", "finite film", "groove, heat, sealed"])
-def test_a_step_of_the_press_films_is_measured_again(step):
+def test_a_step_of_the_press_films_is_computed_again(step):
     """Forces to 1e-4, the others to 1 %: the printed digits but the last."""
     found, stored = make_press_films.row(step, 10.0), read("press_films")[f"{step}/10"]
     assert found["ideal"] == pytest.approx(stored["ideal"], rel=1e-6)
@@ -88,7 +98,7 @@ def test_a_step_of_the_press_films_is_measured_again(step):
             assert joint[key] == pytest.approx(stored["joints"][name][key], rel=0.01)
 
 
-def test_page_of_films_with_history_is_that_of_its_measurements():
+def test_page_of_films_with_history_is_that_of_its_results():
     """Regenerate with ``python docs/make_transient_film.py``; the rule is in the figure's range."""
     found = read("transient_film")
     assert make_transient_film.PAGE.read_text(encoding="utf-8") == make_transient_film.page(found)
@@ -97,7 +107,7 @@ def test_page_of_films_with_history_is_that_of_its_measurements():
 
 
 @pytest.mark.slow
-def test_an_error_of_the_quasi_static_map_is_measured_again():
+def test_an_error_of_the_quasi_static_map_is_computed_again():
     """Within a tenth of it; one oscillation."""
     from replication.transient_film_runs import SWINGS, MapCase, load_map, swing
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from replication import recorded
-from replication.dry import measured
-from replication.measured import read
+from replication.computed import read
+from replication.dry import stored
 from replication.recorded import load_record, path_of, write_record
 
 from linkages import InputError
@@ -49,7 +49,7 @@ def test_the_design_is_worth_what_its_record_says(name):
     if high < before:
         assert (worth < before).all()
     else:  # the objective scatters about the nominal one; the distribution over start angles decides
-        assert measured(name).running.high < 0.0
+        assert stored(name).running.high < 0.0
 
 
 @pytest.mark.parametrize("name", RECORDS)

@@ -15,8 +15,11 @@ ROOT = Path(__file__).parents[2]
 @pytest.mark.slow
 def test_page_is_fresh():
     """Regenerate with ``python docs/make_replication.py``. One unit of the last digit for the rounding of each page."""
-    old, new = make_replication.PAGE.read_text(encoding="utf-8"), make_replication.page()
-    assert differences(old, new) == []
+    for file, new in (
+        (make_replication.PAGE, make_replication.page()),
+        (make_replication.DETAILS, make_replication.details()),
+    ):
+        assert differences(file.read_text(encoding="utf-8"), new) == []
 
 
 def test_change():

@@ -1,4 +1,4 @@
-"""The summary at the head of the page follows from the verdicts, and is short; misprints and rows agree."""
+"""Counts and lists follow from the verdicts; misprints and rows agree."""
 
 import re
 from pathlib import Path
@@ -7,12 +7,12 @@ import pytest
 from replication import summary
 from replication.claims import table
 from replication.misprints import DATA, Misprints
-from replication.verdicts import HEAD, Claim, Number, Printed, parts, rows
+from replication.verdicts import HEAD, Claim, Fitted, Number, Printed, parts, rows
 
 from linkages.input.files.toml import read_toml, validate
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-PAGES = {"replication.md": ("press", "patent"), "replication_3rrr.md": ("robot",)}
+APPENDIX = DOCS / "replication_details.md"
 
 
 def claim(name, *numbers, **more):
@@ -24,55 +24,57 @@ GOOD, NEAR, BAD = Number(1.0, 1.0), Number(1.0, 1.5), Number(1.0, 9.0)
 
 @pytest.fixture
 def written(monkeypatch):
-    """The summary of three made-up sources."""
+    """Counts and lists of three made-up sources."""
     found = {
         "press": [
-            claim("length, Table 2", GOOD), claim("force, nominal, fig. 10", GOOD), claim("force, design 1, fig. 10", GOOD),
+            claim("length, Table 2", GOOD), claim("force, nominal, fig. 10", Fitted(1.0, 1.0)), claim("force, design 1, fig. 10", Fitted(1.0, 1.5)),
             claim("spike, fig. 8", BAD, because=[]), claim("speed", NEAR), claim("eq. (4)", Printed(1.0, -1.0)),
         ],
-        "patent": [claim("gain, [0087]", BAD, because=[GOOD]), claim("a guess", BAD, trial=True), claim("a curve")],
+        "patent": [claim("gain, [0087]", BAD, because=[GOOD], chosen=True), claim("a guess", BAD, trial=True), claim("a curve")],
         "robot": [claim("order", parts([True, True, False])), claim("the same, shown otherwise", GOOD)],
     }  # fmt: skip
     monkeypatch.setattr(summary, "claims", lambda source: [("section", one) for one in found[source]])
-    return summary.summary()
+    return summary.counts(), summary.lists()
 
 
 def cells(text):
-    """Cells of the summary's rows for the three sources, by name of the row."""
+    """Cells of a table's rows by their first cell."""
     lines = [
         line.removeprefix("| ").removesuffix(" |").split(" | ") for line in text.splitlines() if line.startswith("| ")
     ]
-    return {line[0].strip("* "): line[1:] for line in lines[1:]}
+    return {re.sub(r"\[(.*)\]\(.*\)", r"\1", line[0]).strip("* "): line[1:] for line in lines}
 
 
-def test_claims_are_counted_by_kind(written):
-    found = cells(written)
-    assert found["equations that hold"] == ["0 of 1", "-", "-"]
-    assert found["numbers that hold"] == ["3 of 5", "0 of 1", "1 of 1"]
-    assert found["statements that hold"] == ["-", "-", "0 of 1"]
-    assert found["trials, nothing to compare"] == ["0", "2", "0"]
+def test_claims_are_counted_by_kind_and_fits_apart(written):
+    found = cells(written[0])
+    assert found["source"] == ["equations", "numbers, fitted", "numbers, predicted", "statements", "open", "not judged"]
+    assert found["the press"] == ["0 of 1", "1 of 2", "1 of 3", "-", "1", "0"]
+    assert found["the four-bar"] == ["-", "0 of 1", "-", "-", "0", "2"]
+    assert found["the robot"] == ["-", "-", "1 of 1", "0 of 1", "0", "0"]
+    assert "Numbers that hold: 3 of 7; of these without a fit: 2 of 4." in written[0]
 
 
 def test_each_claim_stands_in_the_list_of_its_verdict(written):
-    found = cells(written)
-    assert found["holds"] == ["length; force (2)", "none", "none"]
-    assert found["holds in part, or nearly"] == ["speed", "none", "order"]
+    found = cells(written[1])
+    assert found["holds"] == ["length; force", "none", "none"]
+    assert found["holds in part, or nearly"] == ["force, design 1; speed", "none", "order"]
     assert found["does not hold"] == ["eq. (4)", "gain", "none"]
     assert found["open"] == ["spike", "none", "none"]
 
 
-def test_the_page_starts_with_one_screen():
-    """Three columns of 50 characters, 40 lines."""
+def test_the_page_has_the_counts_and_the_appendix_the_lists():
     text = (DOCS / "replication.md").read_text(encoding="utf-8")
-    assert text.index("## Summary") < 600
-    found = cells(text[text.index("## Summary") : text.index("## How rows are judged")])
-    assert sum(max(1 + len(cell) // 50 for cell in row) for row in found.values()) <= 40
-    assert set(found) >= {"holds", "does not hold", "open"}
+    assert text.index("| source | equations |") < 900
+    found = cells(text[: text.index("## The press")])
+    assert {"the press", "the four-bar", "the robot"} <= found.keys()
+    assert re.search(r"of these without a fit: 1 of \d+\.", text)
+    details = APPENDIX.read_text(encoding="utf-8")
+    assert cells(details[: details.index("## The press")]).keys() >= {"holds", "does not hold", "open"}
 
 
-def page_rows(name):
-    """Cells of the tables under `HEAD` of a written page, by claim."""
-    lines = (DOCS / name).read_text(encoding="utf-8").splitlines()
+def page_rows():
+    """Cells of the tables under `HEAD` of the written appendix, by claim."""
+    lines = APPENDIX.read_text(encoding="utf-8").splitlines()
     head = table(HEAD, []).splitlines()[0]
     found, inside = {}, False
     for line in lines:
@@ -83,18 +85,18 @@ def page_rows(name):
     return found
 
 
-@pytest.mark.parametrize(("source", "page"), [("press", "replication.md"), ("robot", "replication_3rrr.md")])
-def test_misprints_are_wrong_on_the_page_too(source, page):
+@pytest.mark.parametrize("source", ["press", "robot"])
+def test_misprints_are_wrong_on_the_page_too(source):
     """Each entry of the list of misprints has a failing row; an equation is not right on one page and a misprint on another."""
     listed = [m for m in getattr(validate(Misprints, read_toml(DATA)[0], DATA), source) if m.claim]
-    written = page_rows(page)
+    written = page_rows()
     assert len(listed) >= 3
     for one in listed:
         assert written[one.claim]["verdict"].startswith(("wrong as printed", "does not hold")), one.claim
 
 
 def test_equations_that_are_right_are_no_misprints():
-    found = page_rows("replication_3rrr.md")
+    found = page_rows()
     for number in ("(2)", "(5)", "(13)"):
         assert any(f"eq. {number}" in name and row["verdict"] == "right as printed" for name, row in found.items())
     listed = [m.place for m in validate(Misprints, read_toml(DATA)[0], DATA).robot]
@@ -104,12 +106,12 @@ def test_equations_that_are_right_are_no_misprints():
 
 def test_stored_numbers_are_named(monkeypatch):
     """A row with numbers from a file names the file's program, which exists."""
-    text = "".join((DOCS / page).read_text(encoding="utf-8") for page in PAGES)
+    text = APPENDIX.read_text(encoding="utf-8")
     commands = set(re.findall(r"stored; repeat with `python ([^\s`]+)", text))
     assert {"docs/make_dry.py", "docs/make_designs.py", "docs/make_conditions.py", "docs/make_robot.py"} <= commands
     assert all((DOCS.parent / command).exists() for command in commands)
     for stored in ("the same on Drake, drawn start", "best and mean fitness of each generation, section 2.2, step 5"):
-        assert page_rows("replication.md")[stored]["ours"].endswith("(stored)")
+        assert page_rows()[stored]["ours"].endswith("(stored)")
 
 
 def test_sections_that_read_a_file_mark_it(monkeypatch):

@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 import replicate
 from replication.claims import differences
-from replication.measured import read
+from replication.computed import read
 from replication.robot_claims import SECTIONS
+from replication.robot_elastic import first_mode
 from replication.robot_runs import PRINTED_CRANK, PRINTED_ERROR, PRINTED_SHEAR, stress_bound
 from replication.robot_soft import energies, free, held
 from replication.verdicts import HEAD
 
 from linkages.three_rrr.analysis import RobotResults
+from linkages.three_rrr.modes import frequencies
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -39,10 +41,12 @@ def test_page_is_fresh() -> None:
 
 
 def test_a_row_is_repeated_by_the_command_it_names(capsys: pytest.CaptureFixture[str]) -> None:
-    """Cells of the page come out again; a name that is none gets one line."""
-    written = (DOCS / "replication_3rrr.md").read_text(encoding="utf-8")
+    """Cells of the appendix come out again; a name that is none gets one line."""
+    written = (DOCS / "replication_details.md").read_text(encoding="utf-8")
     named = [
-        line.rpartition("replicate.py ")[2].partition("`")[0] for line in written.splitlines() if "replicate.py" in line
+        line.rpartition("replicate.py ")[2].partition("`")[0]
+        for line in written.splitlines()
+        if "replicate.py robot." in line
     ]
     assert {name.partition(".")[2] for name in named} == set(SECTIONS)
     assert replicate.main(["robot.formulas"]) == 0
@@ -66,6 +70,15 @@ def test_strain_energies_of_the_bodies_add_up(results: RobotResults) -> None:
     found = energies(model, state, model.expand(state, u))
     np.testing.assert_allclose(found.sum(axis=1), 0.5 * np.einsum("ni,nij,nj->n", u, stiffness, u), rtol=1e-10)
     assert (found > 0.0).all()
+
+
+def test_first_frequency_between_the_default_poses(results: RobotResults) -> None:
+    """Finer poses do not change its largest value; at the default poses it is 0.1 Hz lower."""
+    found = first_mode(results)
+    peak = results.branch.motion(np.linspace(3.9, 4.5, 5001))
+    assert found.max() == pytest.approx(frequencies(results.model, peak, 1).max(), abs=5e-3)
+    assert found.max() == pytest.approx(344.93, abs=5e-3)
+    assert results.frequencies[:, 0].max() < found.max() - 0.05
 
 
 def test_modes_of_held_roots_bend_the_cranks_first() -> None:
