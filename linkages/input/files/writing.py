@@ -64,12 +64,12 @@ def locked(path: Path, content: Path) -> Iterator[None]:
     import filelock  # 50 ms of import time
 
     lock = filelock.FileLock(path, blocking=False)
-    try:
-        with errors_of_writing(path):
+    with errors_of_writing(path):
+        try:
             lock.acquire()
-    except filelock.Timeout:
-        refusal = "is in use by another process; wait for it, or give another --out"
-        raise InputError(content, "", refusal) from None
+        except filelock.Timeout:  # an OSError
+            refusal = "is in use by another process; wait for it, or give another --out"
+            raise InputError(content, "", refusal) from None
     try:
         yield
     finally:
