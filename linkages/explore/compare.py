@@ -80,11 +80,25 @@ class Comparison(Brief):
 
 @validated
 def compare(system: System, progress: Callable[[str], TimeReport] | None = None) -> Comparison:
-    """Run an experiment on both engines and compare them, up to the earlier of their horizons.
+    """Run an experiment on both engines and compare them.
 
-    With contacts each engine also runs at a ten times looser tolerance, which gives the horizon. `progress` is called
-    with the name of each stage, and returns the stage's progress function. InputError and AssemblyError as
-    `linkages.engines.assessment.simulate`.
+    With contacts each engine also runs at a ten times looser tolerance, which gives the horizon.
+
+    Parameters
+    ----------
+    system : System
+    progress : callable, optional
+        Called with the name of each stage; returns the stage's progress function.
+
+    Returns
+    -------
+    Comparison
+        Both runs, their horizons, the differences up to the earlier one, pairs of the first contacts.
+
+    Raises
+    ------
+    InputError, AssemblyError
+        See `linkages.engines.assessment.simulate`.
 
     Examples
     --------

@@ -98,14 +98,28 @@ def linearise(
 ) -> StateSpace:
     """Linearise a linkage about a state of its motion, or about an equilibrium.
 
-    Use `modes` for natural frequencies of a linkage whose joints are ideal and whose drives are held. Prescribed drives
-    must stand still; drives by torque or force may act. Outputs (see `linkages.results.outputs.registry`) are by
-    default the experiment's, else all independent coordinates; inputs, see `linkages.system.linear_systems.inputs`, are
-    by default all. The run reaches the operating point at `time` [s]; loads that depend on time keep their values of
-    then. With `equilibrium` an equilibrium near that state is found, by Newton's method.
+    Use `modes` for natural frequencies of a linkage whose joints are ideal and whose drives are held.
 
-    InputError if a drive prescribes a motion, nothing can move, a name is unknown, a dry contact is closed, or a model
-    does not support it; RunError if the run fails before the time, or no equilibrium is found.
+    Parameters
+    ----------
+    system : System
+        Its prescribed drives must stand still; drives by torque or force may act.
+    outputs : sequence of str, optional
+        Outputs (see `linkages.results.outputs.registry`); default: the experiment's, else all independent coordinates.
+    inputs : sequence of str, optional
+        Inputs, see `linkages.system.linear_systems.inputs`; default: all.
+    time : float
+        Time at which the run reaches the operating point [s]; loads that depend on time keep their values of then.
+    equilibrium : bool
+        Whether to find an equilibrium near the state of that time, by Newton's method.
+
+    Raises
+    ------
+    InputError
+        If a drive prescribes a motion, nothing can move, a name is unknown, a dry contact is closed, or a model
+        does not support it.
+    RunError
+        If the run fails before the time, or no equilibrium is found.
 
     Examples
     --------

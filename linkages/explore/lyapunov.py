@@ -65,17 +65,36 @@ def largest_exponent(
     distance: float = 1e-7,
     renormalisations: Count = 20,
 ) -> Exponent:
-    """Compute the largest Lyapunov exponent of a driven linkage: growth in `revolutions` after `transient` others.
+    """Compute the largest Lyapunov exponent of a driven linkage.
 
-    The distance of two states is the root mean square of their entries' differences, each relative to the scale of the
-    engine's error control (`Flow.scale`); it is `distance` after each renormalisation, of which there are some per
-    revolution: more are needed if trajectories diverge fast. The trajectories run at an accuracy of 1e-4 times that
-    distance, or the experiment's if that is smaller. A drive's phase is not part of the state, so the exponent of zero
-    that every flow has along itself does not appear. A drive defines a revolution; default: see
-    `linkages.explore.flow.period_of`.
+    The distance of two states is the root mean square of their entries' differences, each relative to the scale of
+    the engine's error control (`Flow.scale`). The trajectories run at an accuracy of 1e-4 times that distance, or the
+    experiment's if that is smaller. A drive's phase is not part of the state, so the exponent of zero that every flow
+    has along itself does not appear.
 
-    InputError and AssemblyError as `linkages.engines.assessment.simulate`, also if no coordinate is free, or a model
-    does not support it; RunError if a trajectory fails.
+    Parameters
+    ----------
+    system : System
+    revolutions, transient : int
+        Averaged revolutions, and discarded ones before them; the second trajectory starts with the former.
+    drive : str, optional
+        Drive that defines a revolution; default: see `linkages.explore.flow.period_of`.
+    distance : float
+        Distance of the trajectories after each renormalisation [1].
+    renormalisations : int
+        Renormalisations per revolution; use more if trajectories diverge fast.
+
+    Returns
+    -------
+    Exponent
+        Growth rate in each revolution [1/s], its mean, and the standard error of the mean.
+
+    Raises
+    ------
+    InputError, AssemblyError
+        See `linkages.engines.assessment.simulate`; also if no coordinate is free, or a model does not support it.
+    RunError
+        If a trajectory fails.
 
     Examples
     --------

@@ -96,11 +96,22 @@ class ModesOver:
 
 @validated
 def modes(system: System, time: float = 0.0) -> Modes:
-    """Compute the modes of a linkage at rest in the pose at a time [s].
+    """Compute the modes of a linkage at rest in the pose at a time.
 
-    For frequencies over the motion use `linkages.explore.modes.modes_over`. A time other than 0 needs prescribed drives
-    that determine the motion. InputError if nothing can move, or loads buckle a link at rest; AssemblyError if the
-    linkage cannot be assembled.
+    For frequencies over the motion use `linkages.explore.modes.modes_over`.
+
+    Parameters
+    ----------
+    system : System
+    time : float
+        Time of the pose [s]; other than 0 only if prescribed drives determine the motion.
+
+    Raises
+    ------
+    InputError
+        If nothing can move, or loads buckle a link at rest.
+    AssemblyError
+        If the linkage cannot be assembled.
 
     Examples
     --------

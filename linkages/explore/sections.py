@@ -70,11 +70,27 @@ def stroboscopic(
 ) -> Section:
     """Compute a Poincaré section once per revolution, with the extremes of each revolution.
 
-    The names are outputs (see `linkages.results.outputs.registry`). `transient` revolutions are discarded before the
-    recorded ones. A drive defines a revolution; default: see `linkages.explore.flow.period_of`. `progress` is called
-    with the finished fraction, 0 to 1.
+    Parameters
+    ----------
+    system : System
+    names : sequence of str
+        Outputs (see `linkages.results.outputs.registry`).
+    revolutions, transient : int
+        Recorded revolutions, and discarded ones before them.
+    drive : str, optional
+        Drive that defines a revolution; default: see `linkages.explore.flow.period_of`.
+    progress : callable, optional
+        Called with the finished fraction, 0 to 1.
 
-    InputError and AssemblyError as `linkages.engines.assessment.simulate`; also if a column or drive does not exist.
+    Returns
+    -------
+    Section
+        End of each revolution [s], with each output's value there and extremes within.
+
+    Raises
+    ------
+    InputError, AssemblyError
+        See `linkages.engines.assessment.simulate`; also if a column or drive does not exist.
 
     Examples
     --------
@@ -161,11 +177,32 @@ def recorded(flow: Flow, start: float, period: float, names: Sequence[str], revo
 
 @validated
 def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = True, start: float = 0.0) -> Columns:
-    """Compute a Poincaré section at a level of a column: all outputs (n,) at the n crossings, and their "time" [s].
+    """Compute a Poincaré section at a level of a column: all columns at the crossings.
 
-    The run has dense output; InputError if it was loaded from a file. The level is in the column's unit. Upward
-    crossings count, without `rising` downward ones, from the time `start` [s] on. For sections once per revolution use
-    `stroboscopic`. Two crossings within one integrator step are not detected.
+    For sections once per revolution use `stroboscopic`. Two crossings within one integrator step are not detected.
+
+    Parameters
+    ----------
+    run : Trajectory
+        Run with dense output.
+    name : str
+        Name of the column.
+    level : float
+        Level in the column's unit.
+    rising : bool
+        Whether to take upward crossings; otherwise downward ones.
+    start : float
+        Start of the evaluated time range [s].
+
+    Returns
+    -------
+    dict of (n,) arrays
+        All outputs at the n crossings, and the crossing times as "time" [s].
+
+    Raises
+    ------
+    InputError
+        If the run was loaded from a file.
 
     Examples
     --------
@@ -192,12 +229,27 @@ def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = Tru
 
 @validated
 def horizon(system: System, most: float, drive: str | None = None) -> float:
-    """Count the revolutions, up to `most`, for which runs at the experiment's and at a ten times looser accuracy agree.
+    """Count the revolutions for which runs at the experiment's and at a ten times looser accuracy agree.
 
     Two runs agree as long as no entry of their configurations (`linkages.results.divergence`) differs by more than
     `linkages.results.divergence.PARTED`: eccentricities over clearances, and free coordinates. They are compared at 200
-    times in each revolution, of which the horizon is a multiple. Both are runs of `linkages.simulate`, so the horizon
-    does not depend on `most`. InputError and AssemblyError as `stroboscopic`.
+    times in each revolution. Both are runs of `linkages.simulate`, so the horizon does not depend on `most`.
+
+    Parameters
+    ----------
+    system : System
+    most : float
+        Largest number of compared revolutions, returned if the runs still agree.
+
+    Returns
+    -------
+    float
+        Horizon [revolutions], a multiple of 1/200; `most` if the runs agree up to there.
+
+    Raises
+    ------
+    InputError, AssemblyError
+        See `stroboscopic`.
 
     Examples
     --------

@@ -36,14 +36,35 @@ class Spectrum(Brief):
 def spectrum(
     run: Trajectory, name: str, start: float = 0.0, samples: int = 8192, segments: int = 1, window: str = "hann"
 ) -> Spectrum:
-    """Compute the power spectral density of a column by Welch's method, from equidistant samples of the dense output.
+    """Compute the power spectral density by Welch's method, from equidistant samples of the dense output.
 
-    The mean of the column is removed. The samples lie from the time `start` [s] to the end of the run. Frequencies
-    above half the sampling rate, samples/(2 (end - start)), alias to lower ones: contacts last tens of microseconds and
-    need equally fine samples. Segments are averaged and overlap by half: more give a smoother density with less
-    resolution. `window` is the name of a window of `scipy.signal.get_window` without parameters.
+    Frequencies above half the sampling rate, samples/(2 (end - start)), alias to lower ones: contacts last tens of
+    microseconds and need equally fine samples.
 
-    InputError if the time range, the column, the number of samples or the window is invalid.
+    Parameters
+    ----------
+    run : Trajectory
+        Run with dense output.
+    name : str
+        Name of the column; its mean is removed.
+    start : float
+        Start of the evaluated time range [s].
+    samples : int
+        Number of equidistant samples from the start to the end of the run.
+    segments : int
+        Averaged segments, overlapping by half: more give a smoother density with less resolution.
+    window : str
+        Name of a window of `scipy.signal.get_window` without parameters.
+
+    Returns
+    -------
+    Spectrum
+        Frequencies [Hz] and densities [unit of the column squared, per Hz], (nf,) arrays.
+
+    Raises
+    ------
+    InputError
+        If the time range, the column, the number of samples or the window is invalid.
 
     Examples
     --------

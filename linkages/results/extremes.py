@@ -220,10 +220,23 @@ def averages(trajectory: Trajectory, name: str) -> tuple[float, float]:
 
 @validated
 def integral(trajectory: Trajectory, values: str | Array) -> float:
-    """Integrate a column, or values (nt,) at the samples, over time by parabolas through neighbouring samples.
+    """Integrate a column, or values at the samples, over time by parabolas through neighbouring samples.
 
-    The integral is in the unit of the values times s. InputError if the column is unknown, or the values are not one
-    number for each sample.
+    Parameters
+    ----------
+    trajectory : Trajectory
+    values : str or (nt,) array_like
+        Name of a column, or one value for each sample.
+
+    Returns
+    -------
+    float
+        Integral in the unit of the values times s.
+
+    Raises
+    ------
+    InputError
+        If the column is unknown, or the values are not one number for each sample.
 
     Examples
     --------

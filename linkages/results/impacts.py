@@ -135,7 +135,17 @@ def read_impacts(folder: Path) -> list[Impact]:
 
 @validated
 def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
-    """Classify the steps of a run, (nt - 1,), as `FREE` flight, `IMPACT` or `SUSTAINED_CONTACT` of a joint.
+    """Classify each step of a run as `FREE` flight, `IMPACT` or `SUSTAINED_CONTACT` of a joint.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    name : str
+        A joint that can touch.
+
+    Returns
+    -------
+    (nt - 1,) array
 
     Examples
     --------

@@ -166,7 +166,14 @@ def repeats(history: Callable[[Array], Array], end: float) -> float | None:
 
 @validated
 def motion_of(system: System, run: Trajectory) -> Motion:
-    """Classify the motion at the end of a run of a system, or of a loaded one.
+    """Classify the motion at the end of a run.
+
+    Parameters
+    ----------
+    system : System
+        System of the run.
+    run : Trajectory
+        Run of the engine, or a loaded one.
 
     Examples
     --------

@@ -19,7 +19,17 @@ from linkages.results.warnings import warnings
 
 @validated
 def summarize(assessment: Assessment) -> dict[str, Any]:
-    """Make the contents of ``summary.json`` in SI units, ready for JSON; see docs/outputs.md.
+    """Make the contents of ``summary.json`` in SI units; see docs/outputs.md.
+
+    Parameters
+    ----------
+    assessment : Assessment
+        From `linkages.assess`.
+
+    Returns
+    -------
+    dict
+        Numbers, texts, lists and dicts, ready for JSON.
 
     Examples
     --------

@@ -163,9 +163,22 @@ class Trajectory(Brief):
 
 
 def load_trajectory(path: str | Path) -> Trajectory:
-    """Read an ``.npz`` file of `Trajectory.save`; the trajectory has no dense output (`Trajectory.evaluate`).
+    """Read a file of `Trajectory.save`.
 
-    InputError if the file cannot be read or is not a trajectory.
+    Parameters
+    ----------
+    path : str or Path
+        An ``.npz`` file.
+
+    Returns
+    -------
+    Trajectory
+        Without dense output (`Trajectory.evaluate`).
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is not a trajectory.
 
     Examples
     --------

@@ -51,11 +51,20 @@ def pareto_front(values: Values, tolerance: float = 0.0) -> Indices:
 
 @validated
 def hypervolume(objectives: Matrix, reference: Vector) -> float:
-    """Compute the volume that a front (m, no) dominates, up to a reference point (no,), worse in every objective.
+    """Compute the volume that a front dominates, up to a reference point that is worse in every objective.
 
-    By slices along the last objective (E. Zitzler, L. Thiele, Multiobjective evolutionary algorithms, IEEE Transactions
-    on Evolutionary Computation 3 (1999) 257-271 define the measure). InputError if a number is not finite, or the
-    reference has not one number for each objective.
+    By slices along the last objective (E. Zitzler, L. Thiele, Multiobjective evolutionary algorithms, IEEE
+    Transactions on Evolutionary Computation 3 (1999) 257-271 define the measure).
+
+    Parameters
+    ----------
+    objectives : (m, no) array
+    reference : (no,) array
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, or the reference has not one number for each objective.
 
     Examples
     --------
@@ -81,11 +90,21 @@ def _dominated(objectives: Array, reference: Array) -> float:
 
 @validated
 def knee(objectives: Matrix) -> int | None:
-    """Find the row of a front (m, no) that lies farthest from the plane through its extremes, towards the better side.
+    """Find the row of a front that lies farthest from the plane through its extremes, towards the better side.
 
-    Each objective is measured by its range on the front (I. Das, On characterizing the "knee" of the Pareto curve,
-    Structural Optimization 18 (1999) 107-115). None where there is no knee: fewer designs than objectives plus one, an
-    objective that does not vary, extremes that do not span a plane, or a front that lies nowhere on the better side.
+    Each objective is measured by its range on the front (I. Das, On characterizing the "knee" of the Pareto
+    curve, Structural Optimization 18 (1999) 107-115).
+
+    Parameters
+    ----------
+    objectives : (m, no) array
+        Objectives of a front.
+
+    Returns
+    -------
+    int or None
+        None where there is no knee: fewer designs than objectives plus one, an objective that does not vary,
+        extremes that do not span a plane, or a front that lies nowhere on the better side.
 
     Examples
     --------

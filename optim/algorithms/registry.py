@@ -87,13 +87,25 @@ def minimise(
     seed: Whole = 0,
     progress: Report | None = None,
 ) -> Result:
-    """Solve a problem by an algorithm, a key of `ALGORITHMS`.
+    """Solve a problem by an algorithm.
 
-    The problem has finite bounds; a local method with a single start can do with `Problem.start` instead. The settings
-    belong to the algorithm; missing keys have their default. The seed is not negative. `progress` is called after each
-    iteration; if it raises KeyboardInterrupt, the best design so far is returned.
+    Parameters
+    ----------
+    name : str
+        Key of `ALGORITHMS`.
+    problem : Problem
+        With finite bounds; a local method with a single start can do with `Problem.start` instead.
+    settings : Table or mapping, optional
+        Settings of this algorithm; missing keys have their default.
+    seed : int
+        Not negative.
+    progress : callable, optional
+        Called after each iteration; if it raises KeyboardInterrupt, the best design so far is returned.
 
-    InputError if there is no such algorithm, a setting is wrong, or it cannot solve such a problem.
+    Raises
+    ------
+    InputError
+        If there is no such algorithm, a setting is wrong, or it cannot solve such a problem.
 
     Examples
     --------

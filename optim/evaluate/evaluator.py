@@ -35,10 +35,19 @@ _FUNCTIONALS: dict[str, Callable[[dict[str, Array], Array], Array]] = {
 class Evaluator:
     """Evaluates designs of a study.
 
-    Requests are answered by an executor, or without one here. A population is divided into `parts` requests at each
-    operating point; the values do not depend on it. `threads` of the compiled engine are by default all there are.
-    `engine` answers a request, by default by a batch of the compiled engine. `progress` is called with the finished
-    fraction of each batch, without an executor.
+    Parameters
+    ----------
+    study : Study
+    executor : Executor, optional
+        Where requests are answered; default here.
+    parts : int
+        Requests that a population is divided into at each operating point; the values do not depend on it.
+    threads : int, optional
+        Threads of the compiled engine; default all there are.
+    engine : callable, optional
+        Answers a request; default the compiled engine's batch.
+    progress : callable, optional
+        Called with the finished fraction of each batch, without an executor.
 
     Examples
     --------

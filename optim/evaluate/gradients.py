@@ -31,12 +31,21 @@ _Functionals = dict[tuple[str, str, str], Array]
 class Gradients:
     """Differentiates objectives and limits as an algorithm sees them; see `optim.Problem`.
 
-    `evaluate`, from designs (m, n) to their evaluations, is the function of the problem, a `Screened` one if the
-    problem has one. Else designs that the problem does not run get derivatives of limits that it does not know.
-    Relative quantities are divided by the evaluation of the `nominal` design. Operating points run in `threads`, by
-    default as many as processors.
+    Parameters
+    ----------
+    study : Study
+    evaluate : callable
+        From designs (m, n) to their evaluations: the function of the problem, a `Screened` one if the problem has one.
+        Else designs that the problem does not run get derivatives of limits that it does not know.
+    nominal : Evaluations
+        Evaluation of the nominal design, by which relative quantities are divided.
+    threads : int, optional
+        Threads in which operating points are run; default: number of processors.
 
-    InputError if an output of the study has no sensitivities: a service life, or one of the ideal linkage.
+    Raises
+    ------
+    InputError
+        If an output of the study has no sensitivities: a service life, or one of the ideal linkage.
 
     Examples
     --------

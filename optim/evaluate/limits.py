@@ -25,8 +25,15 @@ def problem_of(
 ) -> Problem:
     """Make the problem of a study as an algorithm sees it.
 
-    `evaluate` returns evaluations of designs (m, n): an `Evaluator`. By default the nominal design is evaluated here,
-    and the start (n,) is the nominal design.
+    Parameters
+    ----------
+    study : Study
+    evaluate : callable
+        From designs (m, n) to their evaluations: an `Evaluator`.
+    nominal : Evaluations, optional
+        Evaluation of the nominal design alone; default evaluated here.
+    start : (n,) array, optional
+        Default the nominal design.
 
     Examples
     --------

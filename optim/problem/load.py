@@ -46,9 +46,17 @@ def find_study(name: str | Path) -> Path:
 
 
 def load_study(path: str | Path) -> Study:
-    """Read a study from a TOML file, its experiment and its mechanism, and check that they fit each other.
+    """Read a study, its experiment and its mechanism, and check that they fit each other.
 
-    See `optim.find_study` for the shipped ones. An InputError of one line names file, key and reason.
+    Parameters
+    ----------
+    path : str or Path
+        The TOML file; see `optim.find_study` for the shipped ones.
+
+    Raises
+    ------
+    InputError
+        One line with file, key and reason.
 
     Examples
     --------

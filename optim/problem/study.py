@@ -101,14 +101,34 @@ class Study(Brief):
         return [*map(float, design), *(link(named) for link in point.links)]
 
     def system(self, design: Array, point: OperatingPoint | None = None) -> System:
-        """Put a design (n,) into the system of a point, by default the first; InputError if a value is not valid."""
+        """Put a design into the system of an operating point.
+
+        Parameters
+        ----------
+        design : (n,) array
+        point : OperatingPoint, optional
+            Default the first one.
+
+        Raises
+        ------
+        InputError
+            If a value is not valid.
+        """
         point = point or self.points[0]
         return point.system.replaced(dict(zip(point.paths, self.row(design, point), strict=True)))
 
     def replaced(self, values: Callable[[System], Mapping[str, Any]]) -> Study:
-        """Return the study with values replaced at every operating point; InputError if a path or a value is not valid.
+        """Return the study with values replaced at every operating point.
 
-        `values` returns for a point's system values by dotted path.
+        Parameters
+        ----------
+        values : callable
+            From a point's system to values by dotted path.
+
+        Raises
+        ------
+        InputError
+            If a path or a value is not valid.
         """
         points = (
             dataclasses.replace(point, system=point.system.replaced(values(point.system))) for point in self.points

@@ -44,11 +44,24 @@ def format_store(store: Store) -> str:
 
 
 def export(store: Store, path: Path) -> int:
-    """Write every design: variables, objectives, constraints (in the study's units), status, reason; return the count.
+    """Write every design: variables, objectives and constraints (in the study's units), status, reason.
 
-    The path ends with ``.csv``, whose numbers read back exactly, or ``.parquet``; the file is written whole or not at
-    all. InputError if its kind is unknown, or Parquet needs a package that is not there; RunError if it cannot be
-    written.
+    Parameters
+    ----------
+    path : Path
+        A ``.csv``, whose numbers read back exactly, or a ``.parquet`` file; written whole or not at all.
+
+    Returns
+    -------
+    int
+        The number of designs.
+
+    Raises
+    ------
+    InputError
+        If the file's kind is unknown, or Parquet needs a package that is not there.
+    RunError
+        If it cannot be written.
 
     Examples
     --------

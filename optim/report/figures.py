@@ -63,9 +63,16 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
 
 
 def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
-    """Draw the Pareto front of a result (the content of ``result.json``), two objectives at a time, as a PNG file.
+    """Draw the Pareto front of several objectives, two at a time, as a PNG file.
 
     The knee (of a Pareto front without one, the compromise), the nominal and the reference designs are marked.
+
+    Parameters
+    ----------
+    study : Study
+    result : mapping
+        Content of ``result.json``.
+    path : Path
 
     Examples
     --------
@@ -116,7 +123,12 @@ write_front = write_pareto_front  # its earlier name
 def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
     """Draw Sobol's indices of every quantity with their 95 % confidence intervals, as a PNG file.
 
-    The report is the content of ``sensitivity.json``.
+    Parameters
+    ----------
+    study : Study
+    report : mapping
+        Content of ``sensitivity.json``.
+    path : Path
 
     Examples
     --------

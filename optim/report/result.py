@@ -19,7 +19,13 @@ _COLUMNS = ("study", "seed", "status", "evaluations", "failed", "iterations", "w
 
 
 def format_result(study: Study, result: ResultFile) -> str:
-    """Format a result, the content of ``result.json``, as lines of text: nominal and best design side by side.
+    """Format a result as lines of text: nominal and best design side by side.
+
+    Parameters
+    ----------
+    study : Study
+    result : dict
+        Content of ``result.json``, from `optim.optimise`.
 
     Examples
     --------

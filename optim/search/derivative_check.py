@@ -40,15 +40,30 @@ def check_usable(study: Study) -> None:
 
 @validated
 def check_derivatives(study: Study, design: Vector, evaluator: Evaluator | None = None) -> dict[str, Any]:
-    """Compare the derivatives of objectives and limits at a design (n,) by sensitivities with differences of designs.
+    """Compare the derivatives of objectives and limits by sensitivities with differences of designs.
 
     Differences have steps of 1e-5 to 1e-2 of the bounds. For each derivative the two neighbouring steps count whose
-    differences agree best; their distance is the doubt. The default evaluator runs here, in all threads.
+    differences agree best; their distance is the doubt.
 
-    Returns ``agrees``: whether no derivative differs; ``quantities``: for each objective and limit (``NAME.at_most``),
-    as the algorithm sees it, and each variable's path ``sensitivity``, ``difference`` (per unit of the variable; None
-    where there is none), ``deviation`` and ``doubt`` (changes over the bounds, in parts of the largest one of the
-    quantity), and ``verdict``. InputError if an output has no sensitivities.
+    Parameters
+    ----------
+    study : Study
+    design : (n,) array
+    evaluator : Evaluator, optional
+        Default one that runs here, in all threads.
+
+    Returns
+    -------
+    dict
+        ``agrees``: whether no derivative differs. ``quantities``: for each objective and limit (``NAME.at_most``), as
+        the algorithm sees it, and each variable's path ``sensitivity``, ``difference`` (per unit of the variable; None
+        where there is none), ``deviation`` and ``doubt`` (changes over the bounds, in parts of the largest one of the
+        quantity), and ``verdict``.
+
+    Raises
+    ------
+    InputError
+        If an output has no sensitivities.
 
     Examples
     --------
@@ -107,7 +122,15 @@ def _entry(own: float, difference: float, doubt: float, scale: float, width: flo
 
 
 def format_derivative_check(study: Study, report: dict[str, Any], where: str) -> str:
-    """Format a check of `optim.check_derivatives` as lines of text; `where` names the design, such as "start".
+    """Format a check of derivatives as lines of text.
+
+    Parameters
+    ----------
+    study : Study
+    report : dict
+        From `optim.check_derivatives`.
+    where : str
+        Name of the design: "start".
 
     Examples
     --------

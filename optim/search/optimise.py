@@ -173,11 +173,26 @@ def settings_of(study: Study) -> tuple[str, Table]:
 
 
 def start_of(study: Study, path: Path, source: str = "--start") -> Array:
-    """Read the best design (n,) of a finished study as a start for this one, SI units.
+    """Read the best design of a finished study as a start for this one.
 
-    The path is a ``result.json`` of ``linkages optimise``, or the folder that holds it; variables that only this study
-    has are nominal. InputError, which names the source, if there is no such result, it varies what this study does not,
-    or its design is outside the bounds here.
+    Parameters
+    ----------
+    study : Study
+        The study that will be solved.
+    path : Path
+        A ``result.json`` of ``linkages optimise``, or the folder that holds it.
+    source : str
+        What errors name.
+
+    Returns
+    -------
+    (n,) array
+        Values of this study's variables, SI units; variables that only this study has are nominal.
+
+    Raises
+    ------
+    InputError
+        If there is no such result, it varies what this study does not, or its design is outside the bounds here.
 
     Examples
     --------

@@ -115,14 +115,29 @@ def check_samples(samples: int, source: str = "samples") -> None:
 def sensitivity(
     study: Study, samples: int = 256, seed: Whole | None = None, evaluator: Evaluator | None = None
 ) -> dict[str, Any]:
-    """Find out how objectives and constraints of a study depend on its variables: the content of ``sensitivity.json``.
+    """Find out how the objectives and constraints of a study depend on its variables.
 
-    The samples are a power of two, 2 at least; they cost samples*(n + 2) evaluations. The seed is by default the
-    study's. Numbers are in SI units; relative quantities are multiples of the nominal design's; None where there is no
-    number.
+    Parameters
+    ----------
+    study : Study
+    samples : int
+        A power of two, 2 at least; costs samples*(n + 2) evaluations.
+    seed : int, optional
+        Default the study's.
+    evaluator : Evaluator, optional
 
-    InputError if `samples` is no power of two; RunError as `sobol`, or if quantities are relative to a nominal design
-    that failed.
+    Returns
+    -------
+    dict
+        The content of ``sensitivity.json``, SI units; relative quantities are multiples of the nominal design's. None
+        where there is no number.
+
+    Raises
+    ------
+    InputError
+        If `samples` is no power of two.
+    RunError
+        As `sobol`; or if quantities are relative to a nominal design that failed.
 
     Examples
     --------
@@ -175,7 +190,13 @@ def sensitivity(
 
 
 def format_sensitivity(study: Study, report: dict[str, Any]) -> str:
-    """Format the indices of `optim.sensitivity` as lines of text.
+    """Format indices as lines of text.
+
+    Parameters
+    ----------
+    study : Study
+    report : dict
+        From `optim.sensitivity`.
 
     Examples
     --------

@@ -31,12 +31,22 @@ def verify(
 ) -> dict[str, Any]:
     """Check an optimum at a ten times tighter tolerance: on Drake, and, with dry contact, from unseen starts.
 
-    The optimum is `best` of ``result.json``; `threads` are of the compiled engine; `progress` is called with the part
-    of Drake's simulated time that is done.
+    Parameters
+    ----------
+    study : Study
+    best : dict
+        The optimum as in ``result.json``.
+    threads : int, optional
+        Threads of the compiled engine.
+    progress : callable, optional
+        Called with the part of Drake's simulated time that is done.
 
-    Returns ``engine``; ``status``, "ok" or why there is nothing to compare; ``objectives`` and ``constraints`` by name:
-    values of the ``study`` and of ``drake``, and ``difference``, study minus Drake relative to Drake's (None if that is
-    zero); ``phases``: see `unseen_phases`, None if it does not apply.
+    Returns
+    -------
+    dict
+        ``engine``; ``status``, "ok" or why there is nothing to compare; ``objectives`` and ``constraints`` by name:
+        values of the ``study`` and of ``drake``, and ``difference``, study minus Drake relative to
+        Drake's (None if that is zero). ``phases``: see `unseen_phases`, None if it does not apply.
 
     Examples
     --------
@@ -108,7 +118,12 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
 
 
 def format_verification(report: dict[str, Any]) -> str:
-    """Format the report of `optim.verify` as lines of text.
+    """Format a verification as lines of text.
+
+    Parameters
+    ----------
+    report : dict
+        From `optim.verify`.
 
     Examples
     --------

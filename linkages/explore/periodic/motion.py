@@ -70,12 +70,30 @@ def periodic_motion(
 ) -> PeriodicMotion:
     """Find a periodic motion: shooting with the exact derivative of the run, from the state after a transient.
 
-    A period of the motion has `periods` common periods of the drives; `transient` of them lead from the experiment's
-    start to the first guess. The runs have this accuracy, unless the experiment's is smaller; the residual has this
-    tolerance. The motion is stable or not; Newton's method finds both.
+    Parameters
+    ----------
+    system : System
+    periods : int
+        Number of common periods of the drives in one period of the motion.
+    transient : int
+        Common periods from the experiment's start to the first guess.
+    accuracy : float
+        Accuracy of the runs, unless the experiment's is smaller.
+    tolerance : float
+        Tolerance of the residual.
 
-    InputError if the drives have no common period or determine the whole motion, a model does not support it, or a
-    number is out of its range; RunError if a run fails, or Newton's method does not converge.
+    Returns
+    -------
+    PeriodicMotion
+        Stable or not; Newton's method finds both.
+
+    Raises
+    ------
+    InputError
+        If the drives have no common period or determine the whole motion, a model does not support it, or a number is
+        out of its range.
+    RunError
+        If a run fails, or Newton's method does not converge.
 
     Examples
     --------

@@ -19,7 +19,10 @@ _HEAT_HEAD = ("T [degC]", "mu [Pa s]", "power [W]", "flow [W]", "cond. [W]")
 def format_summary(summary: dict[str, Any]) -> str:
     """Format a summary as lines of text: extremes with clearance and with ideal joints, errors, warnings.
 
-    It is from `linkages.summarize`, or the content of ``summary.json``.
+    Parameters
+    ----------
+    summary : dict
+        From `linkages.summarize`, or the content of ``summary.json``.
 
     Examples
     --------
