@@ -31,7 +31,7 @@ def page() -> str:
 
 For readers who want evidence: printed results of two sources compared with results of this package from the same data. The
 [robot](replication_3rrr.md) of the third source and the [misprints](misprints.md) have separate pages. The
-[appendix](replication_details.md) has the rule of the verdicts, the cause of each difference and the command that repeats each row.
+[appendix](replication_details.md) has the rule of the verdicts, the cause of each difference and the command that repeats each row. `python docs/make_replication.py` writes both.
 
 Rows that hold, by kind. A *fitted* number takes part in the choice of conditions that the source does not print; it is no prediction.
 *Open* rows fail without a confirmed cause.
