@@ -54,13 +54,9 @@ def tabulate(
 
     `with_forces`: whether any output needs the forces in joints or the efforts of drives; `seen`: see `make_snapshot`.
     """
-    w, powered = seen.state, np.zeros((3, len(seen.model.powered_bodies)))
+    powered = np.zeros((3, len(seen.model.powered_bodies)))
     for i in range(len(times)):
-        copy(q[i], w.q)
-        copy(v[i], w.v)
-        copy(a[i], w.a)
-        for k in range(contacts.shape[1]):
-            copy(contacts[i, k], seen.contacts[k])
+        _take(seen, q[i], v[i], a[i], contacts[i])
         _complete(seen, with_forces, times[i], powered)
         for k in range(len(outputs)):
             out[k, i] = output_value(outputs[k], seen)
@@ -98,11 +94,7 @@ def slopes(
     w, powered = seen.state, np.zeros((3, len(seen.model.powered_bodies)))
     for i in range(len(times)):
         if with_forces and len(seen.model.rows):
-            copy(q[i], w.q)
-            copy(v[i], w.v)
-            copy(a[i], w.a)
-            for k in range(contacts.shape[1]):
-                copy(contacts[i, k], seen.contacts[k])
+            _take(seen, q[i], v[i], a[i], contacts[i])
             _move(seen, with_forces, times[i], powered)
             row_reactions(seen.model, w)
         for k in range(q.shape[1]):
@@ -148,6 +140,16 @@ def _set_reactions(table: DualTable, seen: Snapshot, count: int) -> None:
         row_reactions(seen.model, at)
         for k in range(len(model.rows)):
             table.reaction[k, 1 + p] = at.reaction[k]
+
+
+@inlined_kernel
+def _take(seen: Snapshot, q: Array, v: Array, a: Array, contacts: Array) -> None:
+    """Give a snapshot coordinates, rates, accelerations (n,) and contacts (nc, WIDTH)."""
+    copy(q, seen.state.q)
+    copy(v, seen.state.v)
+    copy(a, seen.state.a)
+    for k in range(len(contacts)):
+        copy(contacts[k], seen.contacts[k])
 
 
 @kernel

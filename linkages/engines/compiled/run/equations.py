@@ -189,36 +189,28 @@ def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) ->
 
 
 @kernel
-def fixed_residual(
-    equations: Equations, t: float, y: Array, dy: Array, reaction: Array, out: Array, rows: Array
-) -> None:
-    """Fill ``out`` as `residual`, and ``rows`` (nr,) with the accelerations of the closure rows, at given reactions.
-
-    So both follow from a state, its derivatives ``dy`` of rates and bristles, and the reactions (nr,) alone, without a
-    system of equations: what solves them changes with a value by the change of this residual at fixed dy and reaction.
-    """
-    model, work = equations.model, equations.work
-    w, n = work.dynamics, len(model.free)
-    set_state(model, work, t, y)
-    _add_forces(equations, t)
-    for i in range(n):
-        w.a[model.free[i]] = dy[i]
-    set_residuals(model, w, reaction, rows)
-    for i in range(n):
-        out[i] = w.tau[model.free[i]]
-    for k in range(len(model.bristles)):
-        out[n + k] = work.contacts[model.bristles[k], BRISTLE_RATE] - dy[n + k]
-
-
-@kernel
 def set_residuals(model: Arrays, w: Workspace, reaction: Array, rows: Array) -> None:
-    """Subtract the forces that the accelerations need from ``tau``; fill ``rows``; see `fixed_residual`.
+    """Subtract the forces that the accelerations need from ``tau``; fill ``rows`` (nr,) with those of the closure rows.
 
-    Coordinates, rates, accelerations, poses, velocities and wrenches are set; the reactions are added to the wrenches.
+    Coordinates, rates, accelerations, poses, velocities and wrenches are set; the reactions (nr,) are added to the
+    wrenches. So no system of equations is solved: its solution changes by the change of this residual at fixed
+    accelerations and reactions.
     """
+    add_reactions(model, w, reaction)
+    force_residual(model.bodies, model.gravity, w)
+    row_accelerations(model, w, rows)
+
+
+@inlined_kernel
+def add_reactions(model: Arrays, w: Workspace, reaction: Array) -> None:
+    """Add the wrenches of the closure rows' reactions (nr,)."""
     for k in range(len(model.rows)):
         add_row_wrench(model.rows[k], w.pose, reaction[k], w.wrench)
-    force_residual(model.bodies, model.gravity, w)
+
+
+@inlined_kernel
+def row_accelerations(model: Arrays, w: Workspace, rows: Array) -> None:
+    """Fill ``rows`` (nr,) with the accelerations of the closure rows."""
     if len(model.rows):
         body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
     for k in range(len(model.rows)):

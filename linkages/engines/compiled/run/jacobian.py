@@ -13,11 +13,11 @@ from typing import Any
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope, with_number
-from linkages.engines.compiled.run.equations import is_solved, solve_state
+from linkages.engines.compiled.run.equations import add_reactions, is_solved, row_accelerations, solve_state
 from linkages.engines.compiled.run.model import Equations, Scratch
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.articulated_body import acceleration_response
-from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration
+from linkages.mechanics.planar.closure_rows import row_acceleration
 from linkages.mechanics.planar.composite_inertia import mass_matrix
 from linkages.mechanics.planar.contact_partials import (
     BRISTLE_RATE,
@@ -28,7 +28,7 @@ from linkages.mechanics.planar.contact_partials import (
     contact_partials,
 )
 from linkages.mechanics.planar.contacts import ContactMotion, add_contact, contact_motion
-from linkages.mechanics.planar.kinematics import body_accelerations, body_states, moved_states, moved_velocities
+from linkages.mechanics.planar.kinematics import body_states, moved_states, moved_velocities
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.loop_dynamics import row_responses, solve_rows
 from linkages.mechanics.planar.newton_euler import force_residual, moved_residual
@@ -155,16 +155,12 @@ def _fill_columns(equations: Equations, d: Workspace, t: float, first: int, coun
     if len(model.loads):
         tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
         load_wrenches(tables, t, d.pose, d.vel, d.wrench)
-    for k in range(len(model.rows)):
-        add_row_wrench(model.rows[k], d.pose, work.dynamics.reaction[k], d.wrench)
+    add_reactions(model, d, work.dynamics.reaction)
     if count == out.shape[0]:
         force_residual(model.bodies, model.gravity, d)
     else:
         moved_residual(model.bodies, model.gravity, s.moves, d)
-    if len(model.rows):
-        body_accelerations(model.bodies, d.pose, d.vel, d.v, d.a, d.acc)
-    for k in range(len(model.rows)):
-        s.rows[k] = row_acceleration(model.rows[k], d.pose, d.vel, d.acc)
+    row_accelerations(model, d, s.rows)
     if count == DIRECTIONS and not len(model.rows):
         for i in range(n):
             put_slopes(out, n + i, first, d.tau[model.free[i]])
