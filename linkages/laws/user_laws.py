@@ -259,12 +259,12 @@ def _contact(force: Any, factor: Any, parameters: Any, needs: Any, **texts: Any)
     return ContactLaw(force or power_law, parameters=own, needs=needs, **texts)
 
 
-def _film(force: Any, parameters: Any, **texts: str) -> Film:
+def _film(force: Any, parameters: Any, **texts: Any) -> Film:
     _check(force, "eps", "deps", "ew", "slenderness", *(["joint"] if parameters else []))
     return Film(force, parameters=parameters, **texts)
 
 
-def _friction(coefficient: Any, bristles: bool, parameters: Any, needs: Any, **texts: str) -> FrictionLaw:
+def _friction(coefficient: Any, bristles: bool, parameters: Any, needs: Any, **texts: Any) -> FrictionLaw:
     _check(coefficient, "v", "bristle", "joint")
     own, needs = declared("friction", parameters, needs)
     if bristles:
