@@ -22,7 +22,7 @@ PACK = (
     "import sys; from pathlib import Path; from linkages.base.kernel.cache import pack; pack(*map(Path, sys.argv[1:]))"
 )
 COMMANDS = [
-    ["simulate", "seven_bar.toml", "--duration", "0.02"],
+    ["simulate", "seven_bar.toml"],
     ["simulate", "seven_bar.toml", "--duration", "0.002", "--engine", "drake"],
     ["simulate", "seven_bar_dry.toml", "--duration", "0.02"],
     ["simulate", "seven_bar_mixed.toml", "--duration", "0.02"],
@@ -37,7 +37,6 @@ COMMANDS = [
     ["sensitivity", "slider_crank_dry.toml", "--wrt", "joints.B.clearance", "--duration", "0.001"],
     ["sweep", "slider_crank_dry.toml", "--vary", "joints.B.clearance=1e-4:2e-4:2", "--revolutions", "1"],
     ["modes", "slider_crank_flexible.toml"],
-    ["linearise", "seven_bar.toml"],
     ["wear", "slider_crank_wear.toml", "--cycles", "2"],
 ]
 
