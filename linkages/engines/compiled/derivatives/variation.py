@@ -82,6 +82,7 @@ class DualWork(NamedTuple):
     numbers_y: Array  # (ny, 1 + DIRECTIONS)
     numbers_memory: Array  # (nc, 2, 1 + DIRECTIONS)
     numbers_results: Array  # (RESULTS, 1 + DIRECTIONS)
+    along: Array  # derivatives of the residual, floats, (k, np + nc): along the values and the approach speeds
 
 
 class Variation(NamedTuple):
@@ -144,7 +145,7 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
     variation = Variation(
         duals.value,
-        _make_work(model),
+        _make_work(model, len(nearby)),
         duals.memory,
         moved.value,
         moved.numbers,
@@ -158,15 +159,16 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     return packed(variation), start_derivatives(system, nearby)
 
 
-def _make_work(model: Arrays) -> DualWork:
-    """Make the arrays for a model."""
+def _make_work(model: Arrays, count: int) -> DualWork:
+    """Make the arrays for a model and so many values."""
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
     n, most = len(model.free) + nd, max(nd, len(model.powered))
     dynamics = DualCopy(make_workspace(nb, n, nr, model.bodies.shapes.shape[2])).value
     y, memory, results = dual_array(2 * len(model.free) + len(model.bristles)), dual_array(nc, 2), dual_array(RESULTS)
     motions = (dual_array(most) for _ in range(3))
     own = dual_array(nc, WIDTH), memory, *motions, dual_array(nr), y, results, dual_array(OUTPUTS)
-    return DualWork(dynamics, np.zeros(1), *own, *(one.view(np.ndarray) for one in (y, memory, results)))
+    along = np.zeros((len(y) - len(model.free), count + nc))
+    return DualWork(dynamics, np.zeros(1), *own, *(one.view(np.ndarray) for one in (y, memory, results)), along)
 
 
 @inlined_kernel
@@ -192,9 +194,8 @@ def _choose(v: Variation, value: int) -> None:
 
 @kernel
 def set_columns(
-    equations: Equations, v: Variation, t: float, y: Array, columns: Array, remembered: Array, first: int, last: int,
-    moves: bool,
-) -> None:  # fmt: skip
+    equations: Equations, v: Variation, t: float, y: Array, columns: Array, remembered: Array, first: int, last: int
+) -> None:
     """Set the dual state at (t, y): slopes are those along columns from the first one to before the last one.
 
     Parameters
@@ -202,14 +203,12 @@ def set_columns(
     columns : (ny, m) array
     remembered : (nc, m) array
         Those of the approach speeds.
-    moves : bool
-        Whether the state moves along the columns; else only the approach speeds and the model do.
     """
     work = v.work
     _choose(v, first - (columns.shape[1] - len(v.unit)))
     _set_numbers(equations, work, y)
     for j in range(first, last):
-        for i in range(len(y) if moves else 0):
+        for i in range(len(y)):
             work.numbers_y[i, 1 + j - first] = columns[i, j]
         for k in range(len(remembered)):
             work.numbers_memory[k, APPROACH, 1 + j - first] = remembered[k, j]
@@ -239,33 +238,41 @@ def _set_numbers(equations: Equations, work: DualWork, y: Array) -> None:
 
 
 @kernel
-def fill_slopes(
-    equations: Equations, v: Variation, t: float, y: Array, dy: Array, columns: Array, remembered: Array, moves: bool,
-    out: Array,
-) -> None:  # fmt: skip
-    """Fill ``out`` (k, m) with the derivatives of the residual along the columns, see `set_columns`.
+def fill_forcing(
+    equations: Equations, v: Variation, t: float, y: Array, dy: Array, remembered: Array, out: Array
+) -> None:
+    """Fill ``out`` (k, m) with the derivatives of the residual along the columns, at a fixed state.
 
-    The mass matrix has been found at (t, y), where ``dy`` are the derivatives of rates and others.
+    They follow the values, of the last columns, and the approach speeds, whose columns are ``remembered`` (nc, m). The
+    mass matrix has been found at (t, y), where ``dy`` are the derivatives of rates and others.
     """
-    m = out.shape[1]
-    for last in range(m, 0, -DIRECTIONS):
-        first = first_of(last)
-        if moves or last > m - len(v.unit) or _any(remembered, first, last):
-            set_columns(equations, v, t, y, columns, remembered, first, last, moves)
-            set_contacts(equations, v)
-            fill_residual(equations, v, t, dy, first, last, out)
-        else:
-            for i in range(len(out)):
-                out[i, first:last] = 0.0
+    work, m, count, nc = v.work, out.shape[1], len(v.unit), len(remembered)
+    wanted = count
+    for k in range(nc):
+        if _any(remembered[k]):
+            wanted = count + nc
+    for first in range(0, wanted, DIRECTIONS):
+        _choose(v, first)
+        _set_numbers(equations, work, y)
+        for k in range(nc):
+            if 0 <= count + k - first < DIRECTIONS and _any(remembered[k]):
+                work.numbers_memory[k, APPROACH, 1 + count + k - first] = 1.0
+        set_state(v.model, work, seeded(t, -1), work.y)  # type: ignore[arg-type]
+        set_contacts(equations, v)
+        fill_residual(equations, v, t, dy, first, min(first + DIRECTIONS, wanted), work.along)
+    for i in range(len(out)):
+        for j in range(m):
+            out[i, j] = work.along[i, count - m + j] if j >= m - count else 0.0
+            for k in range(wanted - count):
+                out[i, j] += work.along[i, count + k] * remembered[k, j]
 
 
 @kernel
-def _any(values: Array, first: int, last: int) -> bool:
-    """Whether any of these columns is not zero."""
-    for i in range(len(values)):
-        for j in range(first, last):
-            if values[i, j] != 0.0:
-                return True
+def _any(values: Array) -> bool:
+    """Whether any of the values is not zero."""
+    for value in values:
+        if value != 0.0:
+            return True
     return False
 
 
