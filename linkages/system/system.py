@@ -171,9 +171,13 @@ class System(Unassembled):
 
     @cached_property
     def arrays(self) -> Arrays:
-        """Return all arrays that kernels read."""
-        tree = self.tree
+        """Return all arrays that kernels read; systems that differ in the laws of joints alone share the others."""
+        tree, twin = self.tree, self._twin
         joints = self.laws, self.tables, self.reach, self.touching.astype(np.int64), self.bristles
+        if twin is not None and twin.tree is tree:
+            laws, tables, limits, touching, bristles = joints
+            new = {"laws": laws, "tables": tables, "limits": limits, "touching": touching, "bristles": bristles}
+            return twin.arrays._replace(ends=self.ends, **new)
         moved = tree.driven_dofs, tree.powered_dofs
         dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.dual import DIRECTIONS, slope
 from linkages.engines.compiled.derivatives.event_derivatives import begin_or_end
@@ -18,7 +16,6 @@ from linkages.engines.compiled.run.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.run.replay import remember, replay
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.integrate.stepper import copy
-from linkages.mechanics.planar.contacts import PENETRATION
 from linkages.mechanics.planar.motion import last_start
 
 #: Status of the columns after a step: known; not known, because a step was singular or Newton's method failed; not
