@@ -175,9 +175,9 @@ class System(Unassembled):
         tree, twin = self.tree, self._twin
         joints = self.laws, self.tables, self.reach, self.touching.astype(np.int64), self.bristles
         if twin is not None and twin.tree is tree:
-            laws, tables, limits, touching, bristles = joints
-            new = {"laws": laws, "tables": tables, "limits": limits, "touching": touching, "bristles": bristles}
-            return twin.arrays._replace(ends=self.ends, **new)
+            names = "ends", "laws", "tables", "limits", "touching", "bristles"
+            own: dict[str, Any] = dict(zip(names, map(np.ascontiguousarray, (self.ends, *joints)), strict=True))
+            return twin.arrays._replace(**own)
         moved = tree.driven_dofs, tree.powered_dofs
         dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity

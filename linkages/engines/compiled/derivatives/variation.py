@@ -171,7 +171,8 @@ def _make_work(model: Arrays, count: int) -> DualWork:
     motions = (dual_array(most) for _ in range(3))
     own = dual_array(nc, WIDTH), memory, *motions, dual_array(nr), y, results, dual_array(OUTPUTS)
     floats = np.zeros((len(y) - len(model.free), count + nc)), np.zeros((RESULTS, PARTIALS))
-    return DualWork(dynamics, np.zeros(1), *own, *(one.view(np.ndarray) for one in (y, memory, results)), *floats)
+    slots = (one.view(np.ndarray) for one in (y, memory, results))
+    return DualWork._make([dynamics, np.zeros(1), *own, *slots, *floats])
 
 
 @inlined_kernel
