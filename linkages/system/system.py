@@ -173,7 +173,7 @@ class System(Unassembled):
     def arrays(self) -> Arrays:
         """Return all arrays that kernels read; systems that differ in the laws of joints alone share the others."""
         tree, twin = self.tree, self._twin
-        joints = self.laws, self.tables, self.reach, self.touching.astype(np.int64), self.bristles
+        joints = self.laws, self.tables, self.largest_ratios, self.touching.astype(np.int64), self.bristles
         if twin is not None and twin.tree is tree:
             names = "ends", "laws", "tables", "limits", "touching", "bristles"
             own: dict[str, Any] = dict(zip(names, map(np.ascontiguousarray, (self.ends, *joints)), strict=True))

@@ -225,11 +225,16 @@ class Unassembled(Brief):
         return self._contact_laws.touching
 
     @property
-    def reach(self) -> Array:
-        """Return the eccentricity at which a journal leaves its film, (nc,) [m]; infinite for contacts that can touch.
+    def largest_ratios(self) -> Array:
+        """Return the eccentricity ratio at which a journal leaves its film, (nc,); infinite where bodies can touch.
 
-        States with such an eccentricity are not valid: runs end there, and searches for states refuse them.
+        States with such a ratio are not valid: runs end there, and searches for states refuse them.
         """
+        return np.where(self.touching, np.inf, self.film_limits)
+
+    @property
+    def reach(self) -> Array:
+        """Return the eccentricity at which a journal leaves its film, (nc,) [m]; see `largest_ratios`."""
         return np.where(self.touching, np.inf, self.laws["clearance"] * self.film_limits)
 
     @property

@@ -228,6 +228,6 @@ def outside(model: Arrays, work: Work) -> int:
     """Contact whose journal has left its film, or -1."""
     for k in range(len(model.ends)):
         ex, ey = work.contacts[k, EX], work.contacts[k, EY]
-        if math.sqrt(ex * ex + ey * ey) >= model.limits[k]:
+        if math.sqrt(ex * ex + ey * ey) >= model.laws[k].clearance * model.limits[k]:
             return k
     return -1
