@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,17 +35,19 @@ T = TypeVar("T")
 
 
 class Memory:
-    """The latest result of each function and its arguments, shared by variants of a system."""
+    """The two latest results of each function and their arguments, shared by variants of a system."""
 
     def __init__(self) -> None:
-        self._kept: dict[Any, tuple[tuple[Any, ...], Any]] = {}
+        self._kept: dict[Any, list[tuple[tuple[Any, ...], Any]]] = {}
 
     def __call__(self, function: Callable[..., T], *arguments: Any) -> T:
         """Return the result of a function for arguments that can be compared, which decide it alone."""
-        kept = self._kept.get(function)
-        if kept is None or kept[0] != arguments:
-            self._kept[function] = kept = arguments, function(*arguments)
-        result: T = kept[1]
+        kept = self._kept.get(function, [])
+        for known, found in kept:
+            if known == arguments:
+                return cast(T, found)
+        result = function(*arguments)
+        self._kept[function] = [*kept[-1:], (arguments, result)]
         return result
 
 

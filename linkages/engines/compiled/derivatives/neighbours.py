@@ -112,7 +112,7 @@ class Together:
         """Return the places of numbers that change, (n,), and their derivatives, (n, np)."""
         with suppress(InputError, AssemblyError):  # the value's own systems tell
             if self._moved is not None:
-                own, other = contents(make(self._system)), contents(make(self._moved))
+                own, other = _own(make, self._system), contents(make(self._moved))
                 if own.structure == other.structure:
                     places, (here, there) = _changed(own, [other])
                     rates = self._rates(here, there)
@@ -206,7 +206,7 @@ class Neighbours:
         if parts and None not in parts:
             return _total([part for part in parts if part is not None and len(part.places)] or [_NONE])
         systems, weights = self._systems
-        own, *others = (contents(make(one)) for one in (self.system, *systems))
+        own, others = _own(make, self.system), [contents(make(one)) for one in systems]
         if any(one.structure != own.structure for one in others):
             raise self._other_structure()
         places, values = _changed(own, others)
@@ -221,6 +221,12 @@ class Neighbours:
 
     def _other_structure(self) -> InputError:
         return InputError("argument", self.path, "changes the structure of the system: there is no derivative")
+
+
+@lru_cache(2)
+def _own(make: Callable[[System], Any], system: System) -> Contents:
+    """Return the numbers of the system itself."""
+    return contents(make(system))
 
 
 def _total(parts: Sequence[Rates]) -> Rates:
