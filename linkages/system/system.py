@@ -185,8 +185,9 @@ class System(Unassembled):
 
     def _closed_by(self, rows: Records, free: NDArray[np.int64]) -> tuple[Records, Elimination]:
         """Return the rows, and how their reactions are eliminated in free coordinates."""
-        count = independent(self.tree, rows, self.assembly.q, free) if len(rows) else 0
-        elimination = elimination_of(self.tree.bodies, rows, count)
+        if not len(rows):
+            return rows, elimination_of(self.tree.bodies, rows, 0)
+        elimination = elimination_of(self.tree.bodies, rows, independent(self.tree, rows, self.assembly.q, free))
         return np.ascontiguousarray(balanced(self.tree, rows, self.assembly.q)), elimination
 
     @property

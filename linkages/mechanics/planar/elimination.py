@@ -12,10 +12,12 @@ others are eliminated; such rows, and all rows of linkages with few, are then pi
 from __future__ import annotations
 
 import math
+from functools import cache, reduce
+from itertools import accumulate
+from operator import or_
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.base.kernel import Array, Indices, Records, inlined_kernel, lazy_kernel
 from linkages.base.kernel.by_reference import packed
@@ -80,24 +82,21 @@ def elimination_of(bodies: Bodies, rows: Records, rank: int) -> Elimination:
     rank : int
         Number of independent rows.
     """
-    carriers = _carriers(bodies, rows)
-    own = _coordinates(bodies)
+    if not len(rows):
+        return _no_rows()
+    carriers, own = _carriers(bodies, rows), _coordinates(bodies)
     coordinates = [[c for body in bodies_of_row for c in own[body]] for bodies_of_row in carriers]
-    met: dict[int, int] = {}  # rows of each coordinate, as bits
-    for k, found in enumerate(coordinates):
-        for c in found:
-            met[c] = met.get(c, 0) | 1 << k
-    beside = [0] * len(rows)
-    for k, found in enumerate(coordinates):
-        for c in found:
-            beside[k] |= met[c]
-        beside[k] &= ~(1 << k)
-    if len(rows) <= _FEW:
-        order, later = [], [list(range(k + 1, len(rows))) for k in range(len(rows))]
-    else:
-        order, later = _minimum_degree(beside)
-    found = _lists(carriers), _lists(coordinates), _lists(later), np.array(order, np.int64)
-    return packed(Elimination(rank, *found))
+    order, later = list[int](), [[*range(k + 1, len(rows))] for k in range(len(rows))]
+    if len(rows) > _FEW:
+        order, later = _minimum_degree(_coupled(coordinates))
+    lists = _lists(carriers), _lists(coordinates), _lists(later)
+    return packed(Elimination(rank, *lists, np.array(order, np.int64)))
+
+
+@cache
+def _no_rows() -> Elimination:
+    none = _lists([])
+    return packed(Elimination(0, none, none, none, none.entries))
 
 
 def _carriers(bodies: Bodies, rows: Records) -> list[list[int]]:
@@ -124,9 +123,18 @@ def _coordinates(bodies: Bodies) -> list[list[int]]:
     ]
 
 
+def _coupled(coordinates: list[list[int]]) -> list[int]:
+    """Return the other rows, as bits, that share coordinates with each row."""
+    met: dict[int, int] = {}
+    for k, own in enumerate(coordinates):
+        for c in own:
+            met[c] = met.get(c, 0) | 1 << k
+    return [reduce(or_, [met[c] for c in own], 0) & ~(1 << k) for k, own in enumerate(coordinates)]
+
+
 def _minimum_degree(beside: list[int]) -> tuple[list[int], list[list[int]]]:
     """Eliminate the row that meets the fewest others, again and again; return the order and the rows it meets then."""
-    beside, left, order, later = beside.copy(), set(range(len(beside))), [], [[0]] * len(beside)
+    beside, left, order, later = beside.copy(), set(range(len(beside))), list[int](), [[0]] * len(beside)
     while left:
         row = min(left, key=lambda k: (beside[k].bit_count(), k))
         left.remove(row)
@@ -138,9 +146,8 @@ def _minimum_degree(beside: list[int]) -> tuple[list[int], list[list[int]]]:
 
 
 def _lists(lists: list[list[int]]) -> Lists:
-    first: NDArray[np.int64] = np.zeros(len(lists) + 1, np.int64)
-    first[1:] = np.cumsum([len(entries) for entries in lists])
-    return Lists(np.array([entry for entries in lists for entry in entries], np.int64), first)
+    first = accumulate((len(entries) for entries in lists), initial=0)
+    return Lists(np.array([entry for entries in lists for entry in entries], np.int64), np.array([*first], np.int64))
 
 
 # -- equations ---------------------------------------------------------------------------------------------------------
