@@ -188,6 +188,22 @@ def windows_sdf(n, propped=False) -> str:
     return model("windows", body)
 
 
+def tower_sdf(n) -> str:
+    """N parallelograms on top of each other, of bars of 1 m and 1 kg: rods rodA0, rodB0, ... and beams beam1, ...
+
+    Joints A0, B0, ... (beam-rod), C0, D0, ... (rod-next beam). Each level moves freely.
+    """
+    body = '<frame name="beam0" attached_to="world"/>'
+    body += '<frame name="beam0_tip" attached_to="world"><pose>1 0 0 0 0 0</pose></frame>'
+    for i in range(n):
+        below, above = f"beam{i}", f"beam{i + 1}"
+        body += bar(f"rodA{i}", 1.0, below, np.pi / 2, 1.0) + joint(f"A{i}", below, f"rodA{i}")
+        body += bar(f"rodB{i}", 1.0, f"{below}_tip", np.pi / 2, 1.0) + joint(f"B{i}", f"{below}_tip", f"rodB{i}")
+        body += bar(above, 1.0, f"rodA{i}_tip", -np.pi / 2, 1.0) + joint(f"C{i}", f"rodA{i}_tip", above)
+        body += joint(f"D{i}", f"rodB{i}_tip", f"{above}_tip")
+    return model("tower", body)
+
+
 #: The windows are pushed to the right at 1 m/s, where B0 is, and fall.
 WINDOWS = "gravity = [0.0, -9.81, 0.0]\n[drives.A0]\ntorque = 0.0\nspeed = -1.0\n"
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from reference_machines import WINDOWS, windows_sdf
+from reference_machines import WINDOWS, tower_sdf, windows_sdf
 
 from linkages.base.kernel.by_reference import packed
 from linkages.mechanics.planar.articulated_body import articulated_inertias
@@ -15,15 +15,20 @@ from linkages.mechanics.planar.workspace import make_workspace
 _TOML = f"duration = 1.0\n{WINDOWS}"
 
 
-def _at(system, angle):
-    """Return a workspace with all cranks at an angle, where the loops are closed."""
+def _posed(system, q):
+    """Return a workspace at coordinates (n,) where the loops are closed."""
     tree, arrays = system.tree, system.arrays
     work = packed(make_workspace(len(tree.bodies.records), tree.size, len(arrays.rows)))
-    turn = {"A": 1.0, "P": 1.0, "B": -1.0, "C": 1.0, "D": -1.0}  # couplers keep their direction
-    work.q[:] = [turn[name[0]] * (angle - np.pi / 2) for name in tree.coordinates]
+    work.q[:] = q
     assert np.abs(tree.gaps(work.q)).max() < 1e-12
     body_positions(tree.bodies, work.q, work.pose)
     return work
+
+
+def _at(system, angle):
+    """Return a workspace with all cranks of windows at an angle."""
+    turn = {"A": 1.0, "P": 1.0, "B": -1.0, "C": 1.0, "D": -1.0}  # couplers keep their direction
+    return _posed(system, [turn[name[0]] * (angle - np.pi / 2) for name in system.tree.coordinates])
 
 
 def _dense(system, work):
@@ -33,22 +38,34 @@ def _dense(system, work):
     return mass, jacobian_at(arrays.bodies, arrays.rows, work.q)
 
 
-@pytest.mark.parametrize("n", [1, 3, 12])
-@pytest.mark.parametrize("propped", [False, True])
-@pytest.mark.parametrize("angle", [1.2, 0.1, 0.02])
-def test_smallest_change_that_closes_loops(system_of, n, propped, angle):
-    """The change has the least kinetic energy; with redundant rows, which contradict no other, as well as without."""
-    system = system_of(windows_sdf(n, propped), _TOML)
-    arrays, work = system.arrays, _at(system, angle)
-    assert len(arrays.rows) == (4 if propped else 2) * n
-    assert arrays.elimination.rank == (3 if propped else 2) * n
-    mass, jacobian = _dense(system, work)
+def _assert_least(system, work):
+    """The change that closes open loops has the least kinetic energy; no row contradicts the others."""
+    arrays, (mass, jacobian) = system.arrays, _dense(system, work)
     error = jacobian @ np.random.default_rng(1).normal(size=len(work.q))
     root = np.linalg.cholesky(np.linalg.inv(mass))
     expected = root @ np.linalg.lstsq(jacobian @ root, error, rcond=1e-9)[0]
     x, work.row_error[:] = np.zeros(len(work.q)), error
     assert correct(arrays.bodies, arrays.rows, arrays.elimination, work, x) > 1e-4
     np.testing.assert_allclose(x, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("n", [1, 3, 12])
+@pytest.mark.parametrize("propped", [False, True])
+@pytest.mark.parametrize("angle", [1.2, 0.1, 0.02])
+def test_smallest_change_that_closes_loops_side_by_side(system_of, n, propped, angle):
+    system = system_of(windows_sdf(n, propped), _TOML)
+    assert len(system.arrays.rows) == (4 if propped else 2) * n
+    assert system.arrays.elimination.rank == (3 if propped else 2) * n
+    _assert_least(system, _at(system, angle))
+
+
+@pytest.mark.parametrize("n", [2, 12])
+def test_smallest_change_that_closes_loops_on_top_of_each_other(system_of, n):
+    """Each reaction moves all levels."""
+    system = system_of(tower_sdf(n), "duration = 1.0\n")
+    tree = system.tree
+    angles, turn = np.random.default_rng(2).uniform(-0.8, 0.8, n), {"A": 1.0, "B": 1.0, "C": -1.0, "D": -1.0}
+    _assert_least(system, _posed(system, [turn[name[0]] * angles[int(name[1:])] for name in tree.coordinates]))
 
 
 @pytest.mark.parametrize("n", [1, 12])

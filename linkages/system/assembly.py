@@ -234,7 +234,7 @@ def balanced(tree: Tree, rows: Records, q: Array) -> Records:
     work.q[:] = q
     body_positions(tree.bodies, q, work.pose)
     articulated_inertias(tree.bodies, work)
-    eliminate_rows(tree.bodies, rows, elimination_of(tree.bodies, rows, 0), work)
+    eliminate_rows(tree.bodies, rows, elimination_of(tree.bodies, rows, 0, tree.free_dofs), work)
     moved = work.pivots.diagonal.copy()
     moved[angles] = moved[angles].max(initial=0.0)
     lengths = moved[~gears & ~angles & (moved > 0.0)]

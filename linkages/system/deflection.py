@@ -63,7 +63,7 @@ class _Finder:
         self.free = without(tree.closing_dofs, tree.powered_dofs)
         self.offset = tree.gaps(assembly.q)
         rank = independent(tree, self.rows, assembly.q, tree.closing_dofs) if len(self.rows) else 0
-        self.elimination = elimination_of(tree.bodies, self.rows, rank)
+        self.elimination = elimination_of(tree.bodies, self.rows, rank, tree.closing_dofs)
 
     def shape(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
         """Compute coordinates and accelerations of the deflected linkage near the given coordinates and rates."""

@@ -43,7 +43,7 @@ def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) 
     for _ in range(_PASSES):
         start = assemble(offsets)
         rank = independent(tree, tree.closure_rows, start.q, tree.closing_dofs)
-        elimination = elimination_of(tree.bodies, tree.closure_rows, rank)
+        elimination = elimination_of(tree.bodies, tree.closure_rows, rank, tree.closing_dofs)
         work = ideal_forces(system, 0.0, start.q, start.v, elimination)
         forces = work.reaction[: len(offsets)]
         largest = np.abs(forces).max(initial=0.0)

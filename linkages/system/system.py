@@ -186,8 +186,9 @@ class System(Unassembled):
     def _closed_by(self, rows: Records, free: NDArray[np.int64]) -> tuple[Records, Elimination]:
         """Return the rows, and how their reactions are eliminated in free coordinates."""
         if not len(rows):
-            return rows, elimination_of(self.tree.bodies, rows, 0)
-        elimination = elimination_of(self.tree.bodies, rows, independent(self.tree, rows, self.assembly.q, free))
+            return rows, elimination_of(self.tree.bodies, rows, 0, free)
+        rank = independent(self.tree, rows, self.assembly.q, free)
+        elimination = elimination_of(self.tree.bodies, rows, rank, free)
         return np.ascontiguousarray(balanced(self.tree, rows, self.assembly.q)), elimination
 
     @property

@@ -1,9 +1,9 @@
 """Equations of the closure rows' reactions: which rows influence each other, elimination, solution.
 
-The matrix of the equations is A M^-1 A^T, with the Jacobian A of the rows and the mass matrix M. A reaction moves all
-bodies that the free coordinates below its row's ends carry, so its entries are zero for rows that share no coordinate
-with this row: of loops in series on the ground, each meets the two beside it. Rows are therefore eliminated in an order
-that couples few others, found once for a linkage, and kernels visit no zeros.
+The matrix of the equations is A M^-1 A^T, with the Jacobian A of the rows and the mass matrix M. The entry of two rows
+is zero if no free coordinate carries ends of both: of loops in series on the ground, each meets its two neighbours; of
+loops on top of each other, all meet. Rows are eliminated in an order that couples few others, which is found once for a
+linkage, and kernels visit no zeros.
 
 The matrix is positive semi-definite, singular where rows are redundant. A row whose pivot has cancelled waits until the
 others are eliminated; such rows, and all rows of linkages with few, are then pivoted by size.
@@ -40,7 +40,7 @@ class Elimination(NamedTuple):
 
     rank: int  # number of independent rows outside singular positions
     carriers: Lists  # bodies that carry the ends of each row and are moved by free coordinates, outer ones first
-    coordinates: Lists  # their free coordinates and modes
+    coordinates: Lists  # their free coordinates
     later: Lists  # rows after each row in the order that its elimination, or those before, couple with it
     order: Indices  # rows in the order of elimination, (nr,); empty if all rows are pivoted by size
 
@@ -70,7 +70,7 @@ def make_pivots(nr: int) -> Pivots:
 # -- structure ---------------------------------------------------------------------------------------------------------
 
 
-def elimination_of(bodies: Bodies, rows: Records, rank: int) -> Elimination:
+def elimination_of(bodies: Bodies, rows: Records, rank: int, free: Indices) -> Elimination:
     """Find which rows influence each other, and the order of their elimination, by the minimum degree.
 
     Parameters
@@ -81,10 +81,12 @@ def elimination_of(bodies: Bodies, rows: Records, rank: int) -> Elimination:
         Closure rows.
     rank : int
         Number of independent rows.
+    free : (nf,) array of int
+        Coordinates that may move.
     """
     if not len(rows):
         return _no_rows()
-    carriers, own = _carriers(bodies, rows), _coordinates(bodies)
+    carriers, own = _carriers(bodies, rows), _coordinates(bodies, set(free.tolist()))
     coordinates = [[c for body in bodies_of_row for c in own[body]] for bodies_of_row in carriers]
     order, later = list[int](), [[*range(k + 1, len(rows))] for k in range(len(rows))]
     if len(rows) > _FEW:
@@ -114,13 +116,10 @@ def _carriers(bodies: Bodies, rows: Records) -> list[list[int]]:
     return found
 
 
-def _coordinates(bodies: Bodies) -> list[list[int]]:
-    """Return the free coordinate and the modes of each body."""
-    columns = (bodies.records[name].tolist() for name in ("dof", "driven", "eta", "modes"))
-    return [
-        [dof] * (dof >= 0 and driven < 0) + list(range(eta, eta + modes))
-        for dof, driven, eta, modes in zip(*columns, strict=True)
-    ]
+def _coordinates(bodies: Bodies, free: set[int]) -> list[list[int]]:
+    """Return the free coordinates of each body: that of its joint, its modes."""
+    columns = (bodies.records[name].tolist() for name in ("dof", "eta", "modes"))
+    return [[c for c in (dof, *range(eta, eta + modes)) if c in free] for dof, eta, modes in zip(*columns, strict=True)]
 
 
 def _coupled(coordinates: list[list[int]]) -> list[int]:
