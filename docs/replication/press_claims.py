@@ -13,7 +13,7 @@ from replication.claims import change
 from replication.press_paper import DESIGNS, PRINTED, Array, peak, peaks
 from replication.verdicts import Claim, Fitted, FittedChange, Number, Printed, Share, parts
 
-SPEEDS = "the drives' speeds, which are not given"
+SPEEDS = "the drives' speeds"
 FRICTION = 5.0  # N in the guide, assumed: more than all normal force there
 WIDEST = 0.2e-3 + 0.5 * 0.011e-3  # m, section 3.2: shafts of 11.6 mm with the tolerance 0/-0.011 mm
 

@@ -89,7 +89,7 @@ def _soft_parts() -> list[Claim]:
             f" elastic modes 1 to {len(free.coupler)} {min(free.coupler):.0%} or more",
             [parts(share > 0.5 for share in all_)],
             f"counted by mode. With held roots the lowest three modes bend the short cranks ({soft.listed(held.crank[:LOW])}) at their roots: true only from mode"
-            f" {LOW + 1} on, or with free roots", "roots held or free, which the paper does not say",
+            f" {LOW + 1} on, or with free roots", "roots held or free",
         ),
         Claim(
             "in low modes all coordinates move by the same order, section 4", "modes of fig. 10",
@@ -170,7 +170,7 @@ def drift() -> list[Claim]:
             "the same with one basis in each step", "not printed",
             "; ".join(_one_basis(model, steps) for steps in (2000, 8000)), [],
             "drift in one pose causes strain in the next: printed millimetres and kilopascals can then occur together, but the step determines the stress, not the robot (our reading)",
-            "the paper's step, which is not given",
+            "the paper's step",
         ),
     ]  # fmt: skip
 
