@@ -67,8 +67,16 @@ damping = 0.01                 # ratio of the first bending mode
 
 
 def rows(pairs: Iterable[tuple[str, str]]) -> str:
-    """Write rows of keys and meanings."""
-    return "".join(f"| `{name}` | {meaning.replace('|', chr(92) + '|')} |\n" for name, meaning in pairs)
+    """Write rows of keys and meanings; a table with the keys of an earlier one refers to it."""
+    found, first, hidden, text = list(pairs), {}, "?", ""
+    for path, meaning in found:
+        if path.startswith(hidden):
+            continue
+        inner = tuple((other.removeprefix(path), said) for other, said in found if other.startswith(f"{path}."))
+        if inner and first.setdefault(inner, path) != path:
+            hidden, meaning = f"{path}.", f"{meaning}; keys of `{first[inner]}`"
+        text += f"| `{path}` | {meaning.replace('|', chr(92) + '|')} |\n"
+    return text
 
 
 def markdown() -> str:

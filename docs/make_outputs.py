@@ -11,7 +11,10 @@ START, END = "<!-- outputs: docs/make_outputs.py -->\n", "<!-- outputs end -->\n
 def page(text: str) -> str:
     """Return the page with the table as the registry has it."""
     before, after = text.partition(START)[0], text.partition(END)[2]
-    rows = [f"| `{name}` | {meaning} | {unit} |\n" for name, meaning, unit in table()]
+    names: dict[tuple[str, str], list[str]] = {}
+    for name, meaning, unit in table():
+        names.setdefault((meaning, unit), []).append(f"`{name}`")
+    rows = [f"| {', '.join(same)} | {meaning} | {unit} |\n" for (meaning, unit), same in names.items()]
     return "".join([before, START, "\n| name | meaning | unit |\n|---|---|---|\n", *rows, "\n", END, after])
 
 
