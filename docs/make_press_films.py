@@ -106,11 +106,7 @@ def page(found: dict[str, Any]) -> str:
         conductance=f"{CONDUCTANCE:g}",
         supply=f"{SUPPLY:g}",
         periods=PERIODS,
-        fast=f"{60.0 * SPEEDS[-1]:g}",
         **_heated(found),
-        least=", ".join(
-            f"{1.0 - found[f'{step}/{SPEEDS[-1]:g}']['joints']['A']['ratio']:.2f} c ({step})" for step in STEPS
-        ),
     )
 
 
@@ -122,13 +118,13 @@ def cells(found: dict[str, Any]) -> list[str]:
     ]
     ratios = [f"{joint['ratio']:.3f}" for joint in (a, b)]
     power = f"{a['power'] + b['power']:.3g}"
-    return [*force, *ratios, power, *(f"{joint['temperature']:.1f}" for joint in (a, b))]
+    return [*force, *ratios, power]
 
 
 def _table(found: dict[str, Any], strokes: float) -> str:
     head = (
-        "| step | peak force A over ideal | peak force B over ideal | largest e/c, A | largest e/c, B | power of both films [W] |"
-        " oil in A [°C] | oil in B [°C] |\n|---|---|---|---|---|---|---|---|\n"
+        "| step | peak force A over ideal | peak force B over ideal | largest e/c, A | largest e/c, B | power of both films [W] |\n"
+        "|---|---|---|---|---|---|\n"
     )
     return head + "\n".join(f"| {step} | {' | '.join(cells(found[f'{step}/{strokes:g}']))} |" for step in STEPS)
 
@@ -255,10 +251,9 @@ centred journals.
 
 - **Force.** The acceleration of the links determines the joint forces. No step changes a peak by more than 3 %.
 - **Orbit.** The finite film carries less than the long one, the groove interrupts the pressure, and the cavity of a mass-conserving film must fill before it carries:
-  each of the three moves the journals farther. Reynolds' rule alone changes little. At {fast} strokes per minute the smallest film in A is {least}.
-- **Power.** A thinner film dissipates more. Mass conservation lowers the power, although the film is thinner: the cavity shears only the oil that it contains. Warm
-  oil dissipates less.
-- **Temperature.** At the speed of the file the oil warms by a tenth of a kelvin: a heat balance is not necessary there. At ten times the speed a fed joint
+  each of the three moves the journals farther.
+- **Power.** A thinner film dissipates more. Mass conservation lowers the power: the cavity shears only the oil that it contains.
+- **Temperature.** A tenth of a kelvin at the speed of the file. At ten times the speed a fed joint
   warms by {fed}, a sealed one by {sealed}, which lowers the viscosity to {thin}.
 
 ![Orbits of journal A for the steps, at two speeds](figures/press_films_orbits.png)
@@ -271,18 +266,14 @@ centred journals.
 
 ![Temperature and power of the film in A over the speed](figures/press_films_temperature.png)
 
-The power grows about with the square of the speed. The flow out of the ends grows as well, so the temperature of a fed joint rises more slowly; a
-sealed joint warms in proportion to the power.
+The power grows about with the square of the speed. A sealed joint warms in proportion to the power, a fed joint less, because the flow out of the ends grows as well.
 
 **Conclusion for this machine.** The finite length changes the orbits at any speed and costs nothing. A groove, and the conservation of the oil with it, matters as soon
 as the smallest film matters. A heat balance matters for sealed joints above about 300 strokes per minute. If only forces or accelerations are of interest, the film
 model does not matter.
 
-## Limits
-
-The heat balance is a lumped model. The maps of the films are quasi-static: they have the film content of a steady motion at each place. With
-this groove the real film has [less oil](transient_film.md#the-press) and moves farther. The true temperature of the supply and the
-conductance of the links are unknown; the range from fed to sealed shows their influence.
+Limits: the heat balance is a lumped model, and the maps of the films are quasi-static; with this groove the real film has [less oil](transient_film.md#the-press). The true temperature
+of the supply and the conductance of the links are unknown; the range from fed to sealed shows their influence.
 """
 
 
