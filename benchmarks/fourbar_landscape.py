@@ -130,15 +130,13 @@ def page(found: dict[str, Any]) -> str:
 
 For readers of [the comparison of methods](fourbar_methods.md): the shape of its objectives, and the influence of the
 start and of the lost bounds.
-`python benchmarks/fourbar_landscape.py` writes this page from its results in `docs/replication/computed/`
-(earlier searches to the digits printed here).
+`python benchmarks/fourbar_landscape.py` writes this page from its stored results.
 
 ## Two objectives along one line
 
 ![Both objectives on the straight line from the nominal design to the recorded one](figures/fourbar_way.png)
 
-The figure shows two objectives on the straight line from the nominal design to the recorded one
-(`docs/replication/designs/fourbar_jitter.toml`):
+On the straight line from the nominal design to the recorded one (`docs/replication/designs/fourbar_jitter.toml`):
 
 - The patent's objective, the largest [jitter](glossary.md#jitter) in two revolutions from one start, has {first}
   local minima at {many} points ({coarse} at every {every}th point). It is one [impact](glossary.md#impact) after a
@@ -151,8 +149,7 @@ The figure shows two objectives on the straight line from the nominal design to 
 
 The shipped study reduces the objective by {reductions[0]:.1f} % from the nominal design. {STARTS} starts whose
 lengths differ by {BESIDE:g} of themselves give {others} %: a step of the line search just meets, or just misses, a
-jump. Use several starts (`starts = 10` in
-`[algorithm]`), and do not take a single answer for the global optimum.
+jump. Use several starts (`starts = 10` in `[algorithm]`).
 
 ## Influence of the lost bounds
 
@@ -160,8 +157,7 @@ The patent's ranges of the lengths are lost with its table 1. Differential evolu
 
 {table(("bounds, of the nominal lengths", *HEADINGS), rows)}
 The printed 77.5 % depends on the bounds as much as on the method: a longer, heavier follower turns less under an
-impact, even under a [stronger one](replication.md#the-four-bar). Within the widest bounds this number of designs is
-too small to find the result of the third row.
+impact. Within the widest bounds this number of designs is too small to find the result of the third row.
 
 ## A substitute without contacts
 
