@@ -1,4 +1,4 @@
-"""Writes the table of outputs in docs/outputs.md: ``python docs/make_outputs.py``."""
+"""Write the list of outputs in docs/outputs.md: ``python docs/make_outputs.py``."""
 
 from pathlib import Path
 
@@ -9,13 +9,13 @@ START, END = "<!-- outputs: docs/make_outputs.py -->\n", "<!-- outputs end -->\n
 
 
 def page(text: str) -> str:
-    """Return the page with the table as the registry has it."""
+    """Return the page with the list as the registry has it."""
     before, after = text.partition(START)[0], text.partition(END)[2]
     names: dict[tuple[str, str], list[str]] = {}
     for name, meaning, unit in table():
         names.setdefault((meaning, unit), []).append(f"`{name}`")
-    rows = [f"| {', '.join(same)} | {meaning} | {unit} |\n" for (meaning, unit), same in names.items()]
-    return "".join([before, START, "\n| name | meaning | unit |\n|---|---|---|\n", *rows, "\n", END, after])
+    lines = [f"- {', '.join(same)}: {meaning} [{unit}]\n" for (meaning, unit), same in names.items()]
+    return "".join([before, START, "\n", *lines, "\n", END, after])
 
 
 if __name__ == "__main__":

@@ -39,7 +39,7 @@ def test_the_list_of_experiment_keys_is_fresh():
 def test_the_list_of_study_keys_is_fresh():
     text = (DOCS / "study_files.md").read_text(encoding="utf-8")
     assert import_module("make_optimisation").page(text) == text
-    assert "| `constraints.NAME.at_least` | lower limit |" in text
+    assert "- `constraints.NAME.at_least`: lower limit\n" in text
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
@@ -109,10 +109,10 @@ def test_links_between_pages_lead_somewhere(page):
         assert target.startswith("https://") or (page.parent / target).exists(), target
 
 
-def test_the_table_of_outputs_is_fresh():
+def test_the_list_of_outputs_is_fresh():
     text = (DOCS / "outputs.md").read_text(encoding="utf-8")
     assert import_module("make_outputs").page(text) == text
-    assert "| `DRIVE.power` | power delivered by the drive | W |" in text
+    assert "- `DRIVE.power`: power delivered by the drive [W]\n" in text
 
 
 def test_the_house_is_drawn_as_the_contracts_have_it():
