@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +37,7 @@ def page(found: dict[str, Any]) -> str:
     """Return the text of the page."""
     joint = found["press"]
     unfed = joint["maps"]["0"]
+    variants = [*joint["steps"].values(), *joint["meshes"].values()]
     dry, fed = (joint["runs"][f"{pressure:g}"] for pressure in PRESSURES)
     head = (
         "| bearing | filling time | "
@@ -66,10 +66,9 @@ def page(found: dict[str, Any]) -> str:
         pressure=f"{PRESSURES[1] / 1e5:g}",
         fed=f"{fed['ratio'][-1]:.2f}",
         full=f"{fed['content'][-1]:.3f}",
-        variants="; ".join(
-            f"{name}: largest e/c {row['ratio'][-1]:.3f}, content {row['content'][-1]:.3f}, force {row['force'][-1]:.2f} N"
-            for name, row in _variants(joint)
-        ),
+        ratios=_range([row["ratio"][-1] for row in variants], ".2f"),
+        contents=_range([row["content"][-1] for row in variants], ".2f"),
+        forces=_range([row["force"][-1] for row in variants], ".1f"),
         rms=f"{100.0 * joint['along']['rms']:.1f}",
         largest=f"{100.0 * joint['along']['largest']:.0f}",
         turned="{:.0f} to {:.0f}".format(*_turned(unfed)),
@@ -78,10 +77,8 @@ def page(found: dict[str, Any]) -> str:
     )
 
 
-def _variants(joint: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield name and results of the runs with other film steps and other meshes."""
-    yield from ((f"{1e3 * float(step):g} ms", row) for step, row in joint["steps"].items())
-    yield from joint["meshes"].items()
+def _range(values: list[float], digits: str) -> str:
+    return f"{min(values):{digits}} to {max(values):{digits}}"
 
 
 def _largest(places: list[list[float]]) -> float:
@@ -208,19 +205,19 @@ the oil is balanced to round-off. The error is of first order in $\\tau$; the er
 
 ## The press
 
-The crank carries the bearing of joint A, and the eccentricity stays {turned} degrees from the groove. There the groove lies in the converging, loaded film: the
-filling time of the steady film is {filling} along the orbit, and the rule is not satisfied by far. The press runs at {strokes} strokes per minute with the history of the film in A.
-The eccentricity ratio reaches {map} with the map. With history and without supply pressure it is {first} in the first turn after a full film and {ratio} in turn {turns}, where the
-film content is {content}: the groove replaces less oil than the ends lose, and the film starves over several turns. With a supply pressure of {pressure} bar the film stays full
-(content {full}), and the eccentricity ratio is {fed} ({map_fed} with the map, at another place: the map adds the force of the supply pressure to a film without it).
+The crank carries the bearing of joint A, and the eccentricity stays {turned} degrees from the groove, in the converging, loaded film: the
+filling time of the steady film is {filling} along the orbit, and the rule is not satisfied by far. At {strokes} strokes per minute
+the eccentricity ratio reaches {map} with the map. With history and without supply pressure it is {first} in the first turn after a full film and {ratio} in turn {turns}, where the
+film content is {content}: the groove replaces less oil than the ends lose. With a supply pressure of {pressure} bar the film stays full
+(content {full}), and the eccentricity ratio is {fed} ({map_fed} with the map).
 
 ![Journal of joint A with the map and with history](figures/transient_film_press.png)
 
 The joint forces of the press hardly depend on its films ([the press step by step](press_films.md)). Its orbits, smallest films and temperatures do: with this groove the values of the map are
 estimates only.
 
-Turn {turns} without supply pressure with other film steps ({around} x {along} cells) and other cells (default step): {variants}. In the starved film the journal crosses the cavity once a turn and hits the oil on the
-other side. The peak of this impact depends on the film step; eccentricity and content do not.
+In the starved film the journal crosses the cavity once a turn and hits the oil on the other side. The peak of this impact depends on the film step and the cells ({forces} N in turn {turns});
+the largest eccentricity ratio ({ratios}) and the content ({contents}) do not.
 
 ## What is offered
 
@@ -236,9 +233,7 @@ other side. The peak of this impact depends on the film step; eccentricity and c
 | plates that open and close, exact solution (Ausas, Jai and Buscaglia 2009 compare with it) | volume of the cavity through rupture and filling; load | 0.3 %, of first order; 2 % |
 | partly filled gap that closes, closed form | content; pressure; outflow | 1e-9; 1e-4; 1e-10 |
 | centred ring that fills behind a groove, closed form | volume of oil | 1e-5 |
-| whirl at half the speed, no force | force over the one of the steady film | 2 %, of first order |
-| journal at a place, or under a constant load | force and content of the steady film; equilibrium | 1e-6 |
-| film of a machine at a place | force; flow of the steady film | 1e-6; 1e-5 |
+| journal, or film of a machine, at a place | force and content of the steady film | 1e-6 |
 | film of a machine along an orbit, first turn above | force of the transient film above | {rms} % (rms), {largest} % at most; of first order in the film step |
 | machine of one journal, bearing at rest and turning | place of the loaded journal above, over the clearance | 0.0003 and 0.0036 for a film step of 1/310 turn: of first order |
 | machine of one journal under a constant load | place of `linkages bearing`, over the clearance; flow, friction | 0.005; 1 % |

@@ -4,6 +4,7 @@ import re
 from math import atan2, cos, hypot, pi, radians, sin, sqrt
 from pathlib import Path
 
+import documented_machines
 import numpy as np
 import pytest
 from machines import four_bar, slider_crank
@@ -18,12 +19,7 @@ from linkages.input.files.drafting import body
 from linkages.input.files.formula import parse
 from linkages.input.files.unit_conversion import si, without_units
 
-PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
-TEXTS = {
-    found[1].split()[0]: text
-    for text in re.findall("```toml\n(.*?)```", PAGE, re.DOTALL)
-    if (found := re.match('title += "(.*?)"', text))
-}
+TEXTS = {title.split()[0]: text for title, text in documented_machines.MACHINES.items()}
 MACHINES = {"Quick": (5, 7), "Leg": (7, 10), "Scissor": (15, 22), "Six-bar": (5, 7), "Toggle": (5, 7)}
 SIMPLE = """duration = 1.0
 section = [0.02, 0.01]
@@ -284,7 +280,9 @@ def test_an_exponent_is_no_unit():
     assert without_units("2e-4*a + 3e2 mm", {"a"}) == "2e-4*a + 0.3"
 
 
-ROWS = re.findall(r"^\| (.*) \| (.*) \| (.*) \| (.*) s \| (.*) N \| (.*) N \| (.*) \|$", PAGE, re.MULTILINE)
+ROWS = re.findall(
+    r"^\| (.*) \| (.*) \| (.*) \| (.*) s \| (.*) N \| (.*) N \| (.*) \|$", documented_machines.PAGE, re.MULTILINE
+)
 
 
 @pytest.mark.slow

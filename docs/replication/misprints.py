@@ -7,7 +7,6 @@ from pathlib import Path
 from pydantic import Field
 
 from linkages.input.files.toml import Table, read_toml, validate
-from replication.claims import table
 
 DATA = Path(__file__).with_name("misprints.toml")
 
@@ -62,5 +61,4 @@ test that proves it. [The press and the four-bar](replication.md) and [the robot
 
 
 def _rows(listed: list[Misprint]) -> str:
-    cells = [(m.place, m.printed, m.ours, f"`{m.shown}`") for m in listed]
-    return table(("place", "printed", "ours", "shown in"), cells)
+    return "".join(f"- **{m.place}**: printed {m.printed}; ours {m.ours} (`{m.shown}`)\n" for m in listed)
