@@ -36,9 +36,10 @@ a double crank with a dry joint, using a generalised reduced gradient method. It
 bounds are lost and assumed: a third to three times the nominal lengths (`optim/studies/fourbar_jitter.toml`);
 [the landscape](fourbar_landscape.md) shows their influence.
 
+Reductions of the minimised objective, and *unseen*: at ten start angles that were not searched.
 `python benchmarks/fourbar_methods.py` writes this page from its stored results. The rows `ga` are from revision 1 of
-the genetic algorithm, before it took over the operators of pygad. *Reduction* refers to the minimised objective; the
-next column gives it at ten start angles that were not searched.
+the genetic algorithm, before it took over the operators of pygad.
+
 """
 
 
@@ -159,23 +160,22 @@ def record(study: Study, found: dict[str, dict], keys: list[str]) -> None:
 
 
 def page(found: dict[str, dict]) -> str:
-    """Write the table."""
-    text = HEAD
+    """Write the table: a row for each method and seed, two columns for each objective."""
+    text, heads, rows = HEAD, ["method", "seed"], {}
     for objective in OBJECTIVES:
-        name = objective.study
-        rows = {key: row for key, row in found.items() if key.startswith(f"{name}/") and "unseen" in row}
-        text += f"\n## `{name}`\n\n"
-        if not rows:
-            text += "Not measured.\n"
-            continue
-        apart = max(abs(1.0 - row["value"] - row["tighter"]) for row in rows.values())
-        text += f"{objective.meaning[0].upper()}{objective.meaning[1:]}; {objective.budget} designs. "
-        text += f"Difference step: {objective.step:g} of the width of the bounds.\n"
-        text += f"A tenth of the tolerance changes the reductions by at most {100.0 * apart:.1g} %.\n\n"
-        nominal = load_study(find_study(name)).nominal
-        lines = [[*key.split("/")[1:], *cells(row, np.array(row["x"]) / nominal)] for key, row in rows.items()]
-        text += table(("method", "seed", *HEADINGS), lines)
-    return text
+        scored = {key: row for key, row in found.items() if key.startswith(f"{objective.study}/") and "unseen" in row}
+        text += f"- `{objective.study}`: {objective.meaning}; {objective.budget} designs, step of differences"
+        text += f" {objective.step:g} of the bounds\n"
+        heads += [objective.study, "unseen"]
+        for key, row in scored.items():
+            rows.setdefault(tuple(key.split("/")[1:]), {})[objective.study] = cells(row, ())[:2]
+    lines = [
+        [*key, *(cell for objective in OBJECTIVES for cell in row.get(objective.study, ("", "")))]
+        for key, row in rows.items()
+    ]
+    apart = max(abs(1.0 - row["value"] - row["tighter"]) for row in found.values() if "unseen" in row)
+    text += f"\nA tenth of the tolerance changes no reduction by more than {100.0 * apart:.1g} %.\n\n"
+    return text + table(heads, lines)
 
 
 def cells(row: dict[str, Any], lengths: Iterable[float]) -> list[str]:
