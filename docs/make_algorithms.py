@@ -62,14 +62,13 @@ $$c(x) + s = 0, \qquad l \le y \le u, \qquad A = \partial (c + s) / \partial y =
 
 Variables are scaled by the distance of their bounds, objective and constraints by their change over it. Units therefore have no influence.
 
-**Partition.** There are m constraints. m variables are basic: $y = (y_B, y_N)$, $A = [\,B \;\; N\,]$. The equations determine them; n variables remain. The gradient of the function of
-$y_N$ is the *reduced gradient*
+**Partition.** The m constraints determine m basic variables: $y = (y_B, y_N)$, $A = [\,B \;\; N\,]$. The gradient of the function of $y_N$ is the *reduced gradient*
 
 $$r = \nabla_N f - N^T \pi, \quad B^T \pi = \nabla_B f, \qquad \text{or} \quad r = Z^T \nabla f, \quad
 Z = \begin{bmatrix} I \\ -B^{-1} N \end{bmatrix}.$$
 
-An exchange of a basic and a nonbasic variable multiplies $\det B$ by the pivot $(B^{-1} N)_{ij}$. Columns are weighted by the distances of their variables from their bounds. Exchanges continue as long
-as one increases the weighted determinant more than tenfold. The basis is then well conditioned, and its variables can move.
+Columns are weighted by the distances of their variables from their bounds. Basic and nonbasic variables are exchanged as long as one exchange increases the weighted determinant of $B$ more than
+tenfold: the basis is then well conditioned, and its variables can move.
 
 **Step.** With a BFGS approximation $H$ of the reduced Hessian the step of the nonbasic variables solves
 
@@ -81,12 +80,11 @@ Karush, Kuhn and Tucker then hold.
 
 A changed partition changes the coordinates of the tangent space: $v = T v'$. $H' = T^T H T$ keeps the curvature information.
 
-**Line search.** At $y_N + \alpha v$ Newton's method on $c(x) + s = 0$ determines the basic variables, with $B^{-1}$ from the last Jacobian and Broyden's updates, without further
-derivatives. A basic variable that meets a bound is set to it and exchanged with a nonbasic one; the correction then continues. If it does not converge, or an evaluation fails, $\alpha$ is
+**Line search.** At $y_N + \alpha v$ Newton's method on $c(x) + s = 0$ determines the basic variables, with $B^{-1}$ from the last Jacobian and Broyden's updates. A basic variable that meets a bound
+is set to it and exchanged with a nonbasic one. If the correction does not converge, or an evaluation fails, $\alpha$ is
 reduced. The step is accepted when $f - \pi^T (c + s)$ decreases enough (Armijo); the second term removes, to first order, the influence of the remaining residual.
 
-**Phase I.** From an infeasible start the same method minimises the sum of the violations; the slacks may exceed their bounds by as much as they do at the start. A stationary point may be a saddle:
-one small perturbation leaves it before the status becomes `infeasible`.
+**Phase I.** From an infeasible start the same method minimises the sum of the violations. At a stationary point, one small perturbation leaves a saddle before the status becomes `infeasible`.
 
 **Derivatives** come from [sensitivities of runs](sensitivity.md) (`derivatives = "sensitivities"`; in Python `Problem.jacobian`) or from central differences, one-sided of second order at bounds. Where a run has no
 sensitivities, because it fails or goes beyond the [horizon](glossary.md#horizon), differences take their place ([comparison](check_optimum.md)). The difference step is a share of the range between the bounds. A rough objective needs a large
@@ -111,18 +109,17 @@ All optima are found to 1e-6 of max(1, |optimum|); every constraint is satisfied
 pygad supplies selection by tournament, simulated binary crossover, polynomial mutation, elitism, non-dominated sorting and crowding, with its own random generators. This package gives it a
 fitness in which an infeasible design is below every feasible one, in order of its violation, and a faster sort for several objectives.
 
-- `population` is the number of children of a generation. The best `elites` designs of elites and children are kept. With as many elites as children, as in `nsga2` and by default in `ga`,
-  only better designs displace the best ones. The first generation contains children and elites.
-- `crossover` is the probability of each parent to take part in the crossover of a child. Two of these parents are drawn, so nearly every child is crossed.
-- `mutation` is the probability of each variable. Chen et al. (2025) print 0.6 without a definition.
+The best `elites` designs of elites and children are kept. With as many elites as children, as in `nsga2` and by default in `ga`,
+only better designs displace the best ones. Two of the parents that take part in the crossover are drawn, so nearly every child is crossed.
+Chen et al. (2025) print the mutation 0.6 without a definition.
 
 The [Pareto front](glossary.md#pareto-front) contains all evaluated designs. `optim.hypervolume` measures it; `optim.knee` finds the design farthest from the plane through the extremes, with each objective divided by
 its range.
 
 ## Settings
 
-| key | meaning | default |
-|---|---|---|
+With their defaults:
+
 """
 
 _ADD = r"""
@@ -159,8 +156,7 @@ _ADD = r"""
    "random": Algorithm("random_search", "random_search", "RandomSearch", "random search"),
    ```
 
-The tests of `tests/optim/test_algorithms.py` then include it: equal seeds request equal populations, it can be interrupted, and failed evaluations do
-not end it.
+The tests of `tests/optim/test_algorithms.py` then include it.
 """
 
 
@@ -220,7 +216,7 @@ def page(problems: str) -> str:
     rows = ""
     for (key, meaning), values in settings.items():
         said = "; ".join(f"{value} ({', '.join(names)})" for value, names in values.items())
-        rows += f"| `{key}` | {meaning.replace('|', chr(92) + '|')} | {said} |\n"
+        rows += f"- `{key}`: {meaning}; {said}\n"
     remedies = "".join(f"| `{ending.value}` | {ending.remedy} |\n" for ending in Ending)
     return _HEAD + summaries + _RULES + remedies + _THEORY + problems + _AFTER + rows + _ADD
 

@@ -21,11 +21,11 @@ def ports(system: type) -> list[tuple[str, str, str]]:
 def page(text: str) -> str:
     """Return the page with the tables as the code has them."""
     before, after = text.partition(START)[0], text.partition(END)[2]
-    rows = ["\n| port | which | what |\n|---|---|---|\n"]
+    rows = ["\n"]
     for label, system in (("clearance", ClearanceJoints), ("drives", Drives)):
-        rows += [f"| `{label}`: `{name}` | {kind} | {meaning} |\n" for name, kind, meaning in ports(system)]
-    rows.append("\n`JOINT_OUTPUTS`, a block for each contact:\n\n| entry | meaning [unit] |\n|---|---|\n")
-    rows += [f"| `{name}` | {meaning} |\n" for name, meaning in JOINT_OUTPUTS.items()]
+        rows += [f"- `{label}`, `{name}` ({kind}): {meaning}\n" for name, kind, meaning in ports(system)]
+    rows.append("\n`JOINT_OUTPUTS`, a block for each contact:\n\n")
+    rows += [f"- `{name}`: {meaning}\n" for name, meaning in JOINT_OUTPUTS.items()]
     return "".join([before, START, *rows, "\n", END, after])
 
 
