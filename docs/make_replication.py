@@ -5,7 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from replication import figures, patent_designs, press_conditions, press_designs, press_ideal, press_paper, press_spike
+from replication import (
+    figures,
+    patent_designs,
+    patent_searches,
+    press_conditions,
+    press_designs,
+    press_ideal,
+    press_paper,
+    press_spike,
+)
 from replication.claims import table
 from replication.computed import read
 from replication.summary import causes, counts
@@ -100,17 +109,16 @@ figure 10 ends at 1.0 s, and in a second half of the period every design would e
 
 {causes("press")}### Conditions
 
-The paper prints no gravity, no drive speeds, no start, no ε₀ and no m. Ten printed numbers depend on them: six largest forces in their
+Ten printed numbers depend on gravity, drive speeds, start, ε₀ and m, which the paper does not print: six largest forces in their
 windows, three accelerations at the start and the largest acceleration computed for the rig. The rig is measured in steady running over two
-complete periods: the speeds have a common period, and the largest acceleration counts over a whole period. `python docs/make_conditions.py`
-computes the tables of this section and stores them in `docs/replication/computed/press_conditions.json`; its scan takes two minutes.
+complete periods: the speeds have a common period. `python docs/make_conditions.py` computes the tables of this section; its scan takes two minutes.
 
 The scan contains all pairs p : q of turns up to 6, in both senses, with ω₁ in steps of 0.05 rad/s and both speeds up to 13 rad/s, for the ideal press. Deviation
 of the six forces: root mean square of the logarithms. Acceleration: the largest size over a period, against {press_paper.RIG["computed"]:g} m/s². At rest: eq. (22) with
 α = β = 50 accelerates the cranks within 0.1 s.
 
 {table(*press_conditions.scan_table())}
-With a start in motion only ω₄ = -2 ω₁ with gravity along -y meets both criteria. Starts at rest add ω₄ = 2 ω₁ at 2.15 to 2.45 rad/s, where the
+Gravity along ±x has no pair within 10 %. With a start in motion only ω₄ = -2 ω₁ with gravity along -y meets both criteria. Starts at rest add ω₄ = 2 ω₁ at 2.15 to 2.45 rad/s, where the
 largest forces occur at t = 0, when the cranks are accelerated; with both speeds reversed, gravity along +y gives the same. With a start in motion
 these pairs have ω₁ from {survivors[0, 0]:g} to {survivors[-1, 0]:g} rad/s and deviate by {100.0 * survivors[0, 2]:.1f} to {100.0 * survivors[-1, 2]:.1f} % from the six forces.
 
@@ -164,9 +172,15 @@ All numbers come from runs of this package. *Ours* is the recorded result of `se
 ## The four-bar
 
 A double crank at 600 r/min, dry clearance of 0.5 mm between coupler and follower. *Ours* are recorded results of the named studies, by default
-`fourbar_jitter` ([comparison of methods](fourbar_methods.md)); medians with intervals: `docs/replication/dry.py`. Tables, figures and formulas of the patent are lost: every row lacks them.
+`fourbar_jitter`; medians with intervals: `docs/replication/dry.py`. Tables, figures and formulas of the patent are lost: every row lacks them.
 
-{causes("patent")}## The robot
+{causes("patent")}### Methods
+
+{patent_searches.methods()}
+### Landscape
+
+{patent_searches.landscape()}
+## The robot
 
 {causes("robot")}The calculation of the row *0.35 MPa against millimetres*: a crank is clamped at A₂ and hinged at B₂, so its root
 stress is σ = 3 E (d₁/2) δ / l₁² for a deflection δ of B₂; the first length is this deflection at the printed σ. A coupler is

@@ -31,7 +31,7 @@ def gain() -> list[Claim]:
             "largest departure of the acceleration, [0087]", f"{PRINTED} %",
             f"{departure.start} in the first two revolutions, over {starts}",
             [departure.start.judged(PRINTED)],
-            f"{pair.gain:+.1f} % from the drawn start ({digits}). Bounds of a third to thrice the nominal lengths: [narrower ones](fourbar_landscape.md#influence-of-the-lost-bounds) give smaller reductions", LOST, stored=f"{dry.COMMAND} {pair.name}", chosen=True,
+            f"{pair.gain:+.1f} % from the drawn start ({digits}). Bounds of a third to thrice the nominal lengths: [narrower ones](#landscape) give smaller reductions", LOST, stored=f"{dry.COMMAND} {pair.name}", chosen=True,
         ),
         Claim(
             "the same, searched for again", f"{PRINTED} %",

@@ -179,6 +179,8 @@ def scan_table() -> tuple[list[str], list[list[str]]]:
     ]
     rows = []
     for name, found in read("press_conditions")["scan"].items():
+        if not found["near"]:
+            continue
         one, four, apart, high, low = found["best"]
         counts = [
             str(found["pairs"]),

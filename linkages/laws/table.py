@@ -28,10 +28,7 @@ _CLOSED = {"long": half_film_long, "short": short_bearing}
 #: Motions of the journal for which they are compared: name -> (deps, ew/2).
 MOTIONS = {"rotation": (0.0, 1.0), "approach": (1.0, 0.0), "separation": (-1.0, 0.0)}
 #: L/D, by film, and eccentricity ratios of the figure; the tables have every second one.
-SLENDERNESSES = {
-    "long": (0.5, 1.0, 4.0 / 3.0, 2.0, 4.0, 8.0),
-    "short": (0.1, 0.25, 0.5, 1.0),
-}
+SLENDERNESSES = {"long": (0.5, 1.0, 4.0 / 3.0, 2.0, 4.0, 8.0), "short": (0.1, 0.25, 0.5, 1.0)}
 RATIOS = (0.05, 0.3, 0.5, 0.7, 0.9, 0.95)
 
 _FINITE = {
@@ -73,8 +70,8 @@ def markdown() -> str:
         "# Force laws",
         "",
         "Reference for users who choose a film, contact, friction or mixed law: formula, valid range and source of"
-        " every law, and two computed comparisons. `python docs/make_laws.py` writes this page from the registries in"
-        " `linkages/laws`. [Theory](theory.md) defines the symbols; [add a force law](extend.md) explains how to add one.",
+        " every law, and two computed comparisons. `python docs/make_laws.py` writes this page. [Theory](theory.md)"
+        " defines the symbols; [add a force law](extend.md) explains how to add one.",
         "",
     ]
     films = {name: film for name, film in FILMS.items() if film.force is not None}  # the map's rules have rows
@@ -109,7 +106,9 @@ def _parameters(laws: Mapping[str, Any]) -> list[str]:
     """Return the sources of the parameters' defaults, and their order; the list of keys has everything else."""
     sources: dict[str, list[str]] = {}
     for p, names in users(laws).items():
-        sources.setdefault(p.source, []).append(f"`{p.name}` of {', '.join(names)}" if len(names) < 3 else f"`{p.name}`")
+        sources.setdefault(p.source, []).append(
+            f"`{p.name}` of {', '.join(names)}" if len(names) < 3 else f"`{p.name}`"
+        )
     above = dict.fromkeys(f" `{p.name}` is above `{p.above}`." for p in users(laws) if p.above)
     said = "; ".join(f"{', '.join(names)} ({source})" for source, names in sources.items())
     return [f"[Parameters](experiment.md#all-keys), and the sources of their defaults: {said}.{''.join(above)}", ""]
