@@ -39,11 +39,10 @@ def page() -> str:
     return f"""# Replication of the published results
 
 For readers who want evidence: printed results of two sources compared with results of this package from the same data. The
-[robot](replication_3rrr.md) of the third source and the [misprints](misprints.md) have separate pages. The
-[appendix](replication_details.md) has the rule of the verdicts, the cause of each difference and the command that repeats each row. `python docs/make_replication.py` writes both.
+[robot](replication_3rrr.md) of the third source and the [misprints](misprints.md) have separate pages; the
+[appendix](replication_details.md) has rule, causes and commands. `python docs/make_replication.py` writes both.
 
-Rows that hold, by kind. A *fitted* number takes part in the choice of conditions that the source does not print; it is no prediction.
-*Open* rows fail without a confirmed cause.
+Rows that hold, by kind. A *fitted* number takes part in the choice of conditions that the source does not print. *Open* rows fail without a confirmed cause.
 
 {counts()}
 
@@ -52,8 +51,8 @@ Rows that hold, by kind. A *fitted* number takes part in the choice of condition
 Chen, Wang and Wang (China Mechanical Engineering 36(1), 2025, 87-95) optimise a two-crank press with lubricated clearance in two joints. The
 paper prints no gravity, no drive speeds, no start and neither of the two parameters ε₀ and m of its film. All runs here use
 `seven_bar_paper.toml`: gravity along -y and cranks at π and -2π rad/s, chosen among all commensurate speeds because the printed forces and
-the rig's acceleration agree there; ε₀ and m are fitted ([derivation](replication_details.md#conditions)). Ten printed numbers are then met with a root
-mean square deviation of {deviation:.1f} %, {press_conditions.met(found)} of them within 5 %. They are targets of the choice, and no predictions.
+the rig's acceleration agree there; ε₀ and m are fitted ([derivation](replication_details.md#conditions)). Ten printed numbers, the targets of the choice, are then met with a root
+mean square deviation of {deviation:.1f} %, {press_conditions.met(found)} of them within 5 %.
 
 **Holds.** The geometry closes; the lubricated joints keep the journals apart from the bearings; after the start the slider moves like the ideal
 one; design 1 raises and design 2 lowers the joint forces; lubrication lowers forces and acceleration.
@@ -73,8 +72,8 @@ turns its acceleration is ten times too large.*
 ## The four-bar
 
 Bai, Zhao and Sun (CN106055749A, 2016) choose the lengths of a double crank with one dry clearance joint so that its acceleration departs least
-from the ideal linkage's. The formulas, tables and figures are lost in the available text: lengths, bounds, material and friction are
-assumed, and eq. (8) is read as the follower's angular acceleration minus its ideal value. Dry runs are chaotic; intervals are the 5 % and 95 %
+from the ideal linkage's. Formulas, tables and figures are lost in the available text: lengths, bounds, material and friction are
+assumed, and eq. (8) is read as the follower's angular acceleration minus its ideal value. Intervals of the chaotic runs are the 5 % and 95 %
 quantiles over start angles, *at the start* in the first revolutions, *running* later.
 
 **Holds.** The method (claims 1 to 7) works: the departure falls as much as the patent says, its peaks become lower and fewer, and the claims
@@ -147,19 +146,19 @@ All numbers come from runs of this package. *Ours* is the recorded result of `se
 
 ![Displacement, velocity and acceleration of the slider for the four designs, and their differences](figures/replication_motion.png)
 
-*The paper's figures 6 to 8: the curves of the designs coincide; the right column shows their differences, from 10 ms after the start.*
+*Figures 6 to 8: the right column shows differences of the designs, from 10 ms after the start.*
 
 ![Acceleration of the slider at the start with the small-eccentricity correction](figures/replication_spike.png)
 
-*Figure 8: left the first 50 ms, right the first 0.1 ms, in which the film stops the falling journals.*
+*Figure 8: left the first 50 ms, right the first 0.1 ms.*
 
 ![Acceleration of the slider on the rig, ideal and with clearance](figures/replication_rig.png)
 
-*Figure 5: clearance of the rig, two periods; dashed: largest values of the printed experiment and computation.*
+*Figure 5: two periods; dashed: largest values of the printed experiment and computation.*
 
 ![Paths of the journals in joints A and B](figures/replication_orbits.png)
 
-*Figure 9: every journal starts in the centre and stays within the clearance circle. The orbits of design 1 are larger.*
+*Figure 9.*
 
 ![Forces in joints A and B during the first second](figures/replication_forces.png)
 
@@ -167,7 +166,7 @@ All numbers come from runs of this package. *Ours* is the recorded result of `se
 
 ![Best and mean objective of each generation](figures/replication_generations.png)
 
-*Best and mean objective of the survivors of each generation, with the population and rates of the paper: acceleration (left), forces (right).*
+*Population and rates of the paper: acceleration (left), forces (right).*
 
 ## The four-bar
 
@@ -182,10 +181,9 @@ A double crank at 600 r/min, dry clearance of 0.5 mm between coupler and followe
 {patent_searches.landscape()}
 ## The robot
 
-{causes("robot")}The calculation of the row *0.35 MPa against millimetres*: a crank is clamped at A₂ and hinged at B₂, so its root
-stress is σ = 3 E (d₁/2) δ / l₁² for a deflection δ of B₂; the first length is this deflection at the printed σ. A coupler is
-hinged at both ends and carries the platform by its axial force alone: the second length is σ l₂ / E. The third length uses the
-model's ratio of platform displacement to crank stress over the revolution.
+{causes("robot")}The row *0.35 MPa against millimetres*: a crank is clamped at A₂ and hinged at B₂, so its root
+stress is σ = 3 E (d₁/2) δ / l₁²; the first length is the deflection δ of B₂ at the printed σ. A coupler is
+hinged at both ends: the second length is σ l₂ / E. The third length uses the model's ratio of platform displacement to crank stress over the revolution.
 """
 
 

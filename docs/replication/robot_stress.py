@@ -39,13 +39,13 @@ def _reason(name: str, printed: float, ours: float) -> str:
     rods = [float(np.max(axial[:, k] + bending[:, k])) for k in (2, 3)]
     other = FiniteElementModel(swapped)
     found = {
-        "the printed loads and formulas": Stresses(*rods, float(low.min()), float(first.max()), float(shear.max())),
+        "printed loads and formulas": Stresses(*rods, float(low.min()), float(first.max()), float(shear.max())),
         "d₁ and d₂ exchanged": stresses(other, quasi_static_response(other, results().motion)),
-        "the other assembly": stresses(second().model, second().static),
+        "other assembly": stresses(second().model, second().static),
         "free roots": stresses(*drifting()),
     }
     values = {key: getattr(stress, name) for key, stress in found.items()}
-    told = ", ".join(f"with {key} {1e-3 * value:.3g}" for key, value in values.items())
+    told = ", ".join(f"{key} {1e-3 * value:.3g}" for key, value in values.items())
     right = [key for key, value in values.items() if Number(printed, value).grade == 0]
     return f"{printed / ours:.3g} times ours, {f'explained by {right[0]}' if right else 'unexplained'}: {told} kPa"
 
