@@ -176,9 +176,8 @@ At low frequency the deviation of the two meshes remains, 0.2 to 2 %.
 ![Error of the map over the product of frequency and filling time](figures/transient_film_errors.png)
 
 - A change of the speed alone leaves the content of the steady film as it is: the map is exact, as long as the speed keeps its sign.
-- The filling time depends on the place. Where a groove lies in the loaded zone little oil flows in, and the time is long: a map is not sufficient
-  for an orbit that carries the load past the groove.
-- Below an eccentricity ratio of about 0.3 the map has an error of its own (7 % at 0.2), because its content fades to the content of a full film at the centre.
+- Where a groove lies in the loaded zone little oil flows in: a map is not sufficient for an orbit that carries the load past the groove.
+- Below an eccentricity ratio of about 0.3 the map has an error of its own (7 % at 0.2).
 
 ## In a machine
 
@@ -199,7 +198,7 @@ The state is the volume $D$ that is missing in the gap $W$ of each cell. It chan
 $$\\dot D = m - \\frac D\\tau, \\qquad \\nabla\\cdot\\left(\\frac U2 (1-d) h - \\frac{{h^3}}{{12\\mu}}\\nabla p\\right) + \\dot W + \\frac D\\tau = m,
 \\qquad m = \\left(\\frac W\\tau + \\dot W\\right) d, \\qquad p \\geq p_c,\\quad d \\geq 0,\\quad (p - p_c)\\, d = 0 .$$
 
-This is the implicit step above over the film step $\\tau$ (key [`step`](experiment.md#all-keys)), written as a rate: pressure builds up in a cell that would be full within $\\tau$. Within a step of the
+This is the implicit step above over the film step $\\tau$ (key [`step`](experiment.md#all-keys)), written as a rate. Within a step of the
 run, of up to $\\tau/4$, the force is a continuous function of place and velocity, as Radau IIA needs; then the missing volumes move on. The film is passive for any content, and
 the oil is balanced to round-off. The error is of first order in $\\tau$; the error estimate of the summary repeats the run with half of it.
 
@@ -235,7 +234,6 @@ the largest eccentricity ratio ({ratios}) and the content ({contents}) do not.
 | centred ring that fills behind a groove, closed form | volume of oil | 1e-5 |
 | journal, or film of a machine, at a place | force and content of the steady film | 1e-6 |
 | film of a machine along an orbit, first turn above | force of the transient film above | {rms} % (rms), {largest} % at most; of first order in the film step |
-| machine of one journal, bearing at rest and turning | place of the loaded journal above, over the clearance | 0.0003 and 0.0036 for a film step of 1/310 turn: of first order |
 | machine of one journal under a constant load | place of `linkages bearing`, over the clearance; flow, friction | 0.005; 1 % |
 | film of a machine, random motions and contents | balance of oil; power without supply pressure | 1e-11; never positive |
 
