@@ -1,5 +1,6 @@
 """Write docs/experiment.md, the list of keys of an experiment file: ``python docs/make_experiment.py``."""
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -44,7 +45,8 @@ def lines(pairs: Iterable[tuple[str, str]]) -> str:
         inner = tuple((other.removeprefix(path), said) for other, said in found if other.startswith(f"{path}."))
         if inner and first.setdefault(inner, path) != path:
             hidden, meaning = f"{path}.", f"{meaning}; keys of `{first[inner]}`"
-        text += f"- `{path}`: {meaning}\n"
+        if not re.fullmatch(r"\S+( \S+)? by name", meaning):  # "driven joints by name"
+            text += f"- `{path}`: {meaning}\n"
     return text
 
 
