@@ -53,9 +53,8 @@ def page() -> str:
     body = "\n".join(f"## {title}\n\n{source}\n\n{_rows(listed)}" for title, source, listed in sections if listed)
     return f"""# Misprints of the sources
 
-For readers who use one of the three replicated sources: equations, tables and numbers that cannot be used as printed, the correction used here, and the
-test that proves it. [The press and the four-bar](replication.md) and [the robot](replication_3rrr.md) compare the results.
-`python docs/make_misprints.py` writes this page from `docs/replication/misprints.toml`.
+For readers who use one of the three [replicated](replication.md) sources: equations, tables and numbers that cannot be used as printed, the correction used here, and the
+test that proves it. `python docs/make_misprints.py` writes this page.
 
 {body}"""
 
