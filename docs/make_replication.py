@@ -93,6 +93,7 @@ about clearance, speed and lubrication are true. The printed -77.5 % is no evide
 def details() -> str:
     """Return the appendix."""
     survivors = press_conditions.survivors()
+    pairs = read("press_conditions")["scan"]["-y, moving"]["pairs"]
     return f"""# Replication: details
 
 Appendix of [the press and the four-bar](replication.md) and [the robot](replication_3rrr.md), for readers who check a row: rule, causes and commands.
@@ -112,7 +113,7 @@ Ten printed numbers depend on gravity, drive speeds, start, ε₀ and m, which t
 windows, three accelerations at the start and the largest acceleration computed for the rig. The rig is measured in steady running over two
 complete periods: the speeds have a common period. `python docs/make_conditions.py` computes the tables of this section; its scan takes two minutes.
 
-The scan contains all pairs p : q of turns up to 6, in both senses, with ω₁ in steps of 0.05 rad/s and both speeds up to 13 rad/s, for the ideal press. Deviation
+The scan contains all {pairs} pairs p : q of turns up to 6, in both senses, with ω₁ in steps of 0.05 rad/s and both speeds up to 13 rad/s, for the ideal press. Deviation
 of the six forces: root mean square of the logarithms. Acceleration: the largest size over a period, against {press_paper.RIG["computed"]:g} m/s². At rest: eq. (22) with
 α = β = 50 accelerates the cranks within 0.1 s.
 

@@ -35,7 +35,7 @@ def model() -> list[Claim]:
         ),
         Claim(
             "eq. (4): dε/dt is the size of de/dt over r", "never negative: eq. (11) never applies",
-            f"the journal of A moves inwards during {inwards:.0f} % of a period of steady running, where (11) should apply",
+            f"the journal of A moves inwards during {inwards:.0f} % of a steady period, where (11) should apply",
             [Printed(0.0, inwards, "% of the time")], "the rate of the length of e has either sign",
         ),
         Claim(

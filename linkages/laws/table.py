@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from linkages.laws.contact.contact_laws import CONTACTS
-from linkages.laws.contact.material import effective_restitution
 from linkages.laws.declared import users
 from linkages.laws.film.closed_form import half_film_long, short_bearing
 from linkages.laws.film.films import FILMS
@@ -115,27 +114,17 @@ def _parameters(laws: Mapping[str, Any]) -> list[str]:
 
 
 def _restitution() -> list[str]:
-    """Table of the restitution that a nominal one gives, for the laws with an hysteresis factor."""
-    nominal = (0.1, 0.3, 0.5, 0.7, 0.9)
-    lines = [
+    """Say which restitution a nominal one gives, for the laws with an hysteresis factor."""
+    return [
         "### Effective restitution",
         "",
         "The restitution e' of a free impact under F = F_e(delta) (1 + chi ddelta/ddelta0) satisfies"
-        " chi - ln(1 + chi) = -chi e' - ln(1 - chi e'), for every stiffness, mass and speed.",
+        " chi - ln(1 + chi) = -chi e' - ln(1 - chi e'), for every stiffness, mass and speed"
+        " (`linkages.laws.contact.material.effective_restitution`).",
         "",
         "![Effective restitution](figures/restitution.png)",
         "",
-        "| law | " + " | ".join(f"e = {e}" for e in nominal) + " |",
-        "|---" * (len(nominal) + 1) + "|",
     ]
-    equal: dict[str, list[str]] = {}
-    for name, law in CONTACTS.items():
-        if law.chi:
-            equal.setdefault(law.chi, []).append(name)
-    for names in equal.values():
-        values = (effective_restitution(CONTACTS[names[0]].factor(e)) for e in nominal)
-        lines.append(f"| {', '.join(names)} | " + " | ".join(f"{value:.4f}" for value in values) + " |")
-    return [*lines, ""]
 
 
 def bearing_ratio(film: str, slenderness: float, eps: float, motion: str) -> float:
