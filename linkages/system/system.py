@@ -34,6 +34,11 @@ class System(Unassembled):
     Use `load` to make one from files and `replaced` to vary values. Each property is computed at its first use and then
     kept. nc is the number of contacts: a journal with clearance is one, a guide with clearance has four.
 
+    Attributes
+    ----------
+    mechanism : Mechanism
+    experiment : Experiment
+
     Raises
     ------
     InputError
@@ -172,9 +177,13 @@ class System(Unassembled):
 
     @cached_property
     def arrays(self) -> Arrays:
-        """Return all arrays that kernels read."""
-        tree = self.tree
-        joints = self.laws, self.tables, self.reach, self.touching.astype(np.int64), self.bristles
+        """Return all arrays that kernels read; systems that differ in the laws of joints alone share the others."""
+        tree, twin = self.tree, self._twin
+        joints = self.laws, self.tables, self.largest_ratios, self.touching.astype(np.int64), self.bristles
+        if twin is not None and twin.tree is tree:
+            names = "ends", "laws", "tables", "limits", "touching", "bristles"
+            own: dict[str, Any] = dict(zip(names, map(np.ascontiguousarray, (self.ends, *joints)), strict=True))
+            return twin.arrays._replace(**own)
         moved = tree.driven_dofs, tree.powered_dofs
         dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity

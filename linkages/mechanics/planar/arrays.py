@@ -20,7 +20,7 @@ class Arrays(NamedTuple):
     joints: Records  # sources of the forces in the joints
     laws: Records  # of the contacts
     tables: Array  # maps of finite films, profiles; see `linkages.mechanics.planar.contacts.clearance_wrenches`
-    limits: Array  # largest |e| of contacts that have only a film; infinite for others [m], (nc,)
+    limits: Array  # largest eccentricity ratio of contacts that have only a film; infinite for others, (nc,)
     touching: Indices  # 1 where the contact can touch, (nc,)
     bristles: Indices  # contacts with LuGre friction
     free: Indices  # coordinates that are free, powered ones too

@@ -92,8 +92,14 @@ def is_solved(work: Work, t: float, y: Array) -> bool:
 @kernel
 def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
     """Right-hand side of dy/dt = f(t, y)."""
-    model, work = equations.model, equations.work
     solve_state(equations, t, y)
+    found_derivatives(equations, y, dy)
+
+
+@inlined_kernel
+def found_derivatives(equations: Equations, y: Array, dy: Array) -> None:
+    """Fill the derivatives at the state y that has been solved."""
+    model, work = equations.model, equations.work
     n = len(model.free)
     for i in range(n):
         dy[i] = y[n + i]
@@ -222,6 +228,6 @@ def outside(model: Arrays, work: Work) -> int:
     """Contact whose journal has left its film, or -1."""
     for k in range(len(model.ends)):
         ex, ey = work.contacts[k, EX], work.contacts[k, EY]
-        if math.sqrt(ex * ex + ey * ey) >= model.limits[k]:
+        if math.sqrt(ex * ex + ey * ey) >= model.laws[k].clearance * model.limits[k]:
             return k
     return -1

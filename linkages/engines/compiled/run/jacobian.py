@@ -12,7 +12,7 @@ import math
 from typing import Any
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
-from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope, with_number
+from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope
 from linkages.engines.compiled.run.equations import add_reactions, is_solved, row_accelerations, solve_state
 from linkages.engines.compiled.run.model import Equations, Scratch
 from linkages.mechanics.planar.arrays import Arrays
@@ -25,9 +25,10 @@ from linkages.mechanics.planar.contact_partials import (
     FORCE_X,
     FORCE_Y,
     RESULT_PLACES,
+    along,
     contact_partials,
 )
-from linkages.mechanics.planar.contacts import ContactMotion, add_contact, contact_motion
+from linkages.mechanics.planar.contacts import add_contact, contact_motion
 from linkages.mechanics.planar.kinematics import body_states, moved_states, moved_velocities
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.loop_dynamics import add_reactions_response, eliminate_rows
@@ -178,19 +179,11 @@ def _add_linear_contact(equations: Equations, d: Workspace, k: int, bristle: flo
     """Add the wrenches of contact k, linear in its motion, to dual ones; return the rate of its bristles."""
     end, p, found = equations.model.ends[k], equations.work.scratch.partials[k], equations.work.contacts[k]
     motion, arms = contact_motion(end, d.pose, d.vel)
-    fx = _along(p[FORCE_X], motion, bristle, found[RESULT_PLACES[FORCE_X]])
-    fy = _along(p[FORCE_Y], motion, bristle, found[RESULT_PLACES[FORCE_Y]])
-    couple = _along(p[COUPLE], motion, bristle, found[RESULT_PLACES[COUPLE]])
+    fx = along(p[FORCE_X], motion, bristle, found[RESULT_PLACES[FORCE_X]])
+    fy = along(p[FORCE_Y], motion, bristle, found[RESULT_PLACES[FORCE_Y]])
+    couple = along(p[COUPLE], motion, bristle, found[RESULT_PLACES[COUPLE]])
     add_contact(d.wrench, end, motion[0], motion[1], arms, fx, fy, couple)
-    return _along(p[BRISTLE_RATE], motion, bristle, found[RESULT_PLACES[BRISTLE_RATE]])
-
-
-@inlined_kernel
-def _along(p: Array, motion: ContactMotion, bristle: float, value: float) -> Any:
-    """Return a result of a contact as a dual number, from its value and its partial derivatives."""
-    ex, ey, vx, vy, wb, wj, nx, ny = motion
-    total = p[0] * ex + p[1] * ey + p[2] * vx + p[3] * vy + p[4] * wb + p[5] * wj + p[6] * nx + p[7] * ny
-    return with_number(total + p[8] * bristle, value)
+    return along(p[BRISTLE_RATE], motion, bristle, found[RESULT_PLACES[BRISTLE_RATE]])
 
 
 @lazy_kernel
