@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from linkages.base.kernel import Array, Indices, Records
 from linkages.mechanics.planar.bodies import Bodies
+from linkages.mechanics.planar.elimination import Elimination
 
 
 class Arrays(NamedTuple):
@@ -14,7 +15,7 @@ class Arrays(NamedTuple):
     bodies: Bodies  # the tree
     stiff: Bodies  # the same with stiff modes made heavy, for the projection onto closed loops
     rows: Records  # closure rows of the cut ideal joints
-    rank: int  # number of independent rows outside singular positions
+    elimination: Elimination  # of their reactions
     ends: Records  # of the contacts
     joints: Records  # sources of the forces in the joints
     laws: Records  # of the contacts

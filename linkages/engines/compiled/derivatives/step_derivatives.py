@@ -245,7 +245,7 @@ def close_columns(equations: Equations, variation: Variation, t: float, y: Array
                 for r in range(nr):
                     w.row_error[r] = -slope(rows[r], j - first)
                 x[:] = 0.0
-                correct(model.stiff, model.rows, model.rank, w, x)
+                correct(model.stiff, model.rows, model.elimination, w, x)
                 for i in range(n):
                     c.before[i + rates * n, j] += x[model.free[i]]
     equations.work.solved[0] = math.nan

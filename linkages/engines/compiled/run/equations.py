@@ -66,7 +66,7 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
     set_state(model, work, t, y)
     _add_forces(equations, t)
     w = work.dynamics
-    smooth_dynamics(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+    smooth_dynamics(model.bodies, model.rows, model.elimination, model.size, model.gravity, w)
     if len(model.rows):
         body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
     _mark_solved(work, t, y)
@@ -167,7 +167,7 @@ def _residual_forces(model: Arrays, work: Work, out: Array) -> float:
 def rate_residuals(model: Arrays, w: Workspace, dy: Array, out: Array) -> None:
     """Fill ``out`` with the residuals of the rates, at a state and wrenches that are set; see `residual`."""
     if len(model.rows):
-        smooth_dynamics(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+        smooth_dynamics(model.bodies, model.rows, model.elimination, model.size, model.gravity, w)
         for i in range(len(model.free)):
             out[i] = w.a[model.free[i]] - dy[i]
     else:

@@ -31,7 +31,7 @@ from linkages.mechanics.planar.contact_partials import (
 from linkages.mechanics.planar.contacts import add_contact, contact_motion
 from linkages.mechanics.planar.kinematics import body_states, moved_states, moved_velocities
 from linkages.mechanics.planar.loads import load_wrenches
-from linkages.mechanics.planar.loop_dynamics import row_responses, solve_rows
+from linkages.mechanics.planar.loop_dynamics import add_reactions_response, eliminate_rows
 from linkages.mechanics.planar.newton_euler import force_residual, moved_residual
 from linkages.mechanics.planar.singularities import solve_neighbour
 from linkages.mechanics.planar.traversal import MOVED, mark_moved
@@ -81,13 +81,13 @@ def _fill_mass(equations: Equations, mass: Array) -> None:
     """Fill the mass matrix at a solved state; with closure rows, what `close` needs."""
     model, w, s = equations.model, equations.work.dynamics, equations.work.scratch
     if w.interpolated[0] > 0.0:
-        solve_neighbour(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+        solve_neighbour(model.bodies, model.rows, model.elimination, model.size, model.gravity, w)
         equations.work.solved[0] = math.nan
     mass[:] = 0.0
     for i in range(len(mass)):
         mass[i, i] = 1.0
     if len(model.rows):
-        row_responses(model.bodies, model.rows, w)
+        eliminate_rows(model.bodies, model.rows, model.elimination, w)
         return
     mass_matrix(model.bodies, w, s.mass)
     for i in range(len(model.free)):
@@ -197,20 +197,14 @@ def close(model: Arrays, w: Workspace, s: Scratch, tau: Array, rows: Array, dire
     rows : (nr,) array of duals
         Accelerations of the rows, at fixed accelerations of the coordinates.
     """
-    nr = len(model.rows)
     s.tau[:] = 0.0
     s.a[:] = 0.0
-    s.bias[:] = 0.0
-    s.modal_bias[:] = 0.0
+    w.bias[:] = 0.0
+    w.modal_bias[:] = 0.0
     for i in range(len(model.free)):
         s.tau[model.free[i]] = slope(tau[model.free[i]], direction)
-    acceleration_response(model.bodies, w, s.bias, s.modal_bias, s.tau, s.a)
-    for k in range(nr):
+    acceleration_response(model.bodies, w, w.bias, w.modal_bias, s.tau, s.a)
+    for k in range(len(model.rows)):
         w.row_error[k] = -row_acceleration(model.rows[k], w.pose, w.zero_velocity, w.response)
         w.row_error[k] -= slope(rows[k], direction)
-        for m in range(nr):
-            s.row_matrix[k, m] = w.row_matrix[k, m]
-    solve_rows(model.rows, model.rank, s.row_matrix, w.row_error, w.pivots, s.reaction)
-    for k in range(nr):
-        for i in range(len(s.a)):
-            s.a[i] += s.reaction[k] * w.row_response[k, i]
+    add_reactions_response(model.bodies, model.rows, model.elimination, w, s.reaction, s.a)
