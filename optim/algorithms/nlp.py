@@ -105,7 +105,8 @@ class Problem:
     population it comes in. `objectives`, `inequalities` and `equalities` are names, in the order of the columns of
     `Values`. `start` (n,) is the nominal design. `jacobian` returns the derivatives at a design (n,), as (no + ni + ne,
     n): rows of the objectives, inequalities, equalities. Without it, and where it is not finite, gradient methods take
-    differences.
+    differences. `constraints` returns inequalities and equalities at a design (n,), as (ni + ne,), if they are known
+    without an evaluation; a method that returns to the constraints then evaluates only where they hold.
     """
 
     lower: Array
@@ -116,6 +117,7 @@ class Problem:
     equalities: tuple[str, ...] = ()
     start: Array | None = None
     jacobian: Callable[[Array], Array] | None = None
+    constraints: Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:
         for name in ("lower", "upper", "start"):
