@@ -1,7 +1,8 @@
-"""Processor time and memory of long runs: ``python benchmarks/long_run.py [--against CHECKOUT] [--repeat N]``.
+"""Measure long runs: ``python benchmarks/long_run.py [--against CHECKOUT] [--repeat N] [--page FILE]``.
 
-A slider-crank of 3,000 revolutions: the whole command, and the export of its trajectory; in turns with another checkout
-of the package that has its own environment in ``.venv``. Medians.
+Processor time and largest memory of `linkages simulate` for a slider-crank of 3,000 revolutions (30 s; 188,499 steps),
+with all its files, and of the exports of its trajectory. With `--against` in turns with another checkout of the package
+that has its own environment in ``.venv``. Medians.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ O = [0, 0]
 A = ["O", "50 mm", "0 deg"]
 B = ["200 mm", 0]
 """
+BEGIN = "\n## Long runs\n"
 COMMANDS = {
     "simulate": ("simulate", "long.toml", "--out", "results"),
     "export --to csv": ("export", "results", "--to", "csv"),
@@ -49,11 +51,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
     parser.add_argument("--against", type=Path, help="another checkout")
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--page", type=Path)
     options = parser.parse_args()
     pythons = {"this checkout": Path(sys.executable)}
     if options.against:
-        pythons[str(options.against)] = options.against / ".venv" / "bin" / "python"
+        pythons[options.against.name] = options.against / ".venv" / "bin" / "python"
     found: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    warm: set[str] = set()
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         (folder / "long.machine.toml").write_text(MACHINE)
@@ -61,10 +65,21 @@ def main() -> None:
         for _ in range(options.repeat):
             for whose, python in pythons.items():
                 for name, command in COMMANDS.items():
+                    if whose not in warm:  # kernels are compiled
+                        used(python, command, folder)
                     found.setdefault((name, whose), []).append(used(python, command, folder))
-    for (name, whose), numbers in sorted(found.items()):
+                warm.add(whose)
+    lines = ["| command | checkout | processor time | memory |", "|---|---|---|---|"]
+    for (name, whose), numbers in found.items():
         time, memory = (statistics.median(part) for part in zip(*numbers, strict=True))
-        print(f"{name:20} {whose:30} {time:6.1f} s of processors {memory:6.0f} MB")
+        lines.append(f"| `linkages {name}` | {whose} | {time:.1f} s | {memory:.0f} MB |")
+    print("\n".join(lines))
+    if options.page:
+        page, _, rest = options.page.read_text(encoding="utf-8").partition(BEGIN)
+        rest = "".join(rest.partition("\n## ")[1:])
+        about = (__doc__ or "").partition("\n\n")[2].strip()
+        text = "\n".join([about, "", *lines])
+        options.page.write_text(f"{page.rstrip()}\n{BEGIN}\n{text}\n{rest}", encoding="utf-8")
 
 
 if __name__ == "__main__":
