@@ -115,14 +115,6 @@ class Values:
 class Problem:
     """Minimise objectives over a box, subject to constraints; `optim.problem_of` makes one from a study.
 
-<<<<<<< HEAD
-    `evaluate` returns the `Values` of designs (m, n); it is deterministic, and the same for a design whatever
-    population it comes in. `objectives`, `inequalities` and `equalities` are names, in the order of the columns of
-    `Values`. `start` (n,) is the nominal design. `jacobian` returns the derivatives at a design (n,), as (no + ni + ne,
-    n): rows of the objectives, inequalities, equalities. Without it, and where it is not finite, gradient methods take
-    differences. `constraints` returns inequalities and equalities at a design (n,), as (ni + ne,), if they are known
-    without an evaluation; a method that returns to the constraints then evaluates only where they hold.
-=======
     Attributes
     ----------
     lower, upper : (n,) arrays
@@ -136,7 +128,9 @@ class Problem:
     jacobian : callable or None
         Gives the derivatives at a design (n,), as (no + ni + ne, n): rows of the objectives, inequalities, equalities.
         Without it, and where it is not finite, gradient methods take differences.
->>>>>>> main
+    constraints : callable or None
+        Gives inequalities and equalities at a design (n,), as (ni + ne,), if they are known without an evaluation; a
+        method that returns to the constraints then evaluates only where they hold.
     """
 
     lower: Array
