@@ -336,7 +336,9 @@ def _power(write: _Writer, x: Parts, y: Parts) -> Parts:
     slope = b.select(b.fcmp_ordered("==", slope, _FLOAT(math.inf)), _FLOAT(0.0), slope)
     slopes = _scaled(b, x.slopes, slope)
     if y.slopes is not None:
-        slopes = _sum(b, slopes, _scaled(b, y.slopes, b.fmul(result, write.call(math.log, x.number))))
+        positive = b.fcmp_ordered(">", x.number, _FLOAT(0.0))  # else the exponent is constant
+        log = b.select(positive, write.call(math.log, x.number), _FLOAT(0.0))
+        slopes = _sum(b, slopes, _scaled(b, y.slopes, b.fmul(result, log)))
     return Parts(result, slopes)
 
 
