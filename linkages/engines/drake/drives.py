@@ -12,6 +12,7 @@ from linkages.base.kernel import bound
 from linkages.engines.drake.joint_forces import Rooms, drive_forces, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.mechanics.planar.closure import LOOSE, loop_errors
+from linkages.mechanics.planar.joint_friction import is_jammed
 from linkages.system import System
 
 
@@ -90,6 +91,10 @@ class Drives(LeafSystem):
         q = self._state.Eval(self.GetMyContextFromRoot(root))[self._place.positions]
         error = loop_errors(self._tree.bodies, self._tree.loop_rows, q[None, :])[0]
         return bool(error > LOOSE * self._tree.extent)
+
+    def is_jammed(self) -> bool:
+        """Check whether the friction computed last in this thread has no solution."""
+        return is_jammed(self._rooms.friction)
 
     def _solve(self, context: Context, force: Array) -> Array:
         """Fill in the forces on the plant (nv,), at every evaluation of the derivatives; return the drives' (nd,)."""

@@ -44,9 +44,10 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
     except RuntimeError as problem:
-        if not is_collapse(problem):
+        jammed = linkage.drives.is_jammed()
+        if not jammed and not is_collapse(problem):
             raise
-        status = Status.STEP_SIZE_COLLAPSE
+        status = Status.JAMMED if jammed else Status.STEP_SIZE_COLLAPSE
     if watch.steps.status is not Status.OK:
         status = watch.steps.status
     status, end = cause(status, system, watch.times[-1])
@@ -59,7 +60,7 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     recorder = _Recorder(diagram, linkage, watch)
     times, loops = recorder.times[recorder.times <= end], Loops(system.tree, system.tree.loop_rows)
     trajectory = sample(times, recorder, status, provenance, loops)
-    if status in (Status.STEP_SIZE_COLLAPSE, Status.LOCKED):  # its last steps cannot be integrated again
+    if status in (Status.STEP_SIZE_COLLAPSE, Status.JAMMED, Status.LOCKED):  # its last steps cannot be integrated again
         trajectory = replace(trajectory, evaluate=None)
     return trajectory
 

@@ -48,6 +48,15 @@ def make_friction_work(model: Arrays, w: Workspace) -> FrictionWork:
 
 
 @kernel
+def is_jammed(work: FrictionWork) -> bool:
+    """Whether the frictions that were computed last have no solution."""
+    for k in range(len(work.efforts)):
+        if math.isnan(work.efforts[k]):
+            return True
+    return False
+
+
+@kernel
 def add_friction(model: Arrays, t: float, torques: Array, w: Workspace, work: FrictionWork) -> None:
     """Add the wrenches of the frictions that depend on joint forces to those on the bodies; see `solve_friction`."""
     solve_friction(model, t, torques, w, work)
