@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from linkages.base.arrays import Array
-from linkages.base.errors import Status
+from linkages.base.errors import RunError, Status
 from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.engines.drake.steps import StepControl, is_collapse
@@ -50,6 +50,8 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
         status = Status.JAMMED if jammed else Status.STEP_SIZE_COLLAPSE
     if watch.steps.status is not Status.OK:
         status = watch.steps.status
+    if status is Status.JAMMED and len(watch.times) < 2:
+        raise RunError(f"{status.value} at the start; {status.remedy}")
     status, end = cause(status, system, watch.times[-1])
     provenance = {
         "engine": "drake",

@@ -4,7 +4,8 @@ At given positions and rates the forces F_j in the joints are linear in the fric
 F_j = F_j0 + sum_k G_jk T_k. With the loads N_j = |F_j| and T_k = s_k N_k, where the share s_k depends on the rate alone,
 the loads solve N_j = |F_j0 + sum_k G_jk s_k N_k|. The forces without friction and their changes G come from forward
 dynamics, the loads from Newton's method. If sum_k |G_jk s_k| < 1 for all joints there is one solution (a contraction);
-beyond there may be two or none: Painleve's paradox. Then the loads are not a number, and the run ends.
+beyond there may be two, of which one continues the motion without friction, or none: Painleve's paradox. Then the loads
+are not a number, and the run ends.
 
 Reference: F. Pfeiffer and C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, section 8.3.
 """
@@ -16,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
+from linkages.base.kernel import Array, Indices, Records, kernel, lazy_kernel
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.closure_rows import add_row_wrench, add_term_wrench
@@ -29,6 +30,7 @@ from linkages.mechanics.planar.reactions import ideal_joint_force
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 
 _STEPS = 40  # largest number of Newton's steps; four are usual
+_LEAST_PARTS, _MOST_PARTS = 8, 100  # of the friction
 _CLOSE = 1e-13  # error of the loads at which one more step is exact, in parts of the largest load
 
 
@@ -158,11 +160,34 @@ def _size(leverage: float, fx: float, fy: float, moment: float) -> float:
 
 
 @kernel
-def _solve_loads(loads: np.ndarray, places: Indices, none: Array, change: Array, normal: Array) -> None:
+def _solve_loads(loads: Records, places: Indices, none: Array, change: Array, normal: Array) -> None:
     """Solve for the loads ``normal`` (m,), from those without friction; NaN if there is no solution.
 
-    Forces are ``none`` (m, 3) plus ``change`` (m, m, 3) per load. After the loads are found a further step is taken,
-    which makes the slopes of duals exact.
+    Forces are ``none`` (m, 3) plus ``change`` (m, m, 3) per load. Where more than one solution is possible the friction
+    grows in parts from zero, so that the solution is the one that continues the motion without friction.
+    """
+    m, total = len(normal), 0.0
+    for j in range(m):
+        own = 0.0
+        for k in range(m):
+            own += _size(loads[places[j]].leverage, change[j, k, 0], change[j, k, 1], change[j, k, 2])
+        total = max(total, own)
+    parts = 1
+    if total >= 1.0:
+        parts = _LEAST_PARTS + int(min(total, _MOST_PARTS))
+    found = True
+    for part in range(1, parts + 1):
+        found = found and _step_to(loads, places, none, change, part / parts, normal)
+    for j in range(m):
+        if not found or not normal[j] >= 0.0:
+            normal[j] = math.nan
+
+
+@kernel
+def _step_to(loads: Records, places: Indices, none: Array, change: Array, part: float, normal: Array) -> bool:
+    """Find the loads for a part of the friction from those of a smaller part, by Newton's method.
+
+    After they are found a further step is taken, which makes the slopes of duals exact.
     """
     m = len(normal)
     matrix, error, pivots = np.zeros((m, m), normal.dtype), np.zeros(m, normal.dtype), np.zeros(m, np.int64)
@@ -172,30 +197,27 @@ def _solve_loads(loads: np.ndarray, places: Indices, none: Array, change: Array,
         for j in range(m):
             fx, fy, moment = none[j, 0], none[j, 1], none[j, 2]
             for k in range(m):
-                fx += change[j, k, 0] * normal[k]
-                fy += change[j, k, 1] * normal[k]
-                moment += change[j, k, 2] * normal[k]
+                fx += part * change[j, k, 0] * normal[k]
+                fy += part * change[j, k, 1] * normal[k]
+                moment += part * change[j, k, 2] * normal[k]
             leverage = loads[places[j]].leverage
-            size = _size(leverage, fx, fy, moment)
-            straight = math.hypot(fx, fy)
+            size, straight = _size(leverage, fx, fy, moment), math.hypot(fx, fy)
             ux, uy, um = 0.0 * fx, 0.0 * fy, math.copysign(leverage, moment)
             if straight >= leverage * abs(moment):
                 um = 0.0 * moment
                 if straight > 0.0:
                     ux, uy = fx / straight, fy / straight
-            error[j] = size - normal[j]
             for k in range(m):
                 slope = ux * change[j, k, 0] + uy * change[j, k, 1] + um * change[j, k, 2]
-                matrix[j, k] = (1.0 if j == k else 0.0) - slope
+                matrix[j, k] = (1.0 if j == k else 0.0) - part * slope
+            error[j] = size - normal[j]
             worst, largest = max(worst, abs(error[j])), max(largest, abs(size))
         if not factorise(matrix, pivots):
-            break
+            return False
         back_substitute(matrix, pivots, error)
         for j in range(m):
             normal[j] += error[j]
         if found:
-            break
+            return True
         found = worst <= _CLOSE * largest
-    for j in range(m):
-        if not found or not normal[j] >= 0.0:
-            normal[j] = math.nan
+    return False
