@@ -34,7 +34,7 @@ def test_a_pendulum_with_a_dry_pin(run):
             ay = half * (second * np.cos(angle) - rate**2 * np.sin(angle))
             return mass * np.hypot(ax, ay + G)
 
-        load = brentq(lambda n: n - force(-(0.05 + mu * radius * n) * along), 0.0, 1e4, xtol=1e-13)  # noqa: B023
+        load = brentq(lambda n: n - force(-(0.05 + mu * radius * n) * along), 0.0, 1e4, xtol=1e-13)
         assert found["O.force"][k] == pytest.approx(load, rel=1e-9)
         assert found["pin.torque"][k] == pytest.approx(-(0.05 + mu * radius * load) * along, rel=1e-9, abs=1e-12)
     times = np.linspace(0.0, 0.6, 4001)
@@ -46,7 +46,9 @@ def test_a_pendulum_with_a_dry_pin(run):
 def wedge(angle):
     """A wedge on the ground, on its slope a load that slides up and down a wall: three sliders in a loop."""
     body = solid("wedge", 2.0) + solid("load", 3.0)
-    body += joint("ground", "world", "wedge", "prismatic", "1 0 0") + joint("wall", "world", "load", "prismatic", "0 1 0")
+    body += joint("ground", "world", "wedge", "prismatic", "1 0 0") + joint(
+        "wall", "world", "load", "prismatic", "0 1 0"
+    )
     return model("wedge", body + joint("slope", "wedge", "load", "prismatic", f"{np.cos(angle)} {np.sin(angle)} 0"))
 
 
@@ -154,7 +156,7 @@ def test_the_normal_force_of_a_slider_with_a_pendulum(run, mu, rate):
 def test_painleves_paradox_is_stated(system_of, engine):
     """Beyond mu g = 1, here mu = 0.675, no force satisfies the friction of a slider that moves to this side."""
     system = system_of(*jamming(0.1, 1.0, 1.0, 1.0))
-    with pytest.raises(RunError, match="^jammed at the start; no accelerations satisfy the friction"):
+    with pytest.raises(RunError, match=r"^jammed at the start; no accelerations satisfy the friction"):
         simulate(system, engine)
 
 

@@ -97,11 +97,13 @@ REFUSED = {
     "unknown joint": (PIN.replace("'O'", "'P'") + "constant = 1.0\n", 'frictions.pin.joint: "P" is not in machine.sdf'),
     "another unit": (PIN + "constant = '3 N'\n", 'frictions.pin.constant: is "3 N"; it must be measured in N m'),
     "no radius": (PIN + "coefficient = 0.1\n", "frictions.pin.radius: is missing: a coefficient needs the radius"),
-    "radius alone": (PIN + "constant = 1.0\nradius = 0.01\n", "frictions.pin.radius: has no effect"),
-    "length of a pin": (PIN + "coefficient = 0.1\nradius = 0.01\nlength = 0.1\n", "frictions.pin.length: has no effect"),
+    "length of a pin": (
+        PIN + "coefficient = 0.1\nradius = 0.01\nlength = 0.1\n",
+        'frictions.pin.length: has no effect: "O" is revolute',
+    ),
     "Stribeck without speed": (
         PIN + "coefficient = 0.1\nradius = 0.01\nstatic_coefficient = 0.2\n",
-        "frictions.pin: give static_coefficient and stribeck_speed, or neither",
+        "frictions.pin: give static_coefficient and stribeck_speed, with coefficient, or neither",
     ),
     "name of a joint": (PIN.replace("pin", "O") + "constant = 1.0\n", "frictions.O: is also the name of"),
 }

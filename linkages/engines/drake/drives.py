@@ -62,7 +62,9 @@ class Drives(LeafSystem):
         self._rooms, self._size = Rooms(system), num_velocities
         self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
         sizes = place.num_states, num_velocities + extra, len(tree.powered), num_velocities, len(self.joints)
-        self._drive_forces = bound(drive_forces, self._placed, self._rooms.work, self._rooms.friction, 0.0, *map(np.empty, sizes))
+        self._drive_forces = bound(
+            drive_forces, self._placed, self._rooms.work, self._rooms.friction, 0.0, *map(np.empty, sizes)
+        )
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
         powers = [self.DeclareVectorInputPort(f"{name}.torque", 1) for name in tree.powered]

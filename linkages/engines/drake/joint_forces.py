@@ -105,8 +105,9 @@ def drive_forces(
     """Compute the forces of loads, drives and loops at a state (nx,) of the plant and a time t [s]; uses `work` up.
 
     ``applied`` (nv,), with any entries after them, has all other generalised forces; frictions that depend on joint
-    forces need the result of `joint_forces` there. ``total`` (nv,) is filled with these and the computed ones, ``drive``
-    (nd,) with the torque or force of each drive, prescribed ones first; ``added`` is added to those of powered ones.
+    forces need the result of `joint_forces` there. ``added`` is added to the powered drives' torques. ``total`` (nv,)
+    is filled with these and the computed ones, ``drive`` (nd,) with the torque or force of each drive, prescribed ones
+    first.
     """
     model, bodies, stabilisation = place.model, place.model.bodies, place.stabilisation
     nd, powered, n = len(model.driven), len(model.powered), len(place.into)

@@ -197,9 +197,8 @@ class _Check:
         if friction.depends_on_force and not slides and friction.radius is None:
             self.refuse("radius", "is missing: a coefficient needs the radius of the pin")
         for key, fits in (("radius", not slides), ("length", slides)):
-            if getattr(friction, key) is not None and not (fits and friction.depends_on_force):
-                kind = "prismatic" if slides else "revolute"
-                self.refuse(key, f'has no effect; "{friction.joint}" is {kind}: give it with coefficient, where it acts')
+            if getattr(friction, key) is not None and not fits:
+                self.refuse(key, f'has no effect: "{friction.joint}" is {"prismatic" if slides else "revolute"}')
         self.units(tables.JointFriction, slides)
 
     def moving(self, name: str) -> str:

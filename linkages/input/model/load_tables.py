@@ -164,10 +164,13 @@ class JointFriction(Table):
         1e-2, description="speed at which 76 % of the Coulomb part act (96 % at twice this speed) [rad/s]"
     )
 
-    coefficient: NonNegative = Field(0.0, description="part of the joint force: coefficient of friction [1]")
+    coefficient: NonNegative | None = Field(
+        None, description="coefficient of friction of the joint force; default: no such part [1]"
+    )
     radius: Positive | None = Field(None, description="revolute joint with a coefficient: radius of the pin [m]")
     length: Positive | None = Field(
-        None, description="prismatic joint with a coefficient: length of the slider; default: no effect of the moment [m]"
+        None,
+        description="prismatic joint with a coefficient: length of the slider; default: no effect of the moment [m]",
     )
     static_coefficient: NonNegative | None = Field(
         None, description="coefficient at rest, above which Stribeck's law begins; default: the coefficient [1]"
@@ -178,16 +181,17 @@ class JointFriction(Table):
 
     @model_validator(mode="after")
     def _acts(self) -> JointFriction:
-        if not self.constant and not self.viscous and not self.depends_on_force:
+        if not self.constant and not self.viscous and self.coefficient is None:
             raise ValueError("give constant, viscous, or coefficient")
-        if (self.static_coefficient is None) != (self.stribeck_speed is None):
-            raise ValueError("give static_coefficient and stribeck_speed, or neither")
+        further = self.static_coefficient, self.stribeck_speed
+        if further.count(None) == 1 or (self.coefficient is None and None not in further):
+            raise ValueError("give static_coefficient and stribeck_speed, with coefficient, or neither")
         return self
 
     @property
     def depends_on_force(self) -> bool:
         """Check whether the friction depends on the joint force."""
-        return self.coefficient > 0.0 or bool(self.static_coefficient)
+        return self.coefficient is not None
 
     @property
     def law(self) -> Formula:
@@ -199,7 +203,7 @@ class JointFriction(Table):
         """Return the friction along the coordinate over the joint force as a formula of its rate v [m or 1]."""
         text = f"{self.coefficient!r}"
         if self.static_coefficient is not None:
-            fall = self.static_coefficient - self.coefficient
+            fall = self.static_coefficient - (self.coefficient or 0.0)
             text = f"({text} + {fall!r}*exp(-(v/{self.stribeck_speed!r})**2))"
         return parse(f"-{text}*{self.radius or 1.0!r}*tanh(v/{self.speed!r})")
 

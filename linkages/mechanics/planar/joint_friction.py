@@ -1,13 +1,12 @@
 """Friction in ideal joints from the forces in them: the forces depend on the accelerations, these on the friction.
 
 At given positions and rates the forces F_j in the joints are linear in the frictions T_k along their coordinates:
-F_j = F_j0 + sum_k G_jk T_k. With the loads N_j = |F_j| and T_k = s_k N_k, where the share s_k depends on the rate alone,
-the loads solve N_j = |F_j0 + sum_k G_jk s_k N_k|. The forces without friction and their changes G come from forward
-dynamics, the loads from Newton's method. If sum_k |G_jk s_k| < 1 for all joints there is one solution (a contraction);
-beyond there may be two, of which one continues the motion without friction, or none: Painleve's paradox. Then the loads
-are not a number, and the run ends.
-
-Reference: F. Pfeiffer and C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, section 8.3.
+F_j = F_j0 + sum_k G_jk T_k. The loads are N_j = |F_j|, and T_k = s_k N_k with a share s_k that depends on the rate
+alone. So the loads solve N_j = |F_j0 + sum_k G_jk s_k N_k|. The forces without friction and their changes G come from
+forward dynamics, the loads from Newton's method. If sum_k |G_jk s_k| < 1 for all joints there is one solution, as the
+right-hand side is a contraction. Beyond there may be two, of which one continues the motion without friction, or none
+(P. Painleve, Sur les lois du frottement de glissement, C. R. Acad. Sci. 121, 1895). Without a solution the loads are
+not a number, and the run ends.
 """
 
 from __future__ import annotations
@@ -52,10 +51,10 @@ def make_friction_work(model: Arrays, w: Workspace) -> FrictionWork:
 @kernel
 def is_jammed(work: FrictionWork) -> bool:
     """Whether the frictions that were computed last have no solution."""
+    total = 0.0
     for k in range(len(work.efforts)):
-        if math.isnan(work.efforts[k]):
-            return True
-    return False
+        total += work.efforts[k]
+    return math.isnan(total)
 
 
 @kernel
