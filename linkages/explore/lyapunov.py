@@ -25,7 +25,15 @@ _BLOCKS = 10  # number of blocks of revolutions for the standard error
 
 @dataclass(frozen=True, repr=False)
 class Exponent(Brief):
-    """Largest Lyapunov exponent: natural growth rate in each revolution (nr,) [1/s]; period of revolutions [s]."""
+    """Largest Lyapunov exponent; made by `largest_exponent`.
+
+    Attributes
+    ----------
+    growth : (nr,) array
+        Natural growth rate in each revolution [1/s].
+    period : float
+        Period of a revolution [s].
+    """
 
     growth: Array
     period: float

@@ -1,4 +1,4 @@
-"""Force laws of a joint with clearance: scalar, pure, compiled; imports only `kernel` and `disk` of the package.
+"""Laws of joints with clearance (contact, film, friction, wear, oil): scalar, pure, compiled.
 
 | module     | content                                                                 |
 |------------|-------------------------------------------------------------------------|

@@ -34,7 +34,18 @@ _registered: dict[tuple[str, str], Registered] = {}
 
 
 class Registered(NamedTuple):
-    """A registered law as plain data: kind, name, arguments and time of its registration [ns]."""
+    """A registered law as plain data; made by `registered`.
+
+    Attributes
+    ----------
+    kind : str
+        "contact", "friction" or "film".
+    name : str
+    arguments : dict
+        Arguments of the registration; functions are not compiled.
+    time : int
+        Time of the registration [ns].
+    """
 
     kind: str
     name: str

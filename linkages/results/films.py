@@ -25,17 +25,37 @@ _UNSETTLED = 0.1  # change of the temperature from run to run that is named in a
 
 @dataclass(frozen=True)
 class JointHeat:
-    """Heat balance of one joint over a part of a run."""
+    """Heat balance of one joint over a part of a run; made by `joint_heat`.
 
-    temperature: float  # of the oil in the run [degC]
-    viscosity: float  # at this temperature [Pa s]
-    power: float  # mean power that film and contact dissipate [W]
-    flow: float  # mean flow out of both ends [m3/s]
-    by_flow: float  # heat that the flow removes at this temperature [W]
-    by_conduction: float  # heat that conduction removes [W]
-    balanced: float  # temperature at which the same motion would be in balance [degC]
-    span: tuple[float, float]  # part of the run [s]
-    cyclic: bool  # whether the motion repeats from there on
+    Attributes
+    ----------
+    temperature : float
+        Temperature of the oil in the run [degC].
+    viscosity : float
+        Viscosity at this temperature [Pa s].
+    power : float
+        Mean power that film and contact dissipate [W].
+    flow : float
+        Mean flow out of both ends [m3/s].
+    by_flow, by_conduction : float
+        Heat that the flow and conduction remove at this temperature [W].
+    balanced : float
+        Temperature at which the same motion would be in balance [degC].
+    span : (float, float)
+        Start and end of the part of the run [s].
+    cyclic : bool
+        Whether the motion repeats from there on.
+    """
+
+    temperature: float
+    viscosity: float
+    power: float
+    flow: float
+    by_flow: float
+    by_conduction: float
+    balanced: float
+    span: tuple[float, float]
+    cyclic: bool
 
     @property
     def change(self) -> float:

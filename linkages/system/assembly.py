@@ -52,9 +52,15 @@ class Rank(NamedTuple):
 class Assembly:
     """A linkage assembled at t = 0 on the branch of the reference configuration (the SDF file's pose).
 
-    q and v (n,) are coordinates of the *ideal* linkage (displaced by the joints' offsets) and their rates,
-    `mobility` its degrees of freedom. The quality is the smallest over the largest singular value of the
-    closure Jacobian's free columns: zero at a singular position, NaN where the drives do not determine it.
+    Attributes
+    ----------
+    q, v : (n,) arrays
+        Coordinates of the *ideal* linkage (displaced by the joints' offsets), and their rates.
+    mobility : int
+        Degrees of freedom.
+    quality : float
+        Smallest over largest singular value of the closure Jacobian's free columns [1]: zero at a singular position,
+        NaN where the drives do not determine it.
     """
 
     q: Array

@@ -33,6 +33,11 @@ class System(Unassembled):
     Use `load` to make one from files and `replaced` to vary values. Each property is computed at its first use and then
     kept. nc is the number of contacts: a journal with clearance is one, a guide with clearance has four.
 
+    Attributes
+    ----------
+    mechanism : Mechanism
+    experiment : Experiment
+
     Raises
     ------
     InputError

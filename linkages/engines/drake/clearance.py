@@ -80,6 +80,11 @@ class ClearanceJoints(LeafSystem):
     system : System
     place : StatePlace
         Places of the tree's coordinates in the plant's state.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        Names of the contacts, in the order of the ports' entries.
     """
 
     def __init__(self, system: System, place: StatePlace) -> None:

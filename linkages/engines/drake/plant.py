@@ -117,12 +117,22 @@ def _unheard(level: int) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class StatePlace:
-    """Places of a tree's n coordinates in the state [q; v] of a plant."""
+    """Places of a tree's n coordinates in the state [q; v] of a plant.
 
-    positions: Indices  # indices in the plant's positions, and in the state, (n,)
-    velocities: Indices  # indices in its velocities and generalised forces
-    num_positions: int  # of the whole plant
-    num_velocities: int  # of the whole plant
+    Attributes
+    ----------
+    positions : (n,) array of int
+        Indices in the plant's positions, and in the state.
+    velocities : (n,) array of int
+        Indices in the plant's velocities and generalised forces.
+    num_positions, num_velocities : int
+        Of the whole plant.
+    """
+
+    positions: Indices
+    velocities: Indices
+    num_positions: int
+    num_velocities: int
 
     @property
     def num_states(self) -> int:

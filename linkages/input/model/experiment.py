@@ -86,7 +86,10 @@ class _MachineValues(Table):
 
 
 class Experiment(Brief, Table):
-    """Drives, joint models, loads and settings for a mechanism, in SI units; made by `load_experiment`."""
+    """Drives, joint models, loads and settings for a mechanism, in SI units; made by `load_experiment`.
+
+    Its attributes are the keys of the file: docs/experiment.md lists them with meaning, unit, default and range.
+    """
 
     mechanism: str = Field(description="SDFormat file, relative to this file")
     title: str = Field("", description="one line for tables and figures")
