@@ -81,7 +81,7 @@ def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, re
 def _add_friction(
     place: Placed, work: Workspace, friction: FrictionWork, t: float, torques: Array, applied: Array
 ) -> None:
-    """Add the wrenches of frictions that depend on joint forces, on which those of the contacts have an effect."""
+    """Add the wrenches of frictions that depend on joint forces; the contacts' forces count for these."""
     model, loads = place.model, work.wrench.copy()
     contacts = applied[place.size :].reshape(len(model.ends), WIDTH)
     add_known_contacts(model.ends, contacts, work.pose, work.wrench)

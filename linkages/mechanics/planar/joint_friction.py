@@ -59,7 +59,7 @@ def is_jammed(work: FrictionWork) -> bool:
 
 @kernel
 def add_friction(model: Arrays, t: float, torques: Array, w: Workspace, work: FrictionWork) -> None:
-    """Add the wrenches of the frictions that depend on joint forces to those on the bodies; see `solve_friction`."""
+    """Add the wrenches of the frictions that depend on joint forces to the bodies'; see `solve_friction`."""
     solve_friction(model, t, torques, w, work)
     add_efforts(model, work.efforts, w)
 
@@ -78,7 +78,7 @@ def solve_friction(model: Arrays, t: float, torques: Array, w: Workspace, work: 
     """Fill the efforts of the frictions that depend on joint forces; NaN if there is no solution.
 
     Takes `w`'s q, v, pose, vel, the wrenches of all other forces, and the accelerations of the driven coordinates.
-    ``torques`` are those of the powered drives.
+    ``torques`` (np,) act in the powered drives.
     """
     loads, state, m = model.loads, work.state, 0
     places = np.empty(len(loads), np.int64)
@@ -184,7 +184,7 @@ def _solve_loads(loads: Records, places: Indices, none: Array, change: Array, no
 
 @kernel
 def _step_to(loads: Records, places: Indices, none: Array, change: Array, part: float, normal: Array) -> bool:
-    """Find the loads for a part of the friction from those of a smaller part, by Newton's method.
+    """Find the loads for a part of the friction by Newton's method, which starts at the loads of a smaller part.
 
     After they are found a further step is taken, which makes the slopes of duals exact.
     """

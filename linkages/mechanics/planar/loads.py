@@ -62,7 +62,7 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
 def load_outputs(loads: Loads, efforts: Array, t: float, pose: Array, vel: Array, outputs: Array) -> None:
     """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load.
 
-    ``efforts`` (nl,), or none, are those of `linkages.mechanics.planar.joint_friction.FrictionWork`.
+    ``efforts`` (nl,): see `linkages.mechanics.planar.joint_friction.FrictionWork`; read for its frictions alone.
     """
     records, curves = loads[0], loads[2:]
     inputs = load_inputs(loads[1], t, pose, vel)

@@ -70,7 +70,7 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
 def ideal_joint_force(joint: np.record, pose: Array, load: Array, reaction: Array) -> tuple[float, float, float]:
     """Force [N] and moment about the joint [N m] on the child of an ideal joint, its drive's effort left out.
 
-    ``load`` (nb, 3) is the wrench that each body gets through its joint, ``reaction`` (nr,) that of each closure row.
+    ``load`` (nb, 3) are the wrenches that bodies get through their joints, ``reaction`` (nr,) the rows' reactions.
     """
     at = joint.at
     if joint.source == OF_ROWS:

@@ -141,7 +141,7 @@ def _set_reactions(table: DualTable, seen: Snapshot, count: int) -> None:
         row_reactions(seen.model, at)
         for k in range(len(model.rows)):
             table.reaction[k, 1 + p] = at.reaction[k]
-    at.tau[:] = 0.0  # those of the powered coordinates are set again
+    at.tau[:] = 0.0  # torques of powered coordinates are set again
 
 
 @inlined_kernel
