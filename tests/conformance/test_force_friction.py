@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 from engines import slow_on_drake
-from machines import RUBBING_CRANK, bar, joint, model, slider_crank, solid
+from machines import LUBRICATED, RUBBING_CRANK, bar, four_bar, joint, model, slider_crank, solid
+from pydrake.systems.framework import DiagramBuilder
 from scipy.integrate import simpson
 from scipy.optimize import brentq
 
-from linkages import RunError, Status, simulate
+from linkages import InputError, RunError, Status, simulate, simulate_batch
+from linkages.engines.drake import add_linkage
 from linkages.results.extremes import integral
 
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\n"
@@ -174,3 +176,33 @@ def test_both_engines_agree_on_a_slider_crank(system_of):
     energy = compiled["kinetic_energy"] + compiled["potential_energy"]
     work = sum(integral(compiled, compiled[f"{name}.power"]) for name in ("O", "in_O", "in_A", "in_B", "rail"))
     assert work == pytest.approx(energy[-1] - energy[0], abs=1e-8 * energy.max())
+
+
+def test_both_engines_agree_with_a_film(system_of):
+    """The film's force counts for the forces in the ideal joints, a driven one among them; also in a further diagram."""
+    text = "duration = 0.01\n" + LUBRICATED.replace('outputs = ["follower.omega"]\n', "")
+    for name in ("O", "B"):
+        text += f"[frictions.in_{name}]\njoint = '{name}'\ncoefficient = 0.2\nradius = 0.01\nspeed = 1.0\n"
+    system = system_of(four_bar(), text + "[solver]\naccuracy = 1e-8\n")
+    compiled, drake = (simulate(system, engine) for engine in ("compiled", "drake"))
+    assert compiled.status is drake.status is Status.OK
+    times = np.linspace(0.0, 0.01, 9)
+    one, other = compiled.evaluate(times), drake.evaluate(times)
+    for name in ("in_O.torque", "in_B.torque", "O.torque", "B.force", "A.force"):
+        np.testing.assert_allclose(one[name], other[name], rtol=1e-5, atol=1e-5 * np.abs(one[name]).max())
+    with pytest.raises(InputError, match="argument: external: adds forces"):
+        add_linkage(DiagramBuilder(), system, external=True)
+
+
+def test_rows_of_a_batch_equal_single_runs(system_of):
+    """A coefficient may be zero."""
+    changes = {"duration": 0.02, "solver.integrator": "dormand_prince_5_4"}
+    system, paths = (
+        system_of(slider_crank(), RUBBING_CRANK).replaced(changes),
+        ["frictions.in_A.coefficient", "frictions.rail.length"],
+    )
+    table, names = np.array([[0.0, 0.02], [0.1, 0.03], [0.3, 0.05]]), ["A.force", "in_A.torque", "rail.force"]
+    batch = simulate_batch(system, paths, table, outputs=names)
+    for row, values in zip(batch.last[:, 0], table, strict=True):
+        run = simulate(system.replaced(dict(zip(paths, values.tolist(), strict=True))), "compiled")
+        assert row.tolist() == [run[name][-1] for name in names]
