@@ -136,7 +136,7 @@ def drive_forces(
         tau[model.powered[k]] += drive[nd + k]
     for k in range(nd):
         given[k] = tau[model.driven[k]]
-    constrained_dynamics(bodies, model.rows, model.rank, model.size, stabilisation, model.gravity, work, loop)
+    constrained_dynamics(bodies, model.rows, model.elimination, model.size, stabilisation, model.gravity, work, loop)
     for k in range(nd):
         drive[k] = tau[model.driven[k]] - given[k]
     for i in range(place.size):

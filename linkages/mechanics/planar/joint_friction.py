@@ -140,7 +140,7 @@ def _joint_forces(
         state.a[model.driven[k]] = w.a[model.driven[k]]
     for k in range(len(model.powered)):
         state.tau[model.powered[k]] = torques[k]
-    forward_dynamics(bodies, model.rows, model.rank, model.gravity, state)
+    forward_dynamics(bodies, model.rows, model.elimination, model.gravity, state)
     body_accelerations(bodies, state.pose, state.vel, state.v, state.a, state.acc)
     inertial_forces(bodies, state, model.gravity, state.bias, state.modal_bias)
     for k in range(len(model.rows)):
