@@ -222,7 +222,7 @@ def sample(
     """Make a trajectory by evaluating a run at its steps; RunError if nothing remains.
 
     The trajectory ends before the first non-finite number and before the first open loop; its status is then NOT_FINITE
-    or LOOP_OPEN. The largest loop error is added to the provenance.
+    (unless it is JAMMED) or LOOP_OPEN. The largest loop error is added to the provenance.
     """
     columns = _in_parts(evaluate, steps)
     finite = np.ones(len(steps), dtype=bool)
@@ -230,7 +230,7 @@ def sample(
         finite &= np.isfinite(column)
     count = len(steps)
     if not np.all(finite):
-        count, status = int(np.argmin(finite)), Status.NOT_FINITE
+        count, status = int(np.argmin(finite)), Status.JAMMED if status is Status.JAMMED else Status.NOT_FINITE
         if count == 0:
             raise RunError(f"{status.value} at the start; {status.remedy}")
     if loops is not None:

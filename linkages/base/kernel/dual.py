@@ -351,6 +351,12 @@ def _power_slope(x: _Number, y: _Number, result: _Number) -> _Number:
     return slope.where(math.inf, 0.0, slope)
 
 
+def _exponent_slope(x: _Number, y: _Number, result: _Number) -> _Number:
+    """Write the derivative x^y log x with respect to y; zero unless x is positive: the exponent is constant there."""
+    positive = x.builder.fcmp_ordered(">", x.value, _FLOAT(0.0))
+    return result * x.another(x.builder.select(positive, x.of(math.log).value, _FLOAT(0.0)))
+
+
 _KINDS = _Dual, types.Float, _Lanes, simd.Lanes
 _WITH_DUALS, _SIDE_BY_SIDE = (_Dual, _Lanes), (_Lanes, simd.Lanes)
 
@@ -409,7 +415,7 @@ _ADD = _rule(lambda x, y: x + y, lambda x, y, r: 1.0, lambda x, y, r: 1.0)
 _SUBTRACT = _rule(lambda x, y: x - y, lambda x, y, r: 1.0, lambda x, y, r: -1.0)
 _MULTIPLY = _rule(lambda x, y: x * y, lambda x, y, r: y, lambda x, y, r: x)
 _NEGATIVE = _rule(lambda x: -x, lambda x, r: -1.0)
-_POWER = _rule(lambda x, y: x.of(operator.pow, y), _power_slope, lambda x, y, r: r * x.of(math.log))
+_POWER = _rule(lambda x, y: x.of(operator.pow, y), _power_slope, _exponent_slope)
 _ARITHMETIC = {
     operator.add: _ADD, operator.iadd: _ADD, operator.sub: _SUBTRACT, operator.isub: _SUBTRACT,
     operator.mul: _MULTIPLY, operator.imul: _MULTIPLY, operator.truediv: _divide, operator.itruediv: _divide,
