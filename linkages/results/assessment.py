@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
+from linkages.base.arrays import Array
 from linkages.base.brief import Brief
 from linkages.mechanics.planar.record_types import STOP
 from linkages.results.characteristics import peak_columns
+from linkages.results.derivatives import NONE
 from linkages.results.divergence import apart
 from linkages.results.films import JointHeat
 from linkages.results.impacts import Impact, impacts
 from linkages.results.peak_errors import noise
 from linkages.results.soundness import Soundness
 from linkages.results.steady_state import Motion, motion_of
-from linkages.results.trajectory import Trajectory
+from linkages.results.trajectory import Columns, Trajectory, values_at
 from linkages.system import System
 
 _COMPARED = 500  # number of times at which the run and the tighter one are compared
 # difference of a film's force from the force of the ideal joint, in parts of the latter
 _CARRIED = 0.1  # within it the film carries the load
 _OVERSHOOT = 0.25  # a larger excess before makes a start-up
+#: Part of a run in which a centred journal takes up its load, in microseconds; differences begin after it.
+TAKEN_UP = 0.005
 
 
 @dataclass(frozen=True, repr=False)
@@ -87,6 +91,23 @@ class Assessment(Brief):
         if not times:
             return None
         return min(max([*times, *(drive.ramp for drive in experiment.drives.values())]), end)
+
+    @cached_property
+    def difference(self) -> Trajectory:
+        """Return the run minus the ideal motion, in the columns and the time that both have."""
+        run, exact = self.run, self.ideal
+        names = [name for name in run if name != "time" and name in exact]
+        times = run.time[run.time <= exact.time[-1]]
+
+        def subtracted(times: Array, real: Columns, perfect: Columns) -> Columns:
+            return {"time": times} | {name: real[name] - perfect[name] for name in names}
+
+        def evaluate(times: Array) -> Columns:
+            return subtracted(times, values_at(run, times), values_at(exact, times))
+
+        steps = {name: run[name][: len(times)] for name in names}
+        columns = subtracted(times, steps, values_at(exact, times))
+        return replace(run, time=times, columns=columns, evaluate=evaluate, sensitivity=NONE)
 
     @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:
