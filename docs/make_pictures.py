@@ -1,5 +1,6 @@
 """Writes the pictures of the press: it moves, and its dry joint strikes: ``python docs/make_pictures.py``."""
 
+import dataclasses
 from io import BytesIO
 from pathlib import Path
 
@@ -37,7 +38,8 @@ def draw_contact(joint: str) -> Figure:
     run, ideal = linkages.simulate(system), linkages.ideal(system)
     figure = Figure(figsize=(8.4, 3.4), layout="constrained")
     circle, force = figure.subplots(1, 2, width_ratios=[1.0, 1.7])
-    orbit(system, run, joint, circle)
+    fine = run.evaluate(np.linspace(0.0, run.time[-1], 20001))  # a free flight has few steps
+    orbit(system, dataclasses.replace(run, time=fine["time"], columns=fine), joint, circle)
     circle.set_title(f"journal of {joint} in its clearance circle", fontsize=9)
     force.semilogy(ideal.time, ideal[f"{joint}.force"], color=COLORS[1], lw=2.2, label="ideal joint")
     force.semilogy(run.time, np.maximum(run[f"{joint}.force"], _LEAST), color=COLORS[0], lw=0.6, label="dry joint")

@@ -40,6 +40,12 @@ class _Least(_Entry):
     share: Finite
 
 
+class _Difference(_Entry):
+    peak: Finite
+    time: Finite
+    share: _Number
+
+
 class _Heat(_Entry):
     temperature: Finite
     viscosity: Finite
@@ -97,7 +103,7 @@ class _Numbers(_Entry):
     drives: dict[str, _Drive]
     loads: dict[str, _Load] = Field({})
     links: dict[str, _Link] = Field({})
-    difference: dict[str, _Peak] = Field({})
+    difference: dict[str, _Difference] = Field({})
 
     def lacks(self, other: _Numbers) -> str:
         """Name an entry of the other numbers that is missing here; "" if none is."""

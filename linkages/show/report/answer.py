@@ -41,7 +41,8 @@ def answer(summary: dict[str, Any]) -> list[str]:
     status = Status(summary["status"])
     if status is Status.OK:
         return [_action(play), _effect(shown), _trial(play, given.get("joints", {}))]
-    ended = f"The run ended at {summary['duration']:.4g} s of {given['duration']:g} s, with the status {status.value}."
+    asked = f"{summary['duration']:.4g} s of {given['duration']:g} s"
+    ended = f"The run ended early, at {asked}, with the status {status.value}; the numbers belong to this part."
     return [ended, _action(play), _effect(shown), f"Next, {status.remedy}."]
 
 
@@ -83,7 +84,7 @@ def _effect(shown: dict[str, Any]) -> str:
     """Say what clearance changes: the first output, the output whose peak changes most, and the largest force."""
     said = []
     for name in [*shown.get("difference", {})][:1]:
-        largest, part = shown["difference"][name]["peak"], words.share(shown, name)
+        largest, part = shown["difference"][name]["peak"], words.percent(shown["difference"][name]["share"])
         of = "" if part == "-" else f" ({part} of its range)" if part.endswith("%") else f" ({part} its range)"
         said.append(f"{name} differs by up to {_measured(largest, words.output_unit(name))}{of}")
     peaks = {

@@ -55,7 +55,7 @@ def effects(summary: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], list[tup
     shown, apart, film = reported(summary), [], []
     for name, value in shown.get("difference", {}).items():
         unit = "N" if name.endswith(".force") else output_unit(name)
-        apart.append((f"{name} [{unit}]", value["peak"], value["time"], share(shown, name)))
+        apart.append((f"{name} [{unit}]", value["peak"], value["time"], percent(value["share"])))
     for name, joint in shown["joints"].items():
         if found := joint.get("film_thickness"):
             film.append((f"{name} [m]", found["min"], found["time"], percent(found["share"])))
@@ -65,18 +65,10 @@ def effects(summary: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], list[tup
         yield ("oil film", "thinnest", "at [s]", "of clearance"), film
 
 
-def share(shown: dict[str, Any], name: str) -> str:
-    """Write the largest difference of an output over the ideal range, or of a joint's force over the ideal peak."""
-    ideal, largest = shown["ideal"], shown["difference"][name]["peak"]
-    if name in ideal["outputs"]:
-        whole = ideal["outputs"][name]["max"] - ideal["outputs"][name]["min"]
-    else:
-        whole = ideal["joints"][name.removesuffix(".force")]["force"]["peak"]
-    return percent(largest / whole) if whole > NOTHING * largest else "-"
-
-
-def percent(part: float) -> str:
-    """Write a part in per cent with two digits, or as a multiple."""
+def percent(part: float | None) -> str:
+    """Write a part in per cent with two digits, or as a multiple; "-" if there is no whole."""
+    if part is None:
+        return "-"
     return f"{100.0 * part:.2g} %" if part < 1.995 else f"{part:.3g} times"
 
 
