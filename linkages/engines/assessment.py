@@ -81,7 +81,7 @@ def simulate(
     6.96
     >>> run = linkages.simulate(system, outputs=["slider7.x"], wrt=["sdf.frames.link6_D.pose.x"])
     >>> run.sensitivity["sdf.frames.link6_D.pose.x"]["slider7.x"][-1].round(4).item()  # m/m
-    1.0005
+    1.0031
     """
     if outputs is None and not wrt:
         return _with_units(system, load_engine(engine).simulate(system, progress))

@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from linkages.base.arrays import Array
 from linkages.base.brief import Brief
 from linkages.mechanics.planar.record_types import STOP
 from linkages.results.characteristics import peak_columns
@@ -18,7 +17,7 @@ from linkages.results.impacts import Impact, impacts
 from linkages.results.peak_errors import noise
 from linkages.results.soundness import Soundness
 from linkages.results.steady_state import Motion, motion_of
-from linkages.results.trajectory import Columns, Trajectory, values_at
+from linkages.results.trajectory import Trajectory, values_at
 from linkages.system import System
 
 _COMPARED = 500  # number of times at which the run and the tighter one are compared
@@ -94,20 +93,11 @@ class Assessment(Brief):
 
     @cached_property
     def difference(self) -> Trajectory:
-        """Return the run minus the ideal motion, in the columns and the time that both have."""
-        run, exact = self.run, self.ideal
-        names = [name for name in run if name != "time" and name in exact]
-        times = run.time[run.time <= exact.time[-1]]
-
-        def subtracted(times: Array, real: Columns, perfect: Columns) -> Columns:
-            return {"time": times} | {name: real[name] - perfect[name] for name in names}
-
-        def evaluate(times: Array) -> Columns:
-            return subtracted(times, values_at(run, times), values_at(exact, times))
-
-        steps = {name: run[name][: len(times)] for name in names}
-        columns = subtracted(times, steps, values_at(exact, times))
-        return replace(run, time=times, columns=columns, evaluate=evaluate, sensitivity=NONE)
+        """Return the run minus the ideal motion at the run's steps, in the columns and the time that both have."""
+        run, times = self.run, self.run.time[self.run.time <= self.ideal.time[-1]]
+        exact = values_at(self.ideal, times)
+        columns = {name: run[name][: len(times)] - exact[name] for name in run if name in exact} | {"time": times}
+        return replace(run, time=times, columns=columns, evaluate=None, sensitivity=NONE)
 
     @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:

@@ -215,7 +215,7 @@ def simulate_batch(
     >>> path = "sdf.frames.link6_D.pose.x"
     >>> batch = linkages.simulate_batch(system, variables, [[3e-4, 0.3]], ["slider7.x"], wrt=[path])
     >>> batch.sensitivity[path]["mean"].round(3).tolist()  # m/m: runs, windows, outputs
-    [[[1.0]]]
+    [[[1.001]]]
     """
     for name in variables:
         if variables.count(name) > 1:
