@@ -4,7 +4,7 @@ Each folder imports only from those above it:
 
 | folder    | what lives there                                                                              |
 |-----------|-----------------------------------------------------------------------------------------------|
-| base      | what every room uses: arrays, errors, checked arguments, files, interrupts, the compiler      |
+| base      | what every folder uses: arrays, errors, checked arguments, files, interrupts, the compiler    |
 | laws      | force laws of a joint with clearance: contact, film, friction, wear                           |
 | mechanics | kernels on plain arrays: integrators, elastic bodies, planar multibody dynamics               |
 | input     | SDFormat and TOML: read, imported, written; `Mechanism` and `Experiment`: validated input     |

@@ -15,9 +15,10 @@ import pytest
 
 import linkages
 from linkages.base.disk import keep, kept
-from linkages.base.kernel import kernel
+from linkages.base.kernel import kernel, shipped
+from linkages.base.kernel.cache import pack
 from linkages.base.kernel.compile import Kernel
-from linkages.base.kernel.fingerprint import fingerprint, toolchain
+from linkages.base.kernel.fingerprint import fingerprint, processor, toolchain
 
 SCRIPT = """
 import sys
@@ -207,9 +208,9 @@ def test_a_function_is_what_it_says_and_what_it_refers_to():
 
 @pytest.mark.parametrize("name", ["OPT", "CPU_NAME", "CPU_FEATURES", "LOOP_VECTORIZE", "BOUNDSCHECK"])
 def test_a_setting_of_numba_that_changes_code_is_part_of_the_fingerprint(name, monkeypatch):
-    before = toolchain.__wrapped__()
+    before = toolchain.__wrapped__(*processor.__wrapped__())
     monkeypatch.setattr(numba.config, name, "another")
-    assert toolchain.__wrapped__() != before
+    assert toolchain.__wrapped__(*processor.__wrapped__()) != before
 
 
 def test_the_name_of_an_attribute_is_no_global():
@@ -229,3 +230,32 @@ def test_every_kernel_of_the_package_has_a_fingerprint():
                 fingerprint(value)
                 found += 1
     assert found > 100
+
+
+PACKED = """
+import sys
+from pathlib import Path
+from linkages.base.kernel import shipped
+shipped.ARCHIVE = Path(sys.argv.pop(2))
+if sys.argv.pop(2) == "another processor":
+    shipped._FEATURES = [*shipped._FEATURES, "a feature of the next decade"]
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not shipped.fits(), reason="the processor is below the level of the package's kernels")
+def test_code_in_the_package_is_loaded_on_processors_of_its_level_and_only_there(start, tmp_path):
+    level = {"NUMBA_CPU_NAME": shipped.LEVEL, "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": tmp_path / "packed"}
+    assert start("0,1,5", **level).communicate() == ("0 compiled compiled compiled\n", "")
+    pack(tmp_path / "packed", tmp_path / "kernels.zip")
+    (tmp_path / "script.py").write_text(PACKED + SCRIPT)
+
+    def ran(name, processor, values):
+        environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+        command = [sys.executable, "script.py", values, tmp_path / name, processor]
+        return subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True).stdout
+
+    assert ran("kernels.zip", "this one", "0,1,5") == "3\n"
+    assert not list((tmp_path / "cache").glob("??"))
+    assert ran("kernels.zip", "another processor", "0,5") == "0 compiled compiled\n"
+    assert ran("none.zip", "this one", "0,1,5") == "2 compiled\n"

@@ -1,4 +1,4 @@
-"""What every room uses: types of arrays, errors, checked arguments, short texts, files, interrupts, the compiler.
+"""What every folder uses: types of arrays, errors, checked arguments, short texts, files, interrupts, the compiler.
 
 | module    | responsibility                                                                                       |
 |-----------|------------------------------------------------------------------------------------------------------|

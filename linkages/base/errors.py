@@ -53,7 +53,13 @@ class RunError(RuntimeError):
 
 
 class AssemblyError(RunError):
-    """The linkage cannot be assembled; `status` is the reason."""
+    """The linkage cannot be assembled.
+
+    Attributes
+    ----------
+    status : Status
+        The reason.
+    """
 
     def __init__(self, status: Status, detail: str) -> None:
         super().__init__(f"{status.value}: {detail}; {status.remedy}")

@@ -115,7 +115,7 @@ def compile_cache() -> CheckResult:
     """Check the cache of compiled code: without it each start compiles for up to a minute."""
     import numba
 
-    from linkages.base.kernel import folder, private
+    from linkages.base.kernel import fingerprint, folder, private, shipped
 
     if getattr(numba.config, "DISABLE_JIT", False):
         return CheckResult("compile cache", "the compiler is off", "unset NUMBA_DISABLE_JIT")
@@ -124,8 +124,14 @@ def compile_cache() -> CheckResult:
     path = folder.folder()
     if path is None:
         return CheckResult("compile cache", "none", _PLACE)
-    kept = _count(path, "*/*.nbc")
-    text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for up to a minute'}"
+    kept, packed, made_with = _count(path, "*/*.nbc"), len(shipped.names()), shipped.versions()
+    text = f"{path}, {f'{kept} files' if kept else 'empty'}"
+    if packed and made_with == fingerprint.versions():
+        text += f"; the package has {packed} kernels for {shipped.LEVEL}"
+    elif made_with:
+        text += f"; the package's kernels are not used: they need {shipped.LEVEL}, {made_with}"
+    if not kept and not (packed and made_with == fingerprint.versions()):
+        text += ": the first run compiles for up to a minute"
     return CheckResult("compile cache", text, _PLACE if path.is_relative_to(folder.temporary_folder()) else "")
 
 

@@ -12,7 +12,16 @@ from linkages.laws.heat import Heat, root
 
 @dataclass(frozen=True, eq=False)
 class WarmBearing:
-    """An operating point at the temperature of its heat balance [degC]."""
+    """An operating point at the temperature of its heat balance; made by `warm_bearing`.
+
+    Attributes
+    ----------
+    bearing : BearingPoint
+        With the viscosity at this temperature.
+    heat : Heat
+    temperature : float
+        Temperature of the oil [degC].
+    """
 
     bearing: BearingPoint
     heat: Heat

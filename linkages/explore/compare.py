@@ -31,7 +31,17 @@ _IMPACTS = 2  # number of individually compared contacts of each joint
 
 @dataclass(frozen=True)
 class Difference:
-    """Largest difference of one quantity, its time [s], and the quantity's peak in either run."""
+    """Largest difference of one quantity.
+
+    Attributes
+    ----------
+    max_difference : float
+        In the quantity's unit.
+    time : float
+        Time of the difference [s].
+    peak : float
+        Peak of the quantity in either run.
+    """
 
     max_difference: float
     time: float
@@ -45,12 +55,22 @@ class Difference:
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Brief):
-    """Two engines on one experiment: runs and horizons by engine, differences by column name; made by `compare`.
+    """Two engines on one experiment; made by `compare`.
 
-    An engine's horizon is the time up to which its runs at two tolerances agree [s], or the run's end without contacts.
-    Differences and contacts are limited to `until`; contacts are the first ones of each joint, in pairs of both
-    engines. Meaningless columns, such as forces in a singular position, have no difference. Warnings are taken from
-    ``summary.json``, by engine.
+    Attributes
+    ----------
+    runs : dict of str to Trajectory
+        By engine.
+    horizons : dict of str to float
+        Time up to which an engine's runs at two tolerances agree, or the run's end without contacts, by engine [s].
+    differences : dict of str to Difference
+        By column name, up to `until`.
+    meaningless : frozenset of str
+        Columns without a difference, such as forces in a singular position.
+    contacts : list of (Impact, Impact)
+        First contacts of each joint up to `until`, in pairs of both engines.
+    warnings : dict of str to list of dict
+        As in ``summary.json``, by engine.
     """
 
     runs: dict[str, Trajectory]

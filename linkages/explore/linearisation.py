@@ -37,11 +37,23 @@ _LEAST = 1e-9  # least acceleration by a unit input, over the usual one, that li
 class StateSpace(Brief):
     """A linear model; made by `linearise`: nx states, nu inputs, ``no`` outputs, SI units.
 
-    `A` is (nx, nx), `B` (nx, nu), `C` (no, nx), `D` (no, nu). States are named ``q.NAME``, ``v.NAME``, ``z.CONTACT``:
-    coordinates, their rates and bristles; inputs as in `linkages.system.linear_systems.inputs`; outputs as in the
-    registry; `units` has the inputs and outputs. `x` (nx,) and `y` (no,) are the states and outputs at the operating
-    point, which the run reaches at `time` [s]; `at_rest` is whether it is an equilibrium. `error` is the error of C
-    and D relative to the largest entry of their row, estimated by the last extrapolation.
+    Attributes
+    ----------
+    A, B, C, D : (nx, nx), (nx, nu), (no, nx), (no, nu) arrays
+        Matrices of dx/dt = A x + B u and y = C x + D u, for changes from the operating point.
+    states, inputs, outputs : tuples of str
+        Names: ``q.NAME``, ``v.NAME``, ``z.CONTACT`` for coordinates, their rates and bristles; inputs as in
+        `linkages.system.linear_systems.inputs`; outputs as in the registry.
+    units : dict of str to str
+        Units of the inputs and outputs.
+    x, y : (nx,), (no,) arrays
+        States and outputs at the operating point.
+    time : float
+        Time at which the run reaches the operating point [s].
+    at_rest : bool
+        Whether the operating point is an equilibrium.
+    error : float
+        Error of C and D relative to the largest entry of their row, estimated by the last extrapolation [1].
     """
 
     A: Array

@@ -25,7 +25,15 @@ _BLOCKS = 10  # number of blocks of revolutions for the standard error
 
 @dataclass(frozen=True, repr=False)
 class Exponent(Brief):
-    """Largest Lyapunov exponent: natural growth rate in each revolution (nr,) [1/s]; period of revolutions [s]."""
+    """Largest Lyapunov exponent; made by `largest_exponent`.
+
+    Attributes
+    ----------
+    growth : (nr,) array
+        Natural growth rate in each revolution [1/s].
+    period : float
+        Period of a revolution [s].
+    """
 
     growth: Array
     period: float
@@ -114,7 +122,7 @@ def largest_exponent(
     total = transient + revolutions
     tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})
     first, second = Flow(tight), Flow(tight)
-    if len(first.runner.model.free) == first.runner.model.rank:
+    if len(first.runner.model.free) == first.runner.model.elimination.rank:
         problem = "they determine the whole motion, so nothing can diverge"
         raise InputError(experiment.source, "drives", problem)
     second.resume(first.t, first.y + distance * first.scale, first.memory, first.step)

@@ -39,14 +39,24 @@ _SAMPLES = 25  # number of samples of a flexible link, or of a substructure
 class Modes:
     """Modes of a linkage in a pose, in increasing frequency; m modes, n free coordinates; made by `modes`.
 
-    `system` is the linkage in its pose, `at_rest` whether the pose is an equilibrium. `squares` (m,) are the squares
-    p^2 of the angular frequencies [(rad/s)^2] of the undamped linkage: zero for a free motion, negative if the pose is
-    unstable. `damping` (m,) is the damping ratio of each mode [1], without coupling of modes; NaN without a frequency.
-    `shapes` (n, m) are changes of the free coordinates, for unit modal mass; `mass` (n, n) is the mass matrix of these
-    coordinates.
-
-    `conservative` is whether the stiffness matrix is symmetric. Otherwise the frequencies include the antisymmetric
-    part (loads that follow a link or a formula), and eigenvalues may be complex: then their real parts are given.
+    Attributes
+    ----------
+    system : StaticSystem
+        The linkage in its pose.
+    squares : (m,) array
+        Squares p^2 of the angular frequencies of the undamped linkage [(rad/s)^2]: zero for a free motion, negative if
+        the pose is unstable.
+    damping : (m,) array
+        Damping ratio of each mode [1], without coupling of modes; NaN without a frequency.
+    shapes : (n, m) array
+        Changes of the free coordinates, for unit modal mass.
+    mass : (n, n) array
+        Mass matrix of the free coordinates.
+    conservative : bool
+        Whether the stiffness matrix is symmetric. Otherwise the frequencies include the antisymmetric part (loads that
+        follow a link or a formula), and eigenvalues may be complex: then their real parts are given.
+    at_rest : bool
+        Whether the pose is an equilibrium.
     """
 
     system: StaticSystem

@@ -30,10 +30,20 @@ _AT_ONCE = 40  # most comparisons at once
 
 @dataclass(frozen=True, repr=False)
 class Section(Brief):
-    """Values in each of nr revolutions with a period [s] and end times (nr,) [s]; made by `stroboscopic`.
+    """Values in each of nr revolutions; made by `stroboscopic`. Unfinished revolutions are omitted.
 
-    (nr,) arrays by column name: `strobe` has the value at the end of each revolution, `low` and `high` the extremes
-    within it, over continuous time. The status is the end of the run; unfinished revolutions are omitted.
+    Attributes
+    ----------
+    period : float
+        Period of a revolution [s].
+    times : (nr,) array
+        Ends of the revolutions [s].
+    strobe : dict of (nr,) arrays
+        Value at the end of each revolution, by column name.
+    low, high : dict of (nr,) arrays
+        Extremes within each revolution over continuous time, by column name.
+    status : Status
+        End of the run.
     """
 
     period: float

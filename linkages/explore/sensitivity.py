@@ -51,7 +51,8 @@ class Sensitivities(Brief):
     derivatives : dict of dict of float or None
         By path and key, in units of the number per unit of the value; None where there is none.
     errors : dict of dict of float or None
-        Their errors, 1.5 times the change with a thousand times tighter accuracy.
+        Their errors: 1.5 times the sum of the change with a thousand times tighter accuracy and, for means, root mean
+        squares and works, of the error of their quadrature within the steps.
     checks : dict of dict of float
         Differences of runs, by path and key of peaks; empty unless requested.
     warnings : list of dict
@@ -158,7 +159,8 @@ def _errors(found: _Differentiated, finer: _Differentiated, path: str, value: fl
     for key, rate in found.derivatives[path].items():
         if rate is not None and (other := finer.derivatives[path][key]) is not None:
             rounding = _ROUNDING * abs(found.numbers[key]) / magnitude_of(path, value)
-            errors[key] = max(_SAFETY * abs(rate - other), rounding, _SHARED * abs(rate))
+            change = abs(rate - other) + found.quadrature[path][key]
+            errors[key] = max(_SAFETY * change, rounding, _SHARED * abs(rate))
     return errors
 
 
@@ -183,11 +185,15 @@ class _Differentiated:
         span = float(self.run.time[0]), float(self.run.time[-1])
         wanted = {f"{name}.{kind}": Wanted(name, kind, *span) for kind in _STATISTICS for name in names}
         wanted |= {f"{name}.work": Wanted(f"{name}.power", "integral", *span) for name in drives}
-        found = dict(zip(wanted, differentiate_statistics(self.run, list(wanted.values())), strict=True))
+        found = dict(zip(wanted, differentiate_statistics(self.run, list(wanted.values()), errors=True), strict=True))
         found = {key: one for key, one in found.items() if one.number or not key.endswith(".rms")}
         self.numbers = {key: one.number for key, one in found.items()}
         self.derivatives: dict[str, dict[str, float | None]] = {
             path: {key: float(one.rates[k]) if math.isfinite(one.rates[k]) else None for key, one in found.items()}
+            for k, path in enumerate(paths)
+        }
+        self.quadrature = {
+            path: {key: 0.0 if one.quadrature is None else float(one.quadrature[k]) for key, one in found.items()}
             for k, path in enumerate(paths)
         }
         self.warnings = list(self._warnings({name: found[f"{name}.peak"] for name in names}))

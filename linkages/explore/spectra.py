@@ -17,9 +17,16 @@ from linkages.results.trajectory import Trajectory
 
 @dataclass(frozen=True, repr=False)
 class Spectrum(Brief):
-    """One-sided power spectral density of a column: frequencies [Hz] and the density at them, (nf,) arrays.
+    """One-sided power spectral density of a column; made by `spectrum`.
 
-    The unit of the density is the column's unit squared, per Hz; its integral is the column's variance.
+    Attributes
+    ----------
+    name : str
+        Name of the column.
+    frequency : (nf,) array
+        Frequencies [Hz].
+    density : (nf,) array
+        Density, in the column's unit squared, per Hz; its integral is the column's variance.
     """
 
     name: str

@@ -18,10 +18,17 @@ from linkages.system import System
 
 @dataclass(frozen=True)
 class SweepPoint:
-    """One value of the variable; no section if the linkage could not be assembled.
+    """One value of the variable.
 
-    The horizon (`linkages.explore.sections.horizon`) is the number of revolutions from the start for which two
-    tolerances agree; None without contacts, or if not requested.
+    Attributes
+    ----------
+    value : float
+    section : Section or None
+        None if the linkage could not be assembled.
+    status : Status
+    horizon : float or None
+        Number of revolutions from the start for which two tolerances agree (`linkages.explore.sections.horizon`); None
+        without contacts, or if not requested.
     """
 
     value: float
@@ -32,10 +39,20 @@ class SweepPoint:
 
 @dataclass(frozen=True, repr=False)
 class Sweep(Brief):
-    """Sections of outputs at every value of the variable `path`, in the order of the values.
+    """Sections of outputs at every value of a variable; made by `sweep`.
 
-    `transient` revolutions were discarded before each. The `status` is ``INTERRUPTED`` if the sweep was: some values
-    then have no section or no horizon.
+    Attributes
+    ----------
+    path : str
+        Dotted path of the variable.
+    names : tuple of str
+        Names of the outputs.
+    transient : int
+        Revolutions that were discarded before each section.
+    points : tuple of SweepPoint
+        In the order of the values.
+    status : Status
+        INTERRUPTED if the sweep was: some values then have no section or no horizon.
     """
 
     path: str

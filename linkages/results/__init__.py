@@ -1,4 +1,4 @@
-"""Results of runs: trajectories, and numbers over continuous time. It imports no engine.
+"""Results of runs: named outputs (`outputs`), trajectories, numbers over continuous time. It imports no engine.
 
 | module            | responsibility                                                            |
 |-------------------|---------------------------------------------------------------------------|

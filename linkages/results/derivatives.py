@@ -68,14 +68,23 @@ Wrt = Annotated[Sequence[str | Direction], values_to_move]
 
 @dataclass(frozen=True, repr=False)
 class Derivatives(Mapping[str, Columns]):
-    """Derivatives of outputs at fixed times: ``run.sensitivity["joints.A.clearance"]["A.force"]``."""
+    """Derivatives of outputs at fixed times: ``run.sensitivity["joints.A.clearance"]["A.force"]``.
 
-    # (nt,) by path and output, at the run's times, in units of the output per unit of the value; NaN where
-    # there is none
+    Attributes
+    ----------
+    columns : dict of dict of (nt,) arrays
+        By path and output, at the run's times, in units of the output per unit of the value; NaN where there is none.
+    status : str
+        Why derivatives end; see `MEANING`.
+    until : float
+        Last time with derivatives [s].
+    evaluate : callable
+        Function that gives the same at times (n,) of the run, in any order; InputError for times outside.
+    """
+
     columns: dict[str, Columns]
-    status: str  # why derivatives end; see `MEANING`
-    until: float  # last time with derivatives [s]
-    # function that gives the same at times (n,) of the run, in any order; InputError for times outside
+    status: str
+    until: float
     evaluate: Callable[[Array], dict[str, Columns]] = field(compare=False)
 
     def __getitem__(self, path: str) -> Columns:

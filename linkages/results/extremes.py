@@ -28,7 +28,15 @@ class Bracket(NamedTuple):
 
 @dataclass(frozen=True)
 class Extremes:
-    """Smallest and largest value of a column over continuous time, and their times [s]."""
+    """Smallest and largest value of a column over continuous time; made by `extremes`.
+
+    Attributes
+    ----------
+    min, max : float
+        In the column's unit.
+    time_min, time_max : float
+        Times of these values [s].
+    """
 
     min: float
     max: float

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array
+from linkages.laws.contact.material import bisect
 from linkages.laws.film.films import film_force
 from linkages.laws.film.map_nodes import finite_force
 from linkages.results.extremes import integral
@@ -25,17 +26,37 @@ _UNSETTLED = 0.1  # change of the temperature from run to run that is named in a
 
 @dataclass(frozen=True)
 class JointHeat:
-    """Heat balance of one joint over a part of a run."""
+    """Heat balance of one joint over a part of a run; made by `joint_heat`.
 
-    temperature: float  # of the oil in the run [degC]
-    viscosity: float  # at this temperature [Pa s]
-    power: float  # mean power that film and contact dissipate [W]
-    flow: float  # mean flow out of both ends [m3/s]
-    by_flow: float  # heat that the flow removes at this temperature [W]
-    by_conduction: float  # heat that conduction removes [W]
-    balanced: float  # temperature at which the same motion would be in balance [degC]
-    span: tuple[float, float]  # part of the run [s]
-    cyclic: bool  # whether the motion repeats from there on
+    Attributes
+    ----------
+    temperature : float
+        Temperature of the oil in the run [degC].
+    viscosity : float
+        Viscosity at this temperature [Pa s].
+    power : float
+        Mean power that film and contact dissipate [W].
+    flow : float
+        Mean flow out of both ends [m3/s].
+    by_flow, by_conduction : float
+        Heat that the flow and conduction remove at this temperature [W].
+    balanced : float
+        Temperature at which the same motion would be in balance [degC].
+    span : (float, float)
+        Start and end of the part of the run [s].
+    cyclic : bool
+        Whether the motion repeats from there on.
+    """
+
+    temperature: float
+    viscosity: float
+    power: float
+    flow: float
+    by_flow: float
+    by_conduction: float
+    balanced: float
+    span: tuple[float, float]
+    cyclic: bool
 
     @property
     def change(self) -> float:
@@ -124,14 +145,10 @@ def film_error(record: Any, slenderness: float, e: Array, force: Array) -> FilmE
     eps, deps, ew = _motion(record, slenderness, e[widest], force[widest] / unit)
     needed = float(size[widest]) / unit
 
-    def lacks(other: float) -> bool:
-        return math.hypot(*finite_force(other, slenderness, deps, 0.5 * ew * other / eps)) < needed
+    def spare(other: float) -> float:
+        return math.hypot(*finite_force(other, slenderness, deps, 0.5 * ew * other / eps)) - needed
 
-    low, high = 0.0, _LARGEST
-    for _ in range(20):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if lacks(middle) else (low, middle)
-    return FilmError(excess, eps, high)
+    return FilmError(excess, eps, bisect(spare, 0.0, _LARGEST, 20))
 
 
 def _motion(record: Any, slenderness: float, e: Array, force: Array) -> tuple[float, float, float]:
@@ -145,10 +162,6 @@ def _motion(record: Any, slenderness: float, e: Array, force: Array) -> tuple[fl
         return math.atan2(f_t, f_n), math.hypot(f_n, f_t)
 
     # rotation turns the force from -n (approach, angle 0) by way of t to n (separation, angle pi), and is odd in ew
-    low, high = 0.0, math.pi
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if acting(middle)[0] > abs(aim) else (low, middle)
-    angle = math.copysign(low, aim)
+    angle = math.copysign(bisect(lambda angle: acting(angle)[0] - abs(aim), 0.0, math.pi), aim)
     speed = float(np.hypot(*force)) / acting(angle)[1]
     return eps, speed * math.cos(angle), 2.0 * speed * math.sin(angle)

@@ -34,18 +34,39 @@ SUSTAINED = 2.0
 
 @dataclass(frozen=True)
 class Impact:
-    """One contact of one joint, SI units; of a stop of a revolute joint angles and torques, for lengths and forces."""
+    """One contact of one joint, SI units; made by `impacts`.
+
+    For a stop of a revolute joint lengths and forces are angles and torques. Peaks are over continuous time.
+
+    Attributes
+    ----------
+    joint : str
+    start : float
+        Start of the contact.
+    approach_speed : float
+        Rate of the eccentricity at the start.
+    tangential_speed : float
+        Sliding speed at the start.
+    duration : float
+        Time until separation, or until the run ends.
+    peak_force : float
+        Peak of the resultant of normal force, friction and (mixed joint) film.
+    peak_penetration : float
+    separation_speed : float
+        Rate of the eccentricity at separation; NaN if the run ends earlier.
+    peak_normal_force : float
+        Peak of the force along the line of centres (at a corner: along the wall's normal); NaN if unknown, in folders
+        written by older versions.
+    """
 
     joint: str
-    start: float  # start of the contact
-    approach_speed: float  # rate of the eccentricity at the start
-    tangential_speed: float  # sliding speed at the start
-    duration: float  # time until separation, or until the run ends
-    peak_force: float  # over continuous time: resultant of normal force, friction and (mixed joint) film
-    peak_penetration: float  # over continuous time
-    separation_speed: float  # rate of the eccentricity at separation; NaN if the run ends earlier
-    # peak over continuous time of the force along the line of centres (at a corner: along the wall's normal).
-    # NaN if unknown, in folders written by older versions
+    start: float
+    approach_speed: float
+    tangential_speed: float
+    duration: float
+    peak_force: float
+    peak_penetration: float
+    separation_speed: float
     peak_normal_force: float = math.nan
 
 

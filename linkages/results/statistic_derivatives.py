@@ -17,8 +17,7 @@ from linkages.results.extremes import Extremes, averages, extremes, integral
 from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Trajectory
 
-_ROOTS, _SHARES = np.polynomial.legendre.leggauss(3)
-_ABSCISSAS, _WEIGHTS = 0.5 * (1.0 + _ROOTS), 0.5 * _SHARES  # on [0, 1]
+_POINTS = 3  # of Gauss's quadrature within a step; one more gives its error
 _SHARES_OF_STEP = 0.1, 0.01, 1e-3  # distances of the values whose parabola gives the time of an extreme
 _VISIBLE = 1e-9  # bend of the parabola in parts of the values, above their rounding
 _EXTREMES = ("minimum", "maximum", "peak", "range")  # peak: largest magnitude; range: maximum less minimum
@@ -40,9 +39,10 @@ class Found(NamedTuple):
     rates: Array  # (np,); NaN where there is no derivative
     time: float = np.nan  # of an extreme [s], of the larger one for ``peak`` and ``range``
     sign: float = 1.0  # -1 for a peak that is a minimum
+    quadrature: Array | None = None  # (np,), error of the rates of a mean, integral or root mean square, if asked for
 
 
-def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[Found]:
+def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted], errors: bool = False) -> list[Found]:
     """Compute statistics of a run with their derivatives.
 
     Parameters
@@ -51,6 +51,8 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[
         With `Trajectory.sensitivity` of the outputs.
     wanted : sequence of Wanted
         The same outputs give the same numbers, bit for bit; other outputs move the times at which states are evaluated.
+    errors : bool
+        Whether to compute `Found.quadrature`.
 
     Returns
     -------
@@ -79,7 +81,7 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted]) -> list[
     found = []
     for output, statistic, start, end in wanted:
         if statistic not in _EXTREMES:
-            found.append(parts[start, end].average(output, statistic))
+            found.append(parts[start, end].average(output, statistic, errors))
             continue
         top = tops[output, start, end]
         low, high = (rates[(output, start, end), time] for time in (top.time_min, top.time_max))
@@ -119,6 +121,9 @@ def _stationary(run: Trajectory, places: Sequence[_Place]) -> Array:
     return times
 
 
+_Rule = tuple[Array, Columns, list[Columns]]  # weights (steps, points), columns, and their derivatives by each value
+
+
 class _Part:
     """A run between two times, with its sensitivities, also within its steps."""
 
@@ -126,29 +131,46 @@ class _Part:
         end = min(end, float(run.time[-1]))
         self.run = run.within(start, end) if start > run.time[0] or end < run.time[-1] else run
 
-    @cached_property
-    def _within(self) -> tuple[Array, Columns, list[Columns]]:
-        """Weights, columns and their derivatives of Gauss's quadrature within the steps.
-
-        The derivatives of forces jump at the ends of steps: quadrature from the ends does not converge.
-        """
-        assert self.run.evaluate is not None
-        times, steps = self.run.time, np.diff(self.run.time)[:, None]
-        inner = (times[:-1, None] + steps * _ABSCISSAS).ravel()
-        rates = self.run.sensitivity.evaluate(inner)
-        return (steps * _WEIGHTS).ravel(), self.run.evaluate(inner), list(rates.values())
-
-    def average(self, output: str, statistic: str) -> Found:
+    def average(self, output: str, statistic: str, errors: bool) -> Found:
         """Compute the mean, integral, root mean square or last value of an output, and its derivatives."""
         run, span = self.run, float(np.ptp(self.run.time))
         if statistic == "last":
             return Found(float(run[output][-1]), np.array([rates[output][-1] for rates in run.sensitivity.values()]))
-        weights, columns, found = self._within
-        rates = np.array([one[output] for one in found])
         mean, rms = averages(run, output)
-        if statistic == "rms":
-            slopes = rates @ (weights * columns[output]) / (span * rms) if rms > 0.0 else np.full(len(rates), np.nan)
-            return Found(rms, slopes)
-        if statistic == "mean":
-            return Found(mean, rates @ weights / span)
-        return Found(integral(run, run[output]), rates @ weights)
+        number, unit = {
+            "mean": (mean, 1.0 / span),
+            "rms": (rms, 1.0 / (span * rms) if rms > 0.0 else np.nan),
+            "integral": (integral(run, run[output]), 1.0),
+        }[statistic]
+        each = unit * self._changes(self._gauss, output, statistic == "rms")
+        found = Found(number, each.sum(axis=1))
+        if not errors:
+            return found
+        error = each - unit * self._changes(self._finer, output, statistic == "rms")
+        return found._replace(quadrature=np.linalg.norm(error, axis=1))
+
+    def _changes(self, rule: _Rule, output: str, squared: bool) -> Array:
+        """Change of the integral of an output, or of half its square, over each step by each value (np, steps)."""
+        weights, columns, found = rule
+        rates = np.array([one[output] for one in found]).reshape(len(found), *weights.shape)
+        squares = columns[output].reshape(weights.shape) if squared else 1.0
+        return np.asarray((weights * rates * squares).sum(axis=2))
+
+    @cached_property
+    def _gauss(self) -> _Rule:
+        return self._quadrature(_POINTS)
+
+    @cached_property
+    def _finer(self) -> _Rule:
+        return self._quadrature(_POINTS + 1)
+
+    def _quadrature(self, points: int) -> _Rule:
+        """Gauss's quadrature with a number of points within each step.
+
+        The derivatives of forces jump at the ends of steps: quadrature from the ends does not converge.
+        """
+        assert self.run.evaluate is not None
+        roots, shares = np.polynomial.legendre.leggauss(points)
+        times, steps = self.run.time[:-1, None], np.diff(self.run.time)[:, None]
+        inner = (times + steps * 0.5 * (1.0 + roots)).ravel()
+        return 0.5 * steps * shares, self.run.evaluate(inner), list(self.run.sensitivity.evaluate(inner).values())

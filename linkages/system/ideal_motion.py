@@ -40,10 +40,18 @@ class IdealMotion:
     `System.ideal()`. Newton's method closes the loops at every requested time. A stored table supplies initial guesses:
     one position per 0.02 rad or m of the fastest drive (at most 0.1 rad in motions of more than 4,000 rad).
 
+    Parameters
+    ----------
+    system : System
+
     Attributes
     ----------
     times : (nt,) array
         Times of the stored table, dense enough to follow the branch [s].
+    q, v, a : (nt, n) arrays
+        Coordinates of the tree, their rates and accelerations at these times [rad, m, s].
+    quality : (nt,) array
+        Conditioning of the closure at these times, see `linkages.system.assembly.Assembly` [1].
     status : Status
         OK, or why the table ends early: LOCKED at a dead point of the drives, else NO_ASSEMBLY.
 

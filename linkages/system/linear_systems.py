@@ -24,7 +24,14 @@ LEFT_OUT = ("frictions", "stops", "contacts")
 
 @dataclass(frozen=True, eq=False)
 class StaticSystem(System):
-    """A linkage held in a pose of undeformed links, with its loads at a time [s]; made by `static_systems`."""
+    """A linkage held in a pose of undeformed links; made by `static_systems`.
+
+    Attributes
+    ----------
+    pose : Assembly
+    time : float
+        Time of its loads [s].
+    """
 
     pose: Assembly = field(kw_only=True)
     time: float = field(kw_only=True)

@@ -26,24 +26,51 @@ _SPARE = 4  # additional modes for crossings
 
 @dataclass(frozen=True)
 class RobotResults:
-    """Results over one motion; frequencies in Hz, see the modules for the rest."""
+    """Results over one motion at N poses; made by `analyse`.
+
+    Attributes
+    ----------
+    robot : Robot
+    model : FiniteElementModel
+        With locked roots, or with servos if the robot has them.
+    assemblies : Assemblies
+        All assemblies at t = 0.
+    branch : AssemblyBranch
+        The assembly, followed over time.
+    motion : RobotMotion
+        Rigid motion at the poses.
+    loop_error : float
+        Largest error of the loop equations [m].
+    frequencies : (N, n) array
+        Natural frequencies at each pose, rising [Hz].
+    tracked, shapes, mac : arrays
+        Frequencies [Hz], shapes and modal assurance criteria of the modes followed from the first pose, see
+        `linkages.mechanics.flexible.modes.track`.
+    free : (N, m) array
+        The lowest frequencies with free roots [Hz]: the paper's 24 numbers, the three zeros of the rigid motion among
+        them.
+    static : Response
+        Quasi-static response.
+    stress : list of LinkStress
+        Quasi-static stress of each link.
+    dynamic : Vibration or None
+        The response with vibration, if requested.
+    """
 
     robot: Robot
-    model: FiniteElementModel  # with locked roots, or with servos if the robot has them
+    model: FiniteElementModel
     assemblies: Assemblies
     branch: AssemblyBranch
     motion: RobotMotion
     loop_error: float
-    frequencies: Array  # (N, n) rising at each pose
-    tracked: Array  # modes followed from the first pose, see `linkages.mechanics.flexible.modes.track`
+    frequencies: Array
+    tracked: Array
     shapes: Array
     mac: Array
-    # (N, m) the lowest frequencies with free roots, the paper's 24 numbers, the three zeros of the rigid
-    # motion among them
     free: Array
     static: Response
     stress: list[LinkStress]
-    dynamic: Vibration | None = None  # the response with vibration, if requested
+    dynamic: Vibration | None = None
 
 
 @validated

@@ -41,23 +41,48 @@ _REMEDY = {
 
 @dataclass(frozen=True)
 class Singularity:
-    """A singular pose that a branch passes (type 1) or ends at (type 2, a fold)."""
+    """A singular pose that a branch passes (type 1) or ends at (type 2, a fold).
+
+    Attributes
+    ----------
+    type : int
+        1: A, B and C of a leg align, the crank is at a limit; 2: the drives no longer hold the platform.
+    leg : int
+        1, 2 or 3; 0 for type 2.
+    time : float
+        Time of the pose [s].
+    """
 
     type: int  # 1: A, B and C of a leg align, the crank is at a limit; 2: the drives no longer hold the platform
-    leg: int  # 1, 2 or 3; 0 for type 2
-    time: float  # [s]
+    leg: int
+    time: float
 
 
 @dataclass(frozen=True)
 class AssemblyBranch:
-    """An assembly followed over time."""
+    """An assembly followed over time; made by `follow`.
+
+    Attributes
+    ----------
+    geometry : Geometry
+    cranks : CrankMotion
+        Motion of the cranks.
+    times : (n,) array
+        Times of the continuation points [s].
+    x : (n, 3) array
+        Platform positions (theta, x, y) at these times [rad, m].
+    status : Status
+        OK, or SINGULAR if the branch ends at a fold before the wanted duration.
+    singularities : tuple of Singularity
+        By time: type-1 singularities that it passes, and the type-2 one that ends it.
+    """
 
     geometry: Geometry
-    cranks: CrankMotion  # motion of the cranks
-    times: Array  # (n,) times of the continuation points [s]
-    x: Array  # (n, 3) platform positions there
-    status: Status  # OK, or SINGULAR if it ends at a fold before the wanted duration
-    singularities: tuple[Singularity, ...]  # type-1 singularities passed and the type-2 one that ended it, by time
+    cranks: CrankMotion
+    times: Array
+    x: Array
+    status: Status
+    singularities: tuple[Singularity, ...]
 
     def phi(self, times: Array) -> Array:
         """Crank angles (n, 3) at some times (n,) [rad]."""

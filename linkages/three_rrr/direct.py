@@ -38,13 +38,24 @@ _BATCH = 4096
 
 @dataclass(frozen=True)
 class Assemblies:
-    """All assemblies at one set of crank angles."""
+    """All assemblies at one set of crank angles; made by `assemblies`.
 
-    x: Array  # (n, 3) platform positions (theta, x, y) with theta in (-pi, pi], by falling theta [rad, m]
-    error: float  # largest loop error [m]
-    roots: int  # number of distinct real roots of F, counted exactly (Sturm, in rational arithmetic)
-    # whether the exact count equals the number of distinct theta found. False only within round-off of a
-    # fold, or where two assemblies share theta
+    Attributes
+    ----------
+    x : (n, 3) array
+        Platform positions (theta, x, y) with theta in (-pi, pi], by falling theta [rad, m].
+    error : float
+        Largest loop error [m].
+    roots : int
+        Number of distinct real roots of F, counted exactly (Sturm, in rational arithmetic).
+    certified : bool
+        Whether the exact count equals the number of distinct theta found. False only within round-off of a fold, or
+        where two assemblies share theta.
+    """
+
+    x: Array
+    error: float
+    roots: int
     certified: bool
 
     def __len__(self) -> int:
@@ -182,15 +193,28 @@ def _sturm(p: NDArray[np.object_]) -> int:
 
 @dataclass(frozen=True)
 class DriveMap:
-    """Values over phi_1 (columns) and phi_2 (rows) at one phi_3."""
+    """Values over phi_1 (columns) and phi_2 (rows) at one phi_3; made by `drive_map`.
 
-    angles: Array  # (n,) grid of both angles [rad]
+    Attributes
+    ----------
+    angles : (n,) array
+        Grid of both angles [rad].
+    phi3 : float
+        Angle of the third crank [rad].
+    count : (n, n) array of int
+        Number of assemblies.
+    fold : (n, n) array
+        Least |det Jx| over the assemblies (dimensionless, see `linkages.three_rrr.kinematics.determinants`): zero at a
+        type-2 singularity; NaN without an assembly.
+    reach : (n, n) array
+        Least |sine| between crank and coupler over assemblies and legs: zero at a type-1 singularity.
+    """
+
+    angles: Array
     phi3: float
-    count: NDArray[np.int64]  # (n, n) number of assemblies
-    # (n, n) least |det Jx| (dimensionless, see `kinematics.determinants`) over the assemblies: zero at a
-    # type-2 singularity; NaN without an assembly
+    count: NDArray[np.int64]
     fold: Array
-    reach: Array  # (n, n) least |sine| between crank and coupler over assemblies and legs: zero at a type-1 singularity
+    reach: Array
 
 
 @validated

@@ -51,10 +51,31 @@ class LinkElements:
 
 
 class FiniteElementModel:
-    """Finite-element model of a robot.
+    """Finite-element model of a robot, with n elements in a link; the unknowns are displacements [m, rad].
 
-    `full` is the number of displacements with free roots, 3 (6 n + 2); `size` the number of unknowns: without locked
-    roots, and with three for a rigid platform.
+    Parameters
+    ----------
+    robot : Robot
+
+    Attributes
+    ----------
+    geometry : Geometry
+    count, leg, full : int
+        Elements in a link, n; displacements of a leg, 6 n + 2; displacements with free roots, 3 (6 n + 2).
+    size : int
+        Number of unknowns: without locked roots, and with three for a rigid platform.
+    kept : array of int
+        Displacements among the unknowns.
+    rigid : bool
+        Whether the platform is rigid.
+    roots, b, c : (3,), (3, 2), (3, 2) arrays of int
+        Displacements of each leg: rotation of the root at A; x and y of B and of C.
+    lengths : (6,) array
+        Lengths of the links [m].
+    links : tuple of LinkElements
+        crank1, coupler1, and so on.
+    triangle : Triangle
+        Element of the platform.
     """
 
     def __init__(self, robot: Robot) -> None:

@@ -17,12 +17,22 @@ _SMALLEST = 1e-9  # lengths below this fraction of the base count as zero
 
 @dataclass(frozen=True)
 class Geometry:
-    """Lengths of the robot; any two triangles, any three legs."""
+    """Lengths of the robot; any two triangles, any three legs.
 
-    base: Array  # (3, 2) pivots A_r in plane axes [m]
-    platform: Array  # (3, 2) pivots C_r in platform axes [m]
-    crank: Array  # (3,) lengths A_r B_r [m]
-    coupler: Array  # (3,) lengths B_r C_r [m]
+    Attributes
+    ----------
+    base : (3, 2) array
+        Pivots A_r in plane axes [m].
+    platform : (3, 2) array
+        Pivots C_r in platform axes [m].
+    crank, coupler : (3,) arrays
+        Lengths A_r B_r and B_r C_r [m].
+    """
+
+    base: Array
+    platform: Array
+    crank: Array
+    coupler: Array
 
     def __post_init__(self) -> None:
         for name, shape in {"base": (3, 2), "platform": (3, 2), "crank": (3,), "coupler": (3,)}.items():

@@ -23,16 +23,28 @@ CrankMotion = Callable[[Any], tuple[Array, Array, Array]]
 
 @dataclass(frozen=True)
 class RobotMotion:
-    """Rigid motion at N poses."""
+    """Rigid motion at N poses.
 
-    time: Array  # (N,)
-    phi: Array  # (N, 3) crank angles and their derivatives [rad, rad/s, rad/s2]
+    Attributes
+    ----------
+    time : (N,) array
+        Times [s].
+    phi, dphi, ddphi : (N, 3) arrays
+        Crank angles and their derivatives [rad, s].
+    x, dx, ddx : (N, 3) arrays
+        Platform (theta, x, y) and its derivatives [rad, m, s].
+    psi, dpsi, ddpsi : (N, 3) arrays
+        Coupler angles and their derivatives [rad, s].
+    """
+
+    time: Array
+    phi: Array
     dphi: Array
     ddphi: Array
-    x: Array  # (N, 3) platform (theta, x, y) and its derivatives [rad, m]
+    x: Array
     dx: Array
     ddx: Array
-    psi: Array  # (N, 3) coupler angles and their derivatives
+    psi: Array
     dpsi: Array
     ddpsi: Array
 

@@ -22,13 +22,23 @@ ResponseStart = Literal["rest", "quasi-static"]
 
 @dataclass(frozen=True)
 class Response:
-    """Elastic displacements over the rigid motion."""
+    """Elastic displacements over the rigid motion.
 
-    motion: RobotMotion  # the rigid motion at N times
-    u: Array  # (N, size) unknowns of the model [m, rad]
-    v: Array  # (N, size) their rates
-    a: Array  # (N, size) their accelerations
-    platform: Array  # (N, 3) elastic displacement of the platform: x, y [m], rotation [rad]
+    Attributes
+    ----------
+    motion : RobotMotion
+        The rigid motion at N times.
+    u, v, a : (N, size) arrays
+        Unknowns of the model, their rates and accelerations [m, rad, s].
+    platform : (N, 3) array
+        Elastic displacement of the platform: x, y [m], rotation [rad].
+    """
+
+    motion: RobotMotion
+    u: Array
+    v: Array
+    a: Array
+    platform: Array
 
 
 def quasi_static(model: FiniteElementModel, state: RobotMotion) -> Array:

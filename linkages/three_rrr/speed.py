@@ -22,12 +22,22 @@ RESONANCE = 1.5  # dynamic over quasi-static peak from which a local maximum cou
 
 @dataclass(frozen=True)
 class SpeedSweep:
-    """Peaks over the motion for drives at `factors` times their speeds."""
+    """Peaks over the motion with drives at `factors` times their speeds; made by `speed_sweep`.
 
-    factors: Array  # (n,) those run: none beyond the first resonance
-    static: Array  # (n,) largest quasi-static displacement of the platform's centre [m]
-    dynamic: Array  # (n,) the same with vibration
-    resonance: int | None  # index of the first resonance among `factors`
+    Attributes
+    ----------
+    factors : (n,) array
+        Factors of the runs: none beyond the first resonance.
+    static, dynamic : (n,) arrays
+        Largest displacement of the platform's centre, quasi-static and with vibration [m].
+    resonance : int or None
+        Index of the first resonance among `factors`.
+    """
+
+    factors: Array
+    static: Array
+    dynamic: Array
+    resonance: int | None
 
     @property
     def amplification(self) -> Array:

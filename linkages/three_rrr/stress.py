@@ -16,14 +16,29 @@ from linkages.three_rrr.robot import KINDS
 
 @dataclass(frozen=True)
 class LinkStress:
-    """Internal forces and stress along one link."""
+    """Internal forces and stress along one link; tension is positive.
+
+    Attributes
+    ----------
+    name : str
+    s : (P,) array
+        Distance from the link's first pivot [m].
+    force : (N, P) array
+        Axial force [N].
+    moment : (N, P) array
+        Bending moment E I v'' [N m].
+    axial : (N, P) array
+        Axial stress [Pa].
+    bending : (N, P) array
+        Bending stress at the side of +v [Pa].
+    """
 
     name: str
-    s: Array  # (P,) distance from the link's first pivot [m]
-    force: Array  # (N, P) axial force, positive in tension [N]
-    moment: Array  # (N, P) bending moment E I v'' [N m]
-    axial: Array  # (N, P) axial stress, positive in tension [Pa]
-    bending: Array  # (N, P) bending stress at the side of +v, positive in tension [Pa]
+    s: Array
+    force: Array
+    moment: Array
+    axial: Array
+    bending: Array
 
     @property
     def largest(self) -> Array:

@@ -20,17 +20,31 @@ SPANS = 720
 
 @dataclass(frozen=True)
 class Vibration:
-    """Extremes of the response in n equal spans of the motion."""
+    """Extremes of the response in n equal spans of the motion; made by `vibrate`.
 
-    time: Array  # (n,) middle of each span [s]
-    steps: int  # time steps of the whole motion
-    platform: Array  # (2, n, 3) least and largest elastic displacement of the platform: x, y [m], rotation [rad]
-    # (2, n, 3) for each link, least and largest stress in the outer fibre at the side of +v: at the first
-    # pivot, in the middle, at the second pivot [Pa]
+    Attributes
+    ----------
+    time : (n,) array
+        Middle of each span [s].
+    steps : int
+        Time steps of the whole motion.
+    platform : (2, n, 3) array
+        Least and largest elastic displacement of the platform: x, y [m], rotation [rad].
+    fibre : dict of (2, n, 3) arrays
+        Least and largest stress in the outer fibre at the side of +v, for each link: at the first pivot, in the middle,
+        at the second pivot [Pa].
+    largest : dict of str to float
+        Largest magnitude of the stress anywhere, at any time, for each link [Pa].
+    plate : (2, n, 3) array or None
+        Least and largest values of the principal stresses and of the largest shear in the platform [Pa]; None if it is
+        rigid.
+    """
+
+    time: Array
+    steps: int
+    platform: Array
     fibre: dict[str, Array]
-    largest: dict[str, float]  # for each link, largest magnitude of the stress anywhere, at any time [Pa]
-    # (2, n, 3) least and largest values of the principal stresses and of the largest shear in the platform
-    # [Pa]; None if it is rigid
+    largest: dict[str, float]
     plate: Array | None
 
 

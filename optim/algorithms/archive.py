@@ -13,10 +13,33 @@ from optim.algorithms.nlp import Array, Ending, Problem, Result, Values
 
 
 class Archive:
-    """Evaluate populations of a problem, and remember their `designs` (k, n), in order, and `values`.
+    """Evaluate populations of a problem, each design once, and remember all.
 
     Values that are not finite count as failed evaluations: infinite objectives and inequalities. Only a design that
     violates constraints may have infinite objectives: they were not evaluated.
+
+    Parameters
+    ----------
+    problem : Problem
+
+    Attributes
+    ----------
+    designs : (k, n) array
+        All designs, in the order of their evaluation.
+    values : Values
+        Values of these designs; missing before the first evaluation.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import optim
+    >>> def evaluate(designs):
+    ...     m = len(designs)
+    ...     return optim.Values(designs**2, np.empty((m, 0)), np.empty((m, 0)), np.zeros(m, dtype=bool))
+    >>> archive = optim.Archive(optim.Problem(np.zeros(1), np.ones(1), evaluate))
+    >>> found = archive(np.array([[0.5], [0.1], [0.5]]))
+    >>> len(archive), archive.designs[archive.best()]
+    (2, array([0.1]))
     """
 
     values: Values

@@ -60,12 +60,26 @@ _TEXTS = {
 
 @dataclass(frozen=True)
 class Values:
-    """Objectives (m, no), inequalities (m, ni) and equalities (m, ne) of m designs.
+    """Objectives and constraints of m designs.
 
-    Smaller objectives are better; they are infinite where the evaluation failed, or was not made because constraints
-    are violated. Inequalities are satisfied where <= 0, infinite where the evaluation failed; equalities are satisfied
-    where = 0. `failed` (m,) is where there is no value: the run did not reach its end, or the linkage could not be
-    assembled.
+    Attributes
+    ----------
+    objectives : (m, no) array
+        Smaller is better; infinite where the evaluation failed, or was not made because constraints are violated.
+    inequalities : (m, ni) array
+        Satisfied where <= 0; infinite where the evaluation failed.
+    equalities : (m, ne) array
+        Satisfied where = 0.
+    failed : (m,) array of bool
+        Where there is no value: the run did not reach its end, or the linkage could not be assembled.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from optim import Values
+    >>> values = Values(np.array([[3.0], [1.0]]), np.array([[-1.0], [0.5]]), np.empty((2, 0)), np.zeros(2, dtype=bool))
+    >>> values.violation, values.feasible()
+    (array([0. , 0.5]), array([ True, False]))
     """
 
     objectives: Array
@@ -99,13 +113,21 @@ class Values:
 
 @dataclass(frozen=True)
 class Problem:
-    """Minimise objectives over a box with the bounds `lower` and `upper` (n,), subject to constraints.
+    """Minimise objectives over a box, subject to constraints; `optim.problem_of` makes one from a study.
 
-    `evaluate` returns the `Values` of designs (m, n); it is deterministic, and the same for a design whatever
-    population it comes in. `objectives`, `inequalities` and `equalities` are names, in the order of the columns of
-    `Values`. `start` (n,) is the nominal design. `jacobian` returns the derivatives at a design (n,), as (no + ni + ne,
-    n): rows of the objectives, inequalities, equalities. Without it, and where it is not finite, gradient methods take
-    differences.
+    Attributes
+    ----------
+    lower, upper : (n,) arrays
+        Bounds of the variables.
+    evaluate : callable
+        Gives the `Values` of designs (m, n); deterministic, and the same for a design whatever population it comes in.
+    objectives, inequalities, equalities : tuples of str
+        Names, in the order of the columns of `Values`.
+    start : (n,) array or None
+        The nominal design.
+    jacobian : callable or None
+        Gives the derivatives at a design (n,), as (no + ni + ne, n): rows of the objectives, inequalities, equalities.
+        Without it, and where it is not finite, gradient methods take differences.
     """
 
     lower: Array
@@ -154,11 +176,19 @@ class Problem:
 
 @dataclass(frozen=True)
 class Progress:
-    """State of an algorithm after an iteration (a generation, a line search).
+    """State of an algorithm after an iteration (a generation, a line search), for the `progress` of `optim.minimise`.
 
-    `iteration` is its number, the first being 1, of at most `iterations`. `best` (k, n) is the best design so far, of
-    several objectives the Pareto front, with these `values`. `state` has the population and states of the random
-    generators, as JSON types, for the record: a run is resumed by running the algorithm again on stored values.
+    Attributes
+    ----------
+    iteration, iterations : int
+        Number of this iteration, the first being 1, and the largest number.
+    best : (k, n) array
+        The best design so far; of several objectives, the Pareto front.
+    values : Values
+        Values of these designs.
+    state : dict
+        Population and states of the random generators, as JSON types. For the record: a run is resumed by running the
+        algorithm again on stored values.
     """
 
     iteration: int
@@ -174,11 +204,20 @@ Report = Callable[[Progress], None]
 
 @dataclass(frozen=True)
 class Result:
-    """Output of an algorithm.
+    """Output of an algorithm; made by `optim.minimise`.
 
-    `x` (k, n) is the best design, of several objectives the Pareto front, with these `values`; `status` is why the
-    algorithm stopped. `evaluations` count each design once. `runs` are the parts of an algorithm that starts several
-    times.
+    Attributes
+    ----------
+    x : (k, n) array
+        The best design; of several objectives, the Pareto front.
+    values : Values
+        Values of these designs.
+    status : Ending
+        Why the algorithm stopped.
+    iterations, evaluations : int
+        Evaluations count each design once.
+    runs : tuple of Result
+        The parts of an algorithm that starts several times.
     """
 
     x: Array

@@ -24,10 +24,17 @@ def finite(value: float) -> float | None:
 
 @dataclass(frozen=True, repr=False)
 class Evaluations(Brief):
-    """Objectives (m, no) and constraints (m, nc) of m designs, in the units of the study file; NaN where there is none.
+    """Objectives and constraints of m designs; made by `optim.Evaluator`.
 
-    The status is "ok", or why a design has no values: a `linkages.base.errors.Status`, `NO_VALUE`, or `INFEASIBLE`;
-    such a design has the values of the constraints that need no run. The reason is one line; empty if ok.
+    Attributes
+    ----------
+    objectives, constraints : (m, no), (m, nc) arrays
+        Values in the units of the study file; NaN where there is none.
+    status : tuple of str
+        "ok", or why a design has no values: a `linkages.base.errors.Status`, `NO_VALUE`, or `INFEASIBLE`; such a design
+        has the values of the constraints that need no run.
+    reason : tuple of str
+        One line for each design; empty if ok.
     """
 
     objectives: Array

@@ -75,7 +75,7 @@ class Evaluator:
         self.engine = engine or run_compiled
         self.progress = progress if executor is None else None
         terms = [term for _, _, quantity in study.quantities for term in quantity.terms or ()]
-        self.outputs = tuple(dict.fromkeys(term.output for term in terms))
+        self._outputs = tuple(dict.fromkeys(term.output for term in terms))
         self._used = tuple(dict.fromkeys(term.window for term in terms))
 
     @validated
@@ -83,7 +83,7 @@ class Evaluator:
         """Evaluate designs (m, n), in SI units; a design's values do not depend on the others."""
         study = self.study
         fitting(designs, len(study.names), "designs", "variables")
-        points = self._run(designs) if self.outputs else []
+        points = self._run(designs) if self._outputs else []
         table = np.column_stack(
             [self._quantity(name, quantity, designs, points) for _, name, quantity in study.quantities]
         )
@@ -108,7 +108,7 @@ class Evaluator:
     def _engines(self) -> dict[str, RequestEngine]:
         """Return what answers for outputs, by what their names begin with."""
         engines = {"": self.engine}
-        if any(output.startswith((IDEAL, LIFE)) for output in self.outputs):
+        if any(output.startswith((IDEAL, LIFE)) for output in self._outputs):
             from optim.evaluate.single_runs import run_ideal, run_lives
 
             engines |= {IDEAL: run_ideal, LIFE: partial(run_lives, lives=self.study.file.lives)}
@@ -120,7 +120,7 @@ class Evaluator:
             for table in (designs, (self.study.lower, self.study.upper))
         )
         windows = np.vstack([point.windows[name] for name in self._used])
-        return Request(point, values, limits, self.outputs, windows, self.threads, self.progress)
+        return Request(point, values, limits, self._outputs, windows, self.threads, self.progress)
 
     def _quantity(self, name: str, quantity: StudyQuantity, designs: Array, points: Sequence[Statistics]) -> Array:
         """Weighted terms, summed or the extreme one, or a formula, (m,)."""
@@ -131,7 +131,7 @@ class Evaluator:
         return np.array([_aggregate(quantity.over_terms, row) for row in zip(*columns, strict=True)])
 
     def _term(self, term: Term, points: Sequence[Statistics]) -> list[float]:
-        k, w, by_point = self.outputs.index(term.output), self._used.index(term.window), []
+        k, w, by_point = self._outputs.index(term.output), self._used.index(term.window), []
         for point, found in zip(self.study.points, points, strict=True):
             ends = np.cumsum([len(point.windows[name]) for name in self._used])
             values = np.split(found.values[..., k], ends[:-1], axis=2)[w]
@@ -158,11 +158,24 @@ class Screened:
     """Evaluates designs of a study, but runs only designs that satisfy its constraints as far as formulas tell.
 
     By the rules of feasibility an infeasible design is judged by its violation alone, and runs of linkages that cannot
-    turn are slow. The nominal design is run in any case: others are measured by it. `evaluate` returns evaluations of
-    designs (m, n), by runs.
+    turn are slow. The nominal design is run in any case: others are measured by it.
 
-    The step of an algorithm's differences, relative to the bounds, reaches beyond the constraints. So designs one or
-    two steps along a variable from one that satisfies them are run too, but not beyond a hard constraint.
+    Parameters
+    ----------
+    study : Study
+    evaluate : callable
+        Returns evaluations of designs (m, n), by runs.
+    step : float, optional
+        Step of an algorithm's differences, relative to the bounds [1]. It reaches beyond the constraints, so designs
+        one or two steps along a variable from one that satisfies them are run too, but not beyond a hard constraint.
+
+    Examples
+    --------
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> evaluate = optim.Screened(study, optim.Evaluator(study))
+    >>> evaluate(study.nominal[None]).status
+    ('ok',)
     """
 
     def __init__(self, study: Study, evaluate: Callable[[Array], Evaluations], step: float | None = None) -> None:

@@ -19,10 +19,19 @@ from optim.problem.schema import Constraint, Objective, StudyFile
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """A system that every design is run in.
+    """A system that every design is run in, one of the `points` of a `Study`.
 
-    A design is put into `system` at its `paths`: the variables, then the linked values, whose formulas are `links`; of
-    equal paths the last counts. `windows` (nw, 2) are times by name [s]; "run" is all of it.
+    Attributes
+    ----------
+    name : str
+    system : System
+        The system before a design is put in.
+    paths : tuple of str
+        Dotted paths that a design sets: the variables, then the linked values; of equal paths the last counts.
+    links : tuple of Formula
+        Formulas of the linked values.
+    windows : dict of (nw, 2) arrays
+        Starts and ends by name [s]; "run" is all of it.
     """
 
     name: str
@@ -34,11 +43,25 @@ class OperatingPoint:
 
 @dataclass(frozen=True, repr=False)
 class Study(Brief):
-    """A checked design study, of n design variables with `names` and `paths`.
+    """A checked design study of n design variables; made by `optim.load_study`.
 
-    `file` is the content of the file `source`, `sources` the comment after each value, by dotted path. `lower`, `upper`
-    and `nominal` (n,) are bounds and start, `formulas` are by name of an objective or constraint, `designs` (n,)
-    reference designs by name.
+    Attributes
+    ----------
+    source : Path
+        The study file.
+    file : StudyFile
+        Content of the file.
+    sources : dict of str to str
+        The comment after each value, by dotted path.
+    names, paths : tuples of str
+        Names and dotted paths of the variables.
+    lower, upper, nominal : (n,) arrays
+        Bounds and start, SI units.
+    points : tuple of OperatingPoint
+    formulas : dict of str to Formula
+        By name of an objective or constraint.
+    designs : dict of (n,) arrays
+        Reference designs by name.
     """
 
     source: Path

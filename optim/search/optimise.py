@@ -32,7 +32,13 @@ from optim.store.store import Iteration
 
 
 class Stopped(Exception):  # noqa: N818 (it is not an error)
-    """The run was stopped after an iteration; the store holds all of it."""
+    """The run was stopped after an iteration; the store holds all of it.
+
+    Attributes
+    ----------
+    iteration : int
+        Number of the iteration.
+    """
 
     def __init__(self, iteration: int) -> None:
         super().__init__(f"stopped after iteration {iteration}")

@@ -77,7 +77,15 @@ class Iteration:
 
 
 class Store:
-    """A study's file; see `create`, `open_store` and `read_store`."""
+    """A study's file; made by `create`, `open_store` and `optim.read_store`.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    variables, objectives, constraints : list of str
+        Paths of the variables, names of the others.
+    """
 
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path = path

@@ -196,11 +196,24 @@ def test_a_step_that_throws_the_journal_through_the_wall_is_cut():
 
 def test_a_run_whose_steps_collapse_keeps_what_it_computed(monkeypatch):
     """A contact needs steps far below a microsecond."""
-    monkeypatch.setattr(steps, "_SMALLEST", 1e-3)
+    monkeypatch.setattr(steps, "_SMALLEST", 0.1)
     run = simulate(shipped("seven_bar_dry", duration=0.05, **{"solver.max_step": 5e-4}), "drake")
     assert run.status is Status.STEP_SIZE_COLLAPSE
     assert run.time[-1] > 0.001
     assert np.isfinite(run["A.force"]).all()
+
+
+@pytest.mark.parametrize("duration", [0.01, 1e9])
+def test_an_interrupted_run_of_any_duration_keeps_its_steps(duration):
+    """The shortest step that counts as a collapse does not depend on the duration."""
+
+    def press(time):
+        if time > 1e-4:
+            raise KeyboardInterrupt
+
+    run = simulate(shipped("slider_crank_dry", duration=duration), "drake", press)
+    assert run.status is Status.INTERRUPTED
+    assert 1e-4 < run.time[-1] < 2e-4
 
 
 def test_masses_that_differ_by_all_their_digits_are_named():

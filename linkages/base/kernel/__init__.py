@@ -13,6 +13,7 @@
 | fingerprint  | the fingerprint of a function: code, constants, functions it calls             |
 | folder       | the folder of compiled code                                                    |
 | cache        | compiled code on disk, by fingerprint                                          |
+| shipped      | compiled code in a wheel                                                       |
 | locks        | which process compiles which kernel                                            |
 | precompiled  | kernels compiled in advance by parallel processes                              |
 | private      | numba's private names, with reason and fallback; its layout of arrays          |

@@ -11,8 +11,11 @@ import time
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile
 
 from linkages.base.disk import keep, kept
+from linkages.base.kernel import shipped
+from linkages.base.kernel.fingerprint import versions
 from linkages.base.kernel.folder import folder, say
 from linkages.base.kernel.private import Stored
 
@@ -22,17 +25,24 @@ _FRESH = 86400.0  # s after which a loaded file is marked as used again
 
 def read(name: str) -> Stored | None:
     """Read the code with this name; None if there is none, or it is damaged."""
-    place = folder()
-    content = None if place is None else kept(_path(place, name), name.encode())
-    if place is None or content is None:
+    content = shipped.read(name) if name in shipped.names() else _kept(name)
+    if content is None:
         return None
-    with suppress(OSError):
-        if time.time() - _path(place, name).stat().st_mtime > _FRESH:
-            os.utime(_path(place, name))
     try:
         return Stored(*pickle.loads(content))
     except Exception:  # of another program: compiled again
         return None
+
+
+def _kept(name: str) -> bytes | None:
+    """Read a file, and mark it as used."""
+    place = folder()
+    if place is None:
+        return None
+    with suppress(OSError):
+        if time.time() - _path(place, name).stat().st_mtime > _FRESH:
+            os.utime(_path(place, name))
+    return kept(_path(place, name), name.encode())
 
 
 def write(name: str, stored: Stored) -> None:
@@ -45,6 +55,15 @@ def write(name: str, stored: Stored) -> None:
     except OSError as problem:
         say(f"not kept ({place}: {problem.strerror})")
     _prune(place)
+
+
+def pack(place: Path, archive: Path) -> None:
+    """Write the code of a folder to an archive for `linkages.base.kernel.shipped`."""
+    with ZipFile(archive, "w", ZIP_DEFLATED, compresslevel=9) as packed:
+        for path in sorted(place.glob("??/*.nbc")):
+            name = path.parent.name + path.stem
+            packed.writestr(name, kept(path, name.encode()) or b"")
+        packed.comment = versions().encode()
 
 
 def _path(place: Path, name: str) -> Path:

@@ -29,10 +29,10 @@ from llvmlite import binding, ir
 from numba import types
 from numba.extending import intrinsic
 
-from linkages.base.kernel import locks, precompiled
+from linkages.base.kernel import locks, precompiled, shipped
 from linkages.base.kernel.cache import read, write
 from linkages.base.kernel.dual import DUAL, has_duals, spot_of, with_dual_records, with_duals
-from linkages.base.kernel.fingerprint import fingerprint
+from linkages.base.kernel.fingerprint import names_of
 from linkages.base.kernel.folder import folder
 from linkages.base.kernel.private import COUNTED, OFF, UNCOUNTED, Stored, c_function, problem, restored
 from linkages.base.signals import deferred
@@ -53,12 +53,12 @@ _KINDS: tuple[Callable[[Any], Any], ...] = (lambda kind: kind), with_duals, with
 
 
 def name_of(function: Any, *types_of_call: Any) -> str | None:
-    """Name the code of a function for these types; None if its content cannot be known."""
+    """Name the code of a function for these types, in the package if it is there; None if its content is not known."""
     try:
-        content = fingerprint(function)
+        own, level = names_of(function, *types_of_call)
     except TypeError:
         return None
-    return hashlib.sha256(f"{content} {types_of_call}".encode()).hexdigest()[:32]
+    return level if level in shipped.names() else own
 
 
 def obtain(name: str | None, function: Any, make: Callable[..., Any]) -> Any:

@@ -20,22 +20,48 @@ import numba
 import numpy as np
 from llvmlite import binding
 
+from linkages.base.kernel import shipped
+
 LAZY = b"lazy"  # kind of kernels whose callers know of them but their names and results
 _OURS = __name__.partition(".")[0]
 #: Numba's settings, of the environment or of its file, that change the compiled code.
-_SETTINGS = """OPT CPU_NAME CPU_FEATURES ENABLE_AVX LOOP_VECTORIZE SLP_VECTORIZE DISABLE_INTEL_SVML BOUNDSCHECK
+_SETTINGS = """OPT ENABLE_AVX LOOP_VECTORIZE SLP_VECTORIZE DISABLE_INTEL_SVML BOUNDSCHECK
 DEBUGINFO_DEFAULT DEBUG_NRT NRT_STATS LLVM_REFPRUNE_PASS LLVM_REFPRUNE_FLAGS EXTEND_VARIABLE_LIFETIMES ENABLE_PROFILING
 USE_LLVMLITE_MEMORY_MANAGER""".split()  # noqa: SIM905
 
 
+def names_of(function: Any, *types_of_call: Any) -> list[str]:
+    """Name the code of a function for these types: compiled for this processor, and for the level of `shipped`.
+
+    TypeError if the function refers to something whose content is not known.
+    """
+    content = f"{fingerprint(function)} {types_of_call}".encode()
+    return [hashlib.sha256(toolchain(*each) + content).hexdigest()[:32] for each in (processor(), (shipped.LEVEL, ""))]
+
+
 @cache
-def toolchain() -> bytes:
-    """Fingerprint of what compiles: this folder's text, the versions behind it, its settings, the processor."""
+def processor() -> tuple[str, str]:
+    """Name and features of the processor that numba compiles for: this one, or that of its settings."""
+    name, features = (getattr(numba.config, f"CPU_{what}", None) for what in ("NAME", "FEATURES"))
+    return (
+        name or binding.get_host_cpu_name(),
+        binding.get_host_cpu_features().flatten() if features is None else features,
+    )
+
+
+@cache
+def toolchain(name: str, features: str) -> bytes:
+    """Fingerprint of what compiles: this folder's text, the versions behind it, its settings, a processor."""
     texts = [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
-    processor = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
     settings = [str(getattr(numba.config, name, None)) for name in _SETTINGS]
-    versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], processor, settings)
-    return hashlib.sha256(b"\0".join([*texts, repr(versions).encode()])).digest()
+    machine = binding.get_process_triple(), name, features
+    return hashlib.sha256(b"\0".join([*texts, repr((versions(), machine, settings)).encode()])).digest()
+
+
+def versions() -> str:
+    """Versions of what compiles, without the last number where it does not change the code."""
+    python, arrays = ".".join(map(str, sys.version_info[:2])), ".".join(np.__version__.split(".")[:2])
+    return f"Python {python}, numba {numba.__version__}, llvmlite {llvmlite.__version__}, numpy {arrays}"
 
 
 @cache
@@ -44,7 +70,7 @@ def fingerprint(function: Any) -> str:
 
     TypeError if it refers to something whose content is not known.
     """
-    digest = hashlib.sha256(toolchain())
+    digest = hashlib.sha256()
     for part in _parts(function, set()):
         digest.update(part)
         digest.update(b"\0")

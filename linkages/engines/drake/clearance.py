@@ -27,7 +27,7 @@ from linkages.mechanics.planar.contacts import (
     PENETRATION,
     WIDTH,
     approach_at_start,
-    landing,
+    fill_landing,
 )
 from linkages.mechanics.planar.record_types import WORN
 from linkages.system import System
@@ -80,6 +80,11 @@ class ClearanceJoints(LeafSystem):
     system : System
     place : StatePlace
         Places of the tree's coordinates in the plant's state.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        Names of the contacts, in the order of the ports' entries.
     """
 
     def __init__(self, system: System, place: StatePlace) -> None:
@@ -90,7 +95,8 @@ class ClearanceJoints(LeafSystem):
         self._ends, self._laws = system.ends, laws
         self._rooms = Rooms(system)
         self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
-        self._landing = landing(laws, tree.extent)
+        self._landing = np.zeros(len(laws))
+        fill_landing(laws, tree.extent, self._landing)
         self._size, self._beside = num_velocities, len(tree.contacts)
         self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles
         self._no_memory = np.zeros((len(laws), 2))

@@ -30,7 +30,7 @@ _FIRST = 1e-3  # first step of `Linkage.advance` over the largest step
 
 @dataclass(frozen=True)
 class Linkage:
-    """The systems of one linkage in a diagram.
+    """The systems of one linkage in a diagram; made by `add_linkage`.
 
     Attributes
     ----------
@@ -248,10 +248,18 @@ def build_diagram(system: System, meshcat: Meshcat | None = None) -> tuple[Diagr
 
 @dataclass(frozen=True)
 class DiagramPicture:
-    """The Jupyter view of a diagram: drawn by Graphviz, or as a table of its connections."""
+    """The Jupyter view of a diagram, drawn by Graphviz or as a table of its connections; made by `picture`.
 
-    svg: str | None  # Graphviz's drawing; None if the program ``dot`` is not installed
-    connections: tuple[tuple[str, str], ...]  # output and input ports that are connected, as ``system.port``
+    Attributes
+    ----------
+    svg : str or None
+        Graphviz's drawing; None if the program ``dot`` is not installed.
+    connections : tuple of (str, str)
+        Output and input ports that are connected, as ``system.port``.
+    """
+
+    svg: str | None
+    connections: tuple[tuple[str, str], ...]
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
         if self.svg is not None:

@@ -48,6 +48,11 @@ class Drives(LeafSystem):
         Places of the tree's coordinates in the plant's state.
     extra : int
         Number of entries of `applied` after the forces.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        Names of the drives, in the order of ``torques``.
     """
 
     def __init__(self, system: System, place: StatePlace, extra: int = 0) -> None:

@@ -42,6 +42,8 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
         simulator.Initialize()
         watch.steps.advance(system.experiment.duration)
     except KeyboardInterrupt:
+        if not watch.times:
+            raise
         status = Status.INTERRUPTED
     except RuntimeError as problem:
         if not is_collapse(problem):

@@ -27,7 +27,7 @@ from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.system import System
 
-_SMALLEST = 1e-11  # step over the duration below which the run has collapsed
+_SMALLEST = 1e-9  # step over the longest one below which the run has collapsed
 _EVENT_ACCURACY = 1e-3  # tolerance of contact times over the accuracy
 _SHRUNK = 0.5  # ratio of successive steps below which an implicit integrator is restarted
 _SMALL, _PATIENCE = 1e-2, 50  # with contacts: restart after this many steps below this fraction of the largest step
@@ -73,7 +73,7 @@ class StepControl:
         self.accuracy = self._accuracy = min(system.experiment.solver.accuracy for system in systems)
         self.largest = min(map(longest_step, systems))
         self._integrator = ResetIntegratorFromFlags(simulator, schemes[0], self.largest)
-        self._smallest = _SMALLEST * min(system.experiment.duration for system in systems)
+        self._smallest = _SMALLEST * self.largest
         self._contacts_end_steps = any(system.experiment.can_touch for system in systems)
         self._implicit, self._spoilt = schemes[0] in IMPLICIT, schemes[0] in _SPOILT
         self._evaluations = self._crawling = 0

@@ -28,30 +28,63 @@ _SAME = 1e-4  # distance of two bifurcations over the range, below which they ar
 
 @dataclass(frozen=True, eq=False)
 class Event:
-    """A bifurcation of a branch."""
+    """A bifurcation of a branch.
 
-    kind: str  # see `linkages.explore.periodic.multipliers`
-    motion: PeriodicMotion  # the motion there
-    multiplier: complex  # the Floquet multiplier on the unit circle; NaN for grazing
+    Attributes
+    ----------
+    kind : str
+        See `linkages.explore.periodic.multipliers`.
+    motion : PeriodicMotion
+        The motion there.
+    multiplier : complex
+        The Floquet multiplier on the unit circle; NaN for grazing.
+    """
+
+    kind: str
+    motion: PeriodicMotion
+    multiplier: complex
 
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """A branch of motions with the same period."""
+    """A branch of motions with the same period.
 
-    periods: int  # common periods of the drives in a period of the motion
-    source: tuple[int, int] | None  # index of the branch and of its event, a period doubling, from which this one comes
-    motions: tuple[PeriodicMotion, ...]  # in the order along the branch
-    events: tuple[Event, ...]  # in the same order
-    # why it ends, in each direction in which it was followed (`linkages.explore.periodic.tracing.ENDS`)
+    Attributes
+    ----------
+    periods : int
+        Common periods of the drives in a period of the motion.
+    source : (int, int) or None
+        Index of the branch and of its event, a period doubling, from which this branch comes.
+    motions : tuple of PeriodicMotion
+        In the order along the branch.
+    events : tuple of Event
+        In the same order.
+    ends : tuple of str
+        Why the branch ends, in each direction in which it was followed (`linkages.explore.periodic.tracing.ENDS`).
+    """
+
+    periods: int
+    source: tuple[int, int] | None
+    motions: tuple[PeriodicMotion, ...]
+    events: tuple[Event, ...]
     ends: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Branches(Brief):
-    """All branches found from one motion, over the value at `path` from `low` to `high`.
+    """All branches found from one motion; made by `branches`.
 
-    The `status` is ``INTERRUPTED`` if the search was: the branches then end with the motions up to then.
+    Attributes
+    ----------
+    path : str
+        Dotted path of the varied value.
+    low, high : float
+        Range of the value.
+    outputs : tuple of str
+        Outputs that each motion keeps.
+    branches : tuple of Branch
+    status : Status
+        INTERRUPTED if the search was: the branches then end with the motions up to then.
     """
 
     path: str

@@ -23,11 +23,21 @@ _UNDECIDED = 1e-6  # distance from the unit circle within which a multiplier dec
 class PeriodicMotion(Brief):
     """A periodic motion; made by `periodic_motion` and `linkages.branches`.
 
-    It takes `periods` common periods of the drives, at the varied `value` if there is one. `state` is the state at the
-    section, the start of a period of the drives, by name: coordinates ``q.NAME``, rates ``v.NAME``, bristles, and the
-    approach speeds that contacts remember. `residual` is the largest change of a state in a period, over its usual
-    change (some clearances, or its range). `passage` is one period of the motion, `outputs` the outputs of each of the
-    drives' periods, if the motion keeps them; see `section`.
+    Attributes
+    ----------
+    periods : int
+        Number of common periods of the drives in one period of the motion.
+    value : float or None
+        The varied value.
+    state : dict of str to float
+        State at the section, the start of a period of the drives: coordinates ``q.NAME``, rates ``v.NAME``, bristles,
+        and the approach speeds that contacts remember.
+    residual : float
+        Largest change of a state in a period, over its usual change (some clearances, or its range) [1].
+    passage : Passage
+        One period of the motion.
+    outputs : Section or None
+        Outputs of each of the drives' periods, if the motion keeps them; see `section`.
     """
 
     periods: int

@@ -43,16 +43,33 @@ _BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """One passage of the return map."""
+    """One passage of the return map.
+
+    Attributes
+    ----------
+    system : System
+    period, start : float
+        Time of the passage and of its start [s].
+    y : (ny,) array
+        State at the start, see `linkages.explore.flow.Flow`.
+    memory : (nc, 2) array
+        Memory of the contacts at the start.
+    monodromy : (n, n) array
+        Derivative of the state at the end with respect to the state at the start.
+    multipliers : (n,) array
+        Floquet multipliers; NaN if an impact grazes.
+    contacts : tuple of int
+        For each contact that can touch, how often it begins; -1 if it stays closed.
+    """
 
     system: System
-    period: float  # time of the passage [s]
-    start: float  # time of its start [s]
-    y: Array  # (ny,) state at the start, see `linkages.explore.flow.Flow`
-    memory: Array  # (nc, 2) what contacts remember
-    monodromy: Array  # (n, n) derivative of the state at the end with respect to the state at the start
-    multipliers: Multipliers  # (n,) Floquet multipliers; NaN if an impact grazes
-    contacts: tuple[int, ...]  # for each contact that can touch, how often it begins; -1 if it stays closed
+    period: float
+    start: float
+    y: Array
+    memory: Array
+    monodromy: Array
+    multipliers: Multipliers
+    contacts: tuple[int, ...]
 
     def section(self, names: Sequence[str], revolutions: int) -> Section:
         """Run once more, and compute outputs at the end of each of the revolutions and their extremes within."""
@@ -214,14 +231,14 @@ class ReturnMap:
 
     def _coordinates(self, flow: Flow, t: float, y: Array, like: LocalCoordinates | None = None) -> LocalCoordinates:
         """Choose minimal coordinates at a state; `like` gives the choice."""
-        if like is not None and not flow.runner.model.rank:
+        if like is not None and not flow.runner.model.elimination.rank:
             return like
         return local_coordinates(self._system, closure_at(flow.runner, t, y), like)
 
     def _lifted(self, flow: Flow, t: float, x: Array) -> Array:
         """Return the state with closed loops whose minimal coordinates are x, from the last such state."""
         local, y = self._local, self._reference
-        if not flow.runner.model.rank:
+        if not flow.runner.model.elimination.rank:
             return x.copy()
         for _ in range(_LIFTS):
             missing = x - y[local.entries]

@@ -40,7 +40,17 @@ _ASPERITIES = 4.0  # standard deviations of the roughness at which asperities ca
 
 @dataclass(frozen=True)
 class BlockStart:
-    """Start of a block: state at the end of a cycle, contacts' memory, next step [s]."""
+    """Start of a block.
+
+    Attributes
+    ----------
+    y : array
+        State at the end of a cycle.
+    memory : (nc, 2) array
+        Memory of the contacts.
+    step : float
+        Next step of the integrator [s].
+    """
 
     y: Array
     memory: Array
@@ -49,13 +59,28 @@ class BlockStart:
 
 @dataclass(frozen=True)
 class CycleBlock:
-    """Measurements with given profiles."""
+    """Measurements with given profiles.
 
-    loads: dict[str, Array]  # (m, 7) `linkages.laws.wear.archard.SAMPLE` of a mean cycle, by joint
-    work: dict[str, Array]  # (nc,) integral of N |v_t| dt over each measured cycle [N m], by joint
-    peaks: dict[str, float]  # largest magnitude of outputs in a cycle, over continuous time; mean over measured cycles
-    cycles: int  # all simulated cycles, including the unmeasured ones
-    end: BlockStart  # start of the next block
+    Attributes
+    ----------
+    loads : dict of (m, 7) arrays
+        `linkages.laws.wear.archard.SAMPLE` of a mean cycle, by joint.
+    work : dict of (nc,) arrays
+        Integral of N |v_t| dt over each measured cycle, by joint [N m].
+    peaks : dict of str to float
+        Largest magnitude of outputs in a cycle, over continuous time; mean over the measured cycles.
+    cycles : int
+        All simulated cycles, including the unmeasured ones.
+    end : BlockStart
+        Start of the next block.
+    status : Status
+    """
+
+    loads: dict[str, Array]
+    work: dict[str, Array]
+    peaks: dict[str, float]
+    cycles: int
+    end: BlockStart
     status: Status
 
 

@@ -82,24 +82,57 @@ def deepest(joints: tuple[Wearing, ...], removed: Removed) -> float:
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage of the service life."""
+    """A stage of the service life; the last jump leads to it.
+
+    Attributes
+    ----------
+    cycles : int
+        Cycles up to this stage.
+    removed : dict of (2, n) arrays
+        Area per angle over the radius, bearing then journal, by joint [m].
+    work : dict of str to float
+        Integral of N |v_t| dt up to this stage, by joint [N m].
+    middle : float
+        Cycle of the block.
+    block : CycleBlock
+        Measurements of the last jump.
+    loads : dict of (m, 7) arrays
+        Loads of the last jump: the block's, or interpolated with the previous block's.
+    error : float
+        Largest difference of depth between first and second order in the last jump [m].
+    rejected : int
+        Number of rejected longer jumps.
+    """
 
     cycles: int
-    removed: dict[str, Array]  # (2, n) area per angle over the radius [m], bearing then journal, by joint
-    work: dict[str, float]  # integral of N |v_t| dt up to this stage [N m], by joint
-    middle: float  # cycle of the block
-    block: CycleBlock  # measurements of the last jump
-    loads: LoadSamples  # of the last jump: the block's, or interpolated with the previous block's
-    error: float = 0.0  # largest difference of depth between first and second order in the last jump [m]
-    rejected: int = 0  # number of rejected longer jumps
+    removed: dict[str, Array]
+    work: dict[str, float]
+    middle: float
+    block: CycleBlock
+    loads: LoadSamples
+    error: float = 0.0
+    rejected: int = 0
 
 
 @dataclass(frozen=True, repr=False)
 class Life(Brief):
-    """Wear of a linkage over its service life; made by `wear_life`, which explains tolerance and scatter."""
+    """Wear of a linkage over its service life; made by `wear_life`.
 
-    system: System  # the initial system
-    stages: tuple[Stage, ...]  # the first is the initial one
+    Attributes
+    ----------
+    system : System
+        The system before wear.
+    stages : tuple of Stage
+        The first is the initial one.
+    status : Status
+    tolerance : float
+        Largest difference of depth between a jump's first and second order [m].
+    scatter : float
+        Relative standard error of the work at which a block of cycles ends [1].
+    """
+
+    system: System
+    stages: tuple[Stage, ...]
     status: Status
     tolerance: float
     scatter: float

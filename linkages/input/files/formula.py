@@ -51,7 +51,15 @@ _Step = float | str | tuple[str, int]
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula such as ``rho * L**2 / 12``: its text in the file, and the names in it, without `CONSTANTS`."""
+    """A formula such as ``rho * L**2 / 12``.
+
+    Attributes
+    ----------
+    text : str
+        Its text in the file.
+    names : frozenset of str
+        Names in it, without `CONSTANTS`.
+    """
 
     text: str
     names: frozenset[str]

@@ -52,7 +52,13 @@ class Pose:
 
 @dataclass(frozen=True)
 class BearingSize:
-    """A journal bearing; the joint's parent carries the bearing, its child the journal. Lengths in m."""
+    """A journal bearing; the joint's parent carries the bearing, its child the journal.
+
+    Attributes
+    ----------
+    radius, length : float
+        Of the bearing [m].
+    """
 
     radius: float
     length: float
@@ -60,7 +66,13 @@ class BearingSize:
 
 @dataclass(frozen=True)
 class Slot:
-    """A block in a slot; the joint's parent carries the slot, its child the block. Size of the block in m."""
+    """A block in a slot; the joint's parent carries the slot, its child the block.
+
+    Attributes
+    ----------
+    length, height : float
+        Size of the block [m].
+    """
 
     length: float
     height: float
@@ -68,21 +80,35 @@ class Slot:
 
 @dataclass(frozen=True)
 class LinkBeam:
-    """A uniform straight beam between two frames of a link, from `start` to `end`.
+    """A uniform straight beam between two frames of a link.
 
-    The reference positions are in the world, (3,); in a `linkages.input.model.mechanism.Link` in plane axes, (2,). The
-    sizes of the section are width (normal to the plane) and height (in the plane) of a rectangle; diameter; outer and
-    inner diameter of a tube; or area, second moment of area and full height in the plane [m, m2, m4].
+    Attributes
+    ----------
+    frames : (str, str)
+        Frames at its start and at its end.
+    start, end : arrays
+        Reference positions [m]: in the world, (3,); in a `linkages.input.model.mechanism.Link` in plane axes, (2,).
+    section : str
+        "rectangle", "circle", "tube" or "section".
+    sizes : mapping of str to float
+        Width (normal to the plane) and height (in the plane) of a rectangle; diameter; outer and inner diameter of a
+        tube; or area, second moment of area and full height in the plane [m, m2, m4].
+    youngs_modulus : float
+        E [Pa].
+    density : float
+        Density [kg/m3].
+    poisson : float
+        Poisson's ratio [1].
     """
 
     frames: tuple[str, str]
-    start: Array  # [m]
-    end: Array  # [m]
-    section: str  # "rectangle", "circle", "tube" or "section"
+    start: Array
+    end: Array
+    section: str
     sizes: Mapping[str, float]
-    youngs_modulus: float  # [Pa]
-    density: float  # [kg/m3]
-    poisson: float  # [1]
+    youngs_modulus: float
+    density: float
+    poisson: float
 
     @property
     def length(self) -> float:
@@ -141,16 +167,33 @@ class LinkBeam:
 
 @dataclass(frozen=True, eq=False)
 class RawLink:
-    """A rigid body with the data of the file."""
+    """A rigid body with the data of the file.
+
+    Attributes
+    ----------
+    name : str
+    mass : float
+        Mass [kg].
+    rotation, translation : (3, 3), (3,) arrays
+        Reference pose of the link frame in the world [m].
+    com_local : (3,) array
+        Mass centre in link axes [m].
+    inertia_local : (3, 3) array
+        Tensor of inertia about the mass centre in link axes [kg m2].
+    visuals : tuple of str
+        ``<visual>`` elements of the file; the pose comes first, in link axes.
+    beam : LinkBeam or None
+        Beam of a link that can be flexible; it determines mass, mass centre and inertia.
+    """
 
     name: str
-    mass: float  # [kg]
-    rotation: Array  # (3, 3) reference pose of the link frame in the world
-    translation: Array  # (3,) [m]
-    com_local: Array  # (3,) mass centre in link axes [m]
-    inertia_local: Array  # (3, 3) tensor about it in link axes [kg m2]
-    visuals: tuple[str, ...]  # ``<visual>`` elements of the file; the pose comes first, in link axes
-    beam: LinkBeam | None  # of a link that can be flexible; it determines mass, mass centre and inertia
+    mass: float
+    rotation: Array
+    translation: Array
+    com_local: Array
+    inertia_local: Array
+    visuals: tuple[str, ...]
+    beam: LinkBeam | None
 
     @property
     def pose(self) -> Pose:
@@ -160,17 +203,34 @@ class RawLink:
 
 @dataclass(frozen=True, eq=False)
 class RawJoint:
-    """A joint with the data of the file."""
+    """A joint with the data of the file.
+
+    Attributes
+    ----------
+    name : str
+    type : str
+        "revolute", "prismatic" or "fixed".
+    parent, child : str
+        Links; the parent may be "world".
+    axis : (3,) array
+        Axis in the world.
+    position, position_on_parent : (3,) arrays
+        Places on the child and on the parent, in the world [m].
+    bearing : BearingSize or None
+        Bearing of a revolute joint that can have clearance.
+    slot : Slot or None
+        Slot of a prismatic joint that can have clearance.
+    """
 
     name: str
     type: str  # "revolute", "prismatic" or "fixed"
-    parent: str  # a link, or "world"
+    parent: str
     child: str
-    axis: Array  # (3,) in the world
-    position: Array  # (3,) on the child, in the world [m]
-    position_on_parent: Array  # (3,) [m]
-    bearing: BearingSize | None  # of a revolute joint that can have clearance
-    slot: Slot | None  # of a prismatic joint that can have clearance
+    axis: Array
+    position: Array
+    position_on_parent: Array
+    bearing: BearingSize | None
+    slot: Slot | None
 
     @classmethod
     def fixed(cls, name: str, parent: str, child: str) -> RawJoint:

@@ -40,13 +40,27 @@ _PARALLEL = 1e-6  # largest sine of the angle between an axis and the normal (or
 
 @dataclass(frozen=True, eq=False)
 class Link(RawLink):
-    """A rigid body: the file's data, and quantities in the plane in the reference configuration."""
+    """A rigid body: the file's data, and quantities in the plane in the reference configuration.
 
-    origin: Array  # (2,) of the link frame [m]
-    angle: float  # of the link frame's x axis [rad] (y axis less 90 degrees, where x is the plane's normal)
-    com: Array  # (2,) mass centre [m]
-    inertia: float  # about the mass centre and the plane's normal [kg m2]
-    color: str = ""  # of the file's visuals as ``#rrggbb``, darkened if it is too pale for a name on paper
+    Attributes
+    ----------
+    origin : (2,) array
+        Origin of the link frame [m].
+    angle : float
+        Angle of the link frame's x axis [rad] (of its y axis less 90 degrees, where x is the plane's normal).
+    com : (2,) array
+        Mass centre [m].
+    inertia : float
+        Moment of inertia about the mass centre and the plane's normal [kg m2].
+    color : str
+        Colour of the file's visuals as ``#rrggbb``, darkened if it is too pale for a name on paper.
+    """
+
+    origin: Array
+    angle: float
+    com: Array
+    inertia: float
+    color: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,17 +68,35 @@ class Joint(RawJoint):
     """A joint: the file's data, and quantities in the plane; coordinate zero in the reference configuration.
 
     Its reference positions on both bodies coincide if the file's pose closes the loops.
+
+    Attributes
+    ----------
+    on_parent, on_child : (2,) arrays
+        Reference positions on both bodies [m].
+    sign : float
+        Revolute: +1 if the joint's axis is along the plane's normal, -1 if against it.
+    direction : (2,) array
+        Prismatic: unit vector of the axis, fixed to the parent.
     """
 
-    on_parent: Array  # (2,) [m]
-    on_child: Array  # (2,) [m]
-    sign: float  # revolute: +1 if the joint's axis is along the plane's normal, -1 if against it
-    direction: Array  # (2,) prismatic: unit vector of the axis, fixed to the parent
+    on_parent: Array
+    on_child: Array
+    sign: float
+    direction: Array
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A named frame on a link: reference origin [m] and angle of its x axis [rad]."""
+    """A named frame on a link, in the reference configuration.
+
+    Attributes
+    ----------
+    name, link : str
+    origin : (2,) array
+        Its origin [m].
+    angle : float
+        Angle of its x axis [rad].
+    """
 
     name: str
     link: str
@@ -78,10 +110,13 @@ class Mechanism(Brief):
 
     Attributes
     ----------
+    name : str
     source : Path
         The SDFormat file.
     basis : (3, 3) array
         Columns x_P, y_P, n in world axes.
+    links, joints, frames : tuples of Link, Joint, Frame
+        In the order of the file.
     values : mapping of str to float
         All replaceable numbers, by dotted path (see `load_mechanism`).
     units : mapping of str to str

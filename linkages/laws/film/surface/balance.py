@@ -30,6 +30,13 @@ class Thickness(NamedTuple):
     """Film between a journal and its bearing: h = 1 - (x + tilt_x zeta) cos(theta) - (y + tilt_y zeta) sin(theta).
 
     Lengths are in units of the clearance, zeta = z/R.
+
+    Attributes
+    ----------
+    x, y : float
+        Eccentricity in the bearing's middle.
+    tilt_x, tilt_y : float
+        Its change per unit of zeta.
     """
 
     x: float

@@ -26,7 +26,13 @@ _STARTS = ((0.5, 0.9), (0.8, 0.6), (0.2, 1.2), (0.95, 0.3), (0.05, 1.4))
 
 
 class Coefficients(NamedTuple):
-    """Linear film forces on the journal, F = F0 - K (dx, dy) - B (vx, vy); (2, 2) arrays, first index the force."""
+    """Linear film forces on the journal, F = F0 - K (dx, dy) - B (vx, vy).
+
+    Attributes
+    ----------
+    stiffness, damping : (2, 2) arrays
+        K and B; the first index is the force's.
+    """
 
     stiffness: Array
     damping: Array

@@ -27,7 +27,15 @@ from linkages.laws.film.surface.surface_mesh import SurfaceMesh
 
 
 class Pressures(NamedTuple):
-    """Gauge pressures: of the cavity (at most ambient, 0), and the unit in which the solver counts [Pa]."""
+    """Gauge pressures of a film.
+
+    Attributes
+    ----------
+    cavity : float
+        Pressure of the cavity, at most 0 (ambient) [Pa].
+    unit : float
+        Unit of pressure of the solver [Pa].
+    """
 
     cavity: float = 0.0
     unit: float = 1.0
@@ -49,19 +57,43 @@ AMBIENT = Pressures()
 
 
 class SurfaceFilm(NamedTuple):
-    """A solved film."""
+    """A solved film; made by `solve_film`.
+
+    Attributes
+    ----------
+    mesh : SurfaceMesh
+    thickness : Thickness
+    pressure : (n, m) array
+        Gauge pressure.
+    content : (n, m) array
+        Film content in [0, 1].
+    force : (float, float)
+        Force on the journal.
+    moment : (float, float)
+        Moment of the pressure on the journal about the bearing's middle.
+    end_flow : float
+        Flow out of both ends.
+    groove_flow : tuple of float
+        Net flow out of each groove into the film.
+    shear : float
+        Integral of content/h: torque of a relative speed of 1, without the pressure's part.
+    imbalance : float
+        Largest volume that a cell gains, over the largest flow through a face [1].
+    solution : array
+        Of `linkages.laws.film.surface.cavity.solve`: guess for a neighbouring film.
+    """
 
     mesh: SurfaceMesh
     thickness: Thickness
-    pressure: Array  # gauge, (n, m)
-    content: Array  # film content in [0, 1], (n, m)
-    force: tuple[float, float]  # on the journal
-    moment: tuple[float, float]  # of the pressure on the journal about the bearing's middle
-    end_flow: float  # out of both ends
-    groove_flow: tuple[float, ...]  # net, out of each groove into the film
-    shear: float  # integral of content/h: torque of a relative speed of 1, without the pressure's part
-    imbalance: float  # largest volume that a cell gains, over the largest flow through a face
-    solution: Array  # of `linkages.laws.film.surface.cavity.solve`: guess for a neighbouring film
+    pressure: Array
+    content: Array
+    force: tuple[float, float]
+    moment: tuple[float, float]
+    end_flow: float
+    groove_flow: tuple[float, ...]
+    shear: float
+    imbalance: float
+    solution: Array
 
 
 def solve_film(

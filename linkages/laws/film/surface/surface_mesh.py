@@ -30,16 +30,34 @@ _REACH = 0.12  # width of that crowd [rad; share of the length]
 
 
 class SurfaceMesh(NamedTuple):
-    """Cells of the developed surface; n around, m along."""
+    """Cells of the developed surface, n around and m along; made by the function `surface_mesh`.
+
+    Attributes
+    ----------
+    slenderness : float
+        Length of the bearing over its diameter, L/D [1].
+    half : bool
+        Whether the mesh has zeta >= 0 only.
+    faces : (n + 1,) array
+        theta of the faces over one turn [rad].
+    ends : (m + 1,) array
+        zeta of the faces.
+    theta, zeta : (n,), (m,) arrays
+        Centres of the cells.
+    groove : (n, m) array of int
+        Number of the groove that covers a cell; -1 without one.
+    lines : (n, LINE) array
+        Width, integrals of cos and sin, cosines and sines at the Gauss points of each line.
+    """
 
     slenderness: float
-    half: bool  # zeta >= 0 only
-    faces: Array  # theta of the faces, one more than cells, over one turn [rad], (n + 1,)
-    ends: Array  # zeta of the faces, (m + 1,)
-    theta: Array  # centres, (n,)
-    zeta: Array  # of the centres, (m,)
-    groove: NDArray[np.int64]  # number of the groove that covers a cell, -1 without one, (n, m)
-    lines: Array  # width, integrals of cos and sin, cosines and sines at the Gauss points of each line, (n, LINE)
+    half: bool
+    faces: Array
+    ends: Array
+    theta: Array
+    zeta: Array
+    groove: NDArray[np.int64]
+    lines: Array
 
     @property
     def width(self) -> Array:

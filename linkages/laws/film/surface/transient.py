@@ -31,21 +31,43 @@ InPlane = tuple[float, float]
 
 
 class FilmSurface(NamedTuple):
-    """What does not change during a motion."""
+    """The part of a film that does not change during a motion.
 
-    mesh: SurfaceMesh  # of the grooves; graded for no eccentricity
+    Attributes
+    ----------
+    mesh : SurfaceMesh
+        Mesh with the grooves, graded for no eccentricity.
+    grooves : tuple of Groove
+    pressures : Pressures
+    """
+
+    mesh: SurfaceMesh
     grooves: tuple[Groove, ...] = ()
     pressures: Pressures = AMBIENT
 
 
 class Moment(NamedTuple):
-    """State of film and journal at a time."""
+    """State of film and journal at a time; made by `at_rest`, `follow` and `move`.
+
+    Attributes
+    ----------
+    time : float
+        In units of 1/omega.
+    place : (float, float)
+        Eccentricity along x and y, in units of the clearance.
+    velocity : (float, float)
+        Velocity of the journal's centre, in units of clearance times omega.
+    oil : (n, m) array
+        Volume of oil in the cells.
+    film : SurfaceFilm or None
+        None at the start, where the pressure is not computed.
+    """
 
     time: float
-    place: InPlane  # eccentricity in units of the clearance
-    velocity: InPlane  # of the journal's centre, in units of c*omega
-    oil: Array  # volume of oil in the cells, (n, m)
-    film: SurfaceFilm | None = None  # none at the start, where the pressure is not computed
+    place: InPlane
+    velocity: InPlane
+    oil: Array
+    film: SurfaceFilm | None = None
 
     @property
     def force(self) -> InPlane:
