@@ -11,6 +11,7 @@ import argparse
 import statistics
 import timeit
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import seven_bar_reference

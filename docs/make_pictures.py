@@ -33,7 +33,7 @@ def write_moving(drawing: Drawing, path: Path, frames: int = 60, dpi: float = 90
 
 
 def draw_contact(joint: str) -> Figure:
-    """Draw a dry joint of the press: the path of its journal, and its force beside the one of the ideal joint."""
+    """Draw a dry joint of the press: the path of its journal, and its force and the one of the ideal joint."""
     system = linkages.load(linkages.find_file("seven_bar_dry.toml"))
     run, ideal = linkages.simulate(system), linkages.ideal(system)
     figure = Figure(figsize=(8.4, 3.4), layout="constrained")

@@ -98,8 +98,8 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
 def _differences(assessment: Assessment, ideal: dict[str, Any], start: float, end: float) -> dict[str, dict[str, Any]]:
     """Find the largest difference of outputs and forces of clearance joints from the ideal motion, after the start.
 
-    Its share is the part of the ideal output's range or of the ideal force's peak, None if that is rounding. Differences
-    that are rounding are left out.
+    Its share is the part of the ideal output's range or of the ideal force's peak, None if that is rounding.
+    Differences that are rounding are left out.
     """
     experiment, apart = assessment.system.experiment, assessment.difference
     unknown = assessment.meaningless | assessment.ideal_meaningless

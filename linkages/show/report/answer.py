@@ -1,4 +1,4 @@
-"""The question of a run, and its answer in three sentences: what the joints do, what this changes, what to try."""
+"""The question of a run, and its answer in three sentences: the action of the joints, its effect, a proposal."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def question(results: Results) -> str:
 
 
 def answer(summary: dict[str, Any]) -> list[str]:
-    """Answer the question of a run in three sentences, by its numbers; if it ended early, another says so first."""
+    """Answer the question of a run in three sentences, by its numbers; a first one if it ended early."""
     shown, given = words.reported(summary), summary["provenance"]["experiment"]
     play = {name: joint for name, joint in shown["joints"].items() if "eccentricity_ratio" in joint}
     status = Status(summary["status"])
@@ -53,7 +53,7 @@ def remarks(summary: dict[str, Any]) -> list[str]:
 
 
 def _action(play: dict[str, Any]) -> str:
-    """Say what the joints with clearance do: ride on a film, touch, or neither."""
+    """Tell how the joints with clearance work: on a film, in contact, or neither."""
     touching = {name: joint for name, joint in play.items() if joint["impacts"] or joint["contact_fraction"]}
     riding = {name: joint for name, joint in play.items() if name not in touching and "film_thickness" in joint}
     free = [name for name in play if name not in touching | riding]
@@ -81,7 +81,7 @@ def _times(count: int) -> str:
 
 
 def _effect(shown: dict[str, Any]) -> str:
-    """Say what clearance changes: the first output, the output whose peak changes most, and the largest force."""
+    """Tell the effect of clearance: the first output, the output whose peak changes most, and the largest force."""
     said = []
     for name in [*shown.get("difference", {})][:1]:
         largest, part = shown["difference"][name]["peak"], words.percent(shown["difference"][name]["share"])
