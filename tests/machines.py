@@ -162,6 +162,15 @@ def circle_intersection(p, r, q, s, side=1.0):
     return p + along * u + side * across * np.array([-u[1], u[0]])
 
 
+def seven_bar_slider(t, w1=2 * np.pi, w4=2 * np.pi):
+    """Slider position from three dyads, Chen 2025 Table 2."""
+    a = 0.08 * np.array([np.cos(w1 * t), np.sin(w1 * t)])
+    phase = np.radians(310.79) + w4 * t
+    b = np.array([0.08 * np.cos(phase), 0.301 + 0.08 * np.sin(phase)])
+    c = np.array([circle_intersection(p, 0.18, q, 0.318, side=-1.0) for p, q in zip(a.T, b.T, strict=True)])
+    return c[:, 0] + np.sqrt(0.3**2 - c[:, 1] ** 2)
+
+
 def plane_rotation(plane: str) -> np.ndarray:
     """Rotation matrix of a plane."""
     return Rotation.from_euler("xyz", PLANES[plane]).as_matrix()

@@ -57,6 +57,7 @@ def run(options: argparse.Namespace) -> int:
     from linkages.input.model.plausibility import doubts
     from linkages.results.impacts import write_impacts
     from linkages.results.summary import judge, unjudged
+    from linkages.show.report.answer import answer
     from linkages.show.report.terminal import format_judgement, format_table
 
     if options.exaggerate is not None and not options.exaggerate >= 0.0:
@@ -76,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
         if not options.no_error_estimate:
             result = estimate_error(result, progress)
         summary |= judge(result, summary)
-        for line in format_judgement(summary):
+        for line in [*format_judgement(summary), "", *answer(summary)]:
             say(line)
         if options.verbose:
             say(f"\n{_details(result, summary)}")

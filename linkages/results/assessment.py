@@ -11,13 +11,14 @@ import numpy as np
 from linkages.base.brief import Brief
 from linkages.mechanics.planar.record_types import STOP
 from linkages.results.characteristics import peak_columns
+from linkages.results.derivatives import NONE
 from linkages.results.divergence import apart
 from linkages.results.films import JointHeat
 from linkages.results.impacts import Impact, impacts
 from linkages.results.peak_errors import noise
 from linkages.results.soundness import Soundness
 from linkages.results.steady_state import Motion, motion_of
-from linkages.results.trajectory import Trajectory
+from linkages.results.trajectory import Trajectory, values_at
 from linkages.system import System
 
 _CYCLES = 20  # cycles of a periodic motion that stand for all of them
@@ -26,6 +27,8 @@ _COMPARED = 500  # number of times at which the run and the tighter one are comp
 # difference of a film's force from the force of the ideal joint, in parts of the latter
 _CARRIED = 0.1  # within it the film carries the load
 _OVERSHOOT = 0.25  # a larger excess before makes a start-up
+#: Part of a run in which a centred journal takes up its load, in microseconds; differences begin after it.
+TAKEN_UP = 0.005
 
 
 class Repeating(NamedTuple):
@@ -127,6 +130,14 @@ class Assessment(Brief):
         if not times:
             return None
         return min(max([*times, *(drive.ramp for drive in experiment.drives.values())]), end)
+
+    @cached_property
+    def difference(self) -> Trajectory:
+        """Return the run minus the ideal motion at the run's steps, in the columns and the time that both have."""
+        run, times = self.run, self.run.time[self.run.time <= self.ideal.time[-1]]
+        exact = values_at(self.ideal, times)
+        columns = {name: run[name][: len(times)] - exact[name] for name in run if name in exact} | {"time": times}
+        return replace(run, time=times, columns=columns, evaluate=None, sensitivity=NONE)
 
     @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:

@@ -244,6 +244,13 @@ def sample(
     return Trajectory(steps[:count], kept, status, provenance, evaluate)
 
 
+def values_at(trajectory: Trajectory, times: Array) -> Columns:
+    """Evaluate a trajectory at times [s]; interpolate a loaded one."""
+    if trajectory.evaluate is not None:
+        return trajectory.evaluate(times)
+    return {name: np.interp(times, trajectory.time, column) for name, column in trajectory.columns.items()}
+
+
 def _in_parts(evaluate: Evaluate, times: Array) -> Columns:
     """Evaluate a run at many times with little more memory than the columns take."""
     columns: Columns = {}

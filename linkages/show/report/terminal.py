@@ -61,6 +61,9 @@ def format_table(summary: dict[str, Any]) -> str:
         exact, force, ratio = (ideal["joints"][name]["force"], value["force"], value.get("eccentricity_ratio", {}))
         peaks = exact["peak"], force["peak"], force["time"], ratio.get("peak")
         rows.append(row(label, peaks, f"{name}.force.peak"))
+    for (heading, *names), effects in words.effects(summary):
+        rows += [("", ""), (heading, "".join(cell(name, 14) for name in names))]
+        rows += [(label, cell(value, 14) + cell(time, 14) + cell(part, 14)) for label, value, time, part in effects]
     heats = {name: joint["heat"] for name, joint in summary["joints"].items() if "heat" in joint}
     if heats:
         rows += [("", ""), ("oil (lumped heat balance)", "".join(f"{name:>12s}" for name in _HEAT_HEAD))]
