@@ -240,8 +240,8 @@ Joints A and B of `sdf/seven_bar.toml` (L/D 1.33, radial clearance 0.3 mm) have 
 | finite, Reynolds | the same with Reynolds' rule |
 | groove, Reynolds | the same with a groove of 20 degrees at angle 0, 80 % of the length |
 | groove, mass-conserving | the same groove; the film content is conserved |
-| groove, heat, fed | the same with a [heat balance](bearing.md#heat-balance-of-a-joint); fresh oil replaces all that leaves at the ends |
-| groove, heat, sealed | the same; no fresh oil, conduction removes all heat |
+| groove, heat, fed | the same with a [heat balance](bearing.md#heat-balance-of-a-joint); fresh oil replaces all that leaves |
+| groove, heat, sealed | the same; no fresh oil |
 
 The oil is ISO VG 460 at {supply} °C: 0.39 Pa s, the viscosity of the source. Assumed: supply and surroundings at {supply} °C, conductance {conductance} W/K of each joint, both cranks in
 the same sense at the speed of the file, and at ten times this speed. The source gives neither temperature nor speed. All numbers refer to period {periods}, after a start with
@@ -256,7 +256,7 @@ Joint B behaves alike, with smaller eccentricity ratios in a grooved film.
 - **Force.** The acceleration of the links determines the joint forces. No step changes a peak by more than 3 %.
 - **Orbit.** The finite film carries less than the long one, the groove interrupts the pressure, and the cavity of a mass-conserving film must fill before it carries:
   each of the three moves the journals farther.
-- **Power.** A thinner film dissipates more. Mass conservation lowers the power: the cavity shears only the oil that it contains.
+- **Power.** A thinner film dissipates more; a cavity shears only the oil that it contains.
 - **Temperature.** A tenth of a kelvin at the speed of the file. At ten times the speed a fed joint
   warms by {fed}, a sealed one by {sealed}, which lowers the viscosity to {thin}.
 
