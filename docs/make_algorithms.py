@@ -47,10 +47,7 @@ Common rules:
 - Designs are ordered by the rules of feasibility (Deb, [2000](references.md)): feasible before infeasible, then the lower objective, or the lower sum of violations. Several objectives use
   constrained domination.
 - `progress` is called after each iteration and may raise `KeyboardInterrupt`: the best design so far is returned.
-
-| status | meaning and remedy |
-|---|---|
-"""
+- A result has a status with a remedy (`result.status.remedy`): """
 
 _THEORY = r"""
 ## The generalised reduced gradient method
@@ -215,8 +212,8 @@ def page(problems: str) -> str:
     for (key, meaning), values in settings.items():
         said = "; ".join(f"{value} ({', '.join(names)})" for value, names in values.items())
         rows += f"- `{key}`: {meaning}; {said}\n"
-    remedies = "".join(f"| `{ending.value}` | {ending.remedy} |\n" for ending in Ending)
-    return _HEAD + summaries + _RULES + remedies + _THEORY + problems + _AFTER + rows + _ADD
+    endings = ", ".join(f"`{ending.value}`" for ending in Ending) + "\n"
+    return _HEAD + summaries + _RULES + endings + _THEORY + problems + _AFTER + rows + _ADD
 
 
 if __name__ == "__main__":

@@ -276,8 +276,8 @@ The power grows about with the square of the speed. A sealed joint warms in prop
 as the smallest film matters. A heat balance matters for sealed joints above about 300 strokes per minute. If only forces or accelerations are of interest, the film
 model does not matter.
 
-Limits: the heat balance is a lumped model, and the maps of the films are quasi-static; with this groove the real film has [less oil](transient_film.md#the-press). The true temperature
-of the supply and the conductance of the links are unknown; the range from fed to sealed shows their influence.
+Limits: the heat balance is a lumped model, and the maps of the films are quasi-static; with this groove the real film has [less oil](transient_film.md#the-press). The range from fed to sealed shows
+the influence of the unknown supply and conductance.
 """
 
 

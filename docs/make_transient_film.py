@@ -199,8 +199,7 @@ film content is {content}: the groove replaces less oil than the ends lose. With
 
 ![Journal of joint A with the map and with history](figures/transient_film_press.png)
 
-The joint forces of the press hardly depend on its films ([the press step by step](press_films.md)). Its orbits, smallest films and temperatures do: with this groove the values of the map are
-estimates only.
+With this groove orbits, smallest films and temperatures of the map are estimates only; the joint forces [hardly depend](press_films.md) on the films.
 
 In the starved film the journal crosses the cavity once a turn and hits the oil on the other side. The peak of this impact depends on the film step and the cells ({forces} N in turn {turns});
 the largest eccentricity ratio ({ratios}) and the content ({contents}) do not.
