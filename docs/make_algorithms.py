@@ -79,7 +79,7 @@ A changed partition changes the coordinates: $v = T v'$, $H' = T^T H T$.
 
 **Line search.** At $y_N + \alpha v$ Newton's method on $c(x) + s = 0$ determines the basic variables, with $B^{-1}$ from the last Jacobian and Broyden's updates. A basic variable that meets a bound
 is set to it and exchanged with a nonbasic one. If the correction does not converge, or an evaluation fails, $\alpha$ is
-reduced. The step is accepted when $f - \pi^T (c + s)$ decreases enough (Armijo); the second term removes, to first order, the influence of the remaining residual.
+reduced. Constraints that are formulas need no run: the objective is evaluated only where they hold. The step is accepted when $f - \pi^T (c + s)$ decreases enough (Armijo); the second term removes, to first order, the influence of the remaining residual.
 
 **Phase I.** From an infeasible start the same method minimises the sum of the violations. At a stationary point, one small perturbation leaves a saddle before the status becomes `infeasible`.
 

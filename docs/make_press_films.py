@@ -49,6 +49,7 @@ def system(step: str, strokes: float) -> linkages.System:
     """Return the press with one model of its films at a number of strokes per second."""
     speed = 2.0 * math.pi * strokes
     values: dict[str, Any] = {"drives.O1.speed": speed, "drives.O4.speed": speed, "duration": PERIODS / strokes}
+    values["gravity"] = [0.0, 0.0, 0.0]
     for joint in JOINTS:
         model = {"model": "lubricated", "clearance": 0.3e-3, "oil": {"grade": 460, "temperature": SUPPLY}}
         values[f"joints.{joint}"] = model | STEPS[step]
@@ -231,7 +232,7 @@ temperature. `python docs/make_press_films.py` repeats the runs and writes this 
 
 ## The steps
 
-Joints A and B of `sdf/seven_bar.toml` (L/D 1.33, radial clearance 0.3 mm) have one of these films:
+Joints A and B of `sdf/seven_bar.toml` (L/D 1.33, radial clearance 0.3 mm), here without weight and with cranks that turn alike, have one of these films:
 
 | step | film |
 |---|---|
