@@ -22,7 +22,7 @@ from linkages.results.outputs.columns import columns
 from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
 from linkages.system import System
-from linkages.system.ideal_motion import IdealMotion, check_duration
+from linkages.system.ideal_motion import check_duration, ideal_motion
 from linkages.system.rigid_segments import system_of
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
@@ -149,10 +149,15 @@ def assess(
 
 
 def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -> Assessment:
-    """Add the run at a ten times tighter tolerance to an assessment whose run reached its end."""
+    """Add the run at a ten times tighter tolerance to an assessment whose run reached its end.
+
+    Of a long run that repeats itself it covers the first part alone, see `Assessment.repeating`.
+    """
     if assessment.run.status is not Status.OK:
         return assessment
     finer = tightened(assessment.system, assessment.run, _TIGHTER)
+    if assessment.repeating is not None:
+        finer = finer.replaced({"duration": assessment.repeating.settled, "windows": {}, "report_from": None})
     return replace(assessment, tighter=simulate(finer, assessment.engine, stage("error estimate")))
 
 
@@ -217,7 +222,7 @@ def ideal(system: System, engine: str = DEFAULT) -> Trajectory:
     determined = _with_exact_motion(system)
     if determined is None:
         return simulate(system.ideal(), engine)
-    system, motion = determined, IdealMotion(determined)
+    system, motion = determined, ideal_motion(determined)
     if len(motion.times) < 2:
         raise AssemblyError(motion.status, "the ideal linkage cannot leave its start position")
     exact = sample(

@@ -193,6 +193,7 @@ class Summary(_Numbers):
     start_up: _Number = None
     report: str
     error: dict[str, _Number]
+    error_until: _Number = None
     warnings: list[_Warning]
     windows: dict[str, _Window]
     provenance: _Provenance

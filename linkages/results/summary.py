@@ -82,6 +82,7 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
         "start_up": assessment.start_up,
         "report": assessment.reported,
         "error": {},
+        "error_until": None,
         "warnings": [],
         "windows": windows,
         "provenance": {
@@ -127,24 +128,36 @@ def judge(assessment: Assessment, whole: dict[str, Any]) -> dict[str, Any]:
     ``error`` has the error of each peak by the peak's key (``slider7.ax.peak``), None without an estimate, and is empty
     without a tighter run; see `linkages.results.peak_errors`.
     """
-    tighter = assessment.tighter
-    error = _errors(assessment, assessment.run, tighter, whole)
+    error = _errors(assessment, (0.0, whole["duration"]), whole)
     windows = {}
     for name, window in whole.get("windows", {}).items():
-        span = window["from"], window["to"]
-        part = tighter if tighter is None or tighter.time[-1] < span[1] else tighter.within(*span)
-        windows[name] = window | {"error": _errors(assessment, assessment.run.within(*span), part, window)}
-    return {"error": error, "warnings": warnings(assessment, peaks_by_key(whole), error), "windows": windows}
+        windows[name] = window | {"error": _errors(assessment, (window["from"], window["to"]), window)}
+    return {
+        "error": error,
+        "error_until": assessment.repeating and assessment.repeating.settled if error else None,
+        "warnings": warnings(assessment, peaks_by_key(whole), error),
+        "windows": windows,
+    }
 
 
-def _errors(
-    assessment: Assessment, run: Trajectory, tighter: Trajectory | None, of: Mapping[str, Any]
-) -> dict[str, float | None]:
-    """Estimate the error of each peak of a run or a part of it; empty without the tighter run."""
+def _errors(assessment: Assessment, span: tuple[float, float], of: Mapping[str, Any]) -> dict[str, float | None]:
+    """Estimate the error of each peak of a part of the run; empty without the tighter run.
+
+    If the tighter run ends before a part that repeats an earlier one, the errors are those of the earlier one.
+    """
+    tighter, repeating = assessment.tighter, assessment.repeating
     if tighter is None:
         return {}
-    peaks = peaks_by_key(of)
     if tighter.status is not Status.OK:
-        return dict.fromkeys(peaks)
-    finer = peaks_by_key(numbers(assessment.system, tighter, assessment.meaningless))
-    return errors(run, tighter, peaks, finer, assessment.apart, assessment.noise)
+        return dict.fromkeys(peaks_by_key(of))
+    early = span if repeating is None else repeating.earlier(*span)
+    run, finer = _part(assessment.run, early), _part(tighter, early)
+    if early != span:
+        of = numbers(assessment.system, run, assessment.meaningless)
+    found = peaks_by_key(numbers(assessment.system, finer, assessment.meaningless))
+    return errors(run, finer, peaks_by_key(of), found, assessment.apart, assessment.noise)
+
+
+def _part(run: Trajectory, span: tuple[float, float]) -> Trajectory:
+    """Return the part of a run between two times [s]; the run itself if it has no other part."""
+    return run if span == (run.time[0], run.time[-1]) else run.within(*span)

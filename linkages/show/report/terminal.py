@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from linkages.base.brief import cell
+from linkages.input.files.magnitudes import rounded
 from linkages.results.characteristics import peaks_by_key
 from linkages.results.warnings import relative
 from linkages.show.report import words
@@ -93,7 +94,10 @@ def format_judgement(summary: dict[str, Any]) -> list[str]:
     lines = []
     below = [found for found in relative(peaks_by_key(summary), summary["error"]) if found[1] < 1.0]
     for key, part in below[:1]:  # peaks below their errors are zero, or named in a warning
-        lines = ["", f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"]
+        line = f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"
+        if (until := summary.get("error_until")) is not None:
+            line += f"; the run that estimates them ends at {rounded(until)} s, because the motion repeats itself"
+        lines = ["", line]
     return lines + format_warnings(summary["warnings"])
 
 
