@@ -102,11 +102,13 @@ def _differences(assessment: Assessment, ideal: dict[str, Any], start: float, en
     Its share is the part of the ideal output's range or of the ideal force's peak, None if that is rounding.
     Differences that are rounding are left out.
     """
-    experiment, apart = assessment.system.experiment, assessment.difference
-    unknown = assessment.meaningless | assessment.ideal_meaningless
+    experiment = assessment.system.experiment
+    if not (experiment.play or experiment.flexible):
+        return {}
+    apart, unknown = assessment.difference, assessment.meaningless | assessment.ideal_meaningless
     names = [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
     begin = max(start, float(apart.time[0] + TAKEN_UP * np.ptp(apart.time)))
-    if not (experiment.play or experiment.flexible) or begin >= (last := min(end, float(apart.time[-1]))):
+    if begin >= (last := min(end, float(apart.time[-1]))):
         return {}
     found = peaks(apart.within(begin, last), [name for name in names if name in apart and name not in unknown])
     wholes = {name: value["max"] - value["min"] for name, value in ideal["outputs"].items() if value["max"] is not None}
