@@ -15,7 +15,7 @@ from linkages.engines import engine as load_engine
 from linkages.engines.methods import expect_run
 from linkages.input.model.link_tables import MOST_SEGMENTS
 from linkages.laws.heat import NEAR
-from linkages.results.assessment import Assessment
+from linkages.results.assessment import SMOOTHINGS, Assessment
 from linkages.results.derivatives import Wrt
 from linkages.results.films import heated, joint_heat
 from linkages.results.outputs.columns import columns
@@ -149,11 +149,24 @@ def assess(
 
 
 def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -> Assessment:
-    """Add the run at a ten times tighter tolerance to an assessment whose run reached its end."""
+    """Add the run at a ten times tighter tolerance to an assessment whose run reached its end.
+
+    With signals from data files also the runs with half and double smoothing.
+    """
     if assessment.run.status is not Status.OK:
         return assessment
-    finer = tightened(assessment.system, assessment.run, _TIGHTER)
-    return replace(assessment, tighter=simulate(finer, assessment.engine, stage("error estimate")))
+    system, engine = assessment.system, assessment.engine
+    finer = tightened(system, assessment.run, _TIGHTER)
+    others = {name: _resmoothed(system, factor) for name, factor in SMOOTHINGS.items() if system.experiment.from_files}
+    resmoothed = {name: simulate(other, engine, stage(f"{name} smoothing")) for name, other in others.items()}
+    tighter = simulate(finer, engine, stage("error estimate"))
+    return replace(assessment, tighter=tighter, resmoothed=resmoothed)
+
+
+def _resmoothed(system: System, factor: float) -> System:
+    """Return the system with the smoothing of all its signals from data files times a factor."""
+    tables = system.experiment.from_files
+    return system.replaced({f"{path}.smoothing": factor * table.smoothing for path, table in tables.items()})
 
 
 def tightened(system: System, run: Trajectory, ratio: float) -> System:

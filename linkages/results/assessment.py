@@ -24,6 +24,9 @@ _COMPARED = 500  # number of times at which the run and the tighter one are comp
 _CARRIED = 0.1  # within it the film carries the load
 _OVERSHOOT = 0.25  # a larger excess before makes a start-up
 
+#: Factors of the smoothing of signals from data files in further runs, by name.
+SMOOTHINGS = {"half": 0.5, "double": 2.0}
+
 
 @dataclass(frozen=True, repr=False)
 class Assessment(Brief):
@@ -41,6 +44,8 @@ class Assessment(Brief):
         The run repeated at a ten times tighter tolerance.
     heat : dict of str to JointHeat
         Heat balances of the joints that have one, by name.
+    resmoothed : dict of str to Trajectory
+        Runs with half and double smoothing of signals from data files, by the names in `SMOOTHINGS`.
     """
 
     system: System
@@ -49,6 +54,7 @@ class Assessment(Brief):
     ideal: Trajectory
     tighter: Trajectory | None
     heat: dict[str, JointHeat] = field(default_factory=dict)
+    resmoothed: dict[str, Trajectory] = field(default_factory=dict)
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         title = self.system.experiment.title or self.system.experiment.source.stem

@@ -167,6 +167,18 @@ class _Provenance(_Entry):
         return self
 
 
+class _Fit(_Entry):
+    text: str
+    rows: int
+    residual: Finite
+    deviation: Finite
+
+
+class _Recorded(_Entry):
+    file: str
+    fits: list[_Fit]
+
+
 class Summary(_Numbers):
     """The schema of ``summary.json``."""
 
@@ -181,6 +193,8 @@ class Summary(_Numbers):
     error: dict[str, _Number]
     warnings: list[_Warning]
     windows: dict[str, _Window]
+    recorded: dict[str, _Recorded] = Field({})
+    smoothing: dict[str, dict[str, Finite]] = Field({})
     provenance: _Provenance
 
     @model_validator(mode="after")

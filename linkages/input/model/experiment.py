@@ -24,6 +24,7 @@ from linkages.input.files.unit_conversion import read
 from linkages.input.model import load_tables as tables
 from linkages.input.model.experiment_tables import Drive, JointModel, RunWindow, SolverTable
 from linkages.input.model.link_tables import LinkModel
+from linkages.input.model.recorded_tables import FromFile
 
 #: Origins of replaced values, shown as their source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
@@ -151,8 +152,13 @@ class Experiment(Brief, Table):
         A table that was replaced has one for all its values; a component (``gravity.y``) counts as its list.
         """
         lists = {path for path, value in leaves(self.model_dump(exclude_unset=True)) if isinstance(value, list)}
-        above = {path: path.rpartition(".")[0] for path in self._sources}
-        return {above[path] if above[path] in lists else path: source for path, source in self._sources.items()}
+
+        def place(path: str) -> str:
+            table, _, key = path.rpartition(".")
+            column = f"{table}.columns.{key}"  # a column of a file is written at the key of its values
+            return table if table in lists else column if column in lists else path
+
+        return {place(path): source for path, source in self._sources.items()}
 
     @property
     def texts(self) -> dict[str, Any]:
@@ -205,6 +211,12 @@ class Experiment(Brief, Table):
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
 
     @property
+    def from_files(self) -> dict[str, FromFile]:
+        """Return the drives and loads that take their signal from a data file, by dotted path."""
+        tables = (("drives", self.drives), ("forces", self.forces), ("torques", self.torques))
+        return {f"{kind}.{name}": one for kind, named in tables for name, one in named.items() if one.file is not None}
+
+    @property
     def named(self) -> tuple[tuple[str, str], ...]:
         """Return table and name of each named element: loads, gears, stops, contacts."""
         others = tuple((table, name) for table in ("gears", "stops", "contacts") for name in getattr(self, table))
@@ -228,7 +240,7 @@ class Experiment(Brief, Table):
         if changed.keys() == {"sdf"} and changed["sdf"] is not True:
             valid = vars(validate(_MachineValues, {"sdf": data["sdf"]}, self._source, origins))
         else:
-            valid = vars(validate(Experiment, data, self._source, origins))
+            valid = vars(validate(Experiment, data, self._source, origins, self._source.parent))
         values = {
             key: valid[key] if names is True else getattr(self, key) | valid[key] for key, names in changed.items()
         }
@@ -290,7 +302,7 @@ def experiment_of(
     """Return the experiment of nested tables, in which overrides replace values; see `load_experiment`."""
     _replace(data, overrides, origin)
     replaced = dict.fromkeys(overrides, origin)
-    experiment = validate(Experiment, data, source, replaced)
+    experiment = validate(Experiment, data, source, replaced, source.parent)
     experiment._source = source
     experiment._texts, experiment._sources = _texts(data), _later(sources, replaced)
     return experiment

@@ -80,6 +80,7 @@ def format_table(summary: dict[str, Any]) -> str:
         f"{summary['engine']} engine, {summary['duration']:g} s, status {summary['status']};"
         f" mobility {mechanism['mobility']}, driven: {', '.join(mechanism['driven']) or 'none'}",
         *words.motion_lines(summary),
+        *words.recorded_lines(summary),
         "",
     ]
     return "\n".join(lines + [f"{label:{width}s}{cells}".rstrip() for label, cells in rows])
@@ -87,10 +88,10 @@ def format_table(summary: dict[str, Any]) -> str:
 
 def format_judgement(summary: dict[str, Any]) -> list[str]:
     """Write the sizes of the errors, and all warnings, as lines of text."""
-    lines = []
+    lines = words.smoothing_lines(summary)
     below = [found for found in relative(peaks_by_key(summary), summary["error"]) if found[1] < 1.0]
     for key, part in below[:1]:  # peaks below their errors are zero, or named in a warning
-        lines = ["", f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"]
+        lines += ["", f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"]
     return lines + format_warnings(summary["warnings"])
 
 
