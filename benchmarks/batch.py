@@ -33,8 +33,15 @@ from linkages.engines.compiled.run.runner import Runner
 from linkages.input.files.shipped import data_folder
 
 OUTPUTS = ("A.force", "B.force", "slider7.ax")
-MASS, OIL, LENGTH = "sdf.links.link2.mass", "joints.A.viscosity", "sdf.frames.link2_C.pose.x"
-LIMITS = {MASS: (0.2, 0.3), OIL: (0.2, 0.5), LENGTH: (0.178, 0.182), "sdf.links.rod.mass": (0.1, 0.3)}
+MASS, OIL = "sdf.links.link2.mass", "joints.A.viscosity"
+PLAY, LENGTH = "joints.A.clearance", "sdf.frames.link2_C.pose.x"
+LIMITS = {
+    MASS: (0.2, 0.3),
+    OIL: (0.2, 0.5),
+    PLAY: (2e-4, 4e-4),
+    LENGTH: (0.178, 0.182),
+    "sdf.links.rod.mass": (0.1, 0.3),
+}
 EXUDYN_STEPS, ACCURACY = 8000, 1e-5  # steps each second; both have an orbit error of 5e-4
 BEGIN, MARK = "\n## Batches\n", "<!-- batches: benchmarks/batch.py -->"
 LARGE = """
@@ -123,6 +130,7 @@ def batches(runs):
     few = max(runs // 20, 10)
     cases = {
         "press, mass and viscosity": (press, [MASS, OIL], runs, OUTPUTS, ((1.0, 2.0),)),
+        "press, clearance": (press, [PLAY], runs, OUTPUTS, ((1.0, 2.0),)),
         "press, length and viscosity": (press, [LENGTH, OIL], runs, OUTPUTS, ((1.0, 2.0),)),
         "dry slider-crank, mass": (dry, ["sdf.links.rod.mass"], few, ("B.force", "slider.ax"), None),
     }

@@ -1,20 +1,16 @@
 """Measure the times of the compiled engine: ``python benchmarks/compiled.py [--repeat N]``.
 
-Right-hand side, residual of Newton's iterations and Jacobian of the seven-bar; right-hand side of open chains of 10 to
-100 links, whose cost should grow with their number; wall time per simulated second and orbit error of the seven-bar at
-several accuracies. Times are medians; compilation and set-up are not counted. For other codes see
-sevenbar_engines.py.
+Right-hand side, residual of Newton's iterations and Jacobian of the seven-bar; wall time per simulated second and orbit
+error of the seven-bar at several accuracies. Times are medians; compilation and set-up are not counted. For other codes
+see sevenbar_engines.py, for the growth with a linkage's size growth.py.
 """
 
 from __future__ import annotations
 
 import argparse
 import statistics
-import sys
-import tempfile
 import timeit
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import seven_bar_reference
@@ -28,7 +24,6 @@ from linkages.engines.compiled.run.runner import Runner
 from linkages.engines.compiled.simulation import simulate
 from linkages.input.files.shipped import data_folder
 
-LINKS = (10, 20, 50, 100)
 TIME = 0.01  # s
 
 
@@ -72,17 +67,6 @@ def each(function, system, shape, count, repeat):
     return 1e6 * statistics.median(walls) / count
 
 
-def chain(n, folder):
-    """Load a hanging chain of n bars, drawn in a zigzag."""
-    sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
-    from reference_machines import chain_sdf
-
-    (folder / "chain.sdf").write_text(chain_sdf(np.full(n, 0.1), -np.pi / 2 + 0.3 * (-1.0) ** np.arange(n)))
-    file = folder / "chain.toml"
-    file.write_text('mechanism = "chain.sdf"\nduration = 1.0\ngravity = [0.0, -9.81, 0.0]\n')
-    return load(file)
-
-
 def integration(system, repeat):
     """Median time of the integration alone, from the initial state [s]."""
     runner = Runner(system)
@@ -99,11 +83,6 @@ def main() -> None:
     print(f"seven-bar: right-hand side {each(evaluate, system, 1, 20_000, options.repeat):.2f} us")
     print(f"seven-bar: residual        {each(leave, system, 1, 20_000, options.repeat):.2f} us")
     print(f"seven-bar: Jacobian        {each(differentiate, system, 2, 2_000, options.repeat):.2f} us")
-    print("\nlinks of a chain   right-hand side [us]   in parts of the first")
-    with tempfile.TemporaryDirectory() as folder:
-        costs = [each(evaluate, chain(n, Path(folder)), 1, 20_000 // n, options.repeat) for n in LINKS]
-    for n, cost in zip(LINKS, costs, strict=True):
-        print(f"{n:16d}{cost:23.2f}{cost / costs[0]:24.2f}")
     exact = seven_bar_reference.reference(system)
     print("\naccuracy    steps   wall [ms/s]   orbit error")
     for accuracy in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10):

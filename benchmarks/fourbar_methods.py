@@ -2,8 +2,8 @@
 
 Every method solves `fourbar_jitter` with three objectives, each within the same number of evaluations.
 The optima are scored again where they were not searched: ten other start angles, and the search's own at a ten times
-tighter tolerance. Writes docs/fourbar_methods.md after each objective, and the best design by the patent's objective
-into docs/replication/designs/. Runs in docs/replication/computed/ are repeated only with the option.
+tighter tolerance. Writes the results into docs/replication/computed/ and the best design by the patent's objective into
+docs/replication/designs/; `docs/make_replication.py` shows them. Stored runs are repeated only with the option.
 """
 
 from __future__ import annotations
@@ -11,58 +11,19 @@ from __future__ import annotations
 import dataclasses
 import sys
 import time
-from collections.abc import Iterable
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from replication.claims import table
 from replication.computed import keep, read
 from replication.patent_designs import UNSEEN, started_at
+from replication.patent_searches import OBJECTIVES
 from replication.recorded import write_record
 
 from optim import Evaluations, Evaluator, Progress, Screened, Study, find_study, load_study, minimise, problem_of
 from optim.algorithms.registry import read_settings
 
-PAGE = Path(__file__).parents[1] / "docs" / "fourbar_methods.md"
 RESULTS = "fourbar_methods"
 TIGHTER = 0.1
-HEAD = """# Methods on the patent's design problem
-
-For readers who compare optimisation algorithms: five methods on one problem with dry contact, with equal budgets.
-
-CN106055749A (Bai, Zhao and Sun, 2016) reduces the [jitter](glossary.md#jitter) of the acceleration by the lengths of
-a double crank with a dry joint, using a generalised reduced gradient method. It prints a reduction of 77.5 %. Its
-data and bounds are lost with its tables and are assumed here: a third to three times the nominal lengths
-(`optim/studies/fourbar_jitter.toml`). Between half and double the nominal lengths no method reaches the printed
-reduction.
-
-`python benchmarks/fourbar_methods.py` writes this page from its results in `docs/replication/computed/`
-(earlier searches to the digits printed here). The rows `ga` and the recorded designs of `ga` are from revision 1 of
-the genetic algorithm, before it took over the operators of pygad. Each method had the same budget of runs; designs
-that violate a constraint need no run. *Reduction* refers to the minimised objective. The next two columns give the
-same quantity at ten start angles that were not searched, and at a tighter tolerance. [The
-landscape](fourbar_landscape.md) shows the objectives along a line, and the influence of the lost bounds.
-"""
-
-
-class Objective(NamedTuple):
-    """A study, its objective, the number of designs of a method, and the step of its differences."""
-
-    study: str
-    meaning: str
-    budget: int
-    step: float
-
-
-OBJECTIVES = (
-    Objective("fourbar_jitter", "patent's: peak of two revolutions, one start", 400, 1e-5),
-    Objective("fourbar_jitter_phases", "the same, mean over four starts", 250, 1e-5),
-    Objective("fourbar_jitter_steady", "steady: ten revolutions after the second, four starts", 40, 0.02),
-)
-HEADINGS = (
-    "reduction", "at ten unseen starts", "at a tenth of the tolerance", "ground, crank, coupler, follower",
-)  # fmt: skip
 SEEDS = (1, 2)
 ALONE = "grg, one start"
 #: Starts and generations are more than the budget allows.
@@ -143,7 +104,6 @@ def measure(found: dict[str, dict]) -> None:
             keep(RESULTS, found)
             if objective is OBJECTIVES[0]:
                 record(study, found, keys)
-        PAGE.write_text(page(found), encoding="utf-8")
 
 
 def record(study: Study, found: dict[str, dict], keys: list[str]) -> None:
@@ -162,34 +122,6 @@ def record(study: Study, found: dict[str, dict], keys: list[str]) -> None:
         "evaluations": best["evaluations"],
     }
     write_record(study, result, "python benchmarks/fourbar_methods.py")
-
-
-def page(found: dict[str, dict]) -> str:
-    """Write the table."""
-    text = HEAD
-    for objective in OBJECTIVES:
-        name = objective.study
-        rows = {key: row for key, row in found.items() if key.startswith(f"{name}/") and "unseen" in row}
-        text += f"\n## `{name}`\n\n"
-        if not rows:
-            text += "Not measured.\n"
-            continue
-        text += f"{objective.meaning[0].upper()}{objective.meaning[1:]};"
-        text += f" {objective.budget} designs, and the remaining designs of the last iteration.\n"
-        text += f"Difference step: {objective.step:g} of the width of the bounds.\n\n"
-        nominal = load_study(find_study(name)).nominal
-        lines = [
-            [*key.split("/")[1:], str(row["evaluations"]), *cells(row, np.array(row["x"]) / nominal)]
-            for key, row in rows.items()
-        ]
-        text += table(("method", "seed", "designs", *HEADINGS), lines)
-    return text
-
-
-def cells(row: dict[str, Any], lengths: Iterable[float]) -> list[str]:
-    """Write the results as rows of the tables below `HEADINGS`."""
-    scores = (f"{100 * x:.1f} %" for x in (1.0 - row["value"], row["unseen"], row["tighter"]))
-    return [*scores, ", ".join(f"{x:.2f}" for x in lengths)]
 
 
 if __name__ == "__main__":

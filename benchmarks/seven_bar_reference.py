@@ -41,7 +41,7 @@ def free_motion(system: System) -> FreeMotion:
     the dynamics.
     """
     tree, assembly = system.tree, system.assembly
-    rows, rank, ends, driven = tree.loop_rows, system.arrays.rank, tree.ends, tree.driven_dofs
+    rows, elimination, ends, driven = tree.loop_rows, system.arrays.elimination, tree.ends, tree.driven_dofs
     laws, tables, gravity = system.laws, system.tables, system.gravity
     memory = np.zeros((len(ends), 2))
     curves = system.motions.arrays
@@ -49,8 +49,8 @@ def free_motion(system: System) -> FreeMotion:
     nf, nd, n = len(free), len(driven), tree.size
 
     @njit
-    def evaluate(given, t, y):
-        bodies = reference_to(given)
+    def evaluate(given, structure, t, y):
+        bodies, elimination = reference_to(given), reference_to(structure)
         work = workspace(len(bodies.records), n, len(rows), bodies.shapes.shape[2])
         joints, rate = np.empty((len(ends), WIDTH)), np.empty(2 * nf)
         value, speed, acceleration = np.empty(nd), np.empty(nd), np.empty(nd)
@@ -61,17 +61,17 @@ def free_motion(system: System) -> FreeMotion:
             work.q[driven[k]], work.v[driven[k]], work.a[driven[k]] = value[k], speed[k], acceleration[k]
         body_states(bodies, work.q, work.v, work.pose, work.vel)
         clearance_wrenches(ends, laws, tables, memory, work.pose, work.vel, work.wrench, joints)
-        forward_dynamics(bodies, rows, rank, gravity, work)
+        forward_dynamics(bodies, rows, elimination, gravity, work)
         for k in range(nf):
             rate[k], rate[nf + k] = work.v[free[k]], work.a[free[k]]
         return rate, joints
 
     def rates(t, y):
-        return evaluate(tree.bodies, t, y)[0]
+        return evaluate(tree.bodies, elimination, t, y)[0]
 
     start = np.concatenate([assembly.q[free], assembly.v[free]])
     rates(0.0, start)
-    return FreeMotion(rates, start, lambda t, y: evaluate(tree.bodies, t, y)[1][:, :2])
+    return FreeMotion(rates, start, lambda t, y: evaluate(tree.bodies, elimination, t, y)[1][:, :2])
 
 
 def reference(system: System) -> Callable[[Array], Array]:

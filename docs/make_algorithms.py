@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 from pathlib import Path
+from statistics import median
 from typing import NamedTuple
 
 from linkages.input.files.table_keys import table_keys
@@ -15,16 +16,17 @@ sys.path.append(str(HERE.parent / "tests" / "optim"))
 
 from hock_schittkowski import EXAMPLES, Example  # noqa: E402
 
-_KINDS = {"b": "bounds", "i": "inequalities", "e": "equalities", "v": "vertex", "d": "degenerate"}
+_KINDS = {
+    "b": "bounds", "i": "inequalities", "e": "equalities", "v": "an optimum in a vertex", "d": "a degenerate optimum", "": "any of them",
+}  # fmt: skip
 
 _HEAD = r"""# Algorithms of the optimisation
 
-For readers who choose or add an optimisation algorithm: the algorithms, their rules and settings, the theory of the reduced gradient method, and measurements on test
-problems. `python docs/make_algorithms.py` writes this page. [Optimise a design](optimisation.md) explains studies.
+For readers who choose or add an optimisation algorithm for a [design study](optimisation.md): rules, settings, the reduced gradient method, and measurements on test
+problems. `python docs/make_algorithms.py` writes this page and prints the result of every problem.
 
 An algorithm is a function `(problem, settings, seed, progress) -> Result` (types in `optim/algorithms/nlp.py`). It gets the bounds of the variables and a function that evaluates a list of designs (a population) and returns
-their objectives and constraints; it gets no mechanism. It depends only on its arguments: the same call requests the same designs in the same order. A stopped run is therefore resumed by repeating it with the
-stored values.
+their objectives and constraints. It depends only on its arguments: the same call requests the same designs in the same order, so a stopped run is resumed by repeating it with the stored values.
 
 ```python
 import optim
@@ -40,10 +42,8 @@ print(result.x[0], result.values.objectives[0, 0], result.status, result.status.
 _RULES = r"""
 Common rules:
 
-- A whole population is evaluated in one call. Gradient methods evaluate a gradient by differences as one population of 2 n designs.
-- No design is evaluated twice in a run (`optim/algorithms/archive.py`).
-- Failed evaluations, and values that are not finite, are worse than any other and never end a run. If nothing can be evaluated, at the start of a local method or anywhere, the
-  status is `evaluation-failed`.
+- A whole population is evaluated in one call; a gradient by differences is one population of 2 n designs. No design is evaluated twice in a run.
+- Failed evaluations, and values that are not finite, are worse than any other and never end a run.
 - Designs are ordered by the rules of feasibility (Deb, [2000](references.md)): feasible before infeasible, then the lower objective, or the lower sum of violations. Several objectives use
   constrained domination.
 - `progress` is called after each iteration and may raise `KeyboardInterrupt`: the best design so far is returned.
@@ -62,68 +62,64 @@ $$c(x) + s = 0, \qquad l \le y \le u, \qquad A = \partial (c + s) / \partial y =
 
 Variables are scaled by the distance of their bounds, objective and constraints by their change over it. Units therefore have no influence.
 
-**Partition.** There are m constraints. m variables are basic: $y = (y_B, y_N)$, $A = [\,B \;\; N\,]$. The equations determine them; n variables remain. The gradient of the function of
-$y_N$ is the *reduced gradient*
+**Partition.** The m constraints determine m basic variables: $y = (y_B, y_N)$, $A = [\,B \;\; N\,]$. The gradient of the function of $y_N$ is the *reduced gradient*
 
 $$r = \nabla_N f - N^T \pi, \quad B^T \pi = \nabla_B f, \qquad \text{or} \quad r = Z^T \nabla f, \quad
 Z = \begin{bmatrix} I \\ -B^{-1} N \end{bmatrix}.$$
 
-An exchange of a basic and a nonbasic variable multiplies $\det B$ by the pivot $(B^{-1} N)_{ij}$. Columns are weighted by the distances of their variables from their bounds. Exchanges continue as long
-as one increases the weighted determinant more than tenfold. The basis is then well conditioned, and its variables can move.
+Columns are weighted by the distances of their variables from their bounds. Basic and nonbasic variables are exchanged as long as one exchange increases the weighted determinant of $B$ more than
+tenfold: the basis is then well conditioned, and its variables can move.
 
 **Step.** With a BFGS approximation $H$ of the reduced Hessian the step of the nonbasic variables solves
 
 $$\min_v \; r^T v + \tfrac12 v^T H v \quad \text{subject to} \quad l - y \le Z v \le u - y.$$
 
-Abadie and Carpentier ([1969](references.md)) and Lasdon et al. ([1978](references.md)) move only variables off their bounds (superbasic variables) and release bounds one by one, by the sign of their
-multipliers. This method includes the bounds in the model, so degenerate points, where basic variables lie on bounds too, are no special case. The model is a problem of nonnegative least
-squares. Its multipliers $\mu$ and $v$ satisfy $r + H v = Z^T \mu$. The search ends (`converged`) when $\lVert H v \rVert$ and the products of $\mu$ and the distances to the bounds are small: the conditions of
+Unlike the methods of Abadie and Carpentier ([1969](references.md)) and Lasdon et al. ([1978](references.md)), the model includes the bounds, so degenerate points, where basic variables lie on
+bounds too, are no special case. It is a problem of nonnegative least squares. Its multipliers $\mu$ and $v$ satisfy $r + H v = Z^T \mu$. The search ends (`converged`) when $\lVert H v \rVert$ and the products of $\mu$ and the distances to the bounds are small: the conditions of
 Karush, Kuhn and Tucker then hold.
 
 A changed partition changes the coordinates of the tangent space: $v = T v'$. $H' = T^T H T$ keeps the curvature information.
 
-**Line search.** At $y_N + \alpha v$ Newton's method on $c(x) + s = 0$ determines the basic variables, with $B^{-1}$ from the last Jacobian and Broyden's updates, without further
-derivatives. A basic variable that meets a bound is set to it and exchanged with a nonbasic one; the correction then continues. If it does not converge, or an evaluation fails, $\alpha$ is
+**Line search.** At $y_N + \alpha v$ Newton's method on $c(x) + s = 0$ determines the basic variables, with $B^{-1}$ from the last Jacobian and Broyden's updates. A basic variable that meets a bound
+is set to it and exchanged with a nonbasic one. If the correction does not converge, or an evaluation fails, $\alpha$ is
 reduced. The step is accepted when $f - \pi^T (c + s)$ decreases enough (Armijo); the second term removes, to first order, the influence of the remaining residual.
 
-**Phase I.** From an infeasible start the same method minimises the sum of the violations; the slacks may exceed their bounds by as much as they do at the start. A stationary point may be a saddle:
-one small perturbation leaves it before the status becomes `infeasible`.
+**Phase I.** From an infeasible start the same method minimises the sum of the violations. At a stationary point, one small perturbation leaves a saddle before the status becomes `infeasible`.
 
 **Derivatives** come from [sensitivities of runs](sensitivity.md) (`derivatives = "sensitivities"`; in Python `Problem.jacobian`) or from central differences, one-sided of second order at bounds. Where a run has no
-sensitivities, because it fails or goes beyond the [horizon](glossary.md#horizon), differences take their place. `linkages optimise STUDY.toml --check` [compares both](check_optimum.md). The difference step is a share of the range between the bounds. A rough objective needs a large
+sensitivities, because it fails or goes beyond the [horizon](glossary.md#horizon), differences take their place ([comparison](check_optimum.md)). The difference step is a share of the range between the bounds. A rough objective needs a large
 step: with a step below the scale of its ripples the search ends with `no-progress`. A rough constraint needs a tolerance `feasibility` above its ripples.
 
-**SNOPT** is the sequential quadratic programming code of Gill, Murray and Saunders ([2005](references.md)), called through Drake.
+SNOPT is the sequential quadratic programming code of Gill, Murray and Saunders ([2005](references.md)).
 
 ## Measured
 
-Problems of Hock and Schittkowski ([1981](references.md)) from the printed starts, with default settings and difference derivatives. A population is one call; the number of populations matters where designs are
-evaluated in parallel. The last column is Drake's SNOPT on the same scaled problem with the same differences.
+Problems of Hock and Schittkowski ([1981](references.md)) from the printed starts, with default settings and difference derivatives: medians. A population is one call; the number of
+populations matters where designs are evaluated in parallel. The last column is Drake's SNOPT on the same scaled problems with the same differences.
 
 """
 
 _AFTER = r"""
-All are found to 1e-6 of max(1, |optimum|); every constraint is satisfied to 1e-6 in its unit. Two further problems end in local optima from the printed start: problem 20 at 40.199 (published
-38.199), problem 61 in another of its separate feasible sets. Both reach the published optimum from other starts. At the optimum of problem 13 no multipliers exist: for every method, a constraint tolerance t
-shifts it by the cube root of t. *Vertex*: the active constraints leave no freedom. *Degenerate*: their gradients are dependent, a multiplier vanishes, or the reduced Hessian is singular.
+All optima are found to 1e-6 of max(1, |optimum|); every constraint is satisfied to 1e-6 in its unit. SNOPT misses problem 64. Two further problems end in local optima from the printed start (20 and
+61); from other starts both reach the published optimum. Problem 13 has no multipliers at its optimum: for every method, a constraint tolerance t shifts it by the cube root of t.
+*Vertex*: the active constraints leave no freedom. *Degenerate*: their gradients are dependent, a multiplier vanishes, or the reduced Hessian is singular.
 
 ## Genetic algorithms
 
-pygad supplies selection by tournament, simulated binary crossover, polynomial mutation, elitism, non-dominated sorting and crowding, with its own random generators; those of NumPy and
-Python are unaffected. This package gives it a fitness in which an infeasible design is below every feasible one, in order of its violation, and a faster sort for several objectives.
+pygad supplies selection by tournament, simulated binary crossover, polynomial mutation, elitism, non-dominated sorting and crowding, with its own random generators. This package gives it a
+fitness in which an infeasible design is below every feasible one, in order of its violation, and a faster sort for several objectives.
 
-- `population` is the number of children of a generation. The best `elites` designs of elites and children are kept. With as many elites as children, as in `nsga2` and by default in `ga`,
-  only better designs displace the best ones. The first generation contains children and elites.
-- `crossover` is the probability of each parent to take part in the crossover of a child. Two of these parents are drawn, so nearly every child is crossed.
-- `mutation` is the probability of each variable. Chen et al. (2025) print 0.6 without a definition.
+The best `elites` designs of elites and children are kept. With as many elites as children, as in `nsga2` and by default in `ga`,
+only better designs displace the best ones. Two of the parents that take part in the crossover are drawn, so nearly every child is crossed.
+Chen et al. (2025) print the mutation 0.6 without a definition.
 
 The [Pareto front](glossary.md#pareto-front) contains all evaluated designs. `optim.hypervolume` measures it; `optim.knee` finds the design farthest from the plane through the extremes, with each objective divided by
 its range.
 
 ## Settings
 
-| algorithm | key | default | meaning |
-|---|---|---|---|
+With their defaults:
+
 """
 
 _ADD = r"""
@@ -160,8 +156,7 @@ _ADD = r"""
    "random": Algorithm("random_search", "random_search", "RandomSearch", "random search"),
    ```
 
-The tests of `tests/optim/test_algorithms.py` then include it: equal seeds request equal populations, it can be interrupted, and failed evaluations do
-not end it.
+The tests of `tests/optim/test_algorithms.py` then include it.
 """
 
 
@@ -192,43 +187,43 @@ def measure(example: Example) -> Row:
     return Row(example, found, result.iterations, result.evaluations, len(populations), snopt)
 
 
-def fixed(example: Example) -> str:
-    """Beginning of a row, which does not depend on a measurement."""
-    problem = example.problem
-    kinds = ", ".join(_KINDS[letter] for letter in example.kind)
-    constraints = f"{len(problem.inequalities)} + {len(problem.equalities)}"
-    return f"| {example.number} | {kinds} | {problem.size} | {constraints} | {example.optimum:.9g} |"
+def counts(rows: list[Row], kind: str) -> tuple[int, ...]:
+    """Count the problems of a kind (a letter of `_KINDS`; none: all); medians of their iterations, evaluations, populations, SNOPT's evaluations."""
+    chosen = [row for row in rows if kind in row.example.kind]
+    numbers = [(row.iterations, row.evaluations, row.populations) for row in chosen]
+    snopt = [row.snopt for row in chosen if row.snopt is not None]
+    return (len(chosen), *(int(median(column)) for column in (*zip(*numbers, strict=True), snopt)))
 
 
 def table(rows: list[Row]) -> str:
-    """Write the table of problems."""
-    text = (
-        "| problem | kind | variables | inequalities + equalities | optimum | found | iterations | evaluations "
-        "| populations | SNOPT's evaluations |\n|---|---|---|---|---|---|---|---|---|---|\n"
-    )
-    for row in rows:
-        # what differs from zero by rounding only would differ on another machine
-        found = 0.0 if abs(row.found) < 1e-7 else row.found
-        other = "misses 1e-6" if row.snopt is None else row.snopt
-        text += (
-            f"{fixed(row.example)} {found:.7g} | {row.iterations} | {row.evaluations} | {row.populations} | {other} |\n"
-        )
+    """Write the table of the kinds of problems."""
+    text = "| problems with | number | iterations | evaluations | populations | SNOPT's evaluations |\n|---|---|---|---|---|---|\n"
+    for kind, name in _KINDS.items():
+        text += f"| {name} | {' | '.join(map(str, counts(rows, kind)))} |\n"
     return text
 
 
 def page(problems: str) -> str:
     """Write the page around the table of problems."""
-    summaries, settings = "", ""
+    summaries, settings = "", {}
     for name, algorithm in ALGORITHMS.items():
         objectives, start = "several" if algorithm.several else "one", "yes" if algorithm.local else "no"
         summaries += f"| `{name}` | {algorithm.summary} | {objectives} | {start} |\n"
         defaults = algorithm.table()
         for key, meaning in table_keys(algorithm.table):
-            settings += f"| `{name}` | `{key}` | {getattr(defaults, key)} | {meaning} |\n"
+            values = settings.setdefault((key, meaning), {})
+            values.setdefault(str(getattr(defaults, key)), []).append(f"`{name}`")
+    rows = ""
+    for (key, meaning), values in settings.items():
+        said = "; ".join(f"{value} ({', '.join(names)})" for value, names in values.items())
+        rows += f"- `{key}`: {meaning}; {said}\n"
     remedies = "".join(f"| `{ending.value}` | {ending.remedy} |\n" for ending in Ending)
-    return _HEAD + summaries + _RULES + remedies + _THEORY + problems + _AFTER + settings + _ADD
+    return _HEAD + summaries + _RULES + remedies + _THEORY + problems + _AFTER + rows + _ADD
 
 
 if __name__ == "__main__":
-    measured = table([measure(example) for example in EXAMPLES])
+    found = [measure(example) for example in EXAMPLES]
+    for row in found:
+        print(row.example.number, row.example.optimum, *row[1:])
+    measured = table(found)
     (HERE / "optimisation_algorithms.md").write_text(page(measured), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Writes the tables of ports in docs/drake_engine.md from the code: ``python docs/make_drake.py``."""
+"""Write the lists of ports in docs/drake_engine.md from the code: ``python docs/make_drake.py``."""
 
 import inspect
 import re
@@ -6,6 +6,7 @@ from pathlib import Path
 
 from linkages.engines.drake.clearance import JOINT_OUTPUTS, ClearanceJoints
 from linkages.engines.drake.drives import Drives
+from linkages.results.outputs.registry import table
 
 PAGE = Path(__file__).with_name("drake_engine.md")
 START, END = "<!-- ports: docs/make_drake.py -->\n", "<!-- ports end -->\n"
@@ -21,11 +22,15 @@ def ports(system: type) -> list[tuple[str, str, str]]:
 def page(text: str) -> str:
     """Return the page with the tables as the code has them."""
     before, after = text.partition(START)[0], text.partition(END)[2]
-    rows = ["\n| port | which | what |\n|---|---|---|\n"]
+    rows = ["\n"]
     for label, system in (("clearance", ClearanceJoints), ("drives", Drives)):
-        rows += [f"| `{label}`: `{name}` | {kind} | {meaning} |\n" for name, kind, meaning in ports(system)]
-    rows.append("\n`JOINT_OUTPUTS`, a block for each contact:\n\n| entry | meaning [unit] |\n|---|---|\n")
-    rows += [f"| `{name}` | {meaning} |\n" for name, meaning in JOINT_OUTPUTS.items()]
+        rows += [f"- `{label}`, `{name}` ({kind}): {meaning}\n" for name, kind, meaning in ports(system)]
+    known = {name.rpartition(".")[2] for name, _, _ in table()}
+    names = ", ".join(f"`{name}`" for name in JOINT_OUTPUTS)
+    others = "; ".join(f"`{name}` is the {meaning}" for name, meaning in JOINT_OUTPUTS.items() if name not in known)
+    rows.append(
+        f"\n`JOINT_OUTPUTS`, a block for each contact: {names}. They are [outputs](outputs.md#outputs); {others}.\n"
+    )
     return "".join([before, START, *rows, "\n", END, after])
 
 

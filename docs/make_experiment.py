@@ -1,5 +1,6 @@
 """Write docs/experiment.md, the list of keys of an experiment file: ``python docs/make_experiment.py``."""
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -11,7 +12,7 @@ _HEAD = """# Keys of experiment files
 Reference for all users: every key of an experiment file with its unit, range and default. `python docs/make_experiment.py` writes the list;
 `linkages keys [PATH]` prints it.
 
-An experiment is a TOML file that names a [mechanism](glossary.md#mechanism) and describes one run of it. `sdf/seven_bar.toml` is an example.
+An experiment is a TOML file that names a [mechanism](glossary.md#mechanism) and describes one run of it, for example `sdf/seven_bar.toml`.
 
 - **Units.** Numbers are in SI units, or texts with a [unit](describe.md#units): `clearance = "0.1 mm"`, `speed = "300 r/min"`.
 - **Sources.** The comment behind a value is its source; `summary.json` contains it: `clearance = 3e-4  # m, section 3.3`.
@@ -20,60 +21,38 @@ An experiment is a TOML file that names a [mechanism](glossary.md#mechanism) and
 - **Values of the SDF file** have paths with `sdf.`: `sdf.links.link2.mass` [kg], `sdf.links.link2.inertia` (about the plane's normal) [kg m2],
   `sdf.links.link2.com.x` [m], `sdf.frames.crank1_A.pose.x` [m] (a length of a link), `sdf.joints.A.bearing.radius` [m],
   `sdf.links.rod.beam.height` [m], `sdf.links.rod.beam.youngs_modulus` [Pa]. The beam of a link determines its mass.
-- **Errors.** An unknown key is an error; the message names the nearest valid key.
 
 ## Drives
 
 A drive has one of `speed` (optionally with `ramp`, a smooth start), `times` with `angles`, `formula`, `torque`, or `times` with `torques`. A prismatic joint
 has `force`, or `times` with `forces`, and m instead of rad. A formula of the motion must be smooth: at a jump of its rate the drive force would be
-infinite, and no engine reports it.
-
-## Loads, gears, stops, friction
-
-[Forces, torques and springs](loads.md) and [gears, stops, lines and friction](constraints.md) have tables with examples.
-
-## Start, and the reported part of a run
-
-A journal starts in the middle of its bearing, at its `offset`, or at rest under its load (`start = "equilibrium"`). Tables report the last
-period of a run that became periodic, unless `report` or `report_from` selects another part. `windows` name further parts.
-[The steady cycle](outputs.md#the-steady-cycle) explains the rules.
-
-```toml
-start       = "equilibrium"
-report_from = 0.5              # s
-
-[windows.press]
-start = 0.62                   # s
-end   = 0.70                   # s
-```
-
-## Flexible links
-
-A [flexible link](flexible.md) needs a beam in the [SDF file](../sdf/README.md).
-
-```toml
-[links.rod]
-model   = "flexible"           # or "rigid", the default
-bending = 4                    # bending modes; see the list for the default
-axial   = 1                    # axial modes; 0: inextensible
-damping = 0.01                 # ratio of the first bending mode
-```
+infinite, and no engine reports it. Drives, forces and torques also take their signal [from a data file](recorded.md).
 
 ## All keys
 
-| key | meaning [unit] |
-|---|---|
+Examples: [loads](loads.md), [gears, stops, lines and friction](constraints.md), [flexible links](flexible.md), [grooves, heat, tilt](bearing.md),
+[part of a run that tables report](outputs.md#the-steady-cycle), [wear](wear.md).
+
 """
 
 
-def rows(pairs: Iterable[tuple[str, str]]) -> str:
-    """Write rows of keys and meanings."""
-    return "".join(f"| `{name}` | {meaning.replace('|', chr(92) + '|')} |\n" for name, meaning in pairs)
+def lines(pairs: Iterable[tuple[str, str]]) -> str:
+    """Write lines of keys and meanings; a table with the keys of an earlier one refers to it."""
+    found, first, hidden, text = list(pairs), {}, "?", ""
+    for path, meaning in found:
+        if path.startswith(hidden):
+            continue
+        inner = tuple((other.removeprefix(path), said) for other, said in found if other.startswith(f"{path}."))
+        if inner and first.setdefault(inner, path) != path:
+            hidden, meaning = f"{path}.", f"{meaning}; keys of `{first[inner]}`"
+        if not re.fullmatch(r"\S+( \S+)? by name", meaning):  # "driven joints by name"
+            text += f"- `{path}`: {meaning}\n"
+    return text
 
 
 def markdown() -> str:
     """Return the page."""
-    return _HEAD + rows(described_keys(Experiment))
+    return _HEAD + lines(described_keys(Experiment))
 
 
 if __name__ == "__main__":

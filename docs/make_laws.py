@@ -10,12 +10,12 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from laws_page import MOTIONS, RATIOS, bearing_ratio, markdown
 from numba import njit
 
 from linkages.laws import CONTACTS, PARAMETERS
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.contact.material import contact_modulus, hertz_stiffness, kelvin_voigt_damping
-from linkages.laws.table import MOTIONS, RATIOS, bearing_ratio, markdown
 from linkages.show.plots.style import COLORS, LINES
 
 HERE = Path(__file__).parent

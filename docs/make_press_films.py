@@ -101,36 +101,34 @@ def compute() -> dict[str, Any]:
 def page(found: dict[str, Any]) -> str:
     """Return the text of the page."""
     return TEXT.format(
-        tables="\n\n".join(f"{60.0 * strokes:g} strokes per minute:\n\n{_table(found, strokes)}" for strokes in SPEEDS),
+        table=_table(found),
         warming=_warming(found),
         conductance=f"{CONDUCTANCE:g}",
         supply=f"{SUPPLY:g}",
         periods=PERIODS,
-        fast=f"{60.0 * SPEEDS[-1]:g}",
         **_heated(found),
-        least=", ".join(
-            f"{1.0 - found[f'{step}/{SPEEDS[-1]:g}']['joints']['A']['ratio']:.2f} c ({step})" for step in STEPS
-        ),
     )
 
 
-def cells(found: dict[str, Any]) -> list[str]:
-    """Return the numbers of a row of the table."""
-    a, b = (found["joints"][name] for name in JOINTS)
-    force = [
-        f"{100.0 * (joint['force'] / ideal - 1.0):+.2f} %" for joint, ideal in zip((a, b), found["ideal"], strict=True)
+def _table(found: dict[str, Any]) -> str:
+    """Table of the steps: peak force over the ideal one and largest eccentricity ratio in A, power of both films, at each speed."""
+    speeds = [f"{60.0 * strokes:g}" for strokes in SPEEDS]
+    names = ("peak force in A over ideal", "largest e/c in A", "power of both films [W]")
+    lines = [
+        f"| step | {' | '.join(f'{name}, {speed}/min' for name in names for speed in speeds)} |",
+        "|---" * (1 + len(names) * len(speeds)) + "|",
     ]
-    ratios = [f"{joint['ratio']:.3f}" for joint in (a, b)]
-    power = f"{a['power'] + b['power']:.3g}"
-    return [*force, *ratios, power, *(f"{joint['temperature']:.1f}" for joint in (a, b))]
-
-
-def _table(found: dict[str, Any], strokes: float) -> str:
-    head = (
-        "| step | peak force A over ideal | peak force B over ideal | largest e/c, A | largest e/c, B | power of both films [W] |"
-        " oil in A [°C] | oil in B [°C] |\n|---|---|---|---|---|---|---|---|\n"
-    )
-    return head + "\n".join(f"| {step} | {' | '.join(cells(found[f'{step}/{strokes:g}']))} |" for step in STEPS)
+    for step in STEPS:
+        rows = [found[f"{step}/{strokes:g}"] for strokes in SPEEDS]
+        joints = [row["joints"] for row in rows]
+        force = [
+            f"{100.0 * (both['A']['force'] / row['ideal'][0] - 1.0):+.2f} %"
+            for both, row in zip(joints, rows, strict=True)
+        ]
+        ratio = [f"{both['A']['ratio']:.3f}" for both in joints]
+        power = [f"{both['A']['power'] + both['B']['power']:.3g}" for both in joints]
+        lines.append(f"| {step} | {' | '.join([*force, *ratio, *power])} |")
+    return "\n".join(lines)
 
 
 def _warming(found: dict[str, Any]) -> str:
@@ -251,14 +249,15 @@ centred journals.
 
 ## What each step changes
 
-{tables}
+{table}
+
+Joint B behaves alike, with smaller eccentricity ratios in a grooved film.
 
 - **Force.** The acceleration of the links determines the joint forces. No step changes a peak by more than 3 %.
 - **Orbit.** The finite film carries less than the long one, the groove interrupts the pressure, and the cavity of a mass-conserving film must fill before it carries:
-  each of the three moves the journals farther. Reynolds' rule alone changes little. At {fast} strokes per minute the smallest film in A is {least}.
-- **Power.** A thinner film dissipates more. Mass conservation lowers the power, although the film is thinner: the cavity shears only the oil that it contains. Warm
-  oil dissipates less.
-- **Temperature.** At the speed of the file the oil warms by a tenth of a kelvin: a heat balance is not necessary there. At ten times the speed a fed joint
+  each of the three moves the journals farther.
+- **Power.** A thinner film dissipates more. Mass conservation lowers the power: the cavity shears only the oil that it contains.
+- **Temperature.** A tenth of a kelvin at the speed of the file. At ten times the speed a fed joint
   warms by {fed}, a sealed one by {sealed}, which lowers the viscosity to {thin}.
 
 ![Orbits of journal A for the steps, at two speeds](figures/press_films_orbits.png)
@@ -271,18 +270,14 @@ centred journals.
 
 ![Temperature and power of the film in A over the speed](figures/press_films_temperature.png)
 
-The power grows about with the square of the speed. The flow out of the ends grows as well, so the temperature of a fed joint rises more slowly; a
-sealed joint warms in proportion to the power.
+The power grows about with the square of the speed. A sealed joint warms in proportion to the power, a fed joint less, because the flow out of the ends grows as well.
 
 **Conclusion for this machine.** The finite length changes the orbits at any speed and costs nothing. A groove, and the conservation of the oil with it, matters as soon
 as the smallest film matters. A heat balance matters for sealed joints above about 300 strokes per minute. If only forces or accelerations are of interest, the film
 model does not matter.
 
-## Limits
-
-The heat balance is a lumped model. The maps of the films are quasi-static: they have the film content of a steady motion at each place. With
-this groove the real film has [less oil](transient_film.md#the-press) and moves farther. The true temperature of the supply and the
-conductance of the links are unknown; the range from fed to sealed shows their influence.
+Limits: the heat balance is a lumped model, and the maps of the films are quasi-static; with this groove the real film has [less oil](transient_film.md#the-press). The true temperature
+of the supply and the conductance of the links are unknown; the range from fed to sealed shows their influence.
 """
 
 

@@ -5,11 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from replication import figures, patent_designs, press_conditions, press_designs, press_ideal, press_paper, press_spike
+from replication import (
+    figures,
+    patent_designs,
+    patent_searches,
+    press_conditions,
+    press_designs,
+    press_ideal,
+    press_paper,
+    press_spike,
+)
 from replication.claims import table
 from replication.computed import read
-from replication.summary import counts, lists
-from replication.verdicts import BRIEF, HEAD, LEGEND, brief, rows
+from replication.summary import causes, counts
+from replication.verdicts import BRIEF, LEGEND, brief
 
 PAGE = Path(__file__).with_name("replication.md")
 DETAILS = Path(__file__).with_name("replication_details.md")
@@ -30,11 +39,10 @@ def page() -> str:
     return f"""# Replication of the published results
 
 For readers who want evidence: printed results of two sources compared with results of this package from the same data. The
-[robot](replication_3rrr.md) of the third source and the [misprints](misprints.md) have separate pages. The
-[appendix](replication_details.md) has the rule of the verdicts, the cause of each difference and the command that repeats each row. `python docs/make_replication.py` writes both.
+[robot](replication_3rrr.md) of the third source and the [misprints](misprints.md) have separate pages; the
+[appendix](replication_details.md) has rule, causes and commands. `python docs/make_replication.py` writes both.
 
-Rows that hold, by kind. A *fitted* number takes part in the choice of conditions that the source does not print; it is no prediction.
-*Open* rows fail without a confirmed cause.
+Rows that hold, by kind. A *fitted* number takes part in the choice of conditions that the source does not print. *Open* rows fail without a confirmed cause.
 
 {counts()}
 
@@ -43,8 +51,8 @@ Rows that hold, by kind. A *fitted* number takes part in the choice of condition
 Chen, Wang and Wang (China Mechanical Engineering 36(1), 2025, 87-95) optimise a two-crank press with lubricated clearance in two joints. The
 paper prints no gravity, no drive speeds, no start and neither of the two parameters ε₀ and m of its film. All runs here use
 `seven_bar_paper.toml`: gravity along -y and cranks at π and -2π rad/s, chosen among all commensurate speeds because the printed forces and
-the rig's acceleration agree there; ε₀ and m are fitted ([derivation](replication_details.md#conditions)). Ten printed numbers are then met with a root
-mean square deviation of {deviation:.1f} %, {press_conditions.met(found)} of them within 5 %. They are targets of the choice, and no predictions.
+the rig's acceleration agree there; ε₀ and m are fitted ([derivation](replication_details.md#conditions)). Ten printed numbers, the targets of the choice, are then met with a root
+mean square deviation of {deviation:.1f} %, {press_conditions.met(found)} of them within 5 %.
 
 **Holds.** The geometry closes; the lubricated joints keep the journals apart from the bearings; after the start the slider moves like the ideal
 one; design 1 raises and design 2 lowers the joint forces; lubrication lowers forces and acceleration.
@@ -64,8 +72,8 @@ turns its acceleration is ten times too large.*
 ## The four-bar
 
 Bai, Zhao and Sun (CN106055749A, 2016) choose the lengths of a double crank with one dry clearance joint so that its acceleration departs least
-from the ideal linkage's. The formulas, tables and figures are lost in the available text: lengths, bounds, material and friction are
-assumed, and eq. (8) is read as the follower's angular acceleration minus its ideal value. Dry runs are chaotic; intervals are the 5 % and 95 %
+from the ideal linkage's. Formulas, tables and figures are lost in the available text: lengths, bounds, material and friction are
+assumed, and eq. (8) is read as the follower's angular acceleration minus its ideal value. Intervals of the chaotic runs are the 5 % and 95 %
 quantiles over start angles, *at the start* in the first revolutions, *running* later.
 
 **Holds.** The method (claims 1 to 7) works: the departure falls as much as the patent says, its peaks become lower and fewer, and the claims
@@ -84,6 +92,8 @@ about clearance, speed and lubrication are true. The printed -77.5 % is no evide
 
 def details() -> str:
     """Return the appendix."""
+    survivors = press_conditions.survivors()
+    pairs = read("press_conditions")["scan"]["-y, moving"]["pairs"]
     return f"""# Replication: details
 
 Appendix of [the press and the four-bar](replication.md) and [the robot](replication_3rrr.md), for readers who check a row: rule, causes and commands.
@@ -92,37 +102,31 @@ Appendix of [the press and the four-bar](replication.md) and [the robot](replica
 ## How rows are judged
 
 {LEGEND}
-`docs/replication/designs/` contains the designs found by this package, with their provenance.
-
-{lists()}
 ## The press
 
 Clearance 0.3 mm (rig: 0.2 mm); 1 s from the start, forces in the printed windows; the rig runs for two periods of 2 s. The paper's text on
 figure 10 ends at 1.0 s, and in a second half of the period every design would exceed the 4.290 m/s² of figure 8.
 
-{table(HEAD, rows("press"))}
-### Conditions
+{causes("press")}### Conditions
 
-The paper prints no gravity, no drive speeds, no start, no ε₀ and no m. Ten printed numbers depend on them: six largest forces in their
+Ten printed numbers depend on gravity, drive speeds, start, ε₀ and m, which the paper does not print: six largest forces in their
 windows, three accelerations at the start and the largest acceleration computed for the rig. The rig is measured in steady running over two
-complete periods: the speeds have a common period, and the largest acceleration counts over a whole period. `python docs/make_conditions.py`
-computes the tables of this section and stores them in `docs/replication/computed/press_conditions.json`; its scan takes two minutes.
+complete periods: the speeds have a common period. `python docs/make_conditions.py` computes the tables of this section; its scan takes two minutes.
 
-The scan contains all pairs p : q of turns up to 6, in both senses, with ω₁ in steps of 0.05 rad/s and both speeds up to 13 rad/s, for the ideal press. Deviation
+The scan contains all {pairs} pairs p : q of turns up to 6, in both senses, with ω₁ in steps of 0.05 rad/s and both speeds up to 13 rad/s, for the ideal press. Deviation
 of the six forces: root mean square of the logarithms. Acceleration: the largest size over a period, against {press_paper.RIG["computed"]:g} m/s². At rest: eq. (22) with
 α = β = 50 accelerates the cranks within 0.1 s.
 
 {table(*press_conditions.scan_table())}
-With a start in motion only ω₄ = -2 ω₁ with gravity along -y meets both criteria. Starts at rest add ω₄ = 2 ω₁ at 2.15 to 2.45 rad/s, where the
-largest forces occur at t = 0, when the cranks are accelerated; with both speeds reversed, gravity along +y gives the same. The pairs with a start in
-motion:
+Gravity along ±x has no pair within 10 %. With a start in motion only ω₄ = -2 ω₁ with gravity along -y meets both criteria. Starts at rest add ω₄ = 2 ω₁ at 2.15 to 2.45 rad/s, where the
+largest forces occur at t = 0, when the cranks are accelerated; with both speeds reversed, gravity along +y gives the same. With a start in motion
+these pairs have ω₁ from {survivors[0, 0]:g} to {survivors[-1, 0]:g} rad/s and deviate by {100.0 * survivors[0, 2]:.1f} to {100.0 * survivors[-1, 2]:.1f} % from the six forces.
 
-{table(*press_conditions.survivors_table())}
 ![Deviation of the ideal press from the six printed forces over both speeds, and both criteria](figures/replication_conditions.png)
 
 *Left: white dots are commensurate pairs within 10 %, orange dots meet both criteria. Right: all pairs within 10 %, by gravity; band: 15 % of the printed acceleration.*
 
-Fits of ε₀ and m from several starting points; about half of the searches end in local minima:
+Fits of ε₀ and m, each from several starting points:
 
 {table(*press_conditions.fits_table())}
 Profiles hold one unknown and fit the others again, each from three starting points:
@@ -143,19 +147,19 @@ All numbers come from runs of this package. *Ours* is the recorded result of `se
 
 ![Displacement, velocity and acceleration of the slider for the four designs, and their differences](figures/replication_motion.png)
 
-*The paper's figures 6 to 8: the curves of the designs coincide; the right column shows their differences, from 10 ms after the start.*
+*Figures 6 to 8: the right column shows differences of the designs, from 10 ms after the start.*
 
 ![Acceleration of the slider at the start with the small-eccentricity correction](figures/replication_spike.png)
 
-*Figure 8: left the first 50 ms, right the first 0.1 ms, in which the film stops the falling journals.*
+*Figure 8: left the first 50 ms, right the first 0.1 ms.*
 
 ![Acceleration of the slider on the rig, ideal and with clearance](figures/replication_rig.png)
 
-*Figure 5: clearance of the rig, two periods; dashed: largest values of the printed experiment and computation.*
+*Figure 5: two periods; dashed: largest values of the printed experiment and computation.*
 
 ![Paths of the journals in joints A and B](figures/replication_orbits.png)
 
-*Figure 9: every journal starts in the centre and stays within the clearance circle. The orbits of design 1 are larger.*
+*Figure 9.*
 
 ![Forces in joints A and B during the first second](figures/replication_forces.png)
 
@@ -163,21 +167,24 @@ All numbers come from runs of this package. *Ours* is the recorded result of `se
 
 ![Best and mean objective of each generation](figures/replication_generations.png)
 
-*Best and mean objective of the survivors of each generation, with the population and rates of the paper: acceleration (left), forces (right).*
+*Population and rates of the paper: acceleration (left), forces (right).*
 
 ## The four-bar
 
 A double crank at 600 r/min, dry clearance of 0.5 mm between coupler and follower. *Ours* are recorded results of the named studies, by default
-`fourbar_jitter` ([comparison of methods](fourbar_methods.md)); intervals: `docs/replication/dry.py`.
+`fourbar_jitter`; medians with intervals: `docs/replication/dry.py`. Tables, figures and formulas of the patent are lost: every row lacks them.
 
-{table(HEAD, rows("patent"))}
+{causes("patent")}### Methods
+
+{patent_searches.methods()}
+### Landscape
+
+{patent_searches.landscape()}
 ## The robot
 
-{table(HEAD, rows("robot"))}
-The calculation of the row *0.35 MPa against millimetres*: a crank is clamped at A₂ and hinged at B₂, so its root
-stress is σ = 3 E (d₁/2) δ / l₁² for a deflection δ of B₂; the first length is this deflection at the printed σ. A coupler is
-hinged at both ends and carries the platform by its axial force alone: the second length is σ l₂ / E. The third length uses the
-model's ratio of platform displacement to crank stress over the revolution.
+{causes("robot")}The row *0.35 MPa against millimetres*: a crank is clamped at A₂ and hinged at B₂, so its root
+stress is σ = 3 E (d₁/2) δ / l₁²; the first length is the deflection δ of B₂ at the printed σ. A coupler is
+hinged at both ends: the second length is σ l₂ / E. The third length uses the model's ratio of platform displacement to crank stress over the revolution.
 """
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +37,7 @@ def page(found: dict[str, Any]) -> str:
     """Return the text of the page."""
     joint = found["press"]
     unfed = joint["maps"]["0"]
+    variants = [*joint["steps"].values(), *joint["meshes"].values()]
     dry, fed = (joint["runs"][f"{pressure:g}"] for pressure in PRESSURES)
     head = (
         "| bearing | filling time | "
@@ -66,8 +66,9 @@ def page(found: dict[str, Any]) -> str:
         pressure=f"{PRESSURES[1] / 1e5:g}",
         fed=f"{fed['ratio'][-1]:.2f}",
         full=f"{fed['content'][-1]:.3f}",
-        steps=_variants(joint["steps"], lambda step: f"{1e3 * float(step):g} ms"),
-        meshes=_variants(joint["meshes"], str),
+        ratios=_range([row["ratio"][-1] for row in variants], ".2f"),
+        contents=_range([row["content"][-1] for row in variants], ".2f"),
+        forces=_range([row["force"][-1] for row in variants], ".1f"),
         rms=f"{100.0 * joint['along']['rms']:.1f}",
         largest=f"{100.0 * joint['along']['largest']:.0f}",
         turned="{:.0f} to {:.0f}".format(*_turned(unfed)),
@@ -76,12 +77,8 @@ def page(found: dict[str, Any]) -> str:
     )
 
 
-def _variants(rows: dict[str, Any], name: Callable[[str], str]) -> str:
-    """Lines of a table with the last turn of some runs."""
-    return "\n".join(
-        f"| {name(key)} | {row['ratio'][-1]:.3f} | {row['content'][-1]:.3f} | {row['force'][-1]:.2f} |"
-        for key, row in rows.items()
-    )
+def _range(values: list[float], digits: str) -> str:
+    return f"{min(values):{digits}} to {max(values):{digits}}"
 
 
 def _largest(places: list[list[float]]) -> float:
@@ -140,10 +137,8 @@ For readers who use a map of a mass-conserving film in a machine: what the map l
 
 ## What has a history
 
-The film content is the share of the gap that is filled with oil. After a change of motion the cavity fills at the rate at which grooves supply oil. The
-[map of a joint](bearing.md#grooves-in-a-machine) is quasi-static: it uses the content of a steady motion at each place of the journal.
-
-The transient film has the content as a state: one number for each cell of the developed surface ({around} x {along} cells here). A step of time solves
+After a change of motion the cavity fills at the rate at which grooves supply oil. The [map of a joint](bearing.md#grooves-in-a-machine) is quasi-static: it uses the film content of a steady
+motion at each place of the journal. The transient film has the content as a state: one number for each cell of the developed surface ({around} x {along} cells here). A step of time solves
 
 $$\\frac{{(\\varphi h)^{{n+1}} - (\\varphi h)^n}}{{\\Delta t}} + \\nabla\\cdot\\left(\\frac U2 \\varphi h - \\frac{{h^3}}{{12\\mu}}\\nabla p\\right)^{{n+1}} = 0,
 \\qquad p \\geq p_c,\\quad \\varphi \\leq 1,\\quad (p - p_c)(1 - \\varphi) = 0$$
@@ -168,27 +163,25 @@ Lengths are in units of the clearance, times in units of $1/\\omega$; the head o
 ## The rule
 
 The filling time is the volume of oil that the cavity of the steady film lacks, over the flow out of the grooves (`filling_time`). **A map is sufficient (force
-within {bound} %) if the angular frequency of the motion times the filling time is below {limit}.** Above it the error can be large. It need not be: the bearings with a groove at
+within {bound} %) if the angular frequency of the motion times the filling time is below {limit}.** Above it the error can be large; the bearings with a groove at
 -90 degrees keep the bound three to ten times longer, because this groove fills the film just ahead of the loaded zone.
 
-The journal oscillates about a place of a steady film at a frequency, given over the angular velocity of the journal. The error is the largest difference between the
-forces of the map and of the transient film over a period, over the largest force [%]:
+Largest difference between the forces of the map and of the transient film, over the largest force [%], for a journal that oscillates about a place of a steady film at a frequency over the angular
+velocity of the journal; filling time in units of $1/\\omega$:
 
 {table}
 
-The filling time is in units of $1/\\omega$. At low frequency the deviation of the two meshes remains, 0.2 to 2 %. Twice
-as many cells in both directions, or three times as many steps, change an error of 6 % to 6.7 and 6.2 %.
+At low frequency the deviation of the two meshes remains, 0.2 to 2 %.
 
 ![Error of the map over the product of frequency and filling time](figures/transient_film_errors.png)
 
 - A change of the speed alone leaves the content of the steady film as it is: the map is exact, as long as the speed keeps its sign.
-- The filling time depends on the place. Where a groove lies in the loaded zone little oil flows in, and the time is long: a map is not sufficient
-  for an orbit that carries the load past the groove.
-- Below an eccentricity ratio of about 0.3 the map has an error of its own (7 % at 0.2), because its content fades to the content of a full film at the centre.
+- Where a groove lies in the loaded zone little oil flows in: a map is not sufficient for an orbit that carries the load past the groove.
+- Below an eccentricity ratio of about 0.3 the map has an error of its own (7 % at 0.2).
 
 ## In a machine
 
-A lubricated joint with grooves and `cavitation = "mass-conserving"` takes a table `history`. The content of its film is then part of the state of the run, on the compiled engine:
+A lubricated joint with grooves and `cavitation = "mass-conserving"` takes a table `history`. The content of its film is then part of the state of the run, and its mean the output `A.film_content`:
 
 ```toml
 [joints.A]
@@ -200,58 +193,37 @@ groove     = {{angle = "0 deg", extent = "20 deg", length = 0.8, pressure = "0.2
 history    = {{content = 1.0}}   # at the start; {{}} takes all defaults
 ```
 
-[The list of keys](experiment.md) has the film step and the number of cells. The run has the outputs of a finite film, and `A.film_content`, the share of the gap that is filled with oil.
-
 The state is the volume $D$ that is missing in the gap $W$ of each cell. It changes by
 
 $$\\dot D = m - \\frac D\\tau, \\qquad \\nabla\\cdot\\left(\\frac U2 (1-d) h - \\frac{{h^3}}{{12\\mu}}\\nabla p\\right) + \\dot W + \\frac D\\tau = m,
 \\qquad m = \\left(\\frac W\\tau + \\dot W\\right) d, \\qquad p \\geq p_c,\\quad d \\geq 0,\\quad (p - p_c)\\, d = 0 .$$
 
-This is the implicit step above over the film step $\\tau$, written as a rate: pressure builds up in a cell that would be full within $\\tau$. Within a step of the run the
-force is a continuous function of place and velocity, as Radau IIA needs; after the step, of up to $\\tau/4$, the missing volumes move on. The film is passive for any content, the
-content stays between 0 and 1, and the oil is balanced to round-off in each step. The error is of first order in $\\tau$; the default is 1/200 turn of
-the fastest drive, and the error estimate of the summary repeats the run with half of it.
-
-We considered the content as entries of the state vector, with a slightly compressible oil. Each cell that fills or ruptures is then an event with
-a time constant of its own, and the linear systems have the size of the mesh: we estimate a hundred times the cost.
+This is the implicit step above over the film step $\\tau$ (key [`step`](experiment.md#all-keys)), written as a rate. Within a step of the
+run, of up to $\\tau/4$, the force is a continuous function of place and velocity, as Radau IIA needs; then the missing volumes move on. The film is passive for any content, and
+the oil is balanced to round-off. The error is of first order in $\\tau$; the error estimate of the summary repeats the run with half of it.
 
 ## The press
 
-The crank carries the bearing of joint A, and the eccentricity stays {turned} degrees from the groove. There the groove lies in the converging, loaded film: the
-filling time of the steady film is {filling} along the orbit, and the rule is not satisfied by far. The press runs at {strokes} strokes per minute with the history of the film in A.
-The eccentricity ratio reaches {map} with the map. With history and without supply pressure it is {first} in the first turn after a full film and {ratio} in turn {turns}, where the
-film content is {content}: the groove replaces less oil than the ends lose, and the film starves over several turns. With a supply pressure of {pressure} bar the film stays full
-(content {full}), and the eccentricity ratio is {fed} ({map_fed} with the map, at another place: the map adds the force of the supply pressure to a film without it).
+The crank carries the bearing of joint A, and the eccentricity stays {turned} degrees from the groove, in the converging, loaded film: the
+filling time of the steady film is {filling} along the orbit, and the rule is not satisfied by far. At {strokes} strokes per minute
+the eccentricity ratio reaches {map} with the map. With history and without supply pressure it is {first} in the first turn after a full film and {ratio} in turn {turns}, where the
+film content is {content}: the groove replaces less oil than the ends lose. With a supply pressure of {pressure} bar the film stays full
+(content {full}), and the eccentricity ratio is {fed} ({map_fed} with the map).
 
 ![Journal of joint A with the map and with history](figures/transient_film_press.png)
 
-The joint forces of the press hardly depend on its films ([the press step by step](press_films.md)). Its orbits, smallest films and
-temperatures do: with this groove the values of the map are estimates only. Grooves opposite the load or ahead of the loaded zone have
-filling times of 2.5 to 10 (table above).
+The joint forces of the press hardly depend on its films ([the press step by step](press_films.md)). Its orbits, smallest films and temperatures do: with this groove the values of the map are
+estimates only.
 
-Without supply pressure, turn {turns}:
-
-| film step, {around} x {along} cells | largest e/c | film content | largest force in A [N] |
-|---|---|---|---|
-{steps}
-
-| cells around and along half the length, default film step | largest e/c | film content | largest force in A [N] |
-|---|---|---|---|
-{meshes}
-
-In the starved film the journal crosses the cavity once a turn and hits the oil on the other side. The peak of this impact depends on the film step; eccentricity and content do not.
-
-Along the orbit of the first turn (film step 1.25 ms) the force of the run differs from the one of the independent solver, in steps of 1/1600 turn, by {rms} % of the largest force (rms),
-and by {largest} % at most, where a line of cells fills.
+In the starved film the journal crosses the cavity once a turn and hits the oil on the other side. The peak of this impact depends on the film step and the cells ({forces} N in turn {turns});
+the largest eccentricity ratio ({ratios}) and the content ({contents}) do not.
 
 ## What is offered
 
-- Along any orbit of one bearing, and for one loaded journal with a mass: any grooves, holes, supply and cavity pressure, any $L/D$. A step takes
-  about 3 ms on the mesh of this page along an orbit, several times as long with the journal's equation of motion.
+- Along any orbit of one bearing, and for one loaded journal with a mass: any grooves, holes, supply and cavity pressure, any $L/D$; about 3 ms a step along an orbit.
 - In the runs of a machine on the compiled engine: any lubricated joints with grooves and holes and a cavity at ambient pressure; runs, batches, sweeps, sections, design studies
-  (gradient methods take differences), the heat balance. A solution takes 0.04 ms on the mesh of this page, 200 times as long as a map; a turn of the press with the starved film takes about
-  two seconds of processor time, with the fed film about one.
-- Drake, derivatives, periodic motions, Lyapunov exponents, linear models, wear, the live page and a start in equilibrium use the maps: they refuse a `history` in one line.
+  (gradient methods take differences), the heat balance. A solution takes 200 times as long as a map; a turn of the press one to two seconds of processor time.
+- Drake, derivatives, periodic motions, Lyapunov exponents, linear models, wear, the live page and a start in equilibrium refuse a `history`.
 
 ## Evidence
 
@@ -260,11 +232,8 @@ and by {largest} % at most, where a line of cells fills.
 | plates that open and close, exact solution (Ausas, Jai and Buscaglia 2009 compare with it) | volume of the cavity through rupture and filling; load | 0.3 %, of first order; 2 % |
 | partly filled gap that closes, closed form | content; pressure; outflow | 1e-9; 1e-4; 1e-10 |
 | centred ring that fills behind a groove, closed form | volume of oil | 1e-5 |
-| whirl at half the speed, no force | force over the one of the steady film | 2 %, of first order |
-| journal at a place, or under a constant load | force and content of the steady film; equilibrium | 1e-6 |
-| film of a machine at a place | force; flow of the steady film | 1e-6; 1e-5 |
-| film of a machine along an orbit | force of the transient film above | of first order in the film step |
-| machine of one journal, bearing at rest and turning | place of the loaded journal above, extrapolated to short steps, over the clearance | 0.0012 and 0.015 for a film step of 1/80 turn, 0.0003 and 0.0036 for 1/310 turn: of first order |
+| journal, or film of a machine, at a place | force and content of the steady film | 1e-6 |
+| film of a machine along an orbit, first turn above | force of the transient film above | {rms} % (rms), {largest} % at most; of first order in the film step |
 | machine of one journal under a constant load | place of `linkages bearing`, over the clearance; flow, friction | 0.005; 1 % |
 | film of a machine, random motions and contents | balance of oil; power without supply pressure | 1e-11; never positive |
 

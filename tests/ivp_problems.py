@@ -24,7 +24,6 @@ from linkages.base.kernel.by_reference import reference
 from linkages.mechanics.integrate.driver import DONE, driver
 from linkages.mechanics.integrate.explicit import explicit
 from linkages.mechanics.integrate.implicit import implicit
-from linkages.mechanics.integrate.newton import row_times
 from linkages.mechanics.integrate.stepper import accept
 from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 
@@ -333,10 +332,3 @@ def take_steps(implicit, problem, stepper, t, y, sizes, scale, exact):
     if implicit:
         return _steps_implicit(problem, s, t, y, sizes, scale, exact)
     return _steps_explicit(problem, s, t, y, sizes, scale, exact)
-
-
-@kernel
-def multiply(inverse, cross, x, turned, y):
-    """Product of a vector and two inverses side by side."""
-    for i in range(len(y)):
-        y[i] = row_times(inverse, cross, i, x, turned)

@@ -10,17 +10,9 @@ from __future__ import annotations
 import re
 import tomllib
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-
-PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
-
-
-def documented(title: str) -> str:
-    """Description of a machine in the documentation, by the start of its title."""
-    texts = re.findall("```toml\n(.*?)```", PAGE, re.DOTALL)
-    return next(text for text in texts if re.search(f'^title += "{title}', text, re.MULTILINE))
+from documented_machines import documented
 
 
 def _machine(title: str, links: str, points: str, drive: str = "O") -> str:

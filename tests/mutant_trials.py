@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import io
 import json
-import re
 import shutil
 import tempfile
 import time
@@ -20,6 +19,7 @@ import pytest
 import toy_optimisation
 from dialects import LOOPS, Style, urdf
 from dialects import MACHINES as FOREIGN_MACHINES
+from documented_machines import MACHINES as DOCUMENTED
 from mutants import MACHINES, Mutator, write
 
 import linkages
@@ -30,15 +30,7 @@ from linkages.cli.main import main
 SILENT = 10.0  # s of the processor that a command may print nothing
 OPEN = 1e-6  # of the linkage's size: a loop that is farther open was not closed
 
-DESCRIPTIONS = [
-    block
-    for block in re.findall(
-        r"```toml\n(.*?)```",
-        (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8"),
-        re.DOTALL,
-    )
-    if "[points]" in block
-]
+DESCRIPTIONS = list(DOCUMENTED.values())
 
 #: Of another program, with a loop in it.
 URDF = b"""<robot name="four_bar">

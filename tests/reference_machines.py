@@ -163,8 +163,10 @@ def parallelogram_angle(times, torque, speed, crank=0.1, angle=1.0):
     return angle + speed * times + 0.5 * rate * times**2, speed + rate * times
 
 
-def windows_sdf(n) -> str:
+def windows_sdf(n, propped=False) -> str:
     """N four-bar windows side by side: bars of 1 m and 1 kg, drawn upright; all of them are flat at the same time.
+
+    If they are propped, a third crank carries the middle of each coupler, and one closure row of each window is redundant.
 
     Joints A0 ... An (ground-crank), B0 ... (crank-coupler), C0 ... (coupler-next crank). The N-four-bar of the library of
     benchmarks of IFToMM's Technical Committee for Multibody Dynamics (Gonzalez and others, Engineering with
@@ -178,7 +180,28 @@ def windows_sdf(n) -> str:
     for i in range(n):
         body += bar(f"coupler{i}", 1.0, f"crank{i}_tip", -np.pi / 2, 1.0)
         body += joint(f"B{i}", f"crank{i}_tip", f"coupler{i}") + joint(f"C{i}", f"coupler{i}_tip", f"crank{i + 1}_tip")
+    for i in range(n if propped else 0):
+        body += f'<frame name="foot{i}" attached_to="world"><pose relative_to="__model__">{i + 0.5} 0 0 0 0 0</pose></frame>'
+        body += f'<frame name="middle{i}" attached_to="coupler{i}"><pose>0.5 0 0 0 0 0</pose></frame>'
+        body += bar(f"prop{i}", 1.0, f"foot{i}", np.pi / 2, 1.0) + joint(f"P{i}", "world", f"prop{i}")
+        body += joint(f"D{i}", f"prop{i}_tip", f"middle{i}")
     return model("windows", body)
+
+
+def tower_sdf(n) -> str:
+    """N parallelograms on top of each other, of bars of 1 m and 1 kg: rods rodA0, rodB0, ... and beams beam1, ...
+
+    Joints A0, B0, ... (beam-rod), C0, D0, ... (rod-next beam). Each level moves freely.
+    """
+    body = '<frame name="beam0" attached_to="world"/>'
+    body += '<frame name="beam0_tip" attached_to="world"><pose>1 0 0 0 0 0</pose></frame>'
+    for i in range(n):
+        below, above = f"beam{i}", f"beam{i + 1}"
+        body += bar(f"rodA{i}", 1.0, below, np.pi / 2, 1.0) + joint(f"A{i}", below, f"rodA{i}")
+        body += bar(f"rodB{i}", 1.0, f"{below}_tip", np.pi / 2, 1.0) + joint(f"B{i}", f"{below}_tip", f"rodB{i}")
+        body += bar(above, 1.0, f"rodA{i}_tip", -np.pi / 2, 1.0) + joint(f"C{i}", f"rodA{i}_tip", above)
+        body += joint(f"D{i}", f"rodB{i}_tip", f"{above}_tip")
+    return model("tower", body)
 
 
 #: The windows are pushed to the right at 1 m/s, where B0 is, and fall.

@@ -1,10 +1,9 @@
 """Flexible links of described machines: mass, inertia and stiffness of their beams, parameters, refusals."""
 
-import re
 from math import pi
-from pathlib import Path
 
 import pytest
+from documented_machines import documented
 
 import linkages
 from linkages import load
@@ -12,8 +11,7 @@ from linkages.cli.main import main
 from linkages.explore.range_of_motion import movable, travel
 from linkages.show.plots.histories import forces_figure
 
-PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
-FOUR_BAR = next(text for text in re.findall("```toml\n(.*?)```", PAGE, re.DOTALL) if "Flexible four-bar" in text)
+FOUR_BAR = documented("Flexible four-bar")
 
 
 @pytest.fixture

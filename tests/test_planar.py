@@ -9,7 +9,6 @@ from pydrake.multibody.plant import MultibodyPlant
 from linkages import simulate
 from linkages.base.kernel.by_reference import packed
 from linkages.engines.drake.plant import add_tree, state_place
-from linkages.mechanics.integrate.factor import solve_semidefinite
 from linkages.mechanics.planar.closure import closure_jacobian
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
 from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
@@ -165,7 +164,7 @@ def test_loop_multipliers_equal_newton_euler_reactions(seven_bar):
     gravity = np.array([0.3, -2.0])
     rows, loops, work = tree.loop_rows, np.empty(tree.size), tree.workspace(tree.loop_rows)
     work.q[:], work.v[:] = q, v
-    constrained_dynamics(tree.bodies, rows, system.arrays.rank, tree.extent, 0.0, gravity, work, loops)
+    constrained_dynamics(tree.bodies, rows, system.arrays.elimination, tree.extent, 0.0, gravity, work, loops)
     needed, a, reaction = work.tau, work.a, work.reaction
     heavy = system.replaced({"gravity": [0.3, -2.0, 0.0]})
     np.testing.assert_array_equal(heavy.gravity, gravity)
@@ -186,18 +185,6 @@ def test_loop_multipliers_equal_newton_euler_reactions(seven_bar):
         assert found[f"{name}.torque"][0] == pytest.approx(torque, rel=1e-9)
 
 
-def test_redundant_rows_are_dropped():
-    """A singular but consistent system: pivoted Cholesky solves it, whatever row is the dependent one."""
-    base = RNG.normal(size=(5, 3))
-    matrix = base @ base.T  # rank 3
-    rhs = matrix @ RNG.normal(size=5)
-    x, room = np.empty(5), np.zeros((2, 5), np.int64)
-    assert solve_semidefinite(matrix.copy(), rhs.copy(), 3, room, x) > 1e-3
-    np.testing.assert_allclose(matrix @ x, rhs, atol=1e-10)
-    assert solve_semidefinite(matrix.copy(), rhs.copy(), 4, room, np.empty(5)) == 0.0
-    assert np.count_nonzero(x) == 3
-
-
 @pytest.mark.parametrize("inertia", ["1e-2", "1e-4", "1e-9"])
 def test_how_far_from_singular_a_linkage_is_does_not_depend_on_the_slider(system_of, inertia):
     """Its angle, in a guide that is cut, answers to a unit reaction by the reciprocal of its moment of inertia."""
@@ -211,7 +198,7 @@ def test_how_far_from_singular_a_linkage_is_does_not_depend_on_the_slider(system
         q = np.array([run[f"q.{name}"][k] for name in tree.coordinates])
         work.q[:] = q
         body_positions(tree.bodies, q, work.pose)
-        margins.append(correct(tree.bodies, arrays.rows, arrays.rank, work, np.zeros(tree.size)))
+        margins.append(correct(tree.bodies, arrays.rows, arrays.elimination, work, np.zeros(tree.size)))
     assert min(margins) > 0.3
 
 

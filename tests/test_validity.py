@@ -7,6 +7,7 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
+from laws_page import bearing_ratio
 from machines import BEARING, joint, model, solid
 from shipped import shipped
 
@@ -14,7 +15,6 @@ from linkages import InputError, Status, assess, find_file, load, summarize
 from linkages.cli.main import main
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.map_nodes import finite_force
-from linkages.laws.table import bearing_ratio
 from linkages.laws.viscosity import density, iso_vg_viscosity
 from linkages.results.films import film_error
 from linkages.results.impacts import Impact

@@ -7,7 +7,6 @@ from pathlib import Path
 from pydantic import Field
 
 from linkages.input.files.toml import Table, read_toml, validate
-from replication.claims import table
 
 DATA = Path(__file__).with_name("misprints.toml")
 
@@ -54,13 +53,11 @@ def page() -> str:
     body = "\n".join(f"## {title}\n\n{source}\n\n{_rows(listed)}" for title, source, listed in sections if listed)
     return f"""# Misprints of the sources
 
-For readers who use one of the three replicated sources: equations, tables and numbers that cannot be used as printed, the correction used here, and the
-test that proves it. [The press and the four-bar](replication.md) and [the robot](replication_3rrr.md) compare the results.
-`python docs/make_misprints.py` writes this page from `docs/replication/misprints.toml`.
+For readers who use one of the three [replicated](replication.md) sources: equations, tables and numbers that cannot be used as printed, the correction used here, and the
+test that proves it. `python docs/make_misprints.py` writes this page.
 
 {body}"""
 
 
 def _rows(listed: list[Misprint]) -> str:
-    cells = [(m.place, m.printed, m.ours, f"`{m.shown}`") for m in listed]
-    return table(("place", "printed", "ours", "shown in"), cells)
+    return "".join(f"- **{m.place}**: printed {m.printed}; ours {m.ours} (`{m.shown}`)\n" for m in listed)

@@ -180,7 +180,7 @@ def background() -> list[Claim]:
         ),
         _claim(
             "the effect is larger in fast machines, [0003]",
-            f"force {listed(force)} N, departure {listed(jitter)} rad/s² at {listed(SPEEDS, 'g')} r/min; over the ideal linkage's {listed(over)} and {listed(relative)}",
+            f"force {listed(force)} N, departure {listed(jitter)} rad/s² at {listed(SPEEDS, 'g')} r/min",
             [a < b for series in (force, jitter) for a, b in pairwise(series)],
             "true in absolute terms; relative to the ideal linkage's values, which grow with the square of the speed, force and departure decrease",
         ),
@@ -246,4 +246,4 @@ def _remedies(found: Mapping[str, Setting]) -> list[Claim]:
 
 
 def _claim(title: str, ours: str, held: list[bool], why: str) -> Claim:
-    return Claim(title, "no numbers", ours, [parts(held)], why, "the patent's data", stored=COMMAND)
+    return Claim(title, "no numbers", ours, [parts(held)], why, stored=COMMAND)

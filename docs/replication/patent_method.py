@@ -92,7 +92,7 @@ def _problem() -> Claim:
         "claim 7: lengths X, least largest departure F(X), constraints g_k(X)", "formula lost; its words remain",
         f"study `fourbar_jitter`: {lengths} lengths, the follower's largest departure, {formulas} constraints by formulas of the lengths alone",
         [parts([lengths == len(file.variables), asked, formulas == len(file.constraints)])],
-        "assumed constraints: all bars turn fully, transmission angle between 20 and 160 degrees", "formulas (8) and (9), which are lost",
+        "assumed constraints: all bars turn fully, transmission angle between 20 and 160 degrees",
     )  # fmt: skip
 
 

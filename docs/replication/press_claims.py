@@ -13,7 +13,7 @@ from replication.claims import change
 from replication.press_paper import DESIGNS, PRINTED, Array, peak, peaks
 from replication.verdicts import Claim, Fitted, FittedChange, Number, Printed, Share, parts
 
-SPEEDS = "the drives' speeds, which are not given"
+SPEEDS = "the drives' speeds"
 FRICTION = 5.0  # N in the guide, assumed: more than all normal force there
 WIDEST = 0.2e-3 + 0.5 * 0.011e-3  # m, section 3.2: shafts of 11.6 mm with the tolerance 0/-0.011 mm
 
@@ -35,7 +35,7 @@ def model() -> list[Claim]:
         ),
         Claim(
             "eq. (4): dε/dt is the size of de/dt over r", "never negative: eq. (11) never applies",
-            f"the journal of A moves inwards during {inwards:.0f} % of a period of steady running, where (11) should apply",
+            f"the journal of A moves inwards during {inwards:.0f} % of a steady period, where (11) should apply",
             [Printed(0.0, inwards, "% of the time")], "the rate of the length of e has either sign",
         ),
         Claim(

@@ -84,12 +84,12 @@ def _soft_parts() -> list[Claim]:
     return [
         Claim(
             "the long rods are the main soft part, section 4", "low and high modes",
-            f"couplers' share of the strain energy, mean over the revolution: roots held, modes 1 to {LOW} {soft.listed(low)}"
+            f"couplers' mean share of the strain energy: roots held, modes 1 to {LOW} {soft.listed(low)}"
             f", modes {LOW + 1} to {soft.COUNT} {min(held.coupler[LOW:]):.0%} or more; roots free,"
             f" elastic modes 1 to {len(free.coupler)} {min(free.coupler):.0%} or more",
             [parts(share > 0.5 for share in all_)],
             f"counted by mode. With held roots the lowest three modes bend the short cranks ({soft.listed(held.crank[:LOW])}) at their roots: true only from mode"
-            f" {LOW + 1} on, or with free roots", "roots held or free, which the paper does not say",
+            f" {LOW + 1} on, or with free roots", "roots held or free",
         ),
         Claim(
             "in low modes all coordinates move by the same order, section 4", "modes of fig. 10",
@@ -116,8 +116,8 @@ def displacement() -> list[Claim]:
     return [
         Claim(
             "the motion oscillates about the rigid motion, fig. 11", "curves only",
-            f"displacement of both signs within each of {len(both)} spans of the revolution: {', '.join(f'{100 * s:.0f} %' for s in both.mean(axis=0))}"
-            f" of the spans (x, y, turning); mean of the extremes at most {100.0 * offset:.0f} % of the largest displacement",
+            f"both signs within {', '.join(f'{100 * s:.0f} %' for s in both.mean(axis=0))} of {len(both)} spans of the revolution (x, y, turning);"
+            f" mean of the extremes at most {100.0 * offset:.0f} % of the largest displacement",
             [Share(100.0, 100.0 * float(share), "% of the spans") for share in both.mean(axis=0)],
             "from rest: vibration caused by the start, without damping, about the quasi-static deflection", "a start on the quasi-static motion",
         ),
@@ -126,7 +126,7 @@ def displacement() -> list[Claim]:
                 f"elastic displacement of the platform, {name}, fig. 11", f"{scale * printed:.4g} {unit}",
                 f"{scale * moving[k]:.3g} {unit} over the revolution from rest; {scale * static[k]:.3g} {unit} quasi-static",
                 [Number(scale * printed, scale * moving[k], unit)],
-                f"{printed / moving[k]:.2g} times ours; quasi-static on the other assembly {scale * other[k]:.3g}; contradicts the printed stress, see the next rows",
+                f"{printed / moving[k]:.2g} times ours; quasi-static on the other assembly {scale * other[k]:.3g}",
                 "a material softer by this factor, or free roots", [],
             )
             for k, (printed, (name, unit, scale)) in enumerate(zip(PRINTED_ERROR, UNITS, strict=True))
@@ -170,7 +170,7 @@ def drift() -> list[Claim]:
             "the same with one basis in each step", "not printed",
             "; ".join(_one_basis(model, steps) for steps in (2000, 8000)), [],
             "drift in one pose causes strain in the next: printed millimetres and kilopascals can then occur together, but the step determines the stress, not the robot (our reading)",
-            "the paper's step, which is not given",
+            "the paper's step",
         ),
     ]  # fmt: skip
 
@@ -200,7 +200,7 @@ def recursion_() -> list[Claim]:
     return [
         Claim(
             "time recursion, eq. (13)", "back with the next step's basis",
-            f"with modes that keep their order and signs it stays within {100.0 * apart:.1g} % of the peak displacement of"
+            f"with modes followed it stays within {100.0 * apart:.1g} % of the peak displacement of"
             f" the recursion with one basis in each step, for {FROM_REST:g} s",
             [Printed(scale * a, scale * b, unit) for a, b, (_, unit, scale) in peaks],
             "both are of first order in the step; the paper does not say that modes must be followed",

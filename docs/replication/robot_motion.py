@@ -75,7 +75,7 @@ def kinematics() -> list[Claim]:
         ),
         Claim(
             "index rules of section 2.3", "p = i + 1 or i + 2; p = 6(r - 1) + i + 5",
-            f"{agreed} of {asked} places of rods and platform in the system agree with the numbered displacements",
+            f"{agreed} of {asked} places agree with the numbered displacements",
             [Printed(float(asked), agreed, "places")], "the platform's rule counts i by leg: 2r - 1 and 2r",
         ),
         Claim(

@@ -1,13 +1,12 @@
-"""Counts and lists of rows that follow from their verdicts, for the replication pages.
+"""Counts of rows that follow from their verdicts, for the replication pages, and the causes for their appendix.
 
-Trials, which are no claims of a source, and rows with nothing to compare are left out of all but the last column.
+The counts leave trials, which are no claims of a source, and rows with nothing to compare out of all but the last column.
 """
 
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from replication.claims import table
 from replication.verdicts import Claim, claims
@@ -35,12 +34,12 @@ def counts() -> str:
 Numbers that hold: {_held(numbers)}; of these without a fit: {_held(predicted)}."""
 
 
-def lists() -> str:
-    """List the rows of all sources by verdict."""
-    found = {source: [claim for _, claim in claims(source)] for source in TITLES}
-    heads = [f"[{title}]({link})" for title, link in TITLES.values()]
-    rows = [[name, *(words(found[source], choose) for source in TITLES)] for name, words, choose in _LISTS]
-    return table(("", *heads), rows)
+def causes(source: str) -> str:
+    """List the claims of a source with their causes, by section; claims with one cause share a line."""
+    sections: dict[str, list[Claim]] = {}
+    for name, claim in claims(source):
+        sections.setdefault(name, []).append(claim)
+    return "".join(_section(f"{source}.{name}", found) for name, found in sections.items())
 
 
 def judged(found: Sequence[Claim]) -> list[Claim]:
@@ -63,36 +62,34 @@ def _held(part: Sequence[Claim]) -> str:
     return f"{sum(claim.holds for claim in part)} of {len(part)}"
 
 
-def _names(found: Sequence[Claim], choose: Callable[[Claim], bool]) -> list[str]:
-    """Name the chosen claims; rows that go on with the one before ("the same ...") are only counted."""
-    names = [claim.claim for claim in judged(found) if choose(claim)]
-    return [_PLACE.sub("", name) for name in names if not name.startswith("the same")]
+def _section(name: str, found: Sequence[Claim]) -> str:
+    """Write a section of the appendix."""
+    said: dict[str, list[Claim]] = {}
+    for claim in found:
+        said.setdefault(_cause(claim, claim in judged(found)), []).append(claim)
+    lines = "".join(f"- **{_names(same)}**{cause}\n" for cause, same in said.items())
+    commands = dict.fromkeys(f"`{claim.stored}`" for claim in found if claim.stored)
+    stored = f"Stored: {', '.join(commands)}.\n\n" if commands else ""
+    return f"### {name}\n\n{stored}{lines}\n"
 
 
-def _full(found: Sequence[Claim], choose: Callable[[Claim], bool]) -> str:
-    """List the chosen claims; say the beginning that neighbours share up to a comma or colon once."""
+def _cause(claim: Claim, on_page: bool) -> str:
+    """Say why a claim has its verdict; numbers that no page has stand before."""
+    marks = ", ".join(mark for mark, true in (("trial", claim.trial), ("stored", claim.stored)) if true)
+    numbers = "" if on_page else f" {claim.printed}; ours {claim.ours}: *{claim.verdict}*;"
+    missing = f". *Missing:* {claim.unless}" if claim.unless else ""
+    return f"{f' ({marks})' if marks else ''}:{numbers} {claim.why}{missing}."
+
+
+def _names(found: Sequence[Claim]) -> str:
+    """Name claims; say the beginning that neighbours share up to a comma or colon once."""
     short: list[str] = []
     last = ""
-    for name in _names(found, choose):
+    for name in (_PLACE.sub("", claim.claim) if claim.numbers else claim.claim for claim in found):
         stem = next((name[: name.index(mark) + 1] for mark in (":", ",") if mark in name), "")
         if stem and stem == last:
             short[-1] += f",{name.removeprefix(stem)}"
         else:
             short.append(name)
         last = stem
-    return "; ".join(short) or "none"
-
-
-def _brief(found: Sequence[Claim], choose: Callable[[Claim], bool]) -> str:
-    """List the chosen claims, cut at the first comma or colon; count those that become the same."""
-    names = Counter(re.split(r"[,:] ", name)[0] for name in _names(found, choose))
-    return "; ".join(f"{name} ({count})" if count > 1 else name for name, count in names.items()) or "none"
-
-
-#: Rows of the lists: name, how claims are listed, and which.
-_LISTS = (
-    ("**holds**", _brief, lambda claim: claim.holds),
-    ("**holds in part, or nearly**", _full, lambda claim: not claim.holds and not claim.fails),
-    ("**does not hold**", _full, lambda claim: claim.fails and not claim.is_open),
-    ("**open**", _full, lambda claim: claim.is_open),
-)
+    return "; ".join(short)

@@ -33,8 +33,8 @@ How to use it::
 - curves without numbers, lost tables, questions of ours: no evidence;
 - numbers that are read from a file instead of computed: ``stored="python docs/make_x.py"``, the command that computes them.
 
-A page shows the `brief` rows of its source, the appendix `LEGEND` and all `rows`; ``python docs/replicate.py SOURCE.SECTION``, which each row names, repeats a section
-(a new source enters in `SOURCES`).
+A page shows the `brief` rows of its source, the appendix `LEGEND` and the causes (`replication.summary`); ``python docs/replicate.py SOURCE.SECTION`` prints all `rows`
+of a section (a new source enters in `SOURCES`).
 """
 
 from __future__ import annotations
@@ -257,17 +257,17 @@ LEGEND = f"""One rule (`docs/replication/verdicts.py`) derives verdicts from the
 
 - An *equation*, or arithmetic, is *right as printed* if it agrees within {100 * WITHIN:.0f} % with the right one, otherwise *wrong as printed*.
 - A *number* is *reproduced* if ours is within {100 * WITHIN:.0f} % of it; *met by a fit* if it also takes part in the choice or fit of conditions that
-  are not printed: such a row is no prediction. Otherwise a value is *within a factor of {FACTOR:g}* or *not reproduced*. A change in per cent is *trend only* if it has the printed direction
-  and at least half of the printed size. A chaotic run has no reproducible digits: ours is then an interval, and the printed number lies
-  *within the scatter* or not.
+  are not printed. Otherwise a value is *within a factor of {FACTOR:g}* or *not reproduced*. A change in per cent is *trend only* if it has the printed direction
+  and at least half of the printed size. For a chaotic run ours is an interval, and the printed number lies *within the scatter* or not.
 - A *statement* *holds* if it is true for {100 * (1 - WITHIN):.0f} % or more of its parts or of the time; it *holds in part* from {100 / FACTOR:.0f} %; otherwise it *does not hold*.
 - A failure is *explained* if a computation confirms a named cause, otherwise *open*. *Nothing to compare* means that the source prints no number.
 
-The numbers are computed when the page is written, except in rows marked *stored*: some of their numbers take minutes to hours. The folders
-`docs/replication/computed/` and `docs/replication/designs/` contain them, and the last column names the command that repeats them. Rows
-marked *trial* are no claims of the source: they test an explanation or an assumption about missing data.
+The pages have printed and own numbers of the claims, this appendix the causes, and *missing* data that would change a verdict. A *trial* is no claim of the
+source: it tests an explanation or an assumption about missing data. `python docs/replicate.py press.model` computes the section *press.model* again and
+prints the ranges of each verdict. *Stored* numbers take minutes to hours: they are in `docs/replication/computed/` and `docs/replication/designs/`, and the section
+names the command that computes them.
 """
-#: Head of the pages' tables, and of the appendix.
+#: Head of the pages' tables, and of the rows that the command prints.
 BRIEF = ("claim", "printed", "ours", "verdict")
 HEAD = ("claim", "kind", "printed", "ours", "verdict", "why", "what would change the verdict", "repeat with")
 

@@ -9,11 +9,8 @@ _DOCS = Path(__file__).resolve().parents[1]
 
 _HEAD = """# References
 
-For readers who look for a source: all publications cited in these pages and in the code.
-
-`python docs/site/make_references.py` writes this page from [references.bib](references.bib). "The paper" is the publication
-that a page names first. "Chen 2025", "Bai 2016" and "Lu 2010" are the three sources whose results this package repeats: a press,
-a patent and a robot.
+For readers who look for a source: all publications cited in these pages and in the code. `python docs/site/make_references.py` writes this page from
+[references.bib](references.bib). "The paper" is the publication that a page names first. *Unchecked*: not compared with a second source.
 
 """
 

@@ -263,7 +263,6 @@ def bearing(
     solver = _Solver(case, (x, y), cells)
     x, y = _equilibrium(solver.force, target, least, (x, y))
     solved = solver.film(x, y, 0.0, 0.0)
-    solver.guess = solved
     torque = case.force_unit * case.clearance * friction_torque(solved)
     return _operating(case, solver.force, x, y, solved, torque)
 
@@ -364,7 +363,7 @@ class _Solver:
     def film(self, x: float, y: float, vx: float, vy: float) -> SurfaceFilm:
         """Solve the film at a place and velocity of the journal."""
         case = self.case
-        return solve_film(
+        self.guess = solve_film(
             self.mesh,
             _thickness(case, x, y),
             case.grooves,
@@ -373,12 +372,11 @@ class _Solver:
             pressures=Pressures(case.cavity_pressure, case.pressure_unit),
             guess=None if self.guess is None else self.guess.solution,
         )
+        return self.guess
 
     def force(self, x: float, y: float, vx: float, vy: float) -> tuple[float, float]:
         """Force on the journal over the unit of force."""
-        found = self.film(x, y, vx, vy)
-        self.guess = found
-        return found.force
+        return self.film(x, y, vx, vy).force
 
 
 def _thickness(case: BearingCase, x: float, y: float) -> Thickness:

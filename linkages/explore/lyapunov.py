@@ -122,7 +122,7 @@ def largest_exponent(
     total = transient + revolutions
     tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})
     first, second = Flow(tight), Flow(tight)
-    if len(first.runner.model.free) == first.runner.model.rank:
+    if len(first.runner.model.free) == first.runner.model.elimination.rank:
         problem = "they determine the whole motion, so nothing can diverge"
         raise InputError(experiment.source, "drives", problem)
     second.resume(first.t, first.y + distance * first.scale, first.memory, first.step)

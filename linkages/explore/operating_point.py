@@ -54,7 +54,7 @@ class LinearisationPoint:
         self.time = time
         self.runner = Runner(self.system)
         n = len(self.runner.model.free)
-        if n == self.runner.model.rank:
+        if n == self.runner.model.elimination.rank:
             raise InputError(experiment.source, "drives", "hold all joints, and no link is flexible: nothing can move")
         self.y = self.runner.start.copy()
         if time > 0.0:

@@ -13,7 +13,6 @@
 | heat       | temperature of an oil from a lumped heat balance                        |
 | journal    | journal kinematics and the force pair on journal and bearing            |
 | wear       | worn profiles, contact on them, Archard's law                           |
-| table      | tables of all laws for the documentation                                |
 
 Conventions (all laws): the eccentricity vector e points from the bearing's centre to the journal's;
 n = e/|e| is radial and outward, t = z x n. Forces act on the **journal**; the bearing gets the opposite

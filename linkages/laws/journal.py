@@ -74,7 +74,7 @@ def clearance_force(
         Normal load of the contact, asperities included [N].
     """
     c = joint.clearance
-    e, nx, ny, v_n, v_t = _polar(ex, ey, vx, vy)
+    e, nx, ny, v_n, v_t = polar(ex, ey, vx, vy)
     delta, radius = e - c, joint.radius - c  # radius of the journal
     sliding = _sliding(joint, e, v_t, omega_b, omega_j)
     f_n, f_t, couple, rate, load = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -123,7 +123,7 @@ def history_force(
     -----
     The couple is the one of `film_action`.
     """
-    e, _, _, v_n, v_t = _polar(ex, ey, vx, vy)
+    e, _, _, v_n, v_t = polar(ex, ey, vx, vy)
     sliding = _sliding(joint, e, v_t, omega_b, omega_j)
     x, y, u, v, c, s = in_bearing(joint, ex, ey, vx, vy, omega_b, angle)
     spin = omega_j - omega_b
@@ -145,7 +145,7 @@ def _sliding(joint: np.record, e: float, v_t: float, omega_b: float, omega_j: fl
 
 
 @inlined_kernel
-def _polar(ex: float, ey: float, vx: float, vy: float) -> tuple[float, float, float, float, float]:
+def polar(ex: float, ey: float, vx: float, vy: float) -> tuple[float, float, float, float, float]:
     """Length and direction of the eccentricity, and the velocity along and across it."""
     e = math.sqrt(ex * ex + ey * ey)
     nx, ny = 1.0, 0.0  # the force does not depend on the direction at the centre
@@ -174,7 +174,7 @@ def end_flow(
         As for `clearance_force`.
     """
     c = joint.clearance
-    e, nx, ny, v_n, v_t = _polar(ex, ey, vx, vy)
+    e, nx, ny, v_n, v_t = polar(ex, ey, vx, vy)
     if joint.tilt != 0.0:
         return tilted_action(joint, e, v_n, v_t, omega_b, omega_j, math.atan2(ny, nx) - angle)[5]
     eps, alpha = min(e / c, EPS_MAX), math.atan2(ny, nx) - angle - joint.groove_angle

@@ -255,50 +255,34 @@ def _add(record: Registered) -> None:
     _registered[kind, name] = record
 
 
-def _contact(
-    force: Any,
-    factor: Any,
-    conformal: bool,
-    formula: str,
-    valid: str,
-    source: str,
-    parameters: Any = None,
-    needs: Any = None,
-) -> ContactLaw:
+def _contact(force: Any, factor: Any, parameters: Any, needs: Any, **texts: Any) -> ContactLaw:
     if force is None and factor is None:
         raise ValueError("give a force, a factor, or both")
     if force is None and parameters is not None:
         raise ValueError("give a force, which reads the parameters")
+    own, needs = declared("contact", parameters, needs)
     if force is not None:
         _check(force, "delta", "ddelta", "ddelta0", "joint")
     if factor is not None:
         _check(factor, "e")
         float(factor(0.5))
-    chi = {} if factor is None else {"factor": factor}
-    own, needs = declared("contact", parameters, needs)
-    if factor is not None:
-        needs = tuple(dict.fromkeys(("restitution", *needs)))
-    return ContactLaw(
-        force or power_law, formula, valid, source, conformal=conformal, parameters=own, needs=needs, **chi
-    )
+        texts["factor"], needs = factor, tuple(dict.fromkeys(("restitution", *needs)))
+    return ContactLaw(force or power_law, parameters=own, needs=needs, **texts)
 
 
-def _film(force: Any, formula: str, valid: str, source: str, parameters: Any = ()) -> Film:
-    record = ("joint",) if parameters else ()
-    _check(force, "eps", "deps", "ew", "slenderness", *record)
-    return Film(force, formula, valid, source, parameters=tuple(parameters))
+def _film(force: Any, parameters: Any, **texts: Any) -> Film:
+    _check(force, "eps", "deps", "ew", "slenderness", *(["joint"] if parameters else []))
+    return Film(force, parameters=parameters, **texts)
 
 
-def _friction(
-    coefficient: Any, bristles: bool, formula: str, valid: str, source: str, parameters: Any = None, needs: Any = None
-) -> FrictionLaw:
+def _friction(coefficient: Any, bristles: bool, parameters: Any, needs: Any, **texts: Any) -> FrictionLaw:
     _check(coefficient, "v", "bristle", "joint")
     own, needs = declared("friction", parameters, needs)
     if bristles:
         names = {parameter.name for parameter in own}
         own += tuple(p for p in LUGRE if p.name in ("v_1", "bristle_stiffness") and p.name not in names)
         needs = ("coefficient",)
-    return FrictionLaw(coefficient, formula, valid, source, bristles, parameters=own, needs=needs)
+    return FrictionLaw(coefficient, bristles=bristles, parameters=own, needs=needs, **texts)
 
 
 _MAKERS: dict[str, Callable[..., Any]] = {"contact": _contact, "film": _film, "friction": _friction}

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array
+from linkages.laws.contact.material import bisect
 from linkages.laws.film.films import film_force
 from linkages.laws.film.map_nodes import finite_force
 from linkages.results.extremes import integral
@@ -144,14 +145,10 @@ def film_error(record: Any, slenderness: float, e: Array, force: Array) -> FilmE
     eps, deps, ew = _motion(record, slenderness, e[widest], force[widest] / unit)
     needed = float(size[widest]) / unit
 
-    def lacks(other: float) -> bool:
-        return math.hypot(*finite_force(other, slenderness, deps, 0.5 * ew * other / eps)) < needed
+    def spare(other: float) -> float:
+        return math.hypot(*finite_force(other, slenderness, deps, 0.5 * ew * other / eps)) - needed
 
-    low, high = 0.0, _LARGEST
-    for _ in range(20):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if lacks(middle) else (low, middle)
-    return FilmError(excess, eps, high)
+    return FilmError(excess, eps, bisect(spare, 0.0, _LARGEST, 20))
 
 
 def _motion(record: Any, slenderness: float, e: Array, force: Array) -> tuple[float, float, float]:
@@ -165,10 +162,6 @@ def _motion(record: Any, slenderness: float, e: Array, force: Array) -> tuple[fl
         return math.atan2(f_t, f_n), math.hypot(f_n, f_t)
 
     # rotation turns the force from -n (approach, angle 0) by way of t to n (separation, angle pi), and is odd in ew
-    low, high = 0.0, math.pi
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if acting(middle)[0] > abs(aim) else (low, middle)
-    angle = math.copysign(low, aim)
+    angle = math.copysign(bisect(lambda angle: acting(angle)[0] - abs(aim), 0.0, math.pi), aim)
     speed = float(np.hypot(*force)) / acting(angle)[1]
     return eps, speed * math.cos(angle), 2.0 * speed * math.sin(angle)

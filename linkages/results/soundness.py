@@ -78,7 +78,7 @@ class Soundness:
         can then move with fixed drives, or reactions exist without a load.
         """
         arrays, tree, motion = self.arrays, self.system.tree, self.motion
-        if not arrays.rank or len(motion.time) < 2:
+        if not arrays.elimination.rank or len(motion.time) < 2:
             return []
         q = partial(interpolated, motion.time, np.stack([motion[f"q.{name}"] for name in tree.coordinates], axis=1))
         times = motion.time[:: 1 + len(motion.time) // _MOST]
@@ -94,7 +94,7 @@ class Soundness:
             if ratios[best] < NEAR and (not found or between[best] > found[-1].time):
                 there = q(between[best : best + 1])[0]
                 jacobian = jacobian_at(arrays.bodies, arrays.rows, there)[:, arrays.free]
-                way = np.abs(np.linalg.svd(jacobian)[2][arrays.rank - 1])
+                way = np.abs(np.linalg.svd(jacobian)[2][arrays.elimination.rank - 1])
                 loose = tuple(tree.coordinates[i] for i in arrays.free[way > _TAKES_PART * way.max()])
                 kind = _kind(arrays, q, there, motion.time, between[best])
                 found.append(SingularPosition(float(between[best]), float(ratios[best]), loose, kind))
@@ -110,13 +110,15 @@ class Soundness:
         drives and gears (``mesh.torque``, ``mesh.power``).
         """
         arrays, motion = self.arrays, self.motion
-        if arrays.rank == len(arrays.rows):
+        if arrays.elimination.rank == len(arrays.rows):
             return ()
         q = np.stack([motion[f"q.{name}"] for name in self.system.tree.coordinates], axis=1)
         found: dict[str, bool] = {}
         for line in q[np.linspace(0, len(q) - 1, _LOOKS).astype(int)]:
             jacobian = jacobian_at(arrays.bodies, arrays.rows, line)[:, arrays.free]
-            for reaction in np.linalg.svd(jacobian)[0].T[arrays.rank :]:  # self-balanced: loads no free coordinate
+            for reaction in np.linalg.svd(jacobian)[0].T[
+                arrays.elimination.rank :
+            ]:  # self-balanced: loads no free coordinate
                 sizes = _sizes(self.system, arrays, line, reaction)
                 least = _NOTHING * max(sizes.values())
                 found |= {column: found.get(column, False) or size > least for column, size in sizes.items()}
@@ -177,7 +179,7 @@ def _kind(arrays: Arrays, q: Callable[[Array], Array], there: Array, times: Arra
     fulfils this. With the further direction w, the sum x t + w fulfils it if a linear condition on x holds for each
     reaction. If the conditions contradict each other, there is no other branch.
     """
-    rank, jacobian = arrays.rank, jacobian_at(arrays.bodies, arrays.rows, there)
+    rank, jacobian = arrays.elimination.rank, jacobian_at(arrays.bodies, arrays.rows, there)
     left, values, right = np.linalg.svd(jacobian)
     here = int(np.count_nonzero(values > NEAR * values[0]))
     if here >= rank:
@@ -230,7 +232,7 @@ def _candidates(quality: Array) -> list[int]:
 def _qualities(arrays: Arrays, q: Array) -> Array:
     """Compute the conditioning of the closure's Jacobian in free coordinates at each line of q."""
     jacobians = np.stack([jacobian_at(arrays.bodies, arrays.rows, line) for line in q])
-    return _quality(jacobians[:, :, arrays.free], arrays.rank)
+    return _quality(jacobians[:, :, arrays.free], arrays.elimination.rank)
 
 
 def _quality(jacobians: Array, rank: int) -> Any:

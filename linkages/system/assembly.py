@@ -14,9 +14,10 @@ from linkages.base.errors import AssemblyError, InputError, Status, listed
 from linkages.input.model.experiment import Experiment
 from linkages.mechanics.planar.articulated_body import articulated_inertias
 from linkages.mechanics.planar.closure import close, closure_quality, consistent_rates, jacobian_at
+from linkages.mechanics.planar.elimination import elimination_of
 from linkages.mechanics.planar.kinematics import body_positions
 from linkages.mechanics.planar.loads import Loads
-from linkages.mechanics.planar.loop_dynamics import row_responses
+from linkages.mechanics.planar.loop_dynamics import eliminate_rows
 from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ANGLE, PRISMATIC
 from linkages.system.load_records import check_loads
@@ -239,8 +240,8 @@ def balanced(tree: Tree, rows: Records, q: Array) -> Records:
     work.q[:] = q
     body_positions(tree.bodies, q, work.pose)
     articulated_inertias(tree.bodies, work)
-    row_responses(tree.bodies, rows, work)
-    moved = work.row_matrix.diagonal().copy()
+    eliminate_rows(tree.bodies, rows, elimination_of(tree.bodies, rows, 0, tree.free_dofs), work)
+    moved = work.pivots.diagonal.copy()
     moved[angles] = moved[angles].max(initial=0.0)
     lengths = moved[~gears & ~angles & (moved > 0.0)]
     usual, scaled = np.exp(np.log(lengths).mean()) if lengths.size else 1.0, (gears | angles) & (moved > 0.0)

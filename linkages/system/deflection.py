@@ -8,6 +8,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, Status
 from linkages.mechanics.planar.closure import close, consistent_rates
 from linkages.mechanics.planar.closure_rows import add_row_wrench
+from linkages.mechanics.planar.elimination import elimination_of
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states, poses_at
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.newton_euler import generalised_force, inertial_forces
@@ -61,7 +62,8 @@ class _Finder:
         self.modes, self.links = np.array(list(owned), np.int64), list(owned.values())
         self.free = without(tree.closing_dofs, tree.powered_dofs)
         self.offset = tree.gaps(assembly.q)
-        self.rank = independent(tree, self.rows, assembly.q, tree.closing_dofs) if len(self.rows) else 0
+        rank = independent(tree, self.rows, assembly.q, tree.closing_dofs) if len(self.rows) else 0
+        self.elimination = elimination_of(tree.bodies, self.rows, rank, tree.closing_dofs)
 
     def shape(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
         """Compute coordinates and accelerations of the deflected linkage near the given coordinates and rates."""
@@ -113,7 +115,7 @@ class _Finder:
         if not close(tree.bodies, self.rows, self.offset, self.free, tree.extent, q):
             return np.full(len(self.modes), np.nan), q
         consistent_rates(tree.bodies, self.rows, self.free, q, v, np.zeros(len(q)))
-        work = ideal_forces(system, t, q, v, self.rank)
+        work = ideal_forces(system, t, q, v, self.elimination)
         bodies, pose, vel, load, left = tree.bodies, work.pose, work.vel, work.bias, np.zeros(tree.size)
         work.a[len(tree.joint_dofs) :] = 0.0
         body_states(bodies, q, v, pose, vel)

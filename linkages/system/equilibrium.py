@@ -17,6 +17,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.mechanics.planar.contacts import ContactMotion, contact_action, contact_motion
+from linkages.mechanics.planar.elimination import Elimination, elimination_of
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.record_types import JOURNAL
@@ -42,7 +43,8 @@ def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) 
     for _ in range(_PASSES):
         start = assemble(offsets)
         rank = independent(tree, tree.closure_rows, start.q, tree.closing_dofs)
-        work = ideal_forces(system, 0.0, start.q, start.v, rank)
+        elimination = elimination_of(tree.bodies, tree.closure_rows, rank, tree.closing_dofs)
+        work = ideal_forces(system, 0.0, start.q, start.v, elimination)
         forces = work.reaction[: len(offsets)]
         largest = np.abs(forces).max(initial=0.0)
         for k, name in enumerate(tree.play):
@@ -53,10 +55,10 @@ def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) 
     return offsets
 
 
-def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, rank: int) -> Workspace:
+def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, elimination: Elimination) -> Workspace:
     """Solve the ideal linkage at time t [s], coordinates q and rates v (n,), with modes that do not accelerate.
 
-    `rank` is the number of independent closure rows. The workspace has its pose, vel, a, tau and reaction, see
+    The elimination is that of `Tree.closure_rows`. The workspace has its pose, vel, a, tau and reaction, see
     `linkages.mechanics.planar.singularities.constrained_dynamics`.
     """
     tree, at = system.tree, np.array([t])
@@ -67,8 +69,9 @@ def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, rank: int) -
     work.tau[tree.powered_dofs] = system.torques(at)[0][0]
     work.a[tree.driven_dofs] = system.motions(at)[2][0]
     constrained_dynamics(
-        tree.undeforming_bodies, tree.closure_rows, rank, tree.extent, 0.0, system.gravity, work, np.zeros(tree.size)
-    )
+        tree.undeforming_bodies, tree.closure_rows, elimination, tree.extent, 0.0, system.gravity, work,
+        np.zeros(tree.size),
+    )  # fmt: skip
     return work
 
 

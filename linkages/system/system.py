@@ -18,6 +18,7 @@ from linkages.input.model.experiment import ARGUMENT, Experiment, load_experimen
 from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inertial, load_mechanism
 from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.elimination import Elimination, elimination_of
 from linkages.mechanics.planar.record_types import BEAM, STATION, STATION_MODE
 from linkages.system.assembly import Assembly, assemble, balanced, independent
 from linkages.system.deflection import deflected
@@ -176,9 +177,13 @@ class System(Unassembled):
 
     @cached_property
     def arrays(self) -> Arrays:
-        """Return all arrays that kernels read."""
-        tree = self.tree
-        joints = self.laws, self.tables, self.reach, self.touching.astype(np.int64), self.bristles
+        """Return all arrays that kernels read; systems that differ in the laws of joints alone share the others."""
+        tree, twin = self.tree, self._twin
+        joints = self.laws, self.tables, self.largest_ratios, self.touching.astype(np.int64), self.bristles
+        if twin is not None and twin.tree is tree:
+            names = "ends", "laws", "tables", "limits", "touching", "bristles"
+            own: dict[str, Any] = dict(zip(names, map(np.ascontiguousarray, (self.ends, *joints)), strict=True))
+            return twin.arrays._replace(**own)
         moved = tree.driven_dofs, tree.powered_dofs
         dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
@@ -187,12 +192,13 @@ class System(Unassembled):
         bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.flexible else tree.bodies
         return Arrays._make([*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, tree.extent])
 
-    def _closed_by(self, rows: Records, free: NDArray[np.int64]) -> tuple[Records, int]:
-        """Return the rows, and the number of independent rows in free coordinates."""
+    def _closed_by(self, rows: Records, free: NDArray[np.int64]) -> tuple[Records, Elimination]:
+        """Return the rows, and how their reactions are eliminated in free coordinates."""
         if not len(rows):
-            return rows, 0
-        count = independent(self.tree, rows, self.assembly.q, free)
-        return np.ascontiguousarray(balanced(self.tree, rows, self.assembly.q)), count
+            return rows, elimination_of(self.tree.bodies, rows, 0, free)
+        rank = independent(self.tree, rows, self.assembly.q, free)
+        elimination = elimination_of(self.tree.bodies, rows, rank, free)
+        return np.ascontiguousarray(balanced(self.tree, rows, self.assembly.q)), elimination
 
     @property
     def _beams(self) -> tuple[Records, Records, Records]:
@@ -215,9 +221,13 @@ class System(Unassembled):
     def ideal_arrays(self) -> Arrays:
         """Return the same arrays with every joint ideal, closed by `Tree.closure_rows`."""
         tree = self.tree
-        rows, rank = self._closed_by(tree.closure_rows, tree.closing_dofs)
+        rows, elimination = self._closed_by(tree.closure_rows, tree.closing_dofs)
         return self.arrays._replace(
-            rows=rows, rank=rank, ends=self.ends[:0], joints=tree.joints(ideal=True), free=tree.closing_dofs
+            rows=rows,
+            elimination=elimination,
+            ends=self.ends[:0],
+            joints=tree.joints(ideal=True),
+            free=tree.closing_dofs,
         )
 
     @property

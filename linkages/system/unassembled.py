@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,17 +35,19 @@ T = TypeVar("T")
 
 
 class Memory:
-    """The latest result of each function and its arguments, shared by variants of a system."""
+    """The two latest results of each function and their arguments, shared by variants of a system."""
 
     def __init__(self) -> None:
-        self._kept: dict[Any, tuple[tuple[Any, ...], Any]] = {}
+        self._kept: dict[Any, list[tuple[tuple[Any, ...], Any]]] = {}
 
     def __call__(self, function: Callable[..., T], *arguments: Any) -> T:
         """Return the result of a function for arguments that can be compared, which decide it alone."""
-        kept = self._kept.get(function)
-        if kept is None or kept[0] != arguments:
-            self._kept[function] = kept = arguments, function(*arguments)
-        result: T = kept[1]
+        kept = self._kept.get(function, [])
+        for known, found in kept:
+            if known == arguments:
+                return cast(T, found)
+        result = function(*arguments)
+        self._kept[function] = [*kept[-1:], (arguments, result)]
         return result
 
 
@@ -225,11 +227,16 @@ class Unassembled(Brief):
         return self._contact_laws.touching
 
     @property
-    def reach(self) -> Array:
-        """Return the eccentricity at which a journal leaves its film, (nc,) [m]; infinite for contacts that can touch.
+    def largest_ratios(self) -> Array:
+        """Return the eccentricity ratio at which a journal leaves its film, (nc,); infinite where bodies can touch.
 
-        States with such an eccentricity are not valid: runs end there, and searches for states refuse them.
+        States with such a ratio are not valid: runs end there, and searches for states refuse them.
         """
+        return np.where(self.touching, np.inf, self.film_limits)
+
+    @property
+    def reach(self) -> Array:
+        """Return the eccentricity at which a journal leaves its film, (nc,) [m]; see `largest_ratios`."""
         return np.where(self.touching, np.inf, self.laws["clearance"] * self.film_limits)
 
     @property

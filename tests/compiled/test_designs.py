@@ -119,16 +119,18 @@ viscosity = 0.1
 
 
 def test_no_systems_are_built_for_values_that_are_numbers_of_a_run(monkeypatch):
-    """Masses, moments of inertia and viscosities are; a clearance also changes the scale of errors."""
+    """Masses, moments of inertia, viscosities and clearances are; a length also changes the start."""
     built = []
     given = designs.Designs.given
     monkeypatch.setattr(designs.Designs, "given", lambda self, values: built.append(1) or given(self, values))
     system = shipped("seven_bar", duration=0.01)
     paths = ["sdf.links.link2.mass", "sdf.links.slider7.mass", "sdf.links.link2.inertia", "joints.A.viscosity"]
-    values = np.random.default_rng(0).uniform([0.2, 0.3, 5e-4, 0.1], [0.4, 0.5, 9e-4, 0.5], (100, 4))
+    low, high = [0.2, 0.3, 5e-4, 0.1, 1e-4], [0.4, 0.5, 9e-4, 0.5, 3e-4]
+    values = np.random.default_rng(0).uniform(low, high, (100, 5))
+    paths.append("joints.A.clearance")
     simulate_batch(system, paths, values, ["A.force"])
-    assert len(built) < 20
+    assert len(built) < 30
     simulate_batch(system, paths, values[::-1], ["A.force"])  # another batch of the same designs
-    assert len(built) < 20
-    simulate_batch(system, ["joints.A.clearance"], np.linspace(1e-4, 3e-4, 100)[:, None], ["A.force"])
+    assert len(built) < 30
+    simulate_batch(system, ["sdf.frames.link2_C.pose.x"], np.linspace(0.178, 0.182, 100)[:, None], ["A.force"])
     assert len(built) > 100

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from linearised import left, right_hand_side, slope
 from machines import bar, elastic_slider_crank, four_bar, joint, model, slider_crank, solid
+from reference_machines import WINDOWS, windows_sdf
 from shipped import WORN, shipped
 from shipped import run as shipped_run
 
@@ -145,6 +146,22 @@ def test_ideal_loops_with_gravity_springs_and_turned_forces(system_of):
     result = simulate(system_of(four_bar(), LOADED), "compiled")
     for step in (len(result.time) // 3, len(result.time) - 1):
         check(result, step, accuracy=EXACT)
+
+
+def test_many_loops(system_of):
+    """More closure rows than are pivoted by size; many derivatives are zero, so that all count by the largest."""
+    result = simulate(system_of(windows_sdf(6), f"duration = 0.2\n{WINDOWS}"), "compiled")
+    replay = result.evaluate.function
+    t, y, problem = replay.steps.times[-1], replay.steps.states[-1].copy(), replay.runner.aside()
+    (found, _), h, sides = slope(problem, t, y), 1e-4, np.zeros((2, len(y)))
+    expected = np.empty_like(found)
+    for k in range(len(y)):
+        for side, sign in zip(sides, (1.0, -1.0), strict=True):
+            moved = y.copy()
+            moved[k] += sign * h
+            right_hand_side(problem, t, moved, side)
+        expected[:, k] = (sides[0] - sides[1]) / (2.0 * h)
+    np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(expected).max())  # differences err by h^2
 
 
 def test_open_chain_with_a_slide_on_a_moving_body(system_of):

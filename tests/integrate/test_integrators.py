@@ -14,7 +14,6 @@ from ivp_problems import (
     WEAKER,
     drive,
     jacobian,
-    multiply,
     rhs,
     take_steps,
 )
@@ -24,7 +23,7 @@ from scipy.special import ellipj
 from linkages.base.kernel.simd import lane_array
 from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Options
 from linkages.mechanics.integrate.factor import back_substitute, decompose, factorise
-from linkages.mechanics.integrate.newton import invert
+from linkages.mechanics.integrate.shifted import SMALL, factorise_both, make_shifted, solve_both
 from linkages.mechanics.integrate.stepper import make_stepper
 
 METHODS = [pytest.param(True, id="radau"), pytest.param(False, id="dormand-prince")]
@@ -333,33 +332,42 @@ def side_by_side(real, other):
     return out
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 8, 20])
-def test_two_matrices_side_by_side_have_numpys_inverses(n):
-    """Factors of a matrix minus a real or complex shift, as in Newton's iterations; both need pivoting."""
+def prepared(one, two):
+    """Both matrices factorised side by side; None if one is singular."""
+    both = make_shifted(len(one))
+    both.matrix[:] = side_by_side(one, two)
+    return both if factorise_both(both) else None
+
+
+@pytest.mark.parametrize("band", [2, 40])
+@pytest.mark.parametrize("n", [1, 2, 3, 8, SMALL, SMALL + 1, 40])
+def test_two_systems_side_by_side_are_solved_as_by_numpy(n, band):
+    """A matrix minus a real or complex shift, as in Newton's iterations; both need pivoting."""
     generator = np.random.default_rng(n)
     for _ in range(20):
-        matrix = generator.standard_normal((n, n))
+        matrix = np.triu(np.tril(generator.standard_normal((n, n)), band), -band)
         matrix[0, 0] = 0.0 if n > 1 else matrix[0, 0]
         one, two = matrix.copy(), matrix + 0.3j * np.eye(n, k=1)
-        inverse, cross = side_by_side(one, two), lane_array(n, n)
-        assert invert(inverse, cross, np.zeros(n, np.int64))
-        x = side_by_side(generator.standard_normal(n), generator.standard_normal(n) + 1j * generator.standard_normal(n))
-        turned = x[:, [0, 2, 1, 3]].copy()
-        y = lane_array(n)
-        multiply(inverse, cross, x, turned, y)
+        both = prepared(one, two)
+        both.given[:] = x = side_by_side(
+            generator.standard_normal(n), generator.standard_normal(n) + 1j * generator.standard_normal(n)
+        )
+        solve_both(both)
         for exact, found, given in (
-            (np.linalg.solve(one, x[:, 0]), y[:, 0], one),
-            (np.linalg.solve(two, x[:, 1] + 1j * x[:, 2]), y[:, 1] + 1j * y[:, 2], two),
+            (np.linalg.solve(one, x[:, 0]), both.found[:, 0], one),
+            (np.linalg.solve(two, x[:, 1] + 1j * x[:, 2]), both.found[:, 1] + 1j * both.found[:, 2], two),
         ):
             assert np.linalg.norm(found - exact) <= 1e-14 * n**2 * np.linalg.cond(given) * np.linalg.norm(exact)
-        assert not y[:, 3].any()
+        assert not both.found[:, 3].any()
 
 
+@pytest.mark.parametrize("n", [3, SMALL + 2])
 @pytest.mark.parametrize("matrix", SINGULAR)
-def test_a_singular_one_of_two_matrices_side_by_side_is_found(matrix):
-    regular = np.eye(3) + 0.5j
-    for one, two in ((matrix, regular), (regular.real, matrix + 0j)):
-        assert not invert(side_by_side(one, two), lane_array(3, 3), np.zeros(3, np.int64))
+def test_a_singular_one_of_two_matrices_side_by_side_is_found(matrix, n):
+    regular, larger = np.eye(n) + 0.5j, np.eye(n)
+    larger[-3:, -3:] = matrix
+    for one, two in ((larger, regular), (regular.real, larger + 0j)):
+        assert prepared(one, two) is None
 
 
 def decomposed(matrix):

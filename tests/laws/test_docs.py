@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from joint_records import joint
+from laws_page import MOTIONS, bearing_ratio, markdown
 
 from linkages.laws import CONTACTS
 from linkages.laws.contact import contact_laws
 from linkages.laws.contact.material import effective_restitution
 from linkages.laws.film.films import film_force
 from linkages.laws.friction import friction_coefficient
-from linkages.laws.table import MOTIONS, bearing_ratio, markdown
 
 ROOT = Path(__file__).parents[2]
 

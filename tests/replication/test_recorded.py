@@ -115,7 +115,7 @@ def test_no_record():
     [
         # nearly the recorded 17 %, in half the generations
         ("sevenbar_force", "ga", {"generations": 25}, 0.16),
-        # what docs/fourbar_landscape.md claims for any start: the least from starts 1e-7 apart, as printed
+        # what docs/replication_details.md claims for any start: the least from starts 1e-7 apart, as printed
         ("fourbar_jitter", "grg", {"step": 1e-5, "iterations": 5}, min(read("fourbar_landscape")["nearby"]) - 1e-3),
     ],
 )

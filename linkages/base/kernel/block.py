@@ -6,11 +6,12 @@ each of them is in memory, so that compiled code can write other ones there.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.base.arrays import Array, Indices
+from linkages.base.arrays import Indices
 from linkages.base.kernel.by_reference import Packed, lay, packed, reference_to
 
 
@@ -123,21 +124,33 @@ class Duplicate:
     def __init__(self, value: Any) -> None:
         self.initial = contents(value).words.view(np.float64)
         self.numbers = self.initial.copy()
-        self.value, _ = _part_of(self.numbers, value, 0)
+        self.value, _ = rebuilt(value, self._part_of, 0)
+
+    def _part_of(self, array: Any, part: slice) -> Any:
+        return self.numbers[part].view(array.dtype).reshape(array.shape).view(type(array))
 
 
-def _part_of(numbers: Array, value: Any, start: int) -> tuple[Any, int]:
-    """Return the copy of a value whose arrays are parts of the numbers from a place on, and the next place."""
+def rebuilt(value: Any, array_of: Callable[[Any, slice], Any], start: int) -> tuple[Any, int]:
+    """Return the copy of a value with other arrays, and the place after its numbers in the order of `contents`.
+
+    Parameters
+    ----------
+    value : named tuple
+    array_of : callable
+        ``array_of(array, part)``: the array in the place of another one, whose numbers are a part of all.
+    start : int
+        Place of the value's first number.
+    """
     if isinstance(value, np.ndarray):
         end = start + value.nbytes // 8
-        return numbers[start:end].view(value.dtype).reshape(value.shape).view(type(value)), end
+        return array_of(value, slice(start, end)), end
     if isinstance(value, Packed):
-        copy, end = _part_of(numbers, value.unpacked, start)
+        copy, end = rebuilt(value.unpacked, array_of, start)
         return packed(copy), end
     if isinstance(value, tuple):
         parts = []
         for item in value:
-            part, start = _part_of(numbers, item, start)
+            part, start = rebuilt(item, array_of, start)
             parts.append(part)
         return (type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)), start
     return value, start if isinstance(value, bool | np.bool_) else start + 1

@@ -6,6 +6,7 @@ keeps its place, and no slopes belong to it. Arrays of integers are shared.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,7 @@ from numba import from_dtype, types
 from numba.extending import typeof_impl
 
 from linkages.base.arrays import Array
-from linkages.base.kernel.block import contents
-from linkages.base.kernel.by_reference import Packed, packed
+from linkages.base.kernel.block import contents, rebuilt
 from linkages.base.kernel.dual import DIRECTIONS, LANES, DualArray, dual_record
 from linkages.base.kernel.simd import LaneArray
 
@@ -61,24 +61,7 @@ class DualCopy:
         words = contents(value).words
         self.memory = np.zeros((len(words), _WORDS))
         self.memory.view(np.int64)[:, 0] = words
-        self.value, _ = _part_of(self.memory, value, 0)
-
-
-def _part_of(memory: Array, value: Any, start: int) -> tuple[Any, int]:
-    """Return the copy of a value whose arrays are parts of the memory from a place on, and the next place."""
-    if isinstance(value, np.ndarray):
-        end = start + value.nbytes // 8
-        return _array_of(memory[start:end], value), end
-    if isinstance(value, Packed):
-        copy, end = _part_of(memory, value.unpacked, start)
-        return packed(copy), end
-    if isinstance(value, tuple):
-        parts = []
-        for item in value:
-            part, start = _part_of(memory, item, start)
-            parts.append(part)
-        return (type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)), start
-    return value, start if isinstance(value, bool | np.bool_) else start + 1
+        self.value, _ = rebuilt(value, lambda array, part: _array_of(self.memory[part], array), 0)
 
 
 def _array_of(memory: Array, value: Any) -> Any:
@@ -90,6 +73,7 @@ def _array_of(memory: Array, value: Any) -> Any:
     return memory.reshape(*value.shape, _WORDS).view(DualLanes if isinstance(value, LaneArray) else DualArray)
 
 
+@cache
 def _spread(kind: np.dtype[Any]) -> np.dtype[Any]:
     """Return the type of records with words `_WORDS` times as far apart."""
     fields: Any = kind.fields

@@ -27,7 +27,7 @@ from linkages.mechanics.planar.contacts import (
     PENETRATION,
     WIDTH,
     approach_at_start,
-    landing,
+    fill_landing,
 )
 from linkages.mechanics.planar.record_types import WORN
 from linkages.system import System
@@ -95,7 +95,8 @@ class ClearanceJoints(LeafSystem):
         self._ends, self._laws = system.ends, laws
         self._rooms = Rooms(system)
         self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
-        self._landing = landing(laws, tree.extent)
+        self._landing = np.zeros(len(laws))
+        fill_landing(laws, tree.extent, self._landing)
         self._size, self._beside = num_velocities, len(tree.contacts)
         self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles
         self._no_memory = np.zeros((len(laws), 2))

@@ -104,7 +104,7 @@ def drive_forces(
         d = model.driven[k]
         lag = 2.0 * (one[k] - v[d]) + stabilisation * (value[k] - q[d])
         work.a[d], given[k] = two[k] + stabilisation * lag, tau[d]
-    constrained_dynamics(bodies, model.rows, model.rank, model.size, stabilisation, model.gravity, work, loop)
+    constrained_dynamics(bodies, model.rows, model.elimination, model.size, stabilisation, model.gravity, work, loop)
     for k in range(nd):
         drive[k] = tau[model.driven[k]] - given[k]
     for i in range(place.size):

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import logging
-import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -17,8 +15,8 @@ from pydrake.multibody.tree import FixedOffsetFrame, PlanarJoint
 
 from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError
-from linkages.input.files.raw_model import Pose
-from linkages.input.files.xml import parse_xml
+from linkages.input.files.raw_model import Pose, RawModel
+from linkages.input.files.sdf_text import sdf_text
 from linkages.input.model.mechanism import Link, Mechanism
 from linkages.input.model.skeleton import skeleton
 from linkages.system.tree import Tree
@@ -34,36 +32,23 @@ def tree_sdf(tree: Tree) -> str:
     the tree is closed. Visuals are passed on, or made for links without any; collision geometry is omitted, because the
     joint laws compute the contacts.
     """
-    mechanism = tree.mechanism
-    root = ET.Element("sdf", version="1.9")
-    model = ET.SubElement(root, "model", name=mechanism.name)
-    shift = drawn_shifts(tree)
-    for link in mechanism.links:
-        element = ET.SubElement(model, "link", name=link.name)
-        _pose(element, link.translation + shift[link.name], link.rotation)
-        inertial = ET.SubElement(element, "inertial")
-        _pose(inertial, link.com_local, np.eye(3))
-        ET.SubElement(inertial, "mass").text = repr(link.mass)
-        tensor = ET.SubElement(inertial, "inertia")
-        for key, (i, j) in {
-            "ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2),
-        }.items():  # fmt: skip
-            ET.SubElement(tensor, key).text = repr(float(link.inertia_local[i, j]))
-        for visual in link.visuals or visuals(mechanism, link, tree.extent):
-            element.append(parse_xml(Path(link.name), visual.encode()))
+    mechanism, shift = tree.mechanism, drawn_shifts(tree)
+    links = [
+        replace(
+            link,
+            translation=link.translation + shift[link.name],
+            visuals=link.visuals or visuals(mechanism, link, tree.extent),
+            beam=None,
+        )
+        for link in mechanism.links
+    ]
+    joints = []
     for edge in tree.edges.values():
         joint = mechanism.joint[edge.joint]
-        element = ET.SubElement(model, "joint", name=joint.name, type=joint.type)
-        ET.SubElement(element, "parent").text = joint.parent
-        ET.SubElement(element, "child").text = joint.child
         # on the child if it is a link (its reference position is the joint's), otherwise in the world
-        where = joint.position + shift.get(joint.child, np.zeros(3))
-        pose = _pose(element, where, np.eye(3))
-        pose.set("relative_to", "__model__")
-        if joint.type != "fixed":
-            axis = ET.SubElement(element, "axis")
-            ET.SubElement(axis, "xyz").text = _words(joint.axis)
-    return ET.tostring(root, encoding="unicode")
+        place = joint.position + shift.get(joint.child, np.zeros(3))
+        joints.append(replace(joint, position=place, position_on_parent=place, bearing=None, slot=None))
+    return sdf_text(RawModel(mechanism.name, tuple(links), tuple(joints), {}, {}))
 
 
 def drawn_shifts(tree: Tree) -> dict[str, Array]:
@@ -173,17 +158,11 @@ def _add_floating(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -
     plant.AddJoint(PlanarJoint(f"{name}_floating", F, M, np.zeros(3)))
 
 
-def _pose(parent: ET.Element, translation: Array, rotation: Array) -> ET.Element:
-    pose = ET.SubElement(parent, "pose")
-    pose.text = Pose(rotation, translation).text()
-    return pose
-
-
 def _words(values: Iterable[float]) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 
-def visuals(mechanism: Mechanism, link: Link, size: float) -> list[str]:
+def visuals(mechanism: Mechanism, link: Link, size: float) -> tuple[str, ...]:
     """Make ``<visual>`` elements: a box for each bar of the link's skeleton, or a block for a single place.
 
     The widths follow from the size of the linkage [m].
@@ -191,13 +170,13 @@ def visuals(mechanism: Mechanism, link: Link, size: float) -> list[str]:
     shape, width = skeleton(mechanism, link, size), _WIDTH * size
     if not shape.bars:
         sides = (_BLOCK * size, _BLOCK * size, width)
-        return [_box(mechanism, link, 0, shape.places[0], np.array([1.0, 0.0]), sides, shape.color)]
+        return (_box(mechanism, link, 0, shape.places[0], np.array([1.0, 0.0]), sides, shape.color),)
     ends = [(shape.places[a], shape.places[b]) for a, b in shape.bars]
     lengths = [float(np.linalg.norm(b - a)) for a, b in ends]
-    return [
+    return tuple(
         _box(mechanism, link, k, 0.5 * (a + b), b - a, (length + width, width, width), shape.color)
         for k, ((a, b), length) in enumerate(zip(ends, lengths, strict=True))
-    ]
+    )
 
 
 def _box(

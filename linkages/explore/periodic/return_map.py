@@ -231,14 +231,14 @@ class ReturnMap:
 
     def _coordinates(self, flow: Flow, t: float, y: Array, like: LocalCoordinates | None = None) -> LocalCoordinates:
         """Choose minimal coordinates at a state; `like` gives the choice."""
-        if like is not None and not flow.runner.model.rank:
+        if like is not None and not flow.runner.model.elimination.rank:
             return like
         return local_coordinates(self._system, closure_at(flow.runner, t, y), like)
 
     def _lifted(self, flow: Flow, t: float, x: Array) -> Array:
         """Return the state with closed loops whose minimal coordinates are x, from the last such state."""
         local, y = self._local, self._reference
-        if not flow.runner.model.rank:
+        if not flow.runner.model.elimination.rank:
             return x.copy()
         for _ in range(_LIFTS):
             missing = x - y[local.entries]

@@ -56,7 +56,8 @@ def _joint(joint: RawJoint, model: RawModel) -> Iterator[str]:
     yield f'<joint name={quoteattr(joint.name)} type="{joint.type}">'
     yield f'  <pose relative_to="__model__">{Pose(np.eye(3), joint.position).text()}</pose>'
     yield f"  <parent>{escape(parent)}</parent> <child>{escape(joint.child)}</child>"
-    yield f"  <axis><xyz>{' '.join(repr(round(float(x), 15) + 0.0) for x in joint.axis)}</xyz></axis>"
+    if joint.type != "fixed":
+        yield f"  <axis><xyz>{' '.join(repr(round(float(x), 15) + 0.0) for x in joint.axis)}</xyz></axis>"
     for tag in ("bearing", "slot"):
         if (part := getattr(joint, tag)) is not None:
             lengths = "".join(f"<linkages:{key}>{value!r}</linkages:{key}>" for key, value in vars(part).items())

@@ -8,12 +8,12 @@ the SDF file have the prefix ``sdf.``, as ``sdf.links.link2.mass``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PrivateAttr
+from pydantic import Field, PrivateAttr, create_model
 
 from linkages.base.brief import Brief
 from linkages.base.errors import InputError
@@ -78,12 +78,6 @@ _OF_MACHINE = {
     **dict.fromkeys(("x", "y", "z", "radius", "length", "height"), "m"),
     **{key: unit for sizes in (*SECTIONS.values(), MATERIAL) for key, unit in sizes.items()},
 }  # fmt: skip
-
-
-class _MachineValues(Table):
-    """Values of the SDF file alone, which batches replace; the mechanism's reader checks them."""
-
-    sdf: dict[str, Any]
 
 
 class Experiment(Brief, Table):
@@ -234,13 +228,10 @@ class Experiment(Brief, Table):
             key, name, *_ = *path.split("."), ""
             inner = name and isinstance(getattr(self, key, None), dict) and changed.get(key) is not True
             changed[key] = changed.get(key, set()) | {name} if inner else True
-        data = self.model_dump(include={"mechanism": True, "duration": True} | changed, exclude_unset=True)
+        data = self.model_dump(include=changed, exclude_unset=True)
         _replace(data, overrides, origin)
         origins = dict.fromkeys(overrides, origin)
-        if changed.keys() == {"sdf"} and changed["sdf"] is not True:
-            valid = vars(validate(_MachineValues, {"sdf": data["sdf"]}, self._source, origins))
-        else:
-            valid = vars(validate(Experiment, data, self._source, origins, self._source.parent))
+        valid = vars(validate(_part(tuple(changed)), data, self._source, origins, self._source.parent))
         values = {
             key: valid[key] if names is True else getattr(self, key) | valid[key] for key, names in changed.items()
         }
@@ -265,6 +256,16 @@ class Experiment(Brief, Table):
         }
         data = self.model_dump(exclude_unset=True) | perfect
         return experiment_of(self._source, data, self._sources)
+
+
+@cache
+def _part(keys: tuple[str, ...]) -> type[Table]:
+    """Make the table of some keys of an experiment; the experiment itself if one of them is unknown."""
+    if not Experiment.model_fields.keys() >= set(keys):
+        return Experiment
+    known = Experiment.model_fields
+    fields: dict[str, Any] = {key: (known[key].annotation, known[key]) for key in keys}
+    return create_model("Part", __base__=Table, **fields)
 
 
 def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> Experiment:

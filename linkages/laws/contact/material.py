@@ -109,10 +109,10 @@ def kelvin_voigt_damping(stiffness: float, mass: float, restitution: float) -> f
     return 2.0 * math.sqrt(stiffness * mass) * bisect(excess, 0.0, 1.0 - 1e-12)
 
 
-def bisect(function: Callable[[float], float], low: float, high: float) -> float:
+def bisect(function: Callable[[float], float], low: float, high: float, halvings: int = 200) -> float:
     """Root of a monotonic function in [low, high]; the nearer end if it does not change sign."""
     rising = function(high) > function(low)
-    for _ in range(200):
+    for _ in range(halvings):
         middle = 0.5 * (low + high)
         if (function(middle) > 0.0) == rising:
             high = middle

@@ -222,15 +222,14 @@ def mean_content(table: Array, oil: Array, x: float, y: float) -> float:
     return 1.0 - missing / gap
 
 
-#: Place and rate of the journal in the bearing's frame [1, 1/s], cosine and sine of the bearing's angle.
-JournalInBearing = tuple[float, float, float, float, float, float]
-
-
 @inlined_kernel
 def in_bearing(
     joint: np.record, ex: float, ey: float, vx: float, vy: float, omega_b: float, angle: float
-) -> JournalInBearing:
-    """Turn the motion of a journal into the bearing's frame; arguments of `linkages.laws.journal.clearance_force`."""
+) -> tuple[float, float, float, float, float, float]:
+    """Return place and rate of a journal in the bearing's frame [1, 1/s], cosine and sine of the bearing's angle.
+
+    Arguments of `linkages.laws.journal.clearance_force`.
+    """
     c, s, unit = math.cos(angle), math.sin(angle), 1.0 / joint.clearance
     far = math.sqrt(ex * ex + ey * ey) * unit
     inside = unit * (EPS_MAX / far if far > EPS_MAX else 1.0)

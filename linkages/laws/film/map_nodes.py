@@ -37,10 +37,10 @@ from linkages.base.kernel import Array
 from linkages.base.kernel.by_reference import packed
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.map_table import CHANNELS
-from linkages.laws.film.surface.balance import Balance, Thickness, fill_contents, make_balance
+from linkages.laws.film.surface.balance import Balance, Thickness, make_balance
 from linkages.laws.film.surface.cavity import solve
 from linkages.laws.film.surface.grooves import Groove
-from linkages.laws.film.surface.surface_film import integrate_film
+from linkages.laws.film.surface.surface_film import integrate_film, outflows
 from linkages.laws.film.surface.surface_mesh import surface_mesh
 
 #: Cells around the film and along half its length.
@@ -93,12 +93,11 @@ class _Place:
     def balance(self, velocity: tuple[float, float], speed: float) -> Balance:
         return make_balance(self.mesh, Thickness(self.eps, 0.0), velocity, speed)
 
-    def steady(self, sign: float) -> tuple[Array, Array]:
-        """Volume that leaves the cells in the steady whirl with ew/2 = 1 or -1 without pressure; film content."""
+    def steady(self, sign: float) -> tuple[Array, float]:
+        """Volume that leaves the cells in the steady whirl with ew/2 = 1 or -1 without pressure; extent of its film."""
         balance = self.balance((0.0, 0.0), sign / self.eps)
-        z, content = solve(balance), np.empty_like(self.whirl)
-        fill_contents(packed(balance), z, content)
-        return self.outflow(balance, 1.0 + np.minimum(z, 0.0)), content
+        z = solve(balance)
+        return self.outflow(balance, 1.0 + np.minimum(z, 0.0)), self.extent(balance, z)
 
     def near_steady(self, half_ew: float, own: Array) -> tuple[float, Array]:
         """Expand the force of a film whose content follows the motion, about a steady rotation.
@@ -128,8 +127,7 @@ class _Place:
 
     def outflow(self, balance: Balance, content: Array) -> Array:
         """Volume that leaves the cells by transport of the content."""
-        flow = balance.carried * np.where(balance.carried >= 0.0, content, np.roll(content, -1, axis=0))
-        return np.where(self.mesh.groove < 0, flow - np.roll(flow, 1, axis=0), 0.0)
+        return np.where(self.mesh.groove < 0, outflows(balance, 0.0, np.zeros_like(content), content)[0], 0.0)
 
     def pressure(
         self, deps: float, half_ew: float, rule: str = "reynolds", guess: Array | None = None, *,
@@ -144,9 +142,9 @@ class _Place:
         fx, fy, _, _, _, flow = integrate_film(*self.mesh.geometry, packed(self.closing), 0.0, p)
         return np.array([0.5 * fx / self.slenderness, 0.5 * fy / self.slenderness, flow])
 
-    def extent(self, content: Array) -> float:
-        """Integral of content/h over L/R."""
-        return self.share * float(np.sum(content * self.closing.inverse, axis=0) @ self.mesh.height)
+    def extent(self, balance: Balance, z: Array) -> float:
+        """Integral of content/h over L/R in a solution of a balance."""
+        return 0.5 * integrate_film(*self.mesh.geometry, packed(balance), 0.0, z)[4] / self.slenderness
 
     def pressed(self, p: Array) -> float:
         """Axial mean of the integral of dtheta/h over the film that carries pressure; edges lie between two centres."""
@@ -266,7 +264,7 @@ def solve_grooved(
     """
     place = _Place(eps, slenderness, grooves, alpha, cells)
     root_q = math.sqrt(1.0 - eps * eps)
-    full = np.ones_like(place.whirl)
+    full = place.extent(place.closing, np.zeros_like(place.whirl))
     steady = {sign: (sign * place.whirl, full) for sign in (1.0, -1.0)}
     seen = 0.0  # share of the cavity that counts
     if cavitation == "mass-conserving" and eps > 0.0:
@@ -284,7 +282,7 @@ def solve_grooved(
         share = seen * (1.0 - opening / math.sqrt(opening + _SOFT))
         whirl, _ = steady[math.copysign(1.0, half_ew)]
         lean = math.tanh(math.sin(y) / _LEAN)
-        content = 0.5 * ((1.0 + lean) * steady[1.0][1] + (1.0 - lean) * steady[-1.0][1])
+        extent = 0.5 * ((1.0 + lean) * steady[1.0][1] + (1.0 - lean) * steady[-1.0][1])
         f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
         scale = math.hypot(f_n, f_t)
         p = place.pressure(deps, half_ew, guess=p, share=(1.0 - REST) * share, whirl=whirl)
@@ -299,8 +297,7 @@ def solve_grooved(
         if share > 0.0:  # no cavity is closed for the flow: what it takes up does not leave at the ends
             p = place.pressure(deps, half_ew, guess=p, share=share, whirl=whirl)
             flow = place.integrals(p)[2]
-        extent = place.extent(share * content + (1.0 - share) * full)
-        row[:] = f_n / scale, f_t / scale, extent * root_q, flow
+        row[:] = f_n / scale, f_t / scale, (share * extent + (1.0 - share) * full) * root_q, flow
     return out
 
 

@@ -3,7 +3,8 @@
 A map would need five parameters, because the tilt turns with the bearing and so is a motion of its own. The Reynolds
 equation is therefore solved at once: along the bearing by Galerkin's method with `MODES` polynomials that vanish at
 the ends, around it by finite volumes on `LINES` lines, graded towards the thin film. The blocks of this cyclic
-tridiagonal system are of the size `MODES`.
+tridiagonal system are of the size `MODES`. Its force errs by up to 4e-4, for which cells of
+`linkages.laws.film.surface` need 60 times the time (L/D 1, eccentricity ratio 0.8, at an end 0.9).
 
 With theta counted from the eccentricity, s = z/(L/2) in [-1, 1] and the tilt (a, b) as displacement of the end s = 1
 over the clearance, along the eccentricity and across,

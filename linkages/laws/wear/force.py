@@ -9,7 +9,7 @@ from numba import types
 
 from linkages.base.kernel import Array, address, caller, kernel
 from linkages.base.kernel.dual import room
-from linkages.laws.journal import dry_force, film_action
+from linkages.laws.journal import dry_force, film_action, polar
 from linkages.laws.mixed import asperity_force, dry_weight, mix
 from linkages.laws.parameters import MODELS, RECORD
 from linkages.laws.wear.overlap import Place, overlap, round_depth
@@ -92,11 +92,11 @@ def worn_force(
     sliding = wy * nx - wx * ny + place.journal_radius * spin
     fx, fy, couple, extra = 0.0, 0.0, 0.0, 0.0
     if law.model != _DRY:
-        e, toward = math.hypot(ex, ey), math.atan2(ey, ex)
+        e, rx, ry, v_n, v_t = polar(ex, ey, vx, vy)
+        toward = math.atan2(ey, ex)
         c = law.clearance + depth_at(place.bearing, toward - bearing_angle)[0]
         c += depth_at(place.journal, toward - journal_angle)[0]
-        rx, ry = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
-        v_n, v_t, alpha = vx * rx + vy * ry, vy * rx - vx * ry, toward - bearing_angle - law.groove_angle
+        alpha = toward - bearing_angle - law.groove_angle
         f_n, f_t, couple = film_action(law, table, c, e, v_n, v_t, omega_b, omega_j, alpha)
         fx, fy = f_n * rx - f_t * ry, f_n * ry + f_t * rx
         if law.transition == 0.0:

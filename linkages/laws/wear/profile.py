@@ -11,14 +11,7 @@ import math
 import numpy as np
 
 from linkages.base.kernel import Array, inlined_kernel, kernel
-
-
-@inlined_kernel
-def spline_weights(t: float) -> tuple[float, float, float, float]:
-    """Values of the four B-splines that are not zero at the part 0 <= t < 1 of a cell."""
-    r = 1.0 - t
-    t2, t3 = t * t, t * t * t
-    return r * r * r / 6.0, 0.5 * t3 - t2 + 2.0 / 3.0, 0.5 * (t + t2 - t3) + 1.0 / 6.0, t3 / 6.0
+from linkages.laws.film.map_table import basis
 
 
 @inlined_kernel
@@ -47,7 +40,7 @@ def depth_in(depths: Array, i: int, t: float) -> tuple[float, float]:
     h = i - 1 if i > 0 else n - 1
     j = i + 1 if i + 1 < n else 0
     k = j + 1 if j + 1 < n else 0
-    a, b, c, d = spline_weights(t)
+    a, b, c, d = basis(t)
     value = a * depths[h] + b * depths[i] + c * depths[j] + d * depths[k]
     r, t2 = 1.0 - t, t * t
     slope = 0.5 * (t2 * depths[k] - r * r * depths[h])
@@ -68,7 +61,7 @@ def depth_at(depths: Array, angle: float) -> tuple[float, float]:
 def add_spread(spread: Array, i: int, t: float, amount: float) -> None:
     """Add an amount at the part t of cell i to the nodes around it, by the values of their B-splines."""
     n = len(spread)
-    a, b, c, d = spline_weights(t)
+    a, b, c, d = basis(t)
     spread[i - 1 if i > 0 else n - 1] += a * amount
     spread[i] += b * amount
     i = i + 1 if i + 1 < n else 0

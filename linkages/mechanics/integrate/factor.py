@@ -1,4 +1,4 @@
-"""Linear algebra of small matrices: LU factorisation, semi-definite systems, singular values."""
+"""Linear algebra of small matrices: LU factorisation, singular values."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel import Array, Indices, inlined_kernel, kernel
 from linkages.base.kernel.simd import LaneArray as Lanes
 
 _ORTHOGONAL = 2.2e-16  # rounding error of the cosine between orthogonal vectors, per entry
@@ -58,52 +58,6 @@ def back_substitute(factors: Array, pivots: Indices, x: Array | Lanes) -> None:
         for j in range(k + 1, n):
             value -= factors[k, j] * x[j]
         x[k] = value * factors[k, k]
-
-
-@lazy_kernel
-def solve_semidefinite(matrix: Array, rhs: Array, rank: int, room: Indices, x: Array) -> float:
-    """Solve a symmetric positive semi-definite system by pivoted Cholesky; dependent rows get x = 0.
-
-    Overwrites `matrix`, `rhs` and `room` (2, n). Zeros are skipped, for any order of the rows. Returns the rank margin
-    of a matrix with `rank` independent rows: the square root of the pivot of this rank, relative to the largest
-    diagonal entry.
-    """
-    n = len(rhs)
-    order, filled, found, scale, last = room[0], room[1], n, 0.0, 0.0
-    for k in range(n):
-        order[k] = k
-        scale = max(scale, matrix[k, k])
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if matrix[order[i], order[i]] > matrix[order[best], order[best]]:
-                best = i
-        order[k], order[best] = order[best], order[k]
-        p = order[k]
-        if matrix[p, p] <= 1e-12 * scale:
-            found = k
-            break
-        if k == rank - 1:
-            last = matrix[p, p]
-        count = 0
-        for i in range(k + 1, n):
-            if matrix[order[i], p] != 0.0:
-                filled[count] = order[i]
-                count += 1
-        for i in range(count):
-            r = filled[i]
-            factor = matrix[r, p] / matrix[p, p]
-            rhs[r] -= factor * rhs[p]
-            for j in range(count):
-                matrix[r, filled[j]] -= factor * matrix[p, filled[j]]
-    x[:] = 0.0
-    for k in range(found - 1, -1, -1):
-        p = order[k]
-        total = rhs[p]
-        for j in range(k + 1, found):
-            total -= matrix[p, order[j]] * x[order[j]]
-        x[p] = total / matrix[p, p]
-    return math.sqrt(last / scale) if rank else 1.0
 
 
 @kernel

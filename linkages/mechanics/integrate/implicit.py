@@ -18,11 +18,12 @@ from linkages.mechanics.integrate.newton import (
     Transformation,
     columns,
     end_solver,
-    inverter,
+    factoriser,
     stage_solver,
     times,
     transformation,
 )
+from linkages.mechanics.integrate.shifted import solve_both
 from linkages.mechanics.integrate.stepper import COUNT, CURRENT, ERROR, INVERTED, LAST, Stepper, root_mean_square
 from linkages.mechanics.integrate.tableau import RADAU_IIA_5, Tableau
 
@@ -107,12 +108,11 @@ def _estimator(tableau: Tableau, form: Transformation) -> Any:
                 total += s.mass[i, j] * trial[m + j]
             for j in range(m):
                 total += s.jacobian[m + i, j] * error[j]
-            trial[i] = total
+            s.shifted.given[i] = lanes(total, 0.0, 0.0, 0.0)
+        solve_both(s.shifted)
         square = 0.0
         for i in range(k):
-            total = 0.0
-            for j in range(k):
-                total += lane(s.inverse[i, j], 0) * trial[j]
+            total = lane(s.shifted.found[i], 0)
             error[m + i] = total
             if i < m:
                 error[i] += total * time
@@ -142,9 +142,9 @@ def implicit(tableau: Tableau, rhs: Any, residual: Any, jacobian: Any, arrive: A
         for `jacobian`. It fills `out` as ``residual`` does, and returns its size relative to the problem's own scale.
     """
     form = transformation(tableau)
-    invert_shifted, estimate = inverter(form), _estimator(tableau, form)
+    factorise_shifted, estimate = factoriser(form), _estimator(tableau, form)
     solve = stage_solver(tableau, form, _predictor(tableau), residual)
-    finish, ratio = end_solver(form, invert_shifted, jacobian, arrive), controller(ELEMENTARY_3)
+    finish, ratio = end_solver(form, factorise_shifted, jacobian, arrive), controller(ELEMENTARY_3)
 
     @kernel
     def attempt(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
@@ -156,7 +156,7 @@ def implicit(tableau: Tableau, rhs: Any, residual: Any, jacobian: Any, arrive: A
                 jacobian(problem, t, y, s.mass, s.jacobian)
                 s.memory[CURRENT] = 1.0
                 new_jacobian = True
-            if s.memory[INVERTED] != h and not invert_shifted(s, h):
+            if s.memory[INVERTED] != h and not factorise_shifted(s, h):
                 s.memory[INVERTED] = 0.0
                 return math.inf, 0.5
             converged, iterations, rate = solve(problem, s, t, h, y, exact)

@@ -7,9 +7,7 @@ The residual is M(t, y) (f(t, y) - y') with any regular matrix M: for a mechanis
 which costs less than the accelerations. The iterations use the mass matrix M of the state at which the Jacobian was
 computed, and solve for the increments of the rates; the increments of the positions follow from the collocation.
 
-Both matrices are inverted together. The first three lanes of `linkages.base.kernel.simd` hold an entry of the real
-matrix, and the real and imaginary part of the entry of the complex matrix; the fourth lane is 0. For small matrices the
-product with the inverse is faster than back substitution, because fewer operations depend on each other.
+Both systems are solved together, see `linkages.mechanics.integrate.shifted`.
 """
 
 from __future__ import annotations
@@ -19,9 +17,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, inlined_kernel, kernel
-from linkages.base.kernel.simd import LaneArray as Lanes
-from linkages.base.kernel.simd import lane, lanes, with_lane
+from linkages.base.kernel import Array, inlined_kernel, kernel
+from linkages.base.kernel.simd import lane, lanes
+from linkages.mechanics.integrate.shifted import factorise_both, solve_both
 from linkages.mechanics.integrate.stepper import COUNT, INVERTED, OF, Stepper, root_mean_square
 from linkages.mechanics.integrate.tableau import Tableau
 
@@ -75,13 +73,13 @@ def times(matrix: tuple[Any, Any, Any], x: Any) -> Any:
     return matrix[0] * lane(x, 0) + matrix[1] * lane(x, 1) + matrix[2] * lane(x, 2)
 
 
-def inverter(form: Transformation) -> Any:
-    """Make the compiled function that inverts the matrices of the iterations."""
+def factoriser(form: Transformation) -> Any:
+    """Make the compiled function that factorises the matrices of the iterations."""
     real, other = form.real, form.other
 
     @kernel
-    def invert_shifted(s: Stepper, h: float) -> bool:
-        """Invert M shift - J for both shifts, with the positions eliminated; False if a matrix is singular."""
+    def factorise_shifted(s: Stepper, h: float) -> bool:
+        """Factorise M shift - J for both shifts, with the positions eliminated; False if a matrix is singular."""
         m, k = len(s.new) - len(s.mass), len(s.mass)
         rate, time = other * (1.0 / h), h * (1.0 / other)
         shift, back = lanes(real / h, rate.real, rate.imag, 0.0), lanes(h / real, time.real, time.imag, 0.0)
@@ -89,11 +87,11 @@ def inverter(form: Transformation) -> Any:
         for i in range(k):
             for j in range(k):
                 entry = shift * s.mass[i, j] - both * s.jacobian[m + i, m + j]
-                s.inverse[i, j] = entry - back * s.jacobian[m + i, j] if j < m else entry
+                s.shifted.matrix[i, j] = entry - back * s.jacobian[m + i, j] if j < m else entry
         s.memory[INVERTED] = h
-        return invert(s.inverse, s.cross, s.order)
+        return factorise_both(s.shifted)
 
-    return invert_shifted
+    return factorise_shifted
 
 
 def stage_solver(tableau: Tableau, form: Transformation, predict: Any, residual: Any) -> Any:
@@ -104,7 +102,7 @@ def stage_solver(tableau: Tableau, form: Transformation, predict: Any, residual:
     def solve(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[bool, int, float]:
         """Solve for the stages; return whether it converged, the iterations, the rate of convergence."""
         n, m, k = len(y), len(y) - len(s.mass), len(s.mass)
-        z, trial, slope, left, scale, inverse, cross = s.z, s.trial, s.slope, s.residual, s.scale, s.inverse, s.cross
+        z, trial, slope, left, scale, both = s.z, s.trial, s.slope, s.residual, s.scale, s.shifted
         gain, rates = columns(a, h), columns(slopes, 1.0 / h)
         apart, together = columns(basis, 1.0), columns(back, 1.0)
         predict(s, h)
@@ -122,11 +120,11 @@ def stage_solver(tableau: Tableau, form: Transformation, predict: Any, residual:
                 residual(problem, t + c[stage] * h, trial[stage], slope[stage], left[stage])
             s.memory[COUNT] += 3
             for i in range(k):
-                total = apart[0] * left[0, i] + apart[1] * left[1, i] + apart[2] * left[2, i]
-                s.total[i], s.turned[i] = total, swapped(total)
+                both.given[i] = apart[0] * left[0, i] + apart[1] * left[1, i] + apart[2] * left[2, i]
+            solve_both(both)
             squares = 0.0
             for i in range(k):
-                change = times(together, row_times(inverse, cross, i, s.total, s.turned))
+                change = times(together, both.found[i])
                 z[m + i] += change
                 squares += change * change * (1.0 / (scale[m + i] * scale[m + i]))
                 if i < m:
@@ -152,7 +150,7 @@ def stage_solver(tableau: Tableau, form: Transformation, predict: Any, residual:
     return solve
 
 
-def end_solver(form: Transformation, invert_shifted: Any, jacobian: Any, arrive: Any) -> Any:
+def end_solver(form: Transformation, factorise_shifted: Any, jacobian: Any, arrive: Any) -> Any:
     """Make the compiled iterations at the end of a step; see `linkages.mechanics.integrate.implicit`."""
     slopes, real = form.inverse, form.real
 
@@ -175,15 +173,16 @@ def end_solver(form: Transformation, invert_shifted: Any, jacobian: Any, arrive:
             if not size <= _SLOW * before and not fresh:
                 jacobian(problem, t + h, s.new, s.mass, s.jacobian)
                 s.memory[OF] = 0.0
-                fresh = invert_shifted(s, h)
+                fresh = factorise_shifted(s, h)
                 if not fresh:
                     s.memory[INVERTED] = 0.0
                     return
             before = size
             for i in range(k):
-                change = 0.0
-                for j in range(k):
-                    change += lane(s.inverse[i, j], 0) * left[j]
+                s.shifted.given[i] = lanes(left[i], 0.0, 0.0, 0.0)
+            solve_both(s.shifted)
+            for i in range(k):
+                change = lane(s.shifted.found[i], 0)
                 s.new[m + i] += change
                 if i < m:
                     s.new[i] += change * h / real
@@ -191,83 +190,3 @@ def end_solver(form: Transformation, invert_shifted: Any, jacobian: Any, arrive:
         s.memory[COUNT] += 1
 
     return finish
-
-
-# -- inverses ----------------------------------------------------------------------------------------------------------
-
-
-@inlined_kernel
-def swapped(x: Any) -> Any:
-    """Exchange the real and the imaginary part."""
-    return with_lane(with_lane(x, 1, lane(x, 2)), 2, lane(x, 1))
-
-
-@inlined_kernel
-def _parts(x: Any) -> tuple[Any, Any]:
-    """Prepare a product: the lanes that multiply the other number, and the other number `swapped`."""
-    return with_lane(x, 2, lane(x, 1)), lanes(0.0, -lane(x, 2), lane(x, 2), 0.0)
-
-
-@inlined_kernel
-def _product(x: Any, y: Any) -> Any:
-    direct, cross = _parts(x)
-    return direct * y + cross * swapped(y)
-
-
-@inlined_kernel
-def _size(x: Any) -> float:
-    """Compute the size for the comparison of pivots: the product of both magnitudes."""
-    return abs(lane(x, 0)) * (abs(lane(x, 1)) + abs(lane(x, 2)))
-
-
-@kernel
-def invert(matrix: Lanes, cross: Lanes, order: Indices) -> bool:
-    """Invert a matrix (n, n) in place by Gauss-Jordan elimination with row interchanges; False if it is singular.
-
-    Fill `matrix` and `cross` with the `_parts` of the inverse.
-    """
-    n = len(order)
-    for k in range(n):
-        best, size = k, _size(matrix[k, k])
-        for i in range(k + 1, n):
-            if _size(matrix[i, k]) > size:
-                best, size = i, _size(matrix[i, k])
-        order[k] = best
-        if not size > 0.0:
-            return False
-        if best != k:
-            for j in range(n):
-                matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
-        pivot = matrix[k, k]
-        first, re, im = 1.0 / lane(pivot, 0), lane(pivot, 1), lane(pivot, 2)
-        square = 1.0 / (re * re + im * im)
-        inverse = lanes(first, re * square, -im * square, 0.0)
-        matrix[k, k] = lanes(1.0, 1.0, 0.0, 0.0)
-        for j in range(n):
-            matrix[k, j] = _product(inverse, matrix[k, j])
-            cross[k, j] = swapped(matrix[k, j])
-        for i in range(n):
-            if i != k:
-                along, across = _parts(matrix[i, k])
-                matrix[i, k] = 0.0
-                for j in range(n):
-                    matrix[i, j] -= along * matrix[k, j] + across * cross[k, j]
-    for k in range(n - 1, -1, -1):
-        best = order[k]
-        if best != k:
-            for i in range(n):
-                matrix[i, k], matrix[i, best] = matrix[i, best], matrix[i, k]
-    for i in range(n):
-        for j in range(n):
-            matrix[i, j], cross[i, j] = _parts(matrix[i, j])
-    return True
-
-
-@inlined_kernel
-def row_times(matrix: Lanes, cross: Lanes, i: int, x: Lanes, turned: Lanes) -> Any:
-    """Multiply row i of the inverse by a vector x; `turned` holds x `swapped`."""
-    direct, other = 0.0, 0.0
-    for j in range(len(x)):
-        direct += matrix[i, j] * x[j]
-        other += cross[i, j] * turned[j]
-    return direct + other

@@ -1,5 +1,7 @@
 """Derivatives of a step of a Runge-Kutta method, of given size: the step's own equations differentiated.
 
+Both makers return a function with the same parameters, see `collocation_sensitivity`.
+
 The state has the order of `linkages.mechanics.integrate.stepper.make_stepper`: m positions, as many rates, other
 entries. Columns are the derivatives of the state with respect to any values. At each stage the derivatives k of rates
 and other entries satisfy ``mass @ dk = jacobian @ dy + forcing``, one column for each value.
@@ -59,7 +61,7 @@ def collocation_sensitivity(tableau: Tableau) -> Any:
             Columns at the start.
         rates : (k, nc) array
             Filled with the rates of the columns' last k entries at the end.
-        start, x : (n,) and (s k,) lanes
+        start, x : (n,) and (s n,) lanes
             To work in.
         """
         n, nc, k = before.shape[0], before.shape[1], mass.shape[1]
@@ -91,7 +93,7 @@ def collocation_sensitivity(tableau: Tableau) -> Any:
                     for j in range(m, n):
                         total += jacobian[i, row, j] * start[j]
                     x[i * k + row] = total
-            back_substitute(matrix, pivots, x)
+            back_substitute(matrix, pivots, x[: count * k])
             for j in range(k):
                 _put(start[m + j] + x[last + j], after[m + j], first)
                 total = back[count - 1, 0] / h * x[j]
@@ -102,6 +104,48 @@ def collocation_sensitivity(tableau: Tableau) -> Any:
                 total = start[j] + h * start[m + j]
                 for i in range(count):
                     total += h * a[count - 1, i] * x[i * k + j]
+                _put(total, after[j], first)
+        return True
+
+    return differentiate
+
+
+def explicit_sensitivity(tableau: Tableau) -> Any:
+    """Make the compiled derivative of a step of an explicit method; it does not fill ``rates``."""
+    a, b, count = tableau.a, tableau.b, len(tableau.c)
+
+    @kernel
+    def differentiate(
+        h: float, mass: Array, jacobian: Array, forcing: Array, before: Array, after: Array, rates: Array,
+        start: Lanes, x: Lanes,
+    ) -> bool:  # fmt: skip
+        """Fill ``after`` (n, nc) with the columns at the end of a step; False if a mass matrix is singular.
+
+        Overwrites ``mass`` by its factors. ``x`` (s n,) are the rates of the columns at the stages.
+        """
+        n, nc, k = before.shape[0], before.shape[1], mass.shape[1]
+        m, pivots = n - k, np.empty((count, k), np.int64)
+        for i in range(count):
+            if not factorise(mass[i], pivots[i]):
+                return False
+        for first in range(0, nc, WIDTH):
+            for i in range(count):
+                for j in range(n):
+                    start[j] = _columns(before[j], first)
+                    for stage in range(i):
+                        start[j] += h * a[i, stage] * x[stage * n + j]
+                for j in range(m):
+                    x[i * n + j] = start[m + j]
+                for row in range(k):
+                    total = _columns(forcing[i, row], first)
+                    for j in range(n):
+                        total += jacobian[i, row, j] * start[j]
+                    x[i * n + m + row] = total
+                back_substitute(mass[i], pivots[i], x[i * n + m : (i + 1) * n])
+            for j in range(n):
+                total = _columns(before[j], first)
+                for i in range(count):
+                    total += h * b[i] * x[i * n + j]
                 _put(total, after[j], first)
         return True
 

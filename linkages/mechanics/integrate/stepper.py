@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, inlined_kernel
+from linkages.base.kernel import Array, inlined_kernel
 from linkages.base.kernel.simd import LaneArray as Lanes
 from linkages.base.kernel.simd import lane_array
+from linkages.mechanics.integrate.shifted import Shifted, make_shifted
 
 
 class Stepper(NamedTuple):
@@ -28,11 +29,7 @@ class Stepper(NamedTuple):
     mass: Array  # mass matrix of the k entries that are not positions, (k, k)
     slope: Array  # derivatives at the stages, for the residual, (3, k)
     residual: Array  # (3, k)
-    inverse: Lanes  # inverses of the iteration's two matrices, see `linkages.mechanics.integrate.newton`, (k, k)
-    cross: Lanes
-    order: Indices  # order of their rows, (k,)
-    total: Lanes  # residual in the basis of the two systems, (k,), and with real and imaginary part exchanged
-    turned: Lanes
+    shifted: Shifted  # the two systems of the iterations, see `linkages.mechanics.integrate.newton`
     memory: Array  # numbers with the indices below, (6,)
 
 
@@ -49,8 +46,7 @@ def make_stepper(n: int, positions: int = 0) -> Stepper:
         new=np.zeros(n), f0=np.zeros(n), f1=np.zeros(n), scale=np.zeros(n),
         stages=np.zeros((6, n)), trial=np.zeros((3, n)), error=np.zeros(n), z=lane_array(n), last=lane_array(n),
         jacobian=np.zeros((n, n)), mass=np.eye(k), slope=np.zeros((3, k)), residual=np.zeros((3, k)),
-        inverse=lane_array(k, k), cross=lane_array(k, k), order=np.zeros(k, np.int64),
-        total=lane_array(k), turned=lane_array(k), memory=np.zeros(6),
+        shifted=make_shifted(k), memory=np.zeros(6),
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@
 | newton_euler        | recursive Newton-Euler algorithm: inverse dynamics, force residual                     |
 | composite_inertia   | composite rigid body algorithm: mass matrix                                            |
 | articulated_body    | articulated-body algorithm: forward dynamics of the tree, response to forces           |
+| elimination         | sparse elimination of the closure rows' reactions                                      |
 | loop_dynamics       | forward dynamics with the reactions of cut ideal joints; projection onto closed loops  |
 | singularities       | forward dynamics near singularities; forces of drives and loops for a simulator        |
 | contacts            | clearance joints: from body states to force pairs, by the laws                         |
@@ -38,7 +39,7 @@ Arguments have the same names everywhere:
 | ``wrench, bias``                   | (nb, 3) | moment about the frame's origin [N m] and force [N]               |
 | ``work``                           |         | `Workspace`                                                       |
 | ``gravity``                        | (2,)    | in plane axes [m/s2]                                              |
-| ``rank``                           |         | number of independent rows where the linkage is not singular      |
+| ``elimination``                    |         | `Elimination` of the rows' reactions                              |
 | ``size``                           |         | length of the linkage [m], the scale of tolerances                |
 | ``free``                           | (nf,)   | coordinates that may move                                         |
 | ``offset``                         | (nr,)   | required values of the rows [m, rad]; zero closes the joints      |

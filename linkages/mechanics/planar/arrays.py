@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from linkages.base.kernel import Array, Indices, Records
 from linkages.mechanics.planar.bodies import Bodies
+from linkages.mechanics.planar.elimination import Elimination
 
 
 class Arrays(NamedTuple):
@@ -14,12 +15,12 @@ class Arrays(NamedTuple):
     bodies: Bodies  # the tree
     stiff: Bodies  # the same with stiff modes made heavy, for the projection onto closed loops
     rows: Records  # closure rows of the cut ideal joints
-    rank: int  # number of independent rows outside singular positions
+    elimination: Elimination  # of their reactions
     ends: Records  # of the contacts
     joints: Records  # sources of the forces in the joints
     laws: Records  # of the contacts
     tables: Array  # maps of finite films, profiles; see `linkages.mechanics.planar.contacts.clearance_wrenches`
-    limits: Array  # largest |e| of contacts that have only a film; infinite for others [m], (nc,)
+    limits: Array  # largest eccentricity ratio of contacts that have only a film; infinite for others, (nc,)
     touching: Indices  # 1 where the contact can touch, (nc,)
     bristles: Indices  # contacts with LuGre friction
     free: Indices  # coordinates that are free, powered ones too

@@ -54,11 +54,11 @@ def acceleration_response(
     ``bias`` and their modal entries ``modal_bias`` (n,) oppose the motion, and are used up.
     """
     _backward_pass(bodies, work, bias, modal_bias, tau)
-    _forward_pass(bodies, work, a)
+    response_pass(bodies, work, a)
 
 
 @inlined_kernel
-def is_nonzero(vectors: Array, i: int) -> bool:
+def _is_nonzero(vectors: Array, i: int) -> bool:
     """Whether the spatial vector of body i differs from zero."""
     return vectors[i, 0] != 0.0 or vectors[i, 1] != 0.0 or vectors[i, 2] != 0.0
 
@@ -101,14 +101,14 @@ def _articulated_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
 
 
 @inlined_kernel
-def _bias_force(bodies: Bodies, i: int, work: Workspace, bias: Array, modal_bias: Array, tau: Array) -> None:
+def bias_force(bodies: Bodies, i: int, work: Workspace, bias: Array, modal_bias: Array, tau: Array) -> None:
     """Find the effect of the forces on body i, if any, on its coordinates, and pass the rest on to its parent."""
     body, joint, p = bodies.records[i], work.joint[i], bodies.records[i].mount.body
     free = body.dof >= 0 and body.driven < 0
     if body.modes > 0:
         modal_backward_pass(bodies, i, work, bias, modal_bias, tau)
     joint.push = 0.0
-    if not (is_nonzero(bias, i) or (free and tau[body.dof] != 0.0)):
+    if not (_is_nonzero(bias, i) or (free and tau[body.dof] != 0.0)):
         return
     if free:
         moment, fx, fy = bias[i, 0], bias[i, 1], bias[i, 2]
@@ -125,7 +125,7 @@ def _response(bodies: Bodies, i: int, work: Workspace, a: Array) -> None:
     """Set the response of body i; it is zero if neither its parent nor its coordinates respond."""
     body, joint, response = bodies.records[i], work.joint[i], work.response
     p = body.mount.body
-    if not (joint.push != 0.0 or body.modes > 0 or body.type == SECTION or is_nonzero(response, p)):
+    if not (joint.push != 0.0 or body.modes > 0 or body.type == SECTION or _is_nonzero(response, p)):
         response[i, 0], response[i, 1], response[i, 2] = 0.0, 0.0, 0.0
         return
     rx, ry = offset(work.pose, p, i)
@@ -146,7 +146,7 @@ def _response(bodies: Bodies, i: int, work: Workspace, a: Array) -> None:
 def _reduce_body(bodies: Bodies, i: int, work: Workspace) -> None:
     """Eliminate the coordinates of body i from its inertia and its bias force."""
     _articulated_inertia(bodies, i, work)
-    _bias_force(bodies, i, work, work.bias, work.modal_bias, work.tau)
+    bias_force(bodies, i, work, work.bias, work.modal_bias, work.tau)
 
 
 @inlined_kernel
@@ -162,5 +162,7 @@ _articulate = backward(_articulated_inertia)
 _velocity_terms = forward(_velocity_term, moving=False)
 _reduce = backward(_reduce_body)
 _accelerate = forward(_accelerate_body)
-_backward_pass = backward(_bias_force)
-_forward_pass = forward(_response)
+_backward_pass = backward(bias_force)
+#: ``response_pass(bodies, work, a)`` does the second half of `acceleration_response`: it takes the pushes of the joints
+#: and modes, u/D and z.
+response_pass = forward(_response)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
-from linkages.base.kernel.dual import DIRECTIONS, is_known, put_slopes, seeded
+from linkages.base.kernel.dual import DIRECTIONS, is_known, put_slopes, seeded, with_number
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.contact.contact_laws import push
 from linkages.laws.parameters import MODELS
@@ -17,12 +18,14 @@ from linkages.mechanics.planar.record_types import CORNER, HISTORY, JOURNAL, ORI
 
 #: Inputs: the motion, that is e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles
 #: (2); bristle state.
-INPUTS, MOTION = 9, 8
+INPUTS = 9
+GAP, SPEED = 0, 2  #: two of them, which scale differences
 #: Outputs: force on the inner body, couple on it, rate of the bristles.
 FORCE_X, FORCE_Y, COUPLE, BRISTLE_RATE = range(4)
 OUTPUTS = 4
 
 STEP = 6e-6  #: in parts of an input's scale: the cube root of the rounding error minimises the error of the differences
+AWAY = 3.0 * STEP  #: distance of differences from bounds, in parts of the scale of speeds
 _FORWARD = 1e-8  # the same for forward differences: the square root of the rounding error
 _NEAR = 1e-3  # lower limit of the gap that scales a displacement, in parts of the clearance
 CENTRE = 1e-12  #: distance from the centre at which a centred contact is differentiated [m]
@@ -42,16 +45,13 @@ RESULT_PLACES = (
 RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, PUSH_FROM, PUSH_TO = range(8)
 BOUNDS = 8
 LEAST = 1e-11  # smallest penetration with bounds, in parts of the clearance: events are located to 1e-10
-MARGINS = 1e-9, 1e-12, 1e-9  #: of `inside`, above the rounding of speeds
+_SHARE, _STILL, _PUSHING = 1e-9, 1e-12, 1e-9  # least distances from bounds, above the rounding of speeds: see `inside`
 _LUBRICATED = MODELS["lubricated"]
 
 
 @kernel
-def input_scales(end: np.record, law: np.record, motion: ContactMotion, near: float, out: Array) -> None:
-    """Fill ``out`` (INPUTS,) with the change of each input over which a contact's force changes.
-
-    The gap counts as ``near`` times the clearance, at least.
-    """
+def input_scales(end: np.record, law: np.record, motion: ContactMotion, out: Array) -> None:
+    """Fill ``out`` (INPUTS,) with the change of each input over which a contact's force changes."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     corner = end.kind == CORNER
     c = law.clearance
@@ -59,7 +59,7 @@ def input_scales(end: np.record, law: np.record, motion: ContactMotion, near: fl
     open_by = c + end.half - ex * nx - ey * ny if corner else c - distance
     if end.kind == STOP:
         open_by = c + end.half - end.nx * (ny - nx)
-    gap = max(abs(open_by), near * c)
+    gap = max(abs(open_by), _NEAR * c)
     speed = math.hypot(vx, vy) + c * (abs(wb) + abs(wj)) + _SLOW
     lever = max(law.radius, c)
     spin = abs(wb) + abs(wj) + speed / lever
@@ -114,7 +114,7 @@ def is_bounded(bounds: Array) -> bool:
 @lazy_kernel
 def inside(
     end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, bounds: Array,
-    margins: tuple[float, float, float],
+    margin: float,
 ) -> ContactMotion:  # fmt: skip
     """Move a motion a little, to where its penetration and speeds are within the bounds: the law is smooth there.
 
@@ -123,21 +123,21 @@ def inside(
 
     Parameters
     ----------
-    margins : tuple
-        Least distances from the bounds of speeds: in parts of each, of the sliding speed [m/s], of `push`.
+    margin : float
+        Distance of the speeds from the bounds [m/s], in addition to a share of each, above their rounding.
     """
     found = contact_action(end, law, table, approach, bristle, motion)
     delta, closing, sliding, began = found[DELTA], found[CLOSES], found[SLIDING], max(approach, GRAZING)
-    share, slow, pushing = margins
     depth = _within(delta, bounds, DEPTH_FROM, 0.0, LEAST * law.clearance)
-    slide = _within(sliding, bounds, SLIDING_FROM, share, slow)
+    slide = _within(sliding, bounds, SLIDING_FROM, _SHARE, _STILL + margin)
     close = closing
     if began < math.inf:
-        close = began * _within(closing / began, bounds, RATIO_FROM, share, 0.0)
+        close = began * _within(closing / began, bounds, RATIO_FROM, _SHARE, margin / began)
     if bounds[PUSH_FROM] > -math.inf or bounds[PUSH_TO] < math.inf:
         here, small = push(depth, close, approach, law), 1e-4 * abs(close)
         rise = push(depth, close + small, approach, law) - here
-        wanted = _within(here, bounds, PUSH_FROM, 0.0, pushing)
+        away = margin * abs(rise) / small if small > 0.0 else 0.0
+        wanted = _within(here, bounds, PUSH_FROM, 0.0, _PUSHING + away)
         if wanted != here and rise > 0.0:
             close += (wanted - here) / rise * small
     if depth == delta and slide == sliding and close == closing:
@@ -215,15 +215,24 @@ def contact_partials(
 
     They are exact; differences for a film with history, and for a law of a user that does not compile for dual numbers.
     """
-    approach, bristle, known = memory[APPROACH], memory[BRISTLE], False
+    approach, bristle, held, known = memory[APPROACH], memory[BRISTLE], motion, False
     if end.kind != HISTORY:
         if is_bounded(bounds):
-            motion = inside(end, law, table, approach, bristle, motion, bounds, MARGINS)
-        known = _fill_along(end, law, table, approach, bristle, motion, 0, out)
+            held = inside(end, law, table, approach, bristle, motion, bounds, 0.0)
+        known = _fill_along(end, law, table, approach, bristle, held, 0, out)
         if known and law.bristle_scale != 0.0:
-            known = _fill_along(end, law, table, approach, bristle, motion, DIRECTIONS, out)
+            known = _fill_along(end, law, table, approach, bristle, held, DIRECTIONS, out)
     if not known:
-        _difference_partials(end, law, table, memory, motion, out)
+        difference_partials(end, law, table, memory, motion, bounds, out)
+
+
+@inlined_kernel
+def along(partials: Array, motion: ContactMotion, bristle: float, value: float) -> Any:
+    """Return a result of a contact as a dual number, from its value and its partial derivatives (PARTIALS,)."""
+    ex, ey, vx, vy, wb, wj, nx, ny = motion
+    p = partials
+    total = p[0] * ex + p[1] * ey + p[2] * vx + p[3] * vy + p[4] * wb + p[5] * wj + p[6] * nx + p[7] * ny
+    return with_number(total + p[8] * bristle, value)
 
 
 @kernel
@@ -249,10 +258,10 @@ def _fill_along(
 
 
 @lazy_kernel
-def _difference_partials(
-    end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, out: Array
+def difference_partials(
+    end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, bounds: Array, out: Array
 ) -> None:
-    """Fill ``out`` as `contact_partials`, by differences with a step for each input, without bounds.
+    """Fill ``out`` as `contact_partials`, by differences with a step for each input, away from the bounds.
 
     Central differences are accurate to 1e-7 of the largest change (measured: films 5e-8, contact 6e-8, both together
     1.4e-7). Forward differences take half as many evaluations and are accurate to 1e-6, more than Newton's method
@@ -260,7 +269,9 @@ def _difference_partials(
     small difference of lengths, has too few digits.
     """
     scales, change, both = np.zeros(INPUTS), np.zeros(INPUTS), end.kind != HISTORY or law.model != _LUBRICATED
-    input_scales(end, law, motion, _NEAR, scales)
+    input_scales(end, law, motion, scales)
+    if is_bounded(bounds):
+        motion = inside(end, law, table, memory[APPROACH], memory[BRISTLE], motion, bounds, AWAY * scales[SPEED])
     here = _action_along(end, law, table, memory, motion, change, 0.0)
     out[:] = 0.0
     for i in range(INPUTS):

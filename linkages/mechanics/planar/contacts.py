@@ -32,9 +32,11 @@ _LANDING = 1e-10  # accuracy to which the start and end of a contact are located
 _ROUNDING = 4e-16  # lower limit of that accuracy, in parts of the linkage's length
 
 
-def landing(laws: Records, size: float) -> Array:
-    """Return the accuracies (nc,) to which the start and end of each contact are located [m; stop: rad]."""
-    return np.maximum(_LANDING * laws["clearance"], _ROUNDING * size)
+@kernel
+def fill_landing(laws: Records, size: float, out: Array) -> None:
+    """Fill ``out`` (nc,) with the accuracies to which the start and end of each contact are located [m; stop: rad]."""
+    for k in range(len(laws)):
+        out[k] = max(_LANDING * laws[k].clearance, _ROUNDING * size)
 
 
 @inlined_kernel

@@ -6,11 +6,11 @@ import numpy as np
 
 from linkages.base.kernel import Array, Records, kernel, lazy_kernel
 from linkages.mechanics.planar.arrays import Arrays
-from linkages.mechanics.planar.closure import free_jacobian, solve_columns
+from linkages.mechanics.planar.closure import closure_jacobian, free_jacobian, solve_columns
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.contacts import COUPLE, FX, FY, add_contact
+from linkages.mechanics.planar.elimination import factorise_rows, set_row_matrix, solve_rows
 from linkages.mechanics.planar.kinematics import joint_force
-from linkages.mechanics.planar.loop_dynamics import solve_rows
 from linkages.mechanics.planar.markers import arm, gap, turned
 from linkages.mechanics.planar.newton_euler import generalised_force, joint_wrenches
 from linkages.mechanics.planar.record_types import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
@@ -37,33 +37,28 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
     bodies, rows, free, n = model.bodies, model.rows, model.free, len(work.tau)
     needed, used = work.modal_bias.copy(), work.bias.copy()
     generalised_force(bodies, work.pose, used, needed)
-    nr, nf = len(rows), len(free)
-    jacobian, rhs = np.empty((nr, nf)), np.empty(nf)
-    free_jacobian(bodies, rows, work.pose, n, free, jacobian)
-    for i in range(nf):
-        rhs[i] = needed[free[i]] - work.tau[free[i]]
-    if nr == nf == model.rank:
-        across = np.empty((nf, nr))
-        for i in range(nf):
+    for i in range(n):
+        needed[i] -= work.tau[i]
+    nr = len(rows)
+    if nr == len(free) == model.elimination.rank:
+        jacobian, across, rhs = np.empty((nr, nr)), np.empty((nr, nr)), np.empty(nr)
+        free_jacobian(bodies, rows, work.pose, n, free, jacobian)
+        for i in range(nr):
+            rhs[i] = needed[free[i]]
             for k in range(nr):
                 across[i, k] = jacobian[k, i]
         solve_columns(across, rhs, work.reaction)
         return
-    work.row_matrix[:] = 0.0  # least squares: as many equations as coordinates, fewer unknowns
-    work.row_error[:] = 0.0
-    filled = np.empty(nr, np.int64)
-    for i in range(nf):
-        count = 0
-        for k in range(nr):
-            if jacobian[k, i] != 0.0:
-                filled[count] = k
-                count += 1
-        for a in range(count):
-            k = filled[a]
-            work.row_error[k] += jacobian[k, i] * rhs[i]
-            for b in range(count):
-                work.row_matrix[k, filled[b]] += jacobian[k, i] * jacobian[filled[b], i]
-    solve_rows(rows, model.rank, work.row_matrix, work.row_error, work.pivots, work.reaction)
+    closure_jacobian(bodies, rows, work.pose, work.row_force)  # least squares: as many equations as coordinates
+    coordinates = model.elimination.coordinates
+    for k in range(nr):
+        work.row_error[k] = 0.0
+        for place in range(coordinates.first[k], coordinates.first[k + 1]):
+            i = coordinates.entries[place]
+            work.row_error[k] += work.row_force[k, i] * needed[i]
+    set_row_matrix(rows, model.elimination, work.row_force, work.row_force, work.row_matrix, work.pivots)
+    factorise_rows(model.elimination, work.row_matrix, work.pivots)
+    solve_rows(rows, work.row_matrix, work.pivots, work.row_error, work.reaction)
 
 
 @kernel

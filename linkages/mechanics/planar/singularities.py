@@ -16,6 +16,7 @@ from linkages.base.kernel import Array, Records, kernel, lazy_kernel
 from linkages.mechanics.integrate.stepper import copy
 from linkages.mechanics.planar.bodies import Bodies
 from linkages.mechanics.planar.closure_rows import add_row_wrench
+from linkages.mechanics.planar.elimination import Elimination
 from linkages.mechanics.planar.kinematics import body_accelerations, body_positions, body_states
 from linkages.mechanics.planar.loop_dynamics import correct, forward_dynamics, project, value_errors
 from linkages.mechanics.planar.newton_euler import generalised_force, inertial_forces
@@ -34,31 +35,33 @@ WEIGHTS = (4 / 5, -2 / 5, 4 / 35, -1 / 70)
 
 
 @kernel
-def smooth_dynamics(bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, work: Workspace) -> None:
+def smooth_dynamics(
+    bodies: Bodies, rows: Records, elimination: Elimination, size: float, gravity: Array, work: Workspace
+) -> None:
     """Find the accelerations of the coordinates as `forward_dynamics`, but interpolate them near a singularity.
 
     Sets `work`'s interpolated; its reactions and row responses are undefined where that is 1.
     """
     work.interpolated[0] = 0.0
     if not len(rows):
-        forward_dynamics(bodies, rows, rank, gravity, work)
+        forward_dynamics(bodies, rows, elimination, gravity, work)
         return
     copy(work.a, work.prescribed)
-    conditioning = forward_dynamics(bodies, rows, rank, gravity, work)
+    conditioning = forward_dynamics(bodies, rows, elimination, gravity, work)
     if conditioning < _NEAR:
         q, v = work.q.copy(), work.v.copy()
-        if _interpolate(bodies, rows, rank, size, gravity, conditioning, work):
+        if _interpolate(bodies, rows, elimination, size, gravity, conditioning, work):
             work.interpolated[0] = 1.0
             _set_state(bodies, q, v, work)
             return
         copy(work.prescribed, work.a)
         _set_state(bodies, q, v, work)
-        forward_dynamics(bodies, rows, rank, gravity, work)  # the neighbouring states have left their reactions
+        forward_dynamics(bodies, rows, elimination, gravity, work)  # the neighbouring states have left their reactions
 
 
 @kernel
 def stabilised_dynamics(
-    bodies: Bodies, rows: Records, rank: int, size: float, rate: float, gravity: Array, work: Workspace
+    bodies: Bodies, rows: Records, elimination: Elimination, size: float, rate: float, gravity: Array, work: Workspace
 ) -> None:
     """Find the accelerations of the nearest closed state, plus a feedback that leads to it.
 
@@ -67,14 +70,14 @@ def stabilised_dynamics(
     Deviations from the closed state decay with the double root ``rate`` [1/s].
     """
     if not len(rows):
-        forward_dynamics(bodies, rows, rank, gravity, work)
+        forward_dynamics(bodies, rows, elimination, gravity, work)
         return
     q, v, given = work.q.copy(), work.v.copy(), work.a.copy()
-    conditioning = forward_dynamics(bodies, rows, rank, gravity, work)
-    if not (conditioning < _NEAR and _interpolate(bodies, rows, rank, size, gravity, conditioning, work)):
+    conditioning = forward_dynamics(bodies, rows, elimination, gravity, work)
+    if not (conditioning < _NEAR and _interpolate(bodies, rows, elimination, size, gravity, conditioning, work)):
         copy(given, work.a)
-        project(bodies, rows, rank, _CLOSED, size, work)
-        forward_dynamics(bodies, rows, rank, gravity, work)
+        project(bodies, rows, elimination, _CLOSED, size, work)
+        forward_dynamics(bodies, rows, elimination, gravity, work)
     for i in range(len(bodies.records)):
         d = bodies.records[i].dof
         if d >= 0 and bodies.records[i].driven < 0:
@@ -92,28 +95,36 @@ def _set_state(bodies: Bodies, q: Array, v: Array, work: Workspace) -> None:
 
 
 @kernel
-def solve_neighbour(bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, work: Workspace) -> None:
+def solve_neighbour(
+    bodies: Bodies, rows: Records, elimination: Elimination, size: float, gravity: Array, work: Workspace
+) -> None:
     """Solve `work`, whose accelerations are interpolated, at the first neighbouring state."""
-    _solve_at_distance(bodies, rows, rank, size, gravity, _time(bodies, size, work), work)
+    _solve_at_distance(bodies, rows, elimination, size, gravity, _time(bodies, size, work), work)
     body_accelerations(bodies, work.pose, work.vel, work.v, work.a, work.acc)
 
 
 @lazy_kernel
 def _interpolate(
-    bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, conditioning: float, work: Workspace
+    bodies: Bodies,
+    rows: Records,
+    elimination: Elimination,
+    size: float,
+    gravity: Array,
+    conditioning: float,
+    work: Workspace,
 ) -> bool:
     """Set `work` to the interpolated state; returns False, and changes nothing, if two branches do not cross here."""
     n, step = len(work.q), _time(bodies, size, work)
     q, v, a = work.q.copy(), work.v.copy(), work.a.copy()
     middle_q, middle_v, middle_a = np.zeros(n), np.zeros(n), np.zeros(n)
-    passes = step > 0.0 and _is_singular(bodies, rows, rank, conditioning, step, work)
+    passes = step > 0.0 and _is_singular(bodies, rows, elimination, conditioning, step, work)
     for k in range(2 * len(WEIGHTS)):
         if not passes:
             break
         for i in range(n):
             work.q[i], work.v[i] = q[i], v[i]
         away = (k // 2 + 1) * (1.0 if k % 2 else -1.0) * step
-        passes = _solve_at_distance(bodies, rows, rank, size, gravity, away, work) > _FAR * conditioning
+        passes = _solve_at_distance(bodies, rows, elimination, size, gravity, away, work) > _FAR * conditioning
         for i in range(n):
             middle_q[i] += WEIGHTS[k // 2] * work.q[i]
             middle_v[i] += WEIGHTS[k // 2] * work.v[i]
@@ -131,14 +142,16 @@ def _interpolate(
 
 
 @kernel
-def _is_singular(bodies: Bodies, rows: Records, rank: int, conditioning: float, step: float, work: Workspace) -> bool:
+def _is_singular(
+    bodies: Bodies, rows: Records, elimination: Elimination, conditioning: float, step: float, work: Workspace
+) -> bool:
     """Whether the conditioning is much better a step before and behind; leaves `work` at another state."""
     q, nowhere = work.q.copy(), np.zeros(len(work.q))
     for side in (-1.0, 1.0):
         for i in range(len(q)):
             work.q[i] = q[i] + side * step * work.v[i]
         body_positions(bodies, work.q, work.pose)
-        if correct(bodies, rows, rank, work, nowhere) <= _FAR * conditioning:
+        if correct(bodies, rows, elimination, work, nowhere) <= _FAR * conditioning:
             return False
     return True
 
@@ -156,7 +169,7 @@ def _time(bodies: Bodies, size: float, work: Workspace) -> float:
 
 @lazy_kernel
 def _solve_at_distance(
-    bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, time: float, work: Workspace
+    bodies: Bodies, rows: Records, elimination: Elimination, size: float, gravity: Array, time: float, work: Workspace
 ) -> float:
     """Move `work` along its velocity for a time, close its loops there and find its accelerations.
 
@@ -168,8 +181,8 @@ def _solve_at_distance(
         if bodies.records[i].dof >= 0 and bodies.records[i].driven < 0:
             work.a[bodies.records[i].dof] = 0.0
     body_states(bodies, work.q, work.v, work.pose, work.vel)
-    project(bodies, rows, rank, _GOAL, size, work)
-    conditioning = forward_dynamics(bodies, rows, rank, gravity, work)
+    project(bodies, rows, elimination, _GOAL, size, work)
+    conditioning = forward_dynamics(bodies, rows, elimination, gravity, work)
     return conditioning if value_errors(rows, work) <= _CLOSED * size else 0.0
 
 
@@ -177,7 +190,7 @@ def _solve_at_distance(
 def constrained_dynamics(
     bodies: Bodies,
     rows: Records,
-    rank: int,
+    elimination: Elimination,
     size: float,
     stabilisation: float,
     gravity: Array,
@@ -192,7 +205,7 @@ def constrained_dynamics(
     loops, which are defined near a singularity too.
     """
     body_states(bodies, work.q, work.v, work.pose, work.vel)
-    stabilised_dynamics(bodies, rows, rank, size, stabilisation, gravity, work)
+    stabilised_dynamics(bodies, rows, elimination, size, stabilisation, gravity, work)
     needed = work.modal_response
     needed[:] = 0.0
     inertial_forces(bodies, work, gravity, work.bias, needed)

@@ -24,8 +24,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, Records, record_type
+from linkages.base.kernel import Array, Records, record_type
 from linkages.mechanics.planar.bodies import new_poses
+from linkages.mechanics.planar.elimination import Pivots, make_pivots
 
 #: Symmetric inertia that takes a motion to a wrench; t: turn about the frame's origin, x and y: translation.
 INERTIA = record_type(tt="f8", tx="f8", ty="f8", xx="f8", xy="f8", yy="f8")
@@ -66,10 +67,11 @@ class Workspace(NamedTuple):
     modal_bias: Array  # (n,)
     response: Array  # change of `acc`, (nb, 3)
     modal_response: Array  # (n,)
-    row_response: Array  # change of `a` by a unit reaction of each row, (nr, n)
-    row_matrix: Array  # change of each row's acceleration by the same, (nr, nr)
+    row_force: Array  # forces of a unit reaction of each row on the coordinates, (nr, n); see `eliminate_rows`
+    row_push: Array  # accelerations of each coordinate alone due to them, (nr, n)
+    row_matrix: Array  # change of each row's acceleration by the same, eliminated, (nr, nr)
     row_error: Array  # of the rows' values, rates or accelerations, (nr,)
-    pivots: Indices  # of `solve_rows`, (2, nr)
+    pivots: Pivots  # of `row_matrix`
     zero_velocity: Array  # (nb, 3)
     zero_force: Array  # (n,)
     prescribed: Array  # accelerations of the driven coordinates, kept near a singularity, (n,)
@@ -85,6 +87,6 @@ def make_workspace(nb: int, n: int, nr: int, nm: int = 0) -> Workspace:
         new_poses(nb, nm), np.zeros(frames), np.zeros(frames), np.zeros(frames), np.zeros(nr),
         np.zeros(nb, INERTIA), np.zeros(nb, ARTICULATION), modal,
         np.zeros(frames), np.zeros(n), np.zeros(frames), np.zeros(n),
-        np.zeros((nr, n)), np.zeros((nr, nr)), np.zeros(nr), np.zeros((2, nr), np.int64),
+        np.zeros((nr, n)), np.zeros((nr, n)), np.zeros((nr, nr)), np.zeros(nr), make_pivots(nr),
         np.zeros(frames), np.zeros(n), np.zeros(n), np.zeros(1),
     )  # fmt: skip

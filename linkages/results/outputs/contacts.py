@@ -11,7 +11,7 @@ from linkages.base.kernel import inlined_kernel
 from linkages.input.model.experiment_tables import JointModel
 from linkages.laws import FILMS
 from linkages.laws.film.tilted_film import tilted_action, tilted_gap
-from linkages.laws.journal import end_flow
+from linkages.laws.journal import end_flow, polar
 from linkages.mechanics.planar import contacts
 from linkages.mechanics.planar.contacts import COUPLE, EX, EY, FX, FY, PENETRATION, contact_motion
 from linkages.mechanics.planar.markers import turned
@@ -73,10 +73,8 @@ def _thickness(output: np.record, seen: Snapshot) -> float:
 def _moment(output: np.record, seen: Snapshot) -> float:
     motion, _ = contact_motion(seen.model.ends[output.at], seen.state.pose, seen.state.vel)
     ex, ey, vx, vy, wb, wj, angle, _ = motion
-    e = math.hypot(ex, ey)
-    nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
-    v_n, v_t, alpha = vx * nx + vy * ny, vy * nx - vx * ny, math.atan2(ny, nx) - angle
-    _, _, _, m_n, m_t, _ = tilted_action(seen.model.laws[output.at], e, v_n, v_t, wb, wj, alpha)
+    e, nx, ny, v_n, v_t = polar(ex, ey, vx, vy)
+    _, _, _, m_n, m_t, _ = tilted_action(seen.model.laws[output.at], e, v_n, v_t, wb, wj, math.atan2(ny, nx) - angle)
     return (m_n * nx - m_t * ny, m_n * ny + m_t * nx, math.hypot(m_n, m_t))[output.column]
 
 

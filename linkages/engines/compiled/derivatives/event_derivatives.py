@@ -81,7 +81,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
     # the state is a little beyond the event: the new forces act for that time already
     for last in range(m, 0, -DIRECTIONS):
         first = first_of(last)
-        set_columns(equations, v, t, y, c.before, c.remembered, first, last, True)
+        set_columns(equations, v, t, y, c.before, c.remembered, first, last)
         motion, arms = contact_motion(v.model.ends[k], w.pose, w.vel)
         push = v.work.push
         push[:] = 0.0

@@ -31,8 +31,6 @@ _PART = 1e-3  # by which values grow together, at least
 _ROUNDING = 1e-13  # error of a number that is proportional to a value
 #: Places and weights of differences of the second order: central, or to one side at a limit of the value.
 _STENCILS = ((-1, 1), (-1 / 2, 1 / 2)), ((1, 2), (2.0, -1 / 2)), ((-1, -2), (-2.0, 1 / 2))
-#: Places and weights of central differences of the fourth order; a constant gives exactly zero, pair by pair.
-PAIRS = (-1.0, 1.0, -2.0, 2.0), (-2 / 3, 2 / 3, 1 / 12, -1 / 12)
 
 
 class Rates(NamedTuple):
@@ -40,6 +38,9 @@ class Rates(NamedTuple):
 
     places: Indices
     rates: Array
+
+
+_NONE = Rates(np.zeros(0, np.int64), np.zeros(0))
 
 
 def magnitude_of(path: str, value: float) -> float:
@@ -66,8 +67,9 @@ def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighb
         if name in names[:k] or not (isinstance(value, str) or value.rates):
             raise InputError("argument", name, "is given twice" if name in names[:k] else "has no rates")
     paths = sorted({path for value in values for path in ([value] if isinstance(value, str) else value.rates)})
-    groups = paths, [path for path in paths if keeps_start(path)], [path for path in paths if path[:7] != "joints."]
-    shared = [Together(system, group) for k, group in enumerate(groups) if group not in groups[:k]]
+    laws = [path for path in paths if path.startswith("joints.") and keeps_start(path)]
+    groups = [path for path in paths if path not in laws], laws  # each system has most arrays in common with another
+    shared = [Together(system, group) for group in groups if group]
     return [Neighbours(system, value, shared) for value in values]
 
 
@@ -87,15 +89,17 @@ class Together:
         self._latest: tuple[Any, tuple[Indices, Array] | None] | None = None
 
     def rates(self, make: Callable[[System], Any], along: Mapping[str, float]) -> Rates | None:
-        """Differentiate as `Neighbours.rates` along some paths; None if any number of these or others is not known."""
-        if not along.keys() <= set(self._paths):
-            return None
+        """Differentiate as `Neighbours.rates` along its own paths among some; None if any number is not known."""
+        own = [along.get(path, 0.0) for path in self._paths]
+        if not any(own):
+            return _NONE
         if self._latest is None or self._latest[0] is not make:
             self._latest = make, self._changes(make)
         if self._latest[1] is None:
             return None
-        rates = self._latest[1][1] @ [along.get(path, 0.0) for path in self._paths]
-        return Rates(self._latest[1][0][rates != 0.0], rates[rates != 0.0])
+        places, changes = self._latest[1]
+        rates = changes @ own
+        return Rates(places[rates != 0.0], rates[rates != 0.0])
 
     @cached_property
     def _moved(self) -> System | None:
@@ -108,7 +112,7 @@ class Together:
         """Return the places of numbers that change, (n,), and their derivatives, (n, np)."""
         with suppress(InputError, AssemblyError):  # the value's own systems tell
             if self._moved is not None:
-                own, other = contents(make(self._system)), contents(make(self._moved))
+                own, other = _own(make, self._system), contents(make(self._moved))
                 if own.structure == other.structure:
                     places, (here, there) = _changed(own, [other])
                     rates = self._rates(here, there)
@@ -198,11 +202,11 @@ class Neighbours:
         InputError
             If the value changes integers, or shapes of arrays.
         """
-        for each in self._together:
-            if (found := each.rates(make, self.along)) is not None:
-                return found
+        parts = [each.rates(make, self.along) for each in self._together]
+        if parts and None not in parts:
+            return _total([part for part in parts if part is not None and len(part.places)] or [_NONE])
         systems, weights = self._systems
-        own, *others = (contents(make(one)) for one in (self.system, *systems))
+        own, others = _own(make, self.system), [contents(make(one)) for one in systems]
         if any(one.structure != own.structure for one in others):
             raise self._other_structure()
         places, values = _changed(own, others)
@@ -217,6 +221,20 @@ class Neighbours:
 
     def _other_structure(self) -> InputError:
         return InputError("argument", self.path, "changes the structure of the system: there is no derivative")
+
+
+@lru_cache(2)
+def _own(make: Callable[[System], Any], system: System) -> Contents:
+    """Return the numbers of the system itself."""
+    return contents(make(system))
+
+
+def _total(parts: Sequence[Rates]) -> Rates:
+    """Add derivatives."""
+    if len(parts) == 1:
+        return parts[0]
+    places, inverse = np.unique(np.concatenate([one.places for one in parts]), return_inverse=True)
+    return Rates(places, np.bincount(inverse, np.concatenate([one.rates for one in parts])).astype(np.float64))
 
 
 def _changed(own: Contents, others: Sequence[Contents]) -> tuple[Indices, Array]:

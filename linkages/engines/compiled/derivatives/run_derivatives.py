@@ -5,20 +5,17 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.dual import DIRECTIONS, slope
 from linkages.engines.compiled.derivatives.event_derivatives import begin_or_end
 from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, advance, close_columns
 from linkages.engines.compiled.derivatives.variation import fill_residual, first_of, set_columns, set_contacts
-from linkages.engines.compiled.run.equations import derivatives, solve_state
+from linkages.engines.compiled.run.equations import found_derivatives, solve_state
 from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.run.replay import remember, replay
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.integrate.stepper import copy
-from linkages.mechanics.planar.contacts import PENETRATION
 from linkages.mechanics.planar.motion import last_start
 
 #: Status of the columns after a step: known; not known, because a step was singular or Newton's method failed; not
@@ -71,7 +68,7 @@ def differentiate_run(run: Run, c: Column, out: AtSteps) -> tuple[int, int]:
     """
     equations, steps = run.equations, run.steps
     nt, nc, model, work = len(steps.times), len(equations.model.ends), equations.model, equations.work
-    deep, touches, wanted = np.zeros(nc), model.touching.any(), out.changes.coordinates.shape[1] == nt
+    wanted = out.changes.coordinates.shape[1] == nt
     for k in range(nt):
         t, y = steps.times[k], steps.states[k]
         remember(equations, steps, max(k - 1, 0))
@@ -83,18 +80,14 @@ def differentiate_run(run: Run, c: Column, out: AtSteps) -> tuple[int, int]:
             if not work.dynamics.interpolated[0] > 0.0:
                 close_columns(equations, run.variation, t, y, c)
                 smooth = False
-        if touches:
-            solve_state(equations, t, y)
-        for i in range(nc):
-            now = work.contacts[i, PENETRATION] if model.touching[i] else -1.0
-            begins = now > 0.0 and (deep[i] <= 0.0 or steps.memory[k, i] != steps.memory[max(k - 1, 0), i])
-            if k > 0 and (begins or (now < 0.0 < deep[i])):
+        for i in range(nc if k > 0 and len(run.depths) else 0):
+            before, now = run.depths[k - 1, i], run.depths[k, i]
+            begins = now > 0.0 and (before <= 0.0 or steps.memory[k, i] != steps.memory[k - 1, i])
+            if begins or now < 0.0 < before:
                 if not begin_or_end(run, t, y, i, begins, steps.memory[k, i], c, out.event_times[k]):
                     return GRAZED, k
                 out.event[k] = i + 1 if begins else -i - 1
-                solve_state(equations, t, y)
                 smooth = False
-            deep[i] = now
         for i in range(len(c.before)):
             copy(c.before[i], out.states[k, i])
         for i in range(nc):
@@ -122,7 +115,7 @@ def _set_changes(run: Run, t: float, y: Array, is_linear: bool, c: Column, at: i
     w = v.work.dynamics
     for last in range(m, m - count, -DIRECTIONS):
         first = max(first_of(last), m - count)
-        set_columns(equations, v, t, y, c.before, c.remembered, first, last, True)
+        set_columns(equations, v, t, y, c.before, c.remembered, first, last)
         set_contacts(equations, v)
         if not is_linear:
             fill_residual(equations, v, t, c.dy[len(y) - len(c.own) :], first, last, c.forcing[0])
@@ -147,16 +140,16 @@ def _set_changes(run: Run, t: float, y: Array, is_linear: bool, c: Column, at: i
 
 @kernel
 def _factorise_here(run: Run, t: float, y: Array, c: Column) -> bool:
-    """Find the rates ``dy``, the Jacobian and the factors of the mass matrix at a state; False if it is singular."""
+    """Find the rates ``dy`` and the factors of the mass matrix at a state; False if it is singular."""
+    solve_state(run.equations, t, y)
     if len(run.kinks):
         sides = run.equations.work.kinked.sides
         before = sides.copy()  # the next step goes on from them
-        solve_state(run.equations, t, y)
         set_sides_here(run.equations, run.kinks)
         set_bounds(run.equations, run.kinks)
         for k in range(len(sides)):
             copy(before[k], sides[k])
-    derivatives(run.equations, t, y, c.dy)
+    found_derivatives(run.equations, y, c.dy)
     inertia(run.equations, t, y, c.mass[0])
     return factorise(c.mass[0], c.pivots)
 

@@ -22,7 +22,7 @@ from linkages.engines.compiled.derivatives.run_derivatives import (
     differentiate_run,
     differentiate_states,
 )
-from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, make_column
+from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, find_depths, make_column
 from linkages.engines.compiled.derivatives.variation import vary
 from linkages.engines.compiled.run.job import make_given
 from linkages.engines.compiled.run.kinks import kinks
@@ -85,7 +85,9 @@ class Differentiation:
         ny, n = len(runner.start), len(runner.model.free)
         equations = runner.aside()
         stepper = packed(make_stepper(ny, n))
-        self._run = packed(Run(equations, variation, stepper, runner.tolerance, packed(steps), kinks(system)))
+        steps, depths = packed(steps), np.zeros((len(steps.times) * bool(system.touching.any()), len(system.touching)))
+        find_depths(equations, steps, depths)
+        self._run = packed(Run(equations, variation, stepper, runner.tolerance, steps, kinks(system), depths))
         self._ideals = IdealMotions()
 
     def _column(self, m: int) -> Column:

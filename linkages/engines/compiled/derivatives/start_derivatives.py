@@ -7,17 +7,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.base.kernel import Array, Records
-from linkages.base.kernel.block import Duplicate
-from linkages.engines.compiled.derivatives.neighbours import PAIRS, Neighbours
+from linkages.base.kernel import Array, Records, kernel
+from linkages.base.kernel.by_reference import packed
+from linkages.base.kernel.dual import DIRECTIONS, dual_array
+from linkages.base.kernel.dual_copy import DualCopy
+from linkages.engines.compiled.derivatives.neighbours import Neighbours
 from linkages.engines.compiled.run.model import start_state
-from linkages.mechanics.planar.bodies import Bodies
-from linkages.mechanics.planar.closure import close, consistent_rates
+from linkages.mechanics.planar.bodies import Bodies, make_motion, make_pose
+from linkages.mechanics.planar.closure import jacobian_at
+from linkages.mechanics.planar.closure_rows import row_rate, row_value
+from linkages.mechanics.planar.kinematics import body_states
 from linkages.system import System
 from linkages.system.system import keeps_start
 from linkages.system.tree import without
 
-_STEP = 4e-4  # of differences of the fourth order, in parts of the value
+_DEPENDENT = 1e-11  # singular values of dependent rows, in parts of the largest, are below
+_LEFT = 1e-9  # largest change of the closure rows that the coordinates leave, in parts of the largest without them
 
 
 class Closure(NamedTuple):
@@ -28,6 +33,17 @@ class Closure(NamedTuple):
     offset: Array
     places: Array
     speeds: Array
+
+
+class Start(NamedTuple):
+    """A closure of duals and arrays of duals: coordinates and rates (n,), poses, velocities, errors (2, nr)."""
+
+    closure: Closure
+    q: Array
+    v: Array
+    pose: Array
+    vel: Array
+    errors: Array  # of the closure rows, and their rates
 
 
 def _closure(system: System) -> Closure:
@@ -43,37 +59,53 @@ def _closure(system: System) -> Closure:
 def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
     """Differentiate the state at t = 0 with respect to np values, (ny, np).
 
-    Where the loops of the tree and the drives alone determine the position, neighbouring positions are found from the
-    nominal one, by closing its loops with numbers that follow the value. Otherwise neighbouring systems are assembled.
+    Where the loops of the tree and the drives alone determine the position, the closure rows with dual numbers give the
+    change of coordinates and rates that keeps them closed. Otherwise neighbouring systems are assembled.
     """
     tree, experiment = system.tree, system.experiment
     determined = experiment.start == "centred" and not tree.flexible and not (tree.powered and tree.play)
-    numbers = Duplicate(_closure(system)) if determined and np.isfinite(system.assembly.quality) else None
-    start = start_state(system)
-    found = np.zeros((len(nearby), len(start)))
-    for row, near in zip(found, nearby, strict=True):
-        if not all(map(keeps_start, near.along)):
-            followed = None if numbers is None else _followed(system, near, numbers)
-            if followed is None:
-                row[:] = near.derivative(start_state)
-            else:
-                row[: len(followed)] = followed
+    determined = determined and bool(np.isfinite(system.assembly.quality))
+    found = np.zeros((len(nearby), len(start_state(system))))
+    moved = [k for k, near in enumerate(nearby) if not all(map(keeps_start, near.along))]
+    for first in range(0, len(moved), DIRECTIONS):
+        part = moved[first : first + DIRECTIONS]
+        followed = _followed(system, [nearby[k] for k in part]) if determined else None
+        if followed is None:
+            found[part] = [nearby[k].derivative(start_state) for k in part]
+        else:
+            found[part, : 2 * len(tree.free_dofs)] = followed
     return found.T.copy()
 
 
-def _followed(system: System, near: Neighbours, numbers: Duplicate) -> Array | None:
-    """Differentiate positions and rates at the start with respect to a value; None where the loops do not close."""
-    tree, (bodies, rows, offset, places, speeds) = system.tree, numbers.value
+def _followed(system: System, nearby: Sequence[Neighbours]) -> Array | None:
+    """Differentiate positions and rates at the start with respect to some values; None if the loops do not follow."""
+    tree, closure = system.tree, DualCopy(_closure(system))
+    for k, near in enumerate(nearby, 1):
+        places, rates = near.rates(_closure)
+        closure.memory[places, k] = rates
     moved = np.concatenate([tree.driven_dofs, tree.powered_dofs])
-    free, still = without(tree.closing_dofs, moved), np.zeros(tree.size)
-    rates, h = near.rates(_closure), _STEP * near.magnitude
-    initial, closed, found = numbers.initial[rates.places], True, np.zeros(2 * len(tree.free_dofs))
-    for place, weight in zip(*PAIRS, strict=True):
-        numbers.numbers[rates.places] = initial + place * h * rates.rates
-        q, v = system.assembly.q.copy(), np.zeros(tree.size)
-        q[moved], v[moved] = places, speeds
-        closed = closed and bool(close(bodies, rows, offset, free, tree.extent, q))
-        consistent_rates(bodies, rows, free, q, v, still)
-        found += weight / h * np.concatenate([q[tree.free_dofs], v[tree.free_dofs]])
-    numbers.numbers[rates.places] = initial
-    return found if closed else None
+    free, n, bodies = without(tree.closing_dofs, moved), tree.size, tree.bodies
+    pose, vel = dual_array(*make_pose(bodies).shape), dual_array(*make_motion(bodies).shape)
+    errors = dual_array(2, len(tree.closure_rows))
+    start = packed(Start(closure.value, dual_array(n), dual_array(n), pose, vel, errors))
+    inner = jacobian_at(bodies, tree.closure_rows, system.assembly.q)[:, free]
+    start.q[:, 0], start.v[:, 0] = system.assembly.q, system.assembly.v
+    start.q[moved], start.v[moved] = closure.value.places, closure.value.speeds
+    for x, changes in zip((start.q, start.v), errors.view(np.ndarray)[:, :, 1:], strict=True):
+        _set_errors(start)
+        found = np.linalg.lstsq(inner, -changes, _DEPENDENT)[0]
+        if np.abs(inner @ found + changes).max(initial=0.0) > _LEFT * np.abs(changes).max(initial=0.0):
+            return None
+        x[free, 1:] = found
+    both = np.concatenate([start.q[tree.free_dofs], start.v[tree.free_dofs]])
+    return np.asarray(both[:, 1 : 1 + len(nearby)].T)
+
+
+@kernel
+def _set_errors(start: Start) -> None:
+    """Fill the errors of the closure rows and their rates."""
+    closure, pose, vel = start.closure, start.pose, start.vel
+    body_states(closure.bodies, start.q, start.v, pose, vel)
+    for k in range(len(closure.rows)):
+        start.errors[0, k] = row_value(closure.rows[k], pose) - closure.offset[k]
+        start.errors[1, k] = row_rate(closure.rows[k], pose, vel)

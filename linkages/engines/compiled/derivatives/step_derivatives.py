@@ -16,16 +16,15 @@ from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.dual import DIRECTIONS, slope
 from linkages.base.kernel.simd import LaneArray as Lanes
 from linkages.base.kernel.simd import lane, lane_array, lanes
-from linkages.engines.compiled.derivatives.variation import Variation, fill_slopes, first_of, set_columns
-from linkages.engines.compiled.run.equations import derivatives, solve_state
-from linkages.engines.compiled.run.jacobian import inertia, jacobian
+from linkages.engines.compiled.derivatives.variation import Variation, fill_forcing, first_of, set_columns
+from linkages.engines.compiled.run.equations import derivatives, found_derivatives, is_solved, solve_state
+from linkages.engines.compiled.run.jacobian import jacobian
 from linkages.engines.compiled.run.kinks import set_bounds, set_sides, shortened
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
 from linkages.engines.compiled.run.replay import STAGES, Steps, around, recorded, remember
-from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.integrate.implicit import set_last_step
-from linkages.mechanics.integrate.sensitivity import collocation_sensitivity
+from linkages.mechanics.integrate.sensitivity import collocation_sensitivity, explicit_sensitivity
 from linkages.mechanics.integrate.stepper import INVERTED, Stepper, copy, restart
 from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 from linkages.mechanics.planar.arrays import Arrays
@@ -39,9 +38,8 @@ _FINEST = 2.0**-16  # smallest part of a graded step
 _TICK = 4e-16  # smallest part of any step, in parts of the time: shorter ones do not change it
 _NEAR_END = 3e-9  # depth at the start of its last part, in parts of the clearance: events are located to 1e-10
 
-_collocation = collocation_sensitivity(RADAU_IIA_5)
-_RADAU_C = RADAU_IIA_5.c
-_PAIR_A, _PAIR_B, _PAIR_C = DORMAND_PRINCE_5_4.a, DORMAND_PRINCE_5_4.b, DORMAND_PRINCE_5_4.c
+_collocation, _explicit = collocation_sensitivity(RADAU_IIA_5), explicit_sensitivity(DORMAND_PRINCE_5_4)
+_RADAU_C, _PAIR_A, _PAIR_C = RADAU_IIA_5.c, DORMAND_PRINCE_5_4.a, DORMAND_PRINCE_5_4.c
 
 
 class Run(NamedTuple):
@@ -53,6 +51,7 @@ class Run(NamedTuple):
     tolerance: Array  # of each entry of the state, (ny,)
     steps: Steps
     kinks: Array  # see `linkages.engines.compiled.run.kinks.kinks`, (nc, KINKS)
+    depths: Array  # penetrations of the contacts that can touch, of others -1; (nt, nc), no rows if none can
 
 
 class Column(NamedTuple):
@@ -62,10 +61,9 @@ class Column(NamedTuple):
     after: Array  # at its end
     rates: Array  # rates at its end of rates and others, by an implicit method, (k, m)
     remembered: Array  # derivatives of the contacts' approach speeds, (nc, m)
-    mass: Array  # at the stages of an implicit method, (s, k, k)
+    mass: Array  # at the stages, (s, k, k)
     jacobian: Array  # (s, k, ny)
     forcing: Array  # (s, k, m)
-    stages: Array  # rates of the columns at the stages of an explicit method, (s, ny, m)
     full: Array  # Jacobian of all entries, at the last stage, (ny, ny)
     ended: Array  # time of the last differentiated step's end, NaN without, (1,)
     y: Array  # state at a stage, (ny,)
@@ -73,86 +71,55 @@ class Column(NamedTuple):
     own: Array  # (k,)
     pivots: Indices  # (k,)
     start: Lanes  # of some columns, to work in, (ny,)
-    solved: Lanes  # (s k,)
+    solved: Lanes  # (s ny,)
 
 
 def make_column(ny: int, model: Arrays, m: int, implicit: bool) -> Column:
     """Make the arrays for ny entries of the state of a model and m columns."""
-    k, nc = ny - len(model.free), len(model.ends)
-    together, one_by_one = (3, 0) if implicit else (1, len(_PAIR_C))
+    k, nc, stages = ny - len(model.free), len(model.ends), len(_RADAU_C if implicit else _PAIR_C)
     shapes = (
-        (ny, m), (ny, m), (k, m), (nc, m), (together, k, k), (together, k, ny), (together, k, m), (one_by_one, ny, m),
+        (ny, m), (ny, m), (k, m), (nc, m), (stages, k, k), (stages, k, ny), (stages, k, m),
         (ny, ny), (1,), (ny,), (ny,), (k,),
     )  # fmt: skip
-    indices, in_lanes = np.zeros(k, np.int64), (lane_array(ny), lane_array(together * k))
+    indices, in_lanes = np.zeros(k, np.int64), (lane_array(ny), lane_array(stages * ny))
     made = Column._make([*map(np.zeros, shapes), indices, *in_lanes])
     made.ended[0] = math.nan
     return made
 
 
 @kernel
-def linearise(equations: Equations, variation: Variation, t: float, c: Column, stage: int) -> None:
+def _linearise(equations: Equations, variation: Variation, t: float, c: Column, stage: int) -> None:
     """Fill mass, Jacobian and forcing of a stage, at the state ``y`` at time t."""
     n, k, forcing = len(c.y), c.mass.shape[1], c.forcing[stage]
-    derivatives(equations, t, c.y, c.dy)
+    if not is_solved(equations.work, t, c.y):
+        solve_state(equations, t, c.y)
+    found_derivatives(equations, c.y, c.dy)
     jacobian(equations, t, c.y, c.mass[stage], c.full)
     for i in range(k):
         copy(c.full[n - k + i], c.jacobian[stage, i])
-    fill_slopes(equations, variation, t, c.y, c.dy[n - k :], c.before, c.remembered, False, forcing)
+    fill_forcing(equations, variation, t, c.y, c.dy[n - k :], c.remembered, forcing)
 
 
 @kernel
 def _attempted(equations: Equations, variation: Variation, s: Stepper, t: float, h: float, y: Array, c: Column) -> bool:
     """Differentiate the step that has been attempted from (t, y), and take the columns through it."""
-    n, known = len(y), False
+    n, nodes = len(y), _RADAU_C if equations.implicit else _PAIR_C
+    for stage in range(len(c.mass)):
+        for i in range(n):
+            c.y[i] = y[i]
+            if equations.implicit:
+                c.y[i] += lane(s.z[i], stage)
+            else:
+                for j in range(stage):
+                    c.y[i] += h * _PAIR_A[stage, j] * s.stages[j, i]
+        _linearise(equations, variation, t + nodes[stage] * h, c, stage)
     if equations.implicit:
-        for stage in range(3):
-            for i in range(n):
-                c.y[i] = y[i] + lane(s.z[i], stage)
-            linearise(equations, variation, t + _RADAU_C[stage] * h, c, stage)
         known = _collocation(h, c.mass, c.jacobian, c.forcing, c.before, c.after, c.rates, c.start, c.solved)
     else:
-        known = _explicit_step(equations, variation, s, t, h, y, c)
+        known = _explicit(h, c.mass, c.jacobian, c.forcing, c.before, c.after, c.rates, c.start, c.solved)
     for i in range(n):
         copy(c.after[i], c.before[i])
     return known
-
-
-@kernel
-def _explicit_step(
-    equations: Equations, variation: Variation, s: Stepper, t: float, h: float, y: Array, c: Column
-) -> bool:
-    """Fill ``after`` with the columns at the end of a step of the pair: its stages move along the columns."""
-    n, k = len(y), len(c.own)
-    for stage in range(len(_PAIR_C) + 1):
-        for i in range(n):
-            copy(c.before[i], c.after[i])
-        for j in range(stage):
-            weight = h * (_PAIR_A[stage, j] if stage < len(_PAIR_C) else _PAIR_B[j])
-            for i in range(n):
-                for m in range(c.after.shape[1]):
-                    c.after[i, m] += weight * c.stages[j, i, m]
-        if stage == len(_PAIR_C):
-            break
-        for i in range(n):
-            c.y[i] = y[i]
-            for j in range(stage):
-                c.y[i] += h * _PAIR_A[stage, j] * s.stages[j, i]
-        at, rates, own = t + _PAIR_C[stage] * h, c.stages[stage], c.forcing[0]
-        derivatives(equations, at, c.y, c.dy)
-        inertia(equations, at, c.y, c.mass[0])
-        if not factorise(c.mass[0], c.pivots):
-            return False
-        fill_slopes(equations, variation, at, c.y, c.dy[n - k :], c.after, c.remembered, True, own)
-        for m in range(c.after.shape[1]):
-            for i in range(k):
-                c.own[i] = own[i, m]
-            back_substitute(c.mass[0], c.pivots, c.own)
-            for i in range(k):
-                rates[n - k + i, m] = c.own[i]
-            for i in range(n - k):
-                rates[i, m] = c.after[n - k + i, m]
-    return True
 
 
 @kernel
@@ -171,7 +138,7 @@ def advance(run: Run, c: Column, k: int, t: float) -> bool:
     copy(run.tolerance, s.scale)
     restart(s)
     size, points, end = steps.times[k + 1] - now, around(steps.times, k), steps.times[k + 1]
-    first, last = _grades(equations, steps, k)
+    first, last = _grades(equations, run.depths, k)
     recalled = not len(limits) and _recall(equations, steps, k, t, s)
     if equations.implicit and c.ended[0] == now and not recalled:
         _resume(s, c)
@@ -235,23 +202,28 @@ def _resume(s: Stepper, c: Column) -> None:
 
 
 @kernel
-def _grades(equations: Equations, steps: Steps, k: int) -> tuple[float, float]:
+def find_depths(equations: Equations, steps: Steps, out: Array) -> None:
+    """Fill the penetrations of a run, see `Run`."""
+    out[:] = -1.0
+    for k in range(len(out)):
+        solve_state(equations, steps.times[k], steps.states[k])
+        for i in range(len(equations.model.ends)):
+            if equations.model.touching[i]:
+                out[k, i] = equations.work.contacts[i, PENETRATION]
+
+
+@kernel
+def _grades(equations: Equations, depths: Array, k: int) -> tuple[float, float]:
     """Return the sizes of the first and the last part of step k, in parts of it.
 
     The stiffness of a contact grows with a power of its depth, often the root. Parts within which the depth changes by
     no more than a factor of about two resolve it; the run itself needs them less.
     """
-    model, found = equations.model, equations.work.contacts
     first, last = 1.0, 1.0
-    for i in range(len(model.ends)):
-        if not model.touching[i]:
-            continue
-        solve_state(equations, steps.times[k], steps.states[k])
-        start = found[i, PENETRATION]
-        solve_state(equations, steps.times[k + 1], steps.states[k + 1])
-        end = found[i, PENETRATION]
+    for i in range(len(equations.model.ends) if len(depths) else 0):
+        start, end = depths[k, i], depths[k + 1, i]
         if start > 0.0 and end < _STEEP * start:
-            last = min(last, max(_NEAR_END * model.laws[i].clearance / start, _FINEST))
+            last = min(last, max(_NEAR_END * equations.model.laws[i].clearance / start, _FINEST))
         elif start > 0.0 and start < _STEEP * end:
             first = min(first, max(start / end, _FINEST))
     return first, last
@@ -266,14 +238,14 @@ def close_columns(equations: Equations, variation: Variation, t: float, y: Array
     for last in range(c.before.shape[1], 0, -DIRECTIONS):
         first = first_of(last)
         for rates in range(2):
-            set_columns(equations, variation, t, y, c.before, c.remembered, first, last, True)
+            set_columns(equations, variation, t, y, c.before, c.remembered, first, last)
             for r in range(nr):
                 rows[r] = row_rate(duals.rows[r], at.pose, at.vel) if rates else row_value(duals.rows[r], at.pose)
             for j in range(first, last):
                 for r in range(nr):
                     w.row_error[r] = -slope(rows[r], j - first)
                 x[:] = 0.0
-                correct(model.stiff, model.rows, model.rank, w, x)
+                correct(model.stiff, model.rows, model.elimination, w, x)
                 for i in range(n):
                     c.before[i + rates * n, j] += x[model.free[i]]
     equations.work.solved[0] = math.nan

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,14 +30,18 @@ from linkages.engines.compiled.run.job import Given, model_of
 from linkages.engines.compiled.run.model import Equations
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.contact_partials import (
+    AWAY,
     CENTRE,
+    GAP,
     INPUTS,
-    MARGINS,
-    MOTION,
     OUTPUTS,
+    PARTIALS,
     RESULT_PLACES,
     RESULTS,
+    SPEED,
     STEP,
+    along,
+    difference_partials,
     input_scales,
     inside,
     is_bounded,
@@ -58,8 +62,6 @@ from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.results.outputs.registry import pack
 from linkages.system import System
-
-_NEAR = 1e-3  # lower limit of the gap that scales a difference, in parts of the clearance
 
 
 class DualWork(NamedTuple):
@@ -82,6 +84,8 @@ class DualWork(NamedTuple):
     numbers_y: Array  # (ny, 1 + DIRECTIONS)
     numbers_memory: Array  # (nc, 2, 1 + DIRECTIONS)
     numbers_results: Array  # (RESULTS, 1 + DIRECTIONS)
+    changes: Array  # of the residual, floats, (k, np + nc): along the values and the approach speeds
+    partials: Array  # of a contact, floats, (RESULTS, PARTIALS)
 
 
 class Variation(NamedTuple):
@@ -144,7 +148,7 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
     variation = Variation(
         duals.value,
-        _make_work(model),
+        _make_work(model, len(nearby)),
         duals.memory,
         moved.value,
         moved.numbers,
@@ -158,15 +162,17 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     return packed(variation), start_derivatives(system, nearby)
 
 
-def _make_work(model: Arrays) -> DualWork:
-    """Make the arrays for a model."""
+def _make_work(model: Arrays, count: int) -> DualWork:
+    """Make the arrays for a model and so many values."""
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
     n, most = len(model.free) + nd, max(nd, len(model.powered))
     dynamics = DualCopy(make_workspace(nb, n, nr, model.bodies.shapes.shape[2])).value
     y, memory, results = dual_array(2 * len(model.free) + len(model.bristles)), dual_array(nc, 2), dual_array(RESULTS)
     motions = (dual_array(most) for _ in range(3))
     own = dual_array(nc, WIDTH), memory, *motions, dual_array(nr), y, results, dual_array(OUTPUTS)
-    return DualWork(dynamics, np.zeros(1), *own, *(one.view(np.ndarray) for one in (y, memory, results)))
+    floats = np.zeros((len(y) - len(model.free), count + nc)), np.zeros((RESULTS, PARTIALS))
+    slots = (one.view(np.ndarray) for one in (y, memory, results))
+    return DualWork._make([dynamics, np.zeros(1), *own, *slots, *floats])
 
 
 @inlined_kernel
@@ -192,9 +198,8 @@ def _choose(v: Variation, value: int) -> None:
 
 @kernel
 def set_columns(
-    equations: Equations, v: Variation, t: float, y: Array, columns: Array, remembered: Array, first: int, last: int,
-    moves: bool,
-) -> None:  # fmt: skip
+    equations: Equations, v: Variation, t: float, y: Array, columns: Array, remembered: Array, first: int, last: int
+) -> None:
     """Set the dual state at (t, y): slopes are those along columns from the first one to before the last one.
 
     Parameters
@@ -202,14 +207,12 @@ def set_columns(
     columns : (ny, m) array
     remembered : (nc, m) array
         Those of the approach speeds.
-    moves : bool
-        Whether the state moves along the columns; else only the approach speeds and the model do.
     """
     work = v.work
     _choose(v, first - (columns.shape[1] - len(v.unit)))
     _set_numbers(equations, work, y)
     for j in range(first, last):
-        for i in range(len(y) if moves else 0):
+        for i in range(len(y)):
             work.numbers_y[i, 1 + j - first] = columns[i, j]
         for k in range(len(remembered)):
             work.numbers_memory[k, APPROACH, 1 + j - first] = remembered[k, j]
@@ -239,34 +242,42 @@ def _set_numbers(equations: Equations, work: DualWork, y: Array) -> None:
 
 
 @kernel
-def fill_slopes(
-    equations: Equations, v: Variation, t: float, y: Array, dy: Array, columns: Array, remembered: Array, moves: bool,
-    out: Array,
-) -> None:  # fmt: skip
-    """Fill ``out`` (k, m) with the derivatives of the residual along the columns, see `set_columns`.
+def fill_forcing(
+    equations: Equations, v: Variation, t: float, y: Array, dy: Array, remembered: Array, out: Array
+) -> None:
+    """Fill ``out`` (k, m) with the derivatives of the residual along the columns, at a fixed state.
 
-    The mass matrix has been found at (t, y), where ``dy`` are the derivatives of rates and others.
+    They follow the values, of the last columns, and the approach speeds, whose columns are ``remembered`` (nc, m). The
+    mass matrix has been found at (t, y), where ``dy`` are the derivatives of rates and others.
     """
-    m = out.shape[1]
-    for last in range(m, 0, -DIRECTIONS):
-        first = first_of(last)
-        if moves or last > m - len(v.unit) or _any(remembered, first, last):
-            set_columns(equations, v, t, y, columns, remembered, first, last, moves)
-            set_contacts(equations, v)
-            fill_residual(equations, v, t, dy, first, last, out)
-        else:
-            for i in range(len(out)):
-                out[i, first:last] = 0.0
+    work, m, count, nc = v.work, out.shape[1], len(v.unit), len(remembered)
+    wanted = count
+    for k in range(nc):
+        if _any(remembered[k]):
+            wanted = count + nc
+    for first in range(0, wanted, DIRECTIONS):
+        _choose(v, first)
+        _set_numbers(equations, work, y)
+        for k in range(nc):
+            if 0 <= count + k - first < DIRECTIONS and _any(remembered[k]):
+                work.numbers_memory[k, APPROACH, 1 + count + k - first] = 1.0
+        set_state(v.model, work, seeded(t, -1), work.y)  # type: ignore[arg-type]
+        set_contacts(equations, v)
+        fill_residual(equations, v, t, dy, first, min(first + DIRECTIONS, wanted), work.changes)
+    for i in range(len(out)):
+        for j in range(m):
+            out[i, j] = work.changes[i, count - m + j] if j >= m - count else 0.0
+            for k in range(wanted - count):
+                out[i, j] += work.changes[i, count + k] * remembered[k, j]
 
 
 @kernel
-def _any(values: Array, first: int, last: int) -> bool:
-    """Whether any of these columns is not zero."""
-    for i in range(len(values)):
-        for j in range(first, last):
-            if values[i, j] != 0.0:
-                return True
-    return False
+def _any(values: Array) -> bool:
+    """Whether any of the values is not zero."""
+    found = False
+    for value in values:
+        found = found or value != 0.0
+    return found
 
 
 @kernel
@@ -293,7 +304,7 @@ def set_results(equations: Equations, v: Variation, k: int, motion: ContactMotio
     held = (number(ex), number(ey), number(vx), number(vy), number(wb), number(wj), number(nx), number(ny))
     if is_bounded(bounds):
         approach, bristle = number(memory[APPROACH]), number(memory[BRISTLE])
-        held = inside(model.ends[k], model.laws[k], model.tables[k], approach, bristle, held, bounds, MARGINS)
+        held = inside(model.ends[k], model.laws[k], model.tables[k], approach, bristle, held, bounds, 0.0)
     if held[0] == 0.0 and held[1] == 0.0:
         held = (CENTRE, held[1], held[2], held[3], held[4], held[5], held[6], held[7])
     moved = (
@@ -312,49 +323,39 @@ def set_results(equations: Equations, v: Variation, k: int, motion: ContactMotio
 
 @lazy_kernel
 def _set_differences(equations: Equations, v: Variation, k: int, motion: ContactMotion) -> None:
-    """Fill ``results`` of contact k with central differences along each direction."""
-    model, memory, out, scales = equations.model, v.work.memory[k], v.work.numbers_results, np.zeros(INPUTS)
-    a, c = _shifted(motion, 0, 0.0), model.laws[k].clearance
-    input_scales(model.ends[k], model.laws[k], a, _NEAR, scales)
+    """Fill ``results`` of contact k with central differences, along its motion, its memory and the values."""
+    model, memory, partials, scales = equations.model, v.work.memory[k], v.work.partials, np.zeros(INPUTS)
+    ex, ey, vx, vy, wb, wj, nx, ny = motion
+    at = (number(ex), number(ey), number(vx), number(vy), number(wb), number(wj), number(nx), number(ny))
+    end, law, table, bounds = model.ends[k], model.laws[k], model.tables[k], equations.work.scratch.bounds[k]
     approach, bristle = number(memory[APPROACH]), number(memory[BRISTLE])
-    here = contact_action(model.ends[k], model.laws[k], model.tables[k], approach, bristle, a)
-    out[:] = 0.0
+    difference_partials(end, law, table, equations.work.memory[k], at, bounds, partials)
+    here = contact_action(end, law, table, approach, bristle, at)
     for i in range(RESULTS):
-        out[i, 0] = here[i]
+        v.work.results[i] = along(partials[i], motion, memory[BRISTLE], here[i])
+    input_scales(end, law, at, scales)
+    if is_bounded(bounds):
+        at = inside(end, law, table, approach, bristle, at, bounds, AWAY * scales[SPEED])
     for j in range(DIRECTIONS):
-        p, change = v.chosen[0] + j, _shifted(motion, j, 1.0)
-        known = 0 <= p < len(v.unit)
-        worst = max(1.0 / v.unit[p], abs(slope(v.model.laws[k].clearance, j)) / min(scales[0], c)) if known else 0.0
-        for i in range(MOTION):
-            worst = max(worst, abs(change[i] - a[i]) / scales[i])
-        if approach > 0.0:
-            worst = max(worst, abs(slope(memory[APPROACH], j)) / approach)
-        if model.laws[k].bristle_scale > 0.0:
-            worst = max(worst, abs(slope(memory[BRISTLE], j)) / model.laws[k].bristle_scale)
+        p, faster = v.chosen[0] + j, slope(memory[APPROACH], j)
+        known, worst = 0 <= p < len(v.unit), abs(faster) / approach if approach > 0.0 else 0.0
+        if known:
+            worst = max(
+                worst, 1.0 / v.unit[p], abs(slope(v.model.laws[k].clearance, j)) / min(scales[GAP], law.clearance)
+            )
         if not 0.0 < worst < math.inf:
             continue
         for side in (1.0, -1.0):
             h = side * STEP / worst
             if known:
                 _move(v, p, h)
-            began, bent = approach + h * slope(memory[APPROACH], j), bristle + h * slope(memory[BRISTLE], j)
-            end, law, table = v.moved.ends[k], v.moved.laws[k], v.moved.tables[k]
-            found = contact_action(end, law, table, began, bent, _shifted(motion, j, h))
+            found = contact_action(
+                v.moved.ends[k], v.moved.laws[k], v.moved.tables[k], approach + h * faster, bristle, at
+            )
             for i in range(RESULTS):
-                out[i, 1 + j] += found[i] / (2.0 * h)
+                v.work.numbers_results[i, 1 + j] += found[i] / (2.0 * h)
         if known:
             _move(v, p, 0.0)
-
-
-@inlined_kernel
-def _shifted(motion: Any, j: int, h: float) -> ContactMotion:
-    """Numbers of a dual motion, h times its slopes along a direction away."""
-    ex, ey, vx, vy, wb, wj, nx, ny = motion
-    return (
-        number(ex) + h * slope(ex, j), number(ey) + h * slope(ey, j), number(vx) + h * slope(vx, j),
-        number(vy) + h * slope(vy, j), number(wb) + h * slope(wb, j), number(wj) + h * slope(wj, j),
-        number(nx) + h * slope(nx, j), number(ny) + h * slope(ny, j),
-    )  # fmt: skip
 
 
 @kernel

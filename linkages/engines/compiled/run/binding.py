@@ -23,6 +23,7 @@ from linkages.mechanics.planar.contacts import (
     PENETRATION,
     advance_films,
     approach_at_start,
+    fill_landing,
     has_history,
     start_films,
 )
@@ -135,6 +136,7 @@ def run(
     """
     equations, limits = job.equations, job.limits
     model, work = equations.model, equations.work
+    fill_landing(model.laws, model.size, job.landing)
     if has_history(work.memory):
         _start_films(equations, t, y)
     if t == 0.0:

@@ -66,7 +66,7 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
     set_state(model, work, t, y)
     _add_forces(equations, t)
     w = work.dynamics
-    smooth_dynamics(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+    smooth_dynamics(model.bodies, model.rows, model.elimination, model.size, model.gravity, w)
     if len(model.rows):
         body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
     _mark_solved(work, t, y)
@@ -92,8 +92,14 @@ def is_solved(work: Work, t: float, y: Array) -> bool:
 @kernel
 def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
     """Right-hand side of dy/dt = f(t, y)."""
-    model, work = equations.model, equations.work
     solve_state(equations, t, y)
+    found_derivatives(equations, y, dy)
+
+
+@inlined_kernel
+def found_derivatives(equations: Equations, y: Array, dy: Array) -> None:
+    """Fill the derivatives at the state y that has been solved."""
+    model, work = equations.model, equations.work
     n = len(model.free)
     for i in range(n):
         dy[i] = y[n + i]
@@ -161,7 +167,7 @@ def _residual_forces(model: Arrays, work: Work, out: Array) -> float:
 def rate_residuals(model: Arrays, w: Workspace, dy: Array, out: Array) -> None:
     """Fill ``out`` with the residuals of the rates, at a state and wrenches that are set; see `residual`."""
     if len(model.rows):
-        smooth_dynamics(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+        smooth_dynamics(model.bodies, model.rows, model.elimination, model.size, model.gravity, w)
         for i in range(len(model.free)):
             out[i] = w.a[model.free[i]] - dy[i]
     else:
@@ -222,6 +228,6 @@ def outside(model: Arrays, work: Work) -> int:
     """Contact whose journal has left its film, or -1."""
     for k in range(len(model.ends)):
         ex, ey = work.contacts[k, EX], work.contacts[k, EY]
-        if math.sqrt(ex * ex + ey * ey) >= model.limits[k]:
+        if math.sqrt(ex * ex + ey * ey) >= model.laws[k].clearance * model.limits[k]:
             return k
     return -1

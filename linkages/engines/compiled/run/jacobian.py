@@ -12,7 +12,7 @@ import math
 from typing import Any
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
-from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope, with_number
+from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope
 from linkages.engines.compiled.run.equations import add_reactions, is_solved, row_accelerations, solve_state
 from linkages.engines.compiled.run.model import Equations, Scratch
 from linkages.mechanics.planar.arrays import Arrays
@@ -25,12 +25,13 @@ from linkages.mechanics.planar.contact_partials import (
     FORCE_X,
     FORCE_Y,
     RESULT_PLACES,
+    along,
     contact_partials,
 )
-from linkages.mechanics.planar.contacts import ContactMotion, add_contact, contact_motion
+from linkages.mechanics.planar.contacts import add_contact, contact_motion
 from linkages.mechanics.planar.kinematics import body_states, moved_states, moved_velocities
 from linkages.mechanics.planar.loads import load_wrenches
-from linkages.mechanics.planar.loop_dynamics import row_responses, solve_rows
+from linkages.mechanics.planar.loop_dynamics import add_reactions_response, eliminate_rows
 from linkages.mechanics.planar.newton_euler import force_residual, moved_residual
 from linkages.mechanics.planar.singularities import solve_neighbour
 from linkages.mechanics.planar.traversal import MOVED, mark_moved
@@ -80,13 +81,13 @@ def _fill_mass(equations: Equations, mass: Array) -> None:
     """Fill the mass matrix at a solved state; with closure rows, what `close` needs."""
     model, w, s = equations.model, equations.work.dynamics, equations.work.scratch
     if w.interpolated[0] > 0.0:
-        solve_neighbour(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+        solve_neighbour(model.bodies, model.rows, model.elimination, model.size, model.gravity, w)
         equations.work.solved[0] = math.nan
     mass[:] = 0.0
     for i in range(len(mass)):
         mass[i, i] = 1.0
     if len(model.rows):
-        row_responses(model.bodies, model.rows, w)
+        eliminate_rows(model.bodies, model.rows, model.elimination, w)
         return
     mass_matrix(model.bodies, w, s.mass)
     for i in range(len(model.free)):
@@ -178,19 +179,11 @@ def _add_linear_contact(equations: Equations, d: Workspace, k: int, bristle: flo
     """Add the wrenches of contact k, linear in its motion, to dual ones; return the rate of its bristles."""
     end, p, found = equations.model.ends[k], equations.work.scratch.partials[k], equations.work.contacts[k]
     motion, arms = contact_motion(end, d.pose, d.vel)
-    fx = _along(p[FORCE_X], motion, bristle, found[RESULT_PLACES[FORCE_X]])
-    fy = _along(p[FORCE_Y], motion, bristle, found[RESULT_PLACES[FORCE_Y]])
-    couple = _along(p[COUPLE], motion, bristle, found[RESULT_PLACES[COUPLE]])
+    fx = along(p[FORCE_X], motion, bristle, found[RESULT_PLACES[FORCE_X]])
+    fy = along(p[FORCE_Y], motion, bristle, found[RESULT_PLACES[FORCE_Y]])
+    couple = along(p[COUPLE], motion, bristle, found[RESULT_PLACES[COUPLE]])
     add_contact(d.wrench, end, motion[0], motion[1], arms, fx, fy, couple)
-    return _along(p[BRISTLE_RATE], motion, bristle, found[RESULT_PLACES[BRISTLE_RATE]])
-
-
-@inlined_kernel
-def _along(p: Array, motion: ContactMotion, bristle: float, value: float) -> Any:
-    """Return a result of a contact as a dual number, from its value and its partial derivatives."""
-    ex, ey, vx, vy, wb, wj, nx, ny = motion
-    total = p[0] * ex + p[1] * ey + p[2] * vx + p[3] * vy + p[4] * wb + p[5] * wj + p[6] * nx + p[7] * ny
-    return with_number(total + p[8] * bristle, value)
+    return along(p[BRISTLE_RATE], motion, bristle, found[RESULT_PLACES[BRISTLE_RATE]])
 
 
 @lazy_kernel
@@ -204,20 +197,14 @@ def close(model: Arrays, w: Workspace, s: Scratch, tau: Array, rows: Array, dire
     rows : (nr,) array of duals
         Accelerations of the rows, at fixed accelerations of the coordinates.
     """
-    nr = len(model.rows)
     s.tau[:] = 0.0
     s.a[:] = 0.0
-    s.bias[:] = 0.0
-    s.modal_bias[:] = 0.0
+    w.bias[:] = 0.0
+    w.modal_bias[:] = 0.0
     for i in range(len(model.free)):
         s.tau[model.free[i]] = slope(tau[model.free[i]], direction)
-    acceleration_response(model.bodies, w, s.bias, s.modal_bias, s.tau, s.a)
-    for k in range(nr):
+    acceleration_response(model.bodies, w, w.bias, w.modal_bias, s.tau, s.a)
+    for k in range(len(model.rows)):
         w.row_error[k] = -row_acceleration(model.rows[k], w.pose, w.zero_velocity, w.response)
         w.row_error[k] -= slope(rows[k], direction)
-        for m in range(nr):
-            s.row_matrix[k, m] = w.row_matrix[k, m]
-    solve_rows(model.rows, model.rank, s.row_matrix, w.row_error, w.pivots, s.reaction)
-    for k in range(nr):
-        for i in range(len(s.a)):
-            s.a[i] += s.reaction[k] * w.row_response[k, i]
+    add_reactions_response(model.bodies, model.rows, model.elimination, w, s.reaction, s.a)

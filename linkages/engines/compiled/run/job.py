@@ -14,7 +14,6 @@ from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.mechanics.integrate.stepper import Stepper, make_stepper
 from linkages.mechanics.planar.arrays import Arrays
-from linkages.mechanics.planar.contacts import landing
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
@@ -38,7 +37,6 @@ class Given(NamedTuple):
 
     start: Array  # state at t = 0, (ny,)
     tolerance: Array  # of each entry of the state, per step, (ny,)
-    landing: Array  # see `linkages.mechanics.planar.contacts.landing`, (nc,)
     kinks: Array  # at which steps end, (nc, KINKS) or none; see `linkages.engines.compiled.run.kinks.kinks`
     limits: Array  # by the indices above, (5,)
     windows: Array  # times [s], (nw, 2)
@@ -57,7 +55,6 @@ class Job(NamedTuple):
 
     start: Array
     tolerance: Array
-    landing: Array
     kinks: Array
     limits: Array
     windows: Array
@@ -70,6 +67,7 @@ class Job(NamedTuple):
     with_loads: bool
     stepper: Stepper
     ideal: Workspace  # of the linkage with every joint ideal, of which q, v, a, pose, vel and acc count
+    landing: Array  # see `linkages.mechanics.planar.contacts.fill_landing`, (nc,)
     y: Array  # a state between steps, (ny,)
     row: Array  # its outputs, (no,)
 
@@ -82,7 +80,6 @@ def make_given(system: System, outputs: Records, windows: Array, steps: int | No
     return Given(
         start_state(system),
         solver.accuracy * error_scale(system),
-        landing(model.laws, model.size),
         kinks(system) if solver.accuracy < COARSE else np.zeros((0, KINKS)),
         np.array([duration, longest, solver.accuracy, least_advance(duration), steps or most(system)]),
         np.minimum(windows, duration),
@@ -121,6 +118,7 @@ def make_job(given: Given, memory: Array | None = None, modes: Indices | None = 
         ideal=make_workspace(
             len(model.bodies.records), len(model.free) + len(model.driven), 0, model.bodies.shapes.shape[2]
         ),
+        landing=np.zeros(nc),
         y=np.zeros(ny),
         row=np.zeros(len(given.outputs)),
     )

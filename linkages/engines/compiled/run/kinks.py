@@ -76,18 +76,19 @@ def kink_values(equations: Equations, limits: Array, out: Array) -> None:
 def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array) -> None:
     """Fill the sides of the kinks on which an attempted step from (t, y) starts; NaN where a contact does not act.
 
-    A step that starts at a kink is on the side to which it moves, unless the step before has ended there.
+    A step that starts at a kink is on the side to which it moves, unless the step before has ended there. The equations
+    are solved at the end of the step.
     """
-    work, acts = equations.work.kinked, equations.work.contacts
-    solve_state(equations, t + h, s.new)
-    kink_values(equations, limits, work.ends)
-    for k in range(len(limits)):
-        work.acting[k] = 1.0 if acts[k, LOAD] > 0.0 and not acts[k, PENETRATION] > 0.0 else 0.0
+    work, found = equations.work.kinked, equations.work.contacts
     solve_state(equations, t, y)
     kink_values(equations, limits, work.starts)
     for k in range(len(limits)):
-        work.touching[k] = 1.0 if acts[k, PENETRATION] > 0.0 else 0.0
-        if work.touching[k] > 0.0 or acts[k, LOAD] > 0.0:
+        work.touching[k] = 1.0 if found[k, PENETRATION] > 0.0 else 0.0
+        work.acting[k] = 1.0 if work.touching[k] > 0.0 or found[k, LOAD] > 0.0 else 0.0
+    solve_state(equations, t + h, s.new)
+    kink_values(equations, limits, work.ends)
+    for k in range(len(limits)):
+        if found[k, LOAD] > 0.0 and not found[k, PENETRATION] > 0.0:
             work.acting[k] = 1.0
         for j in range(KINKS):
             start = work.starts[k, j]
@@ -121,8 +122,9 @@ def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
     """
     work, low, high, size = equations.work.kinked, 0.0, h, h
     for trial in range(_TRIES):
-        solve_state(equations, t + size, s.new)
-        kink_values(equations, limits, work.ends)
+        if trial > 0:
+            solve_state(equations, t + size, s.new)
+            kink_values(equations, limits, work.ends)
         kink, contact, root, value = -1, 0, math.inf, 0.0
         for k in range(len(limits)):
             for j in range(KINKS):

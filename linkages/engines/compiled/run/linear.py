@@ -99,7 +99,7 @@ def closure_at(runner: Runner, t: float, y: Array) -> Closure:
             _row_curvature(equations, w.v + unit, up)
             _row_curvature(equations, w.v - unit, down)
             turning[:, k] = (up - down) / (4.0 * unit[place])
-    return Closure(rows, turning, model.rank)
+    return Closure(rows, turning, model.elimination.rank)
 
 
 def linearised(runner: Runner, t: float) -> Linear:
@@ -110,7 +110,7 @@ def linearised(runner: Runner, t: float) -> Linear:
     model, n = runner.model, len(runner.model.free)
     rates, changes, masses, (rows, _, _) = slopes(runner, t, runner.start)
     own = masses[np.ix_(model.free, model.free)]
-    ways = np.linalg.svd(rows)[2][model.rank :].T if len(rows) else np.eye(n)
+    ways = np.linalg.svd(rows)[2][model.elimination.rank :].T if len(rows) else np.eye(n)
     pushed = ways.T @ own
     still: Array = np.linalg.solve(pushed @ ways, pushed @ rates[n:]).astype(np.float64)
     return Linear(pushed @ ways, -pushed @ changes[n:, n:] @ ways, -pushed @ changes[n:, :n] @ ways, ways, own, still)

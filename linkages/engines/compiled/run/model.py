@@ -59,10 +59,7 @@ class Scratch(NamedTuple):
     rows: Array  # accelerations of the rows, dual, (nr,)
     tau: Array  # of one direction: changes of generalised forces, accelerations, (n,)
     a: Array
-    bias: Array  # zero bias forces, (nb, 3)
-    modal_bias: Array  # (n,)
-    row_matrix: Array  # for the changes of the rows' reactions, (nr, nr)
-    reaction: Array  # (nr,)
+    reaction: Array  # changes of the rows' reactions, (nr,)
     changed: Indices  # 1 for coordinates that a direction of duals changes, (n,)
     moves: Indices  # which bodies move with them, (nb,); see `linkages.mechanics.planar.traversal.mark_moved`
 
@@ -78,7 +75,7 @@ def make_scratch(w: Workspace, nc: int) -> Scratch:
     moved = w._replace(**changes)
     partials, bounds = np.zeros((nc, RESULTS, PARTIALS)), np.tile(no_bounds(), (nc, 1))
     duals = moved, moved._replace(q=w.q, pose=w.pose), dual_array(nr)
-    closed = np.zeros(n), np.zeros(n), np.zeros(w.bias.shape), np.zeros(n), np.zeros((nr, nr)), np.zeros(nr)
+    closed = np.zeros(n), np.zeros(n), np.zeros(nr)
     marks = np.zeros(n, np.int64), np.zeros(len(w.bias), np.int64)
     return Scratch(partials, bounds, np.zeros((n, n)), *duals, *closed, *marks)
 

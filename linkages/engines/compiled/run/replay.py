@@ -50,7 +50,7 @@ def project_state(equations: Equations, y: Array) -> bool:
     the loops determine it there only to digits that it does not have.
     """
     model, w, n = equations.model, equations.work.dynamics, len(equations.model.free)
-    if w.interpolated[0] > 0.0 or not project(model.stiff, model.rows, model.rank, _CLOSED, model.size, w):
+    if w.interpolated[0] > 0.0 or not project(model.stiff, model.rows, model.elimination, _CLOSED, model.size, w):
         return False
     for i in range(n):
         y[i] = w.q[model.free[i]]

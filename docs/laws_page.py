@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from linkages.laws.contact.contact_laws import CONTACTS
-from linkages.laws.contact.material import effective_restitution
 from linkages.laws.declared import users
 from linkages.laws.film.closed_form import half_film_long, short_bearing
 from linkages.laws.film.films import FILMS
@@ -27,11 +26,8 @@ class Law(NamedTuple):
 _CLOSED = {"long": half_film_long, "short": short_bearing}
 #: Motions of the journal for which they are compared: name -> (deps, ew/2).
 MOTIONS = {"rotation": (0.0, 1.0), "approach": (1.0, 0.0), "separation": (-1.0, 0.0)}
-#: L/D, by film, and eccentricity ratios of these tables.
-SLENDERNESSES = {
-    "long": (0.25, 0.5, 1.0, 4.0 / 3.0, 2.0, 4.0, 8.0, 16.0),
-    "short": (0.1, 0.25, 0.5, 1.0, 4.0 / 3.0, 2.0),
-}
+#: L/D, by film, and eccentricity ratios of the figure; the tables have every second one.
+SLENDERNESSES = {"long": (0.5, 1.0, 4.0 / 3.0, 2.0, 4.0, 8.0), "short": (0.1, 0.25, 0.5, 1.0)}
 RATIOS = (0.05, 0.3, 0.5, 0.7, 0.9, 0.95)
 
 _FINITE = {
@@ -72,10 +68,9 @@ def markdown() -> str:
     parts = [
         "# Force laws",
         "",
-        "Reference for users who choose a film, contact, friction or mixed law: formula, valid range, source and"
-        " parameters of every law, and two computed comparisons. `python docs/make_laws.py` writes this page from the"
-        " registries in `linkages/laws`. [Theory](theory.md) defines the symbols; [add a force law](extend.md) explains"
-        " how to add one.",
+        "Reference for users who choose a film, contact, friction or mixed law: formula, valid range and source of"
+        " every law, and two computed comparisons. `python docs/make_laws.py` writes this page. [Theory](theory.md)"
+        " defines the symbols; [add a force law](extend.md) explains how to add one.",
         "",
     ]
     films = {name: film for name, film in FILMS.items() if film.force is not None}  # the map's rules have rows
@@ -107,35 +102,29 @@ def _section(title: str, laws: Mapping[str, Any]) -> list[str]:
 
 
 def _parameters(laws: Mapping[str, Any]) -> list[str]:
-    """Return the table of declared parameters: keys of experiments next to the key of the law."""
-    lines = ["| parameter | laws | meaning | unit | default | range | source |", "|---|---|---|---|---|---|---|"]
+    """Return the sources of the parameters' defaults, and their order; the list of keys has everything else."""
+    sources: dict[str, list[str]] = {}
     for p, names in users(laws).items():
-        default, limit = "required" if p.default is None else f"{p.default:g}", p.range
-        if p.above:
-            limit = ", ".join(filter(None, [limit, f"above {p.above}"]))
-        lines.append(f"| {p.name} | {', '.join(names)} | {p.meaning} | {p.unit} | {default} | {limit} | {p.source} |")
-    return [*lines, ""]
+        sources.setdefault(p.source, []).append(
+            f"`{p.name}` of {', '.join(names)}" if len(names) < 3 else f"`{p.name}`"
+        )
+    above = dict.fromkeys(f" `{p.name}` is above `{p.above}`." for p in users(laws) if p.above)
+    said = "; ".join(f"{', '.join(names)} ({source})" for source, names in sources.items())
+    return [f"[Parameters](experiment.md#all-keys), and the sources of their defaults: {said}.{''.join(above)}", ""]
 
 
 def _restitution() -> list[str]:
-    """Table of the restitution that a nominal one gives, for the laws with an hysteresis factor."""
-    nominal = (0.1, 0.3, 0.5, 0.7, 0.9)
-    lines = [
+    """Say which restitution a nominal one gives, for the laws with an hysteresis factor."""
+    return [
         "### Effective restitution",
         "",
         "The restitution e' of a free impact under F = F_e(delta) (1 + chi ddelta/ddelta0) satisfies"
-        " chi - ln(1 + chi) = -chi e' - ln(1 - chi e'), for every stiffness, mass and speed.",
+        " chi - ln(1 + chi) = -chi e' - ln(1 - chi e'), for every stiffness, mass and speed"
+        " (`linkages.laws.contact.material.effective_restitution`).",
         "",
         "![Effective restitution](figures/restitution.png)",
         "",
-        "| law | " + " | ".join(f"e = {e}" for e in nominal) + " |",
-        "|---" * (len(nominal) + 1) + "|",
     ]
-    for name, law in CONTACTS.items():
-        if law.chi:
-            values = (effective_restitution(law.factor(e)) for e in nominal)
-            lines.append(f"| {name} | " + " | ".join(f"{value:.4f}" for value in values) + " |")
-    return [*lines, ""]
 
 
 def bearing_ratio(film: str, slenderness: float, eps: float, motion: str) -> float:
@@ -151,22 +140,21 @@ def _closed_form_errors() -> list[str]:
         "### Error of the long and the short film",
         "",
         "The tables give the force of the exact long half film, or of the short film, divided by the force of the "
-        "finite film (2D Reynolds equation, Guembel's condition). The ranges of validity follow from them: in "
-        "rotation and approach the long film errs by at most 14 % from L/D = 8 on, the short film by at most 16 % "
-        "up to L/D = 1/4 and eps = 0.7. The long film tends to the finite one with L/D in rotation only. With "
-        "squeeze the two differ in the limit too: the half film has p = 0 on two lines half a turn apart, but the "
-        "open ends of a long film fix the mean of p, weighted with h^3, at zero. The force on a separating "
-        "journal is then much smaller.",
+        "finite film (2D Reynolds equation, Guembel's condition). In rotation and approach the long film errs by at "
+        "most 14 % from L/D = 8 on, the short film by at most 16 % up to L/D = 1/4 and eps = 0.7. The long film tends "
+        "to the finite one with L/D in rotation only: the half film has p = 0 on two lines half a turn apart, but the "
+        "open ends of a long film fix the mean of p, weighted with h^3, at zero. The force on a separating journal is "
+        "then much smaller. Columns: motion, eccentricity ratio.",
         "",
         "![Error of the long-bearing assumption](figures/long_bearing_error.png)",
         "",
     ]
     for film, slendernesses in SLENDERNESSES.items():
-        for motion in MOTIONS:
-            lines += [f"| {film} film, {motion}, L/D | " + " | ".join(f"eps = {eps}" for eps in RATIOS) + " |"]
-            lines += ["|---" * (len(RATIOS) + 1) + "|"]
-            for slenderness in slendernesses:
-                values = (bearing_ratio(film, slenderness, eps, motion) for eps in RATIOS)
-                lines.append(f"| {slenderness:.4g} | " + " | ".join(f"{value:.3g}" for value in values) + " |")
-            lines.append("")
+        columns = [(motion, eps) for motion in MOTIONS for eps in RATIOS[::2]]
+        lines.append(f"| {film} film, L/D | " + " | ".join(f"{motion}, {eps}" for motion, eps in columns) + " |")
+        lines.append("|---" * (len(columns) + 1) + "|")
+        for slenderness in slendernesses:
+            values = (bearing_ratio(film, slenderness, eps, motion) for motion, eps in columns)
+            lines.append(f"| {slenderness:.4g} | " + " | ".join(f"{value:.3g}" for value in values) + " |")
+        lines.append("")
     return lines
