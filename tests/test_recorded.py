@@ -215,3 +215,74 @@ def test_refusals(driven, tmp_path, lines, problem):
         driven(lines)
     assert "\n" not in str(refused.value)
     assert str(refused.value).startswith("driven.toml: drives.O")
+
+
+DATA = '[data]\nfile = "measured.csv"\ntime = "clock"\ntime_unit = "ms"\nshift = 0.05\n'
+NOISE = 0.1  # rad/s2
+
+
+@pytest.fixture
+def measured(driven, tmp_path):
+    """A machine with measured curves: its own run with another clock, units, gain, offset and seeded noise."""
+
+    def measured(data=DATA):
+        columns = '[data.columns.alpha]\noutput = "follower.alpha"\n[data.columns.M]\noutput = "O.torque"\n'
+        columns += "gain = 2.0\noffset = -2.0\n"
+        return driven("speed = 10.0", 0.5, f'outputs = ["follower.alpha"]\n{data}{columns}' if data else "")
+
+    run = linkages.simulate(driven("speed = 10.0", 0.5, 'outputs = ["follower.alpha"]'))
+    t = np.arange(0.101, 0.7, 2e-3)
+    known = run.evaluate(np.minimum(t, 0.5))
+    noise = np.random.default_rng(3).normal(0.0, NOISE, t.shape)
+    noise[100] = 8.0 * NOISE
+    alpha = np.degrees(known["follower.alpha"] + noise)
+    heads, values = "clock,alpha [deg/s2],M", np.column_stack([1e3 * t - 50.0, alpha, known["O.torque"] / 2.0 + 1.0])
+    np.savetxt(tmp_path / "measured.csv", values, "%.12g", ",", header=heads, comments="")
+    measured.noise = noise[t <= 0.5]
+    return measured
+
+
+def test_measured_beside_computed(measured):
+    found = linkages.summarize(linkages.assess(measured()))["measured"]
+    alpha, torque = found["follower.alpha"], found["O.torque"]
+    assert alpha["rows"] == len(measured.noise) == 200
+    assert alpha["rms"] == pytest.approx(np.sqrt(np.mean(measured.noise**2)), rel=1e-6)
+    assert (alpha["largest"], alpha["time"]) == (pytest.approx(8.0 * NOISE, rel=1e-6), pytest.approx(0.301))
+    assert torque["rms"] < 1e-9 * torque["peak"]
+
+
+def test_measured_in_table_figure_and_report(measured, tmp_path, capsys):
+    source, out = measured().experiment.source, tmp_path / "out"
+    assert main(["simulate", str(source), "--no-animation", "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert re.search(r"measured less computed +peak +rms +largest +at \[s\]\nfollower\.alpha .* 0\.301\n", text)
+    assert (out / "measured.png").is_file()
+    assert main(["report", str(out)]) == 0
+    page = (out / "report.html").read_text()
+    assert "Measured less computed" in page
+    assert '"measured":{"time":[' in page.replace(" ", "").replace("\n", "")
+
+
+def test_data_from_the_command_line(measured, tmp_path, capsys):
+    """A file whose headings are names of outputs needs no table."""
+    source = measured("").experiment.source
+    run = linkages.simulate(linkages.load(source))
+    written(tmp_path / "plain.csv", time=run.time, **{"O.torque": run["O.torque"]})
+    options = ["--no-animation", "--no-plots", "--out", str(tmp_path / "out")]
+    assert main(["simulate", str(source), "--data", str(tmp_path / "plain.csv"), *options]) == 0
+    assert re.search(r"\nO\.torque .*e-1\d", capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(
+    ("data", "problem"),
+    [
+        (DATA.replace("clock", "time"), 'no column "time"'),
+        (DATA.replace("0.05", "50.0"), "has no number at a time within the run"),
+        (DATA.replace('"ms"', '"mm"'), "must be measured in s"),
+        (f'{DATA}[data.columns.beta]\noutput = "O.torque"\n', 'no column "beta"'),
+        (DATA.replace("measured.csv", "lost.csv"), "cannot be read"),
+    ],
+)
+def test_refused_data(measured, data, problem):
+    with pytest.raises(linkages.InputError, match=re.escape(problem)):
+        linkages.summarize(linkages.assess(measured(data)))

@@ -18,6 +18,7 @@ from linkages.laws.heat import NEAR
 from linkages.results.assessment import SMOOTHINGS, Assessment
 from linkages.results.derivatives import Wrt
 from linkages.results.films import heated, joint_heat
+from linkages.results.measured import check_data
 from linkages.results.outputs.columns import columns
 from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
@@ -140,6 +141,7 @@ def assess(
     """
     stage = progress or (lambda name: lambda time: None)
     expect_run(system, engine)  # before the ideal linkage
+    check_data(system)
     if (exact := _with_exact_motion(system)) is not None:
         check_duration(exact)
     run = simulate(system, engine, stage("run"))
@@ -166,7 +168,7 @@ def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -
 def _resmoothed(system: System, factor: float) -> System:
     """Return the system with the smoothing of all its signals from data files times a factor."""
     tables = system.experiment.from_files
-    return system.replaced({f"{path}.smoothing": factor * table.smoothing for path, table in tables.items()})
+    return system.replaced({f"{path}.smoothing": factor * (table.smoothing or 1.0) for path, table in tables.items()})
 
 
 def tightened(system: System, run: Trajectory, ratio: float) -> System:

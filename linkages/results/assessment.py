@@ -13,6 +13,7 @@ from linkages.results.characteristics import peak_columns
 from linkages.results.divergence import apart
 from linkages.results.films import JointHeat
 from linkages.results.impacts import Impact, impacts
+from linkages.results.measured import Measured, measured
 from linkages.results.peak_errors import noise
 from linkages.results.soundness import Soundness
 from linkages.results.steady_state import Motion, motion_of
@@ -66,6 +67,11 @@ class Assessment(Brief):
     def contacts(self) -> list[Impact]:
         """Return all contacts of the run."""
         return impacts(self.run, touching(self.system))
+
+    @cached_property
+    def measured(self) -> dict[str, Measured]:
+        """Return the measured curves of the experiment beside the run, by output."""
+        return measured(self.system, self.run)
 
     @cached_property
     def motion(self) -> Motion:

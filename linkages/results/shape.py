@@ -179,6 +179,15 @@ class _Recorded(_Entry):
     fits: list[_Fit]
 
 
+class _Measured(_Entry):
+    column: str
+    rows: int
+    rms: Finite
+    largest: Finite
+    time: Finite
+    peak: Finite
+
+
 class Summary(_Numbers):
     """The schema of ``summary.json``."""
 
@@ -193,6 +202,7 @@ class Summary(_Numbers):
     error: dict[str, _Number]
     warnings: list[_Warning]
     windows: dict[str, _Window]
+    measured: dict[str, _Measured] = Field({})
     recorded: dict[str, _Recorded] = Field({})
     smoothing: dict[str, dict[str, Finite]] = Field({})
     provenance: _Provenance

@@ -76,6 +76,7 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
         **whole,
         "ideal": {"status": ideal_run.status.value, **ideal},
         **({"recorded": _recorded(assessment)} if experiment.from_files else {}),
+        **({"measured": {k: one.content for k, one in assessment.measured.items()}} if experiment.data else {}),
         "motion": assessment.motion.content,
         "start_up": assessment.start_up,
         "report": assessment.reported,

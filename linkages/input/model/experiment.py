@@ -24,7 +24,7 @@ from linkages.input.files.unit_conversion import read
 from linkages.input.model import load_tables as tables
 from linkages.input.model.experiment_tables import Drive, JointModel, RunWindow, SolverTable
 from linkages.input.model.link_tables import LinkModel
-from linkages.input.model.recorded_tables import FromFile
+from linkages.input.model.recorded_tables import DataTable, FromFile
 
 #: Origins of replaced values, shown as their source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
@@ -109,6 +109,7 @@ class Experiment(Brief, Table):
     gears: dict[str, tables.Gear] = Field({}, description="gears and belts between joints, by name")
     stops: dict[str, tables.Stop] = Field({}, description="stops of joints by name")
     contacts: dict[str, tables.LineContact] = Field({}, description="contacts of points with straight lines, by name")
+    data: DataTable | None = Field(None, description="measured curves beside the computed ones")
     report: Literal["steady", "whole"] = Field(
         "steady",
         description="part of the run that tables give first: the last period of a periodic motion, otherwise the time "

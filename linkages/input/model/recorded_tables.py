@@ -45,10 +45,11 @@ class FromFile(Table):
     )
     period: Positive | None = Field(None, description="file: time after which the signal repeats [s]; default: a turn")
     unwrap: bool = Field(False, description="file: whether the angle jumps by a turn, as from 359 to 0 degrees")
-    smoothing: Positive = Field(
-        1.0, description="file: the order of the series or the number of the spline's pieces is divided by it [1]"
+    smoothing: Positive | None = Field(
+        None,
+        description="file: the order of the series or the number of the spline's pieces is divided by it; default: 1 [1]",
     )
-    shift: Finite = Field(0.0, description="file: time that is added to the file's times [s]")
+    shift: Finite | None = Field(None, description="file: time that is added to the file's times; default: 0 [s]")
 
     _recording: Recording | None = PrivateAttr(None)
     _fits: tuple[Fit, ...] = PrivateAttr(())
@@ -113,10 +114,10 @@ class FromFile(Table):
         if self._recording is None:
             return
         deviation = self._deviation(key)
-        smoothing = Smoothing(deviation, self.periodic, self.period, self.unwrap, self.smoothing)
+        smoothing = Smoothing(deviation, self.periodic, self.period, self.unwrap, self.smoothing or 1.0)
         place, place_unit = over
         name = self.time if place == "time" else self.columns[place][0]
-        shift = self.shift if place == "time" else 0.0
+        shift = (self.shift or 0.0) if place == "time" else 0.0
         places, start = (name, place_unit, self.units.get(place)), float(getattr(self, "angle", 0.0) or 0.0)
         self._fits = tuple(
             fitted(
@@ -152,3 +153,42 @@ class FromFile(Table):
         if size < 0.0:
             raise ValueError(f'{which} is "{given}"; it must be zero or positive')
         return size
+
+
+class DataColumn(Table):
+    """A measured column: gain times the column plus offset, in the output's unit, is compared with the output."""
+
+    output: str = Field(description="output that it is compared with")
+    unit: str | None = Field(None, description="unit of the column; default: the file's, or the output's in SI")
+    gain: Finite = Field(1.0, description="factor of the column [1]")
+    offset: Finite = Field(0.0, description="added value, in the output's SI unit")
+
+
+class DataTable(Table):
+    """Measured curves that are shown beside the computed ones."""
+
+    file: str = Field(description="data file (.csv, .txt, .mat, .parquet, .npz), relative to this file")
+    time: str = Field("time", description="column of the times")
+    time_unit: str | None = Field(None, description="unit of the times; default: the file's, or s")
+    shift: Finite = Field(0.0, description="time that is added to the file's times [s]")
+    columns: dict[str, DataColumn] = Field(
+        {}, description="columns by name; default: those named like outputs of the run"
+    )
+
+    _recording: Recording | None = PrivateAttr(None)
+
+    @property
+    def recording(self) -> Recording | None:
+        """Return the data file; None if it was not read."""
+        return self._recording
+
+    @model_validator(mode="after")
+    def _read_file(self, info: ValidationInfo) -> DataTable:
+        if info.context is not None:
+            self._recording = read_recording(info.context / self.file)
+            self._recording.column(self.time, "s", self.time_unit)
+            for name in self.columns:
+                if name not in self._recording.columns:
+                    known = nearest(name, self._recording.columns)
+                    raise ValueError(f'{self._recording.path.name} has no column "{name}"; {known}')
+        return self

@@ -74,6 +74,10 @@ def format_table(summary: dict[str, Any]) -> str:
     for column, rigid, value in words.link_rows(shown):
         cells = rigid, value["peak"], value["time"], value.get("place", "")
         rows.append(row(f"{column} [{words.output_unit(column)}]", cells, f"{column}.peak"))
+    if "measured" in summary:
+        rows += [("", ""), row("measured less computed", ("peak", "rms", "largest", "at [s]"))]
+    for name, value in summary.get("measured", {}).items():
+        rows.append(row(name, tuple(value[key] for key in ("peak", "rms", "largest", "time"))))
     width = max(18, *(1 + len(label) for label, _ in rows))
     lines = [
         experiment.get("title") or Path(experiment["file"]).stem,
