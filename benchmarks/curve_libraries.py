@@ -68,7 +68,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
     parser.add_argument("--redraws", type=int, default=100)
     options = parser.parse_args()
-    session = Session(linkages.load(linkages.find_file("seven_bar.toml")))
+    session = Session(linkages.load(Path(__file__).with_name("seven_bar_fast.toml")))
     shown = [session.compute({"joints.A.clearance": 3e-4 * (1 + 0.01 * (k % 20))})["curves"] for k in range(21)]
     shown = [shown[k % 21] for k in range(options.redraws + 1)]
     library = (Path(plotly.__file__).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")

@@ -70,7 +70,8 @@ def load(machine, folder):
         path.write_text(EXPERIMENT.format(machine=linkages.find_file("slider_crank_flexible.sdf")))
         return linkages.load(path)
     (folder / "seven_bar.sdf").write_text(press())
-    text = linkages.find_file("seven_bar.toml").read_text(encoding="utf-8")
+    text = Path(__file__).with_name("seven_bar_fast.toml").read_text(encoding="utf-8")
+    text = text.replace("../sdf/seven_bar.sdf", "seven_bar.sdf")
     path.write_text(text + "".join(f'\n[links.{name}]\nmodel = "flexible"\n' for name in PRESS))
     return linkages.load(path)
 

@@ -1,6 +1,6 @@
 """Estimate the gain of four designs side by side in vector registers: ``python benchmarks/lanes.py [--groups N]``.
 
-Four designs of the press (``seven_bar.toml``, 2 s) would be integrated at once, with one design in each lane of
+Four designs of the press (``seven_bar_fast.toml``, 2 s) would be integrated at once, with one design in each lane of
 `linkages.base.kernel.simd`. The script measures the parts of the present run and the part of each that lanes can share:
 
 - the balance of forces is measured in lanes; the kinematics count with the same gain, although their sines and cosines
@@ -17,6 +17,7 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
+from pathlib import Path
 
 import numpy as np
 from batch import MASS, OIL, table
@@ -89,7 +90,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
     parser.add_argument("--groups", type=int, default=10)
     options = parser.parse_args()
-    system = linkages.load(linkages.find_file("seven_bar.toml"))
+    system = linkages.load(Path(__file__).with_name("seven_bar_fast.toml"))
     run = simulate(system.replaced({"duration": TIME})).evaluate.function
     equations, y = run.runner.aside(), run.steps.states[-1]
     problem, out = equations, np.zeros(len(y))

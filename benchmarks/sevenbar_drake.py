@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
+from pathlib import Path
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -20,7 +21,6 @@ from linkages import load
 from linkages.engines.drake import build_diagram
 from linkages.engines.drake.simulation import _Watch
 from linkages.engines.drake.steps import StepControl
-from linkages.input.files.shipped import data_folder
 
 
 def one_run(system):
@@ -49,7 +49,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
     parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--file", default=str(data_folder() / "seven_bar.toml"))
+    parser.add_argument("--file", default=str(Path(__file__).with_name("seven_bar_fast.toml")))
     options = parser.parse_args()
     system = load(options.file, {"duration": 1.0})
     exact = reference(system)

@@ -27,7 +27,7 @@ _CLOSED = {"long": half_film_long, "short": short_bearing}
 #: Motions of the journal for which they are compared: name -> (deps, ew/2).
 MOTIONS = {"rotation": (0.0, 1.0), "approach": (1.0, 0.0), "separation": (-1.0, 0.0)}
 #: L/D, by film, and eccentricity ratios of the figure; the tables have every second one.
-SLENDERNESSES = {"long": (0.5, 1.0, 4.0 / 3.0, 2.0, 4.0, 8.0), "short": (0.1, 0.25, 0.5, 1.0)}
+SLENDERNESSES = {"long": (0.5, 1.0, 4.0 / 3.0, 2.0, 4.0, 8.0), "short": (0.25, 0.5, 1.0)}
 RATIOS = (0.05, 0.3, 0.5, 0.7, 0.9, 0.95)
 
 _FINITE = {

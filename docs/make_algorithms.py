@@ -43,14 +43,11 @@ _RULES = r"""
 Common rules:
 
 - A whole population is evaluated in one call; a gradient by differences is one population of 2 n designs. No design is evaluated twice in a run.
-- Failed evaluations, and values that are not finite, are worse than any other and never end a run.
+- Failed evaluations are worse than any other and never end a run.
 - Designs are ordered by the rules of feasibility (Deb, [2000](references.md)): feasible before infeasible, then the lower objective, or the lower sum of violations. Several objectives use
   constrained domination.
 - `progress` is called after each iteration and may raise `KeyboardInterrupt`: the best design so far is returned.
-
-| status | meaning and remedy |
-|---|---|
-"""
+- A result has a status with a remedy (`result.status.remedy`): """
 
 _THEORY = r"""
 ## The generalised reduced gradient method
@@ -78,11 +75,11 @@ Unlike the methods of Abadie and Carpentier ([1969](references.md)) and Lasdon e
 bounds too, are no special case. It is a problem of nonnegative least squares. Its multipliers $\mu$ and $v$ satisfy $r + H v = Z^T \mu$. The search ends (`converged`) when $\lVert H v \rVert$ and the products of $\mu$ and the distances to the bounds are small: the conditions of
 Karush, Kuhn and Tucker then hold.
 
-A changed partition changes the coordinates of the tangent space: $v = T v'$. $H' = T^T H T$ keeps the curvature information.
+A changed partition changes the coordinates: $v = T v'$, $H' = T^T H T$.
 
 **Line search.** At $y_N + \alpha v$ Newton's method on $c(x) + s = 0$ determines the basic variables, with $B^{-1}$ from the last Jacobian and Broyden's updates. A basic variable that meets a bound
 is set to it and exchanged with a nonbasic one. If the correction does not converge, or an evaluation fails, $\alpha$ is
-reduced. The step is accepted when $f - \pi^T (c + s)$ decreases enough (Armijo); the second term removes, to first order, the influence of the remaining residual.
+reduced. Constraints that are formulas need no run: the objective is evaluated only where they hold. The step is accepted when $f - \pi^T (c + s)$ decreases enough (Armijo); the second term removes, to first order, the influence of the remaining residual.
 
 **Phase I.** From an infeasible start the same method minimises the sum of the violations. At a stationary point, one small perturbation leaves a saddle before the status becomes `infeasible`.
 
@@ -100,9 +97,9 @@ populations matters where designs are evaluated in parallel. The last column is 
 """
 
 _AFTER = r"""
-All optima are found to 1e-6 of max(1, |optimum|); every constraint is satisfied to 1e-6 in its unit. SNOPT misses problem 64. Two further problems end in local optima from the printed start (20 and
-61); from other starts both reach the published optimum. Problem 13 has no multipliers at its optimum: for every method, a constraint tolerance t shifts it by the cube root of t.
-*Vertex*: the active constraints leave no freedom. *Degenerate*: their gradients are dependent, a multiplier vanishes, or the reduced Hessian is singular.
+All optima are found to 1e-6 of max(1, |optimum|); every constraint is satisfied to 1e-6 in its unit. SNOPT misses problem 64. Problems 20 and
+61 end in local optima from the printed start. Problem 13 has no multipliers at its optimum.
+*Vertex*: the active constraints leave no freedom. *Degenerate*: dependent gradients, a zero multiplier, or a singular reduced Hessian.
 
 ## Genetic algorithms
 
@@ -117,8 +114,6 @@ The [Pareto front](glossary.md#pareto-front) contains all evaluated designs. `op
 its range.
 
 ## Settings
-
-With their defaults:
 
 """
 
@@ -217,8 +212,8 @@ def page(problems: str) -> str:
     for (key, meaning), values in settings.items():
         said = "; ".join(f"{value} ({', '.join(names)})" for value, names in values.items())
         rows += f"- `{key}`: {meaning}; {said}\n"
-    remedies = "".join(f"| `{ending.value}` | {ending.remedy} |\n" for ending in Ending)
-    return _HEAD + summaries + _RULES + remedies + _THEORY + problems + _AFTER + rows + _ADD
+    endings = ", ".join(f"`{ending.value}`" for ending in Ending) + "\n"
+    return _HEAD + summaries + _RULES + endings + _THEORY + problems + _AFTER + rows + _ADD
 
 
 if __name__ == "__main__":

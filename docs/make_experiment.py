@@ -14,10 +14,10 @@ Reference for all users: every key of an experiment file with its unit, range an
 
 An experiment is a TOML file that names a [mechanism](glossary.md#mechanism) and describes one run of it, for example `sdf/seven_bar.toml`.
 
-- **Units.** Numbers are in SI units, or texts with a [unit](describe.md#units): `clearance = "0.1 mm"`, `speed = "300 r/min"`.
+- **Units.** Numbers are in SI units, or texts with a [unit](describe.md#units): `clearance = "0.1 mm"`.
 - **Sources.** The comment behind a value is its source; `summary.json` contains it: `clearance = 3e-4  # m, section 3.3`.
 - **Paths.** Any value can be replaced by its [dotted path](glossary.md#dotted-path): `--set joints.A.clearance=2e-4` on the command line,
-  `linkages.load("seven_bar.toml", {"joints.A.clearance": 2e-4})` or `system.replaced({...})` in Python. `system.value("joints.A.clearance")` returns it.
+  `linkages.load(file, {"joints.A.clearance": 2e-4})` or `system.replaced({...})` in Python. `system.value(path)` returns it.
 - **Values of the SDF file** have paths with `sdf.`: `sdf.links.link2.mass` [kg], `sdf.links.link2.inertia` (about the plane's normal) [kg m2],
   `sdf.links.link2.com.x` [m], `sdf.frames.crank1_A.pose.x` [m] (a length of a link), `sdf.joints.A.bearing.radius` [m],
   `sdf.links.rod.beam.height` [m], `sdf.links.rod.beam.youngs_modulus` [Pa]. The beam of a link determines its mass.

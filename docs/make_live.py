@@ -20,7 +20,6 @@ from linkages.show.live.server import LiveServer
 from linkages.show.live.session import Session
 
 FIGURES = Path(__file__).parent / "figures"
-FINITE = {f"joints.{name}.film": "finite" for name in "AB"}
 FAST = {"drives.O.speed": 200.0}
 LENGTH = "sdf.frames.crank1_A.pose.x"
 
@@ -33,8 +32,8 @@ def viscosity(value):
 #: Machine, values of the pinned run, values that are changed then, and the shown curves, or a part of the page.
 PICTURES = {
     "live_page": ("seven_bar", {}, {"joints.A.clearance": 6e-4}, ()),
-    "live_film": ("seven_bar", FINITE | viscosity(0.2), viscosity(0.005), ".orbits"),
-    "live_direction": ("seven_bar", {}, {"drives.O4.speed": -6.283185307}, ("slider7.ax", "A.force")),
+    "live_film": ("seven_bar", {}, viscosity(0.005), ".orbits"),
+    "live_direction": ("seven_bar", {}, {"drives.O4.speed": 6.283185307}, ("slider7.ax", "A.force")),
     "live_length": ("seven_bar", {}, {LENGTH: 1.05}, ("slider7.ax",)),
     "live_mass": ("seven_bar", {}, {"sdf.links.link2.mass": 0.5}, ("A.force", "B.force")),
     "live_contact": ("seven_bar_mixed", viscosity(0.1), viscosity(0.001), ".orbits"),

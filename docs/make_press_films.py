@@ -49,6 +49,7 @@ def system(step: str, strokes: float) -> linkages.System:
     """Return the press with one model of its films at a number of strokes per second."""
     speed = 2.0 * math.pi * strokes
     values: dict[str, Any] = {"drives.O1.speed": speed, "drives.O4.speed": speed, "duration": PERIODS / strokes}
+    values["gravity"] = [0.0, 0.0, 0.0]
     for joint in JOINTS:
         model = {"model": "lubricated", "clearance": 0.3e-3, "oil": {"grade": 460, "temperature": SUPPLY}}
         values[f"joints.{joint}"] = model | STEPS[step]
@@ -231,7 +232,7 @@ temperature. `python docs/make_press_films.py` repeats the runs and writes this 
 
 ## The steps
 
-Joints A and B of `sdf/seven_bar.toml` (L/D 1.33, radial clearance 0.3 mm) have one of these films:
+Joints A and B of `sdf/seven_bar.toml` (L/D 1.33, radial clearance 0.3 mm), here without weight and with cranks that turn alike, have one of these films:
 
 | step | film |
 |---|---|
@@ -240,8 +241,8 @@ Joints A and B of `sdf/seven_bar.toml` (L/D 1.33, radial clearance 0.3 mm) have 
 | finite, Reynolds | the same with Reynolds' rule |
 | groove, Reynolds | the same with a groove of 20 degrees at angle 0, 80 % of the length |
 | groove, mass-conserving | the same groove; the film content is conserved |
-| groove, heat, fed | the same with a [heat balance](bearing.md#heat-balance-of-a-joint); fresh oil replaces all that leaves at the ends |
-| groove, heat, sealed | the same; no fresh oil, conduction removes all heat |
+| groove, heat, fed | the same with a [heat balance](bearing.md#heat-balance-of-a-joint); fresh oil replaces all that leaves |
+| groove, heat, sealed | the same; no fresh oil |
 
 The oil is ISO VG 460 at {supply} °C: 0.39 Pa s, the viscosity of the source. Assumed: supply and surroundings at {supply} °C, conductance {conductance} W/K of each joint, both cranks in
 the same sense at the speed of the file, and at ten times this speed. The source gives neither temperature nor speed. All numbers refer to period {periods}, after a start with
@@ -256,7 +257,7 @@ Joint B behaves alike, with smaller eccentricity ratios in a grooved film.
 - **Force.** The acceleration of the links determines the joint forces. No step changes a peak by more than 3 %.
 - **Orbit.** The finite film carries less than the long one, the groove interrupts the pressure, and the cavity of a mass-conserving film must fill before it carries:
   each of the three moves the journals farther.
-- **Power.** A thinner film dissipates more. Mass conservation lowers the power: the cavity shears only the oil that it contains.
+- **Power.** A thinner film dissipates more; a cavity shears only the oil that it contains.
 - **Temperature.** A tenth of a kelvin at the speed of the file. At ten times the speed a fed joint
   warms by {fed}, a sealed one by {sealed}, which lowers the viscosity to {thin}.
 
@@ -276,8 +277,8 @@ The power grows about with the square of the speed. A sealed joint warms in prop
 as the smallest film matters. A heat balance matters for sealed joints above about 300 strokes per minute. If only forces or accelerations are of interest, the film
 model does not matter.
 
-Limits: the heat balance is a lumped model, and the maps of the films are quasi-static; with this groove the real film has [less oil](transient_film.md#the-press). The true temperature
-of the supply and the conductance of the links are unknown; the range from fed to sealed shows their influence.
+Limits: the heat balance is a lumped model, and the maps of the films are quasi-static; with this groove the real film has [less oil](transient_film.md#the-press). The range from fed to sealed shows
+the influence of the unknown supply and conductance.
 """
 
 

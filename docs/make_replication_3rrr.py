@@ -40,8 +40,7 @@ lowest three.
 printed millimetres and the printed 0.35 MPa exclude each other: at this stress the platform of a steel robot moves by less than a micrometre.
 
 **Open.** All printed displacements are 10⁴ to 10⁵ times ours, all stresses 5 to 130 times. No single assumption about material,
-diameters, assembly, roots or printed formulas explains them together. With free crank roots the recursion lets the mechanism drift past the printed
-millimetres within a second, a possible origin.
+diameters, assembly, roots or printed formulas explains them. With free crank roots the recursion drifts past the printed millimetres within a second, a possible origin.
 
 ![Natural frequencies over the revolution, and printed over our numbers](figures/replication_robot.png)
 

@@ -145,20 +145,7 @@ $$\\frac{{(\\varphi h)^{{n+1}} - (\\varphi h)^n}}{{\\Delta t}} + \\nabla\\cdot\\
 
 with the solver of `linkages bearing`. The oil is balanced to 1e-10 in each step. The error is of first order in the step.
 
-```python
-import math
-from linkages.laws.film.surface import FilmSurface, Groove, Journal, at_rest, follow, move, surface_mesh
-
-grooves = (Groove(math.pi, math.radians(20.0), length=0.8),)
-bearing = FilmSurface(surface_mesh(1.0, grooves, around=48, along=4), grooves)
-start = at_rest(bearing, place=(0.3, 0.0), content=1.0)
-orbit = ((0.1 * k, (0.4 + 0.1 * math.sin(0.05 * k), 0.2), 1.0) for k in range(1, 200))
-forces = [moment.force for moment in follow(bearing, start, orbit)]  # along a given orbit
-journal = Journal(mass=1.0, load=lambda t: (3.0, 0.0), speed=lambda t: 1.0)
-places = [moment.place for moment in move(bearing, start, journal, [0.2 * k for k in range(1, 100)])]
-```
-
-Lengths are in units of the clearance, times in units of $1/\\omega$; the head of `linkages.laws.film.surface.transient` lists the units.
+`linkages.laws.film.surface` has functions for an orbit of one bearing (`follow`) and a loaded journal (`move`), with examples; lengths are in units of the clearance, times in units of $1/\\omega$.
 
 ## The rule
 
@@ -212,8 +199,7 @@ film content is {content}: the groove replaces less oil than the ends lose. With
 
 ![Journal of joint A with the map and with history](figures/transient_film_press.png)
 
-The joint forces of the press hardly depend on its films ([the press step by step](press_films.md)). Its orbits, smallest films and temperatures do: with this groove the values of the map are
-estimates only.
+With this groove orbits, smallest films and temperatures of the map are estimates only; the joint forces [hardly depend](press_films.md) on the films.
 
 In the starved film the journal crosses the cavity once a turn and hits the oil on the other side. The peak of this impact depends on the film step and the cells ({forces} N in turn {turns});
 the largest eccentricity ratio ({ratios}) and the content ({contents}) do not.

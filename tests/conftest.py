@@ -43,6 +43,12 @@ def seven_bar():
     return shipped("seven_bar")
 
 
+@pytest.fixture(scope="session")
+def fast_press():
+    """The press of the benchmarks."""
+    return shipped("seven_bar_fast")
+
+
 @pytest.fixture
 def experiment_file(tmp_path):
     """Write an SDF text and a TOML text into a folder; returns the path of the TOML file."""

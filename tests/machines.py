@@ -119,6 +119,16 @@ def slider_crank(crank=0.05, rod=0.12, plane="xy", offset=0.0) -> str:
     return model("slider_crank", body, plane)
 
 
+#: An experiment of `slider_crank`: friction from the joint force in all joints, on an implicit method.
+RUBBING_CRANK = "duration = 0.1\ngravity = [0.0, -9.81, 0.0]\n[drives.O]\ntorque = 0.5\nspeed = 20.0\nangle = 0.7\n"
+RUBBING_CRANK += "".join(
+    f"[frictions.in_{name}]\njoint = '{name}'\ncoefficient = 0.3\nradius = 0.01\nspeed = 3.0\n" for name in "OAB"
+)
+RUBBING_CRANK += "[frictions.rail]\njoint = 'guide'\ncoefficient = 0.2\nlength = 0.02\nspeed = 0.5\n"
+RUBBING_CRANK += "static_coefficient = 0.4\nstribeck_speed = 0.3\n"
+RUBBING_CRANK += "[solver]\nintegrator = 'radau_iia_5'\naccuracy = 1e-9\n"
+
+
 def elastic_slider_crank(crank=0.15, rod=0.3, mass=0.075552, elastic_crank=False) -> str:
     """Simeon's: a rod of steel, 8 mm square, between a crank and a slider, with a frame at its middle."""
     first = elastic_bar("crank", crank, "__model__") if elastic_crank else bar("crank", crank, "__model__", mass=0.36)
@@ -150,6 +160,15 @@ def circle_intersection(p, r, q, s, side=1.0):
     across = np.sqrt(r**2 - along**2)
     u = (q - p) / d
     return p + along * u + side * across * np.array([-u[1], u[0]])
+
+
+def seven_bar_slider(t, w1=2 * np.pi, w4=2 * np.pi):
+    """Slider position from three dyads, Chen 2025 Table 2."""
+    a = 0.08 * np.array([np.cos(w1 * t), np.sin(w1 * t)])
+    phase = np.radians(310.79) + w4 * t
+    b = np.array([0.08 * np.cos(phase), 0.301 + 0.08 * np.sin(phase)])
+    c = np.array([circle_intersection(p, 0.18, q, 0.318, side=-1.0) for p, q in zip(a.T, b.T, strict=True)])
+    return c[:, 0] + np.sqrt(0.3**2 - c[:, 1] ** 2)
 
 
 def plane_rotation(plane: str) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import PLANES, bar, circle_intersection, four_bar, joint, model, slider_crank
+from machines import PLANES, bar, circle_intersection, four_bar, joint, model, seven_bar_slider, slider_crank
 from reference_machines import parallelogram_sdf
 from shipped import NAMES, shipped
 
@@ -92,19 +92,10 @@ def test_drag_link_follows_its_closed_form():
     assert np.ptp(found["follower.angle"]) == pytest.approx(2.0 * np.pi, rel=1e-9)
 
 
-def seven_bar_slider(t, w1=2 * np.pi, w4=2 * np.pi):
-    """Slider position from three dyads, Chen 2025 Table 2."""
-    a = 0.08 * np.array([np.cos(w1 * t), np.sin(w1 * t)])
-    phase = np.radians(310.79) + w4 * t
-    b = np.array([0.08 * np.cos(phase), 0.301 + 0.08 * np.sin(phase)])
-    c = np.array([circle_intersection(p, 0.18, q, 0.318, side=-1.0) for p, q in zip(a.T, b.T, strict=True)])
-    return c[:, 0] + np.sqrt(0.3**2 - c[:, 1] ** 2)
-
-
 @pytest.mark.parametrize("w4", [2 * np.pi, -2 * np.pi])
-def test_seven_bar_follows_its_closed_form(seven_bar, w4):
+def test_seven_bar_follows_its_closed_form(fast_press, w4):
     times = np.linspace(0.01, 1.9, 150)
-    found = ideal(seven_bar.replaced({"drives.O4.speed": w4})).evaluate(times)
+    found = ideal(fast_press.replaced({"drives.O4.speed": w4})).evaluate(times)
     x = lambda t: seven_bar_slider(t, w4=w4)  # noqa: E731
     rate, acceleration = differentiate(x, times)
     np.testing.assert_allclose(found["slider7.x"], x(times), atol=1e-13)
@@ -113,17 +104,17 @@ def test_seven_bar_follows_its_closed_form(seven_bar, w4):
 
 
 @pytest.mark.parametrize(("w4", "low", "high"), [(2 * np.pi, -4.667, 3.524), (-2 * np.pi, -4.853, 6.517)])
-def test_seven_bar_ideal_acceleration_range(seven_bar, w4, low, high):
+def test_seven_bar_ideal_acceleration_range(fast_press, w4, low, high):
     """The ranges that an independent calculation of the same data gave, to its printed digits."""
-    system = seven_bar.replaced({"drives.O4.speed": w4, "duration": 1.0})
+    system = fast_press.replaced({"drives.O4.speed": w4, "duration": 1.0})
     acceleration = ideal(system).evaluate(np.linspace(0, 1, 4001))["slider7.ax"]
     assert acceleration.min() == pytest.approx(low, abs=6e-4)
     assert acceleration.max() == pytest.approx(high, abs=6e-4)
 
 
-def test_ideal_drive_does_the_work_that_becomes_kinetic_energy(seven_bar):
+def test_ideal_drive_does_the_work_that_becomes_kinetic_energy(fast_press):
     """Inverse dynamics: the drives' power is the rate of the kinetic energy (no gravity, no loss)."""
-    motion = ideal(seven_bar)
+    motion = ideal(fast_press)
     times, h = np.linspace(0.05, 1.9, 50), 1e-5
     found = motion.evaluate(times)
     power = sum(found[f"{d}.torque"] * found[f"{d}.rate"] for d in ("O1", "O4"))

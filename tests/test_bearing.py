@@ -52,6 +52,48 @@ def test_two_axial_grooves(row):
     assert found == pytest.approx(expected, rel=0.06, abs=0.005)
 
 
+def coupling_ratio(slenderness, half):
+    """Kyx/Kxy of a full film between two axial grooves, on an arc of two halves [rad], for a light load; exact.
+
+    The pressure of a unit displacement solves -(p_tt + p_zz) = cos t or sin t, zero at grooves and ends: a series of
+    cosines over the length. Kxy is the integral of its product with cos t, Kyx that with sin t, of the opposite sign.
+    """
+    totals = np.zeros(2)
+    for n in range(1, 400, 2):
+        k = n * math.pi / (2.0 * slenderness)
+        sine, cosine, edge = math.sin(half), math.cos(half), math.tanh(k * half)
+        even = half + sine * cosine - 2.0 * cosine * (sine + k * cosine * edge) / (1.0 + k * k)
+        odd = half - sine * cosine - 2.0 * sine * (k * sine / edge - cosine) / (1.0 + k * k)
+        totals += np.array([even, odd]) * 8.0 / (n * math.pi) ** 2 / (1.0 + k * k)
+    return -totals[1] / totals[0]
+
+
+@pytest.mark.parametrize("extent", [10.0, 20.0])
+@pytest.mark.parametrize(("slenderness", "sommerfeld"), [(0.5, 60.0), (1.0, 20.0)])
+def test_cross_coupling_at_small_eccentricity(extent, slenderness, sommerfeld):
+    """The linear theory of a light load; eccentricity ratio 0.008."""
+    pair = [groove._replace(extent=math.radians(extent)) for groove in PAIR]
+    stiffness, _ = loaded(slenderness, sommerfeld, pair, cavitation="mass-conserving")[0].coefficients
+    expected = coupling_ratio(slenderness, math.radians(90.0 - 0.5 * extent))
+    assert stiffness[1, 0] / stiffness[0, 1] == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize(("mils", "eps"), [(1.8, 0.03), (2.0, 0.04)])
+def test_threshold_of_two_axial_grooves(mils, eps):
+    """Nicholas, Barrett and Leader 1980, table 6, set A: 1 inch, 29.8 lbf on two bearings, 8000 r/min, S = 5.3, 4.3.
+
+    The paper does not give the viscosity; all Sommerfeld numbers of its table follow from 7.60 microreyn. To the last
+    digit printed.
+    """
+    clearance, viscosity = mils * 25.4e-6, 7.60e-6 * 6894.757
+    point = linkages.bearing(
+        0.0254, 0.0254, clearance, viscosity, 8000.0 * math.pi / 30.0, 66.278,
+        grooves=PAIR, cells=(160, 12), cavitation="mass-conserving",
+    )  # fmt: skip
+    assert point.eccentricity_ratio == pytest.approx(eps, abs=0.005)
+    assert point.content["threshold_speed"] * math.sqrt(clearance / 9.80665) == pytest.approx(2.1, abs=0.05)
+
+
 def test_coefficients_of_an_independent_solver():
     """Mass-conserving, grid-converged: L/D 1, c 50 um, 24087 N, two grooves 80 % long with 1e5 Pa; to 2 %."""
     grooves = [groove._replace(length=0.8, pressure=1e5) for groove in PAIR]

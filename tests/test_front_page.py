@@ -12,25 +12,26 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 @pytest.fixture(scope="module")
-def parts_of_the_clearance():
-    """Largest parts of the clearance that the journals A and B of the press use [%], with both films."""
-
-    def used(film):
-        run = linkages.simulate(linkages.load(linkages.find_file("seven_bar.toml"), film), "compiled")
-        names = [f"{joint}.eccentricity_ratio" for joint in "AB"]
-        found = linkages.extremes(run, names)
-        return [100.0 * found[name].peak for name in names]
-
-    return [*used({}), *used({f"joints.{joint}.film": "finite" for joint in "AB"})]
+def dry_forces():
+    """Largest force in joint A of the dry press and of the ideal one [N]."""
+    system = linkages.load(linkages.find_file("seven_bar_dry.toml"))
+    runs = linkages.simulate(system), linkages.ideal(system)
+    return [linkages.extremes(run, ["A.force"])["A.force"].peak for run in runs]
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/index.md"])
-def test_the_caption_of_the_journals_has_both_films(page, parts_of_the_clearance):
-    """The long-bearing film alone would promise less than half of the motion: it is not for L/D = 1.33."""
+@pytest.mark.parametrize("page", ["README.md", "docs/index.md", "docs/first_run.md"])
+def test_pages_say_how_hard_a_dry_joint_strikes(page, dry_forces):
     text = (ROOT / page).read_text(encoding="utf-8")
-    caption = re.search(r"\*The two journals of the seven-bar press.*?\.\*", text, re.DOTALL).group()
-    printed = [float(number) for number in re.findall(r"([\d.]+) %", caption)]
-    assert printed == pytest.approx(parts_of_the_clearance, abs=0.06)
+    (times,) = re.findall(r"(\d+) times as large", text)
+    assert float(times) == pytest.approx(dry_forces[0] / dry_forces[1], rel=0.02)
+
+
+def test_the_first_run_says_what_thinner_oil_does():
+    text = (ROOT / "docs" / "first_run.md").read_text(encoding="utf-8")
+    (used,) = re.findall(r"Joint A now uses ([\d.]+) %", text)
+    system = linkages.load(linkages.find_file("seven_bar.toml"), {"joints.A.viscosity": 0.2})
+    found = linkages.extremes(linkages.simulate(system), ["A.eccentricity_ratio"])["A.eccentricity_ratio"]
+    assert float(used) == pytest.approx(100.0 * found.peak, abs=0.5)
 
 
 @pytest.mark.parametrize(

@@ -127,7 +127,7 @@ def test_wrenches_do_the_virtual_work_of_the_written_laws(system_of, plane, axis
         load_wrenches(loads, t, pose, vel, wrench)
         assert np.sum(wrench * states(tree, q, w)[1]) == pytest.approx(expected, rel=1e-9)
         outputs = np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
-        load_outputs(loads, t, pose, vel, outputs)
+        load_outputs(loads, np.zeros(len(loads[0])), t, pose, vel, outputs)
         assert outputs[:, 2].sum() == pytest.approx(np.sum(wrench * vel), rel=1e-12)
         np.testing.assert_allclose(outputs[4:, 0], resist, rtol=1e-9)
         np.testing.assert_allclose(outputs[4:, 1], here[7:], rtol=1e-12)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from machines import bar, four_bar, joint, model, solid
 
-from linkages import IdealMotion, InputError, Status, assess, ideal
+from linkages import IdealMotion, InputError, Status, assess, ideal, load_trajectory, summarize
 from linkages.cli.main import main
 from linkages.system import ideal_motion
 
@@ -66,3 +66,53 @@ def test_a_motion_that_starts_beside_a_dead_point_is_followed(system_of):
     x = crank + rod - way
     exact = np.arccos((crank**2 + x**2 - rod**2) / (2.0 * crank * x))
     assert motion["crank.angle"][-1] == pytest.approx(exact, abs=1e-9)
+
+
+TURN = 2.0 * np.pi / 10.0
+DRIVEN = "[drives.O]\nspeed = 10.0\n"
+
+
+@pytest.fixture
+def long(system_of):
+    """A run of 120 revolutions."""
+    return assess(system_of(CRANK_ROCKER, f"duration = {120.0 * TURN}\n{DRIVEN}"))
+
+
+def test_the_first_cycles_of_a_long_run_estimate_its_errors(system_of, long):
+    """The exact motion gives the true errors; a run of these cycles alone has the same estimates."""
+    summary = summarize(long)
+    assert long.tighter.time[-1] == pytest.approx(20.0 * TURN) == pytest.approx(summary["error_until"])
+    short = summarize(assess(system_of(CRANK_ROCKER, f"duration = {20.0 * TURN}\n{DRIVEN}")))
+    assert short["error_until"] is None
+    steady = summary["windows"]["steady"]
+    for name in summary["joints"]:
+        key = f"{name}.force.peak"
+        true = steady["joints"][name]["force"]["peak"] - steady["ideal"]["joints"][name]["force"]["peak"]
+        for numbers in (summary, steady):
+            assert abs(true) < numbers["error"][key]
+        assert steady["error"][key] == pytest.approx(short["windows"]["steady"]["error"][key], rel=0.5)
+    assert summary["error"].keys() == short["error"].keys()
+
+
+def test_a_window_late_in_a_long_run_has_the_errors_of_an_earlier_one(system_of):
+    late = f"[windows.late]\nstart = {100.3 * TURN}\nend = {101.1 * TURN}\n"
+    most = f"[windows.most]\nstart = {0.5 * TURN}\nend = {119.0 * TURN}\n"
+    found = assess(system_of(CRANK_ROCKER, f"duration = {120.0 * TURN}\n{DRIVEN}{late}{most}"))
+    assert found.repeating.earlier(100.3 * TURN, 101.1 * TURN) == pytest.approx((18.3 * TURN, 19.1 * TURN))
+    windows = summarize(found)["windows"]
+    assert None not in {*windows["late"]["error"].values(), *windows["most"]["error"].values()}
+
+
+def test_figures_of_a_long_run_show_its_last_cycles(long):
+    shown = long.latest()
+    for motion in (shown.run, shown.ideal):
+        assert motion.time[[0, -1]] == pytest.approx([100.0 * TURN, 120.0 * TURN])
+
+
+def test_a_compressed_trajectory_is_smaller_and_the_same(long, tmp_path):
+    for name, compress in (("plain", False), ("small", True)):
+        long.ideal.save(tmp_path / name, compress)
+    assert (tmp_path / "small").stat().st_size < 0.9 * (tmp_path / "plain").stat().st_size
+    for name in ("plain", "small"):
+        loaded = load_trajectory(tmp_path / name)
+        assert all((loaded[column] == long.ideal[column]).all() for column in long.ideal)

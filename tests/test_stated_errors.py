@@ -48,7 +48,7 @@ def test_a_run_does_not_depend_on_its_duration(system_of, duration):
     """Its steps do not, but for the last ones, which end there."""
     for system in (
         shipped("slider_crank_dry"),
-        shipped("seven_bar"),
+        shipped("seven_bar_fast"),
         system_of(double_pendulum(), FALLING.format(1, 1e-7)),
     ):
         asked = system.replaced({"duration": duration * system.experiment.duration})
@@ -61,7 +61,7 @@ def test_a_run_does_not_depend_on_its_duration(system_of, duration):
     ("engine", "changed"), [("compiled", {}), ("compiled", {"solver.max_step": 1e-4}), ("drake", {"duration": 0.02})]
 )
 def test_the_run_that_estimates_errors_shares_no_step(engine, changed):
-    found = assess(shipped("seven_bar", **({"duration": 0.1} | changed)), engine)
+    found = assess(shipped("seven_bar_fast", **({"duration": 0.1} | changed)), engine)
     run, tighter = (np.diff(each.time) for each in (found.run, found.tighter))
     assert tighter[0] < run[0]
     assert tighter.max() < 0.75 * run.max()
@@ -89,7 +89,7 @@ def test_a_start_is_resolved_at_any_accuracy():
     changed = {f"joints.{name}.{key}": value for name in "AB" for key, value in film.items()} | {"duration": 0.01}
     peaks = [
         numbers(system, simulate(system, "compiled"), ())["joints"]["A"]["force"]["peak"]
-        for system in (shipped("seven_bar", **changed, **{"solver.accuracy": 10.0**-k}) for k in (4, 7, 12))
+        for system in (shipped("seven_bar_fast", **changed, **{"solver.accuracy": 10.0**-k}) for k in (4, 7, 12))
     ]
     np.testing.assert_allclose(peaks, peaks[-1], rtol=1e-4)
 
@@ -104,7 +104,7 @@ def test_friction_reversals_have_honest_errors_that_are_small():
 @pytest.mark.slow
 def test_steps_that_drake_takes_at_its_longest_have_honest_errors():
     speeds = {"drives.O1.speed": 400.0, "drives.O4.speed": 400.0}
-    system = shipped("seven_bar", **speeds, **{"duration": 0.02, "solver.accuracy": 1e-3})
+    system = shipped("seven_bar_fast", **speeds, **{"duration": 0.02, "solver.accuracy": 1e-3})
     assert too_small(stated_and_true(system, "drake")) == {}
 
 
@@ -137,7 +137,7 @@ def test_a_larger_peak_may_follow_once_dry_runs_have_parted():
 
 
 def test_errors_are_no_smaller_than_rounding():
-    summary = summarize(assess(shipped("seven_bar", duration=0.1), "compiled"))
+    summary = summarize(assess(shipped("seven_bar_fast", duration=0.1), "compiled"))
     for key, peak in peaks_by_key(summary).items():
         assert summary["error"][key] >= RESOLVED * peak
 

@@ -83,7 +83,7 @@ def test_a_number_of_periods_has_its_plural(periods, told):
 
 def test_a_difference_of_states_says_what_it_is_measured_in():
     """Seven-bar, drives prescribed: states are eccentricities. A motion of free coordinates has angles too."""
-    system = linkages.load(linkages.find_file("seven_bar.toml"))
+    system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 4.0})
     why = linkages.motion_of(system, linkages.simulate(system, "compiled")).why
     assert re.search(r"the states of the last two periods differ by [\d.]+ of the clearance$", why)
 
@@ -114,8 +114,8 @@ def test_a_motion_is_periodic_from_where_its_start_has_died_away():
         ({"drives.O4": {"formula": "0.1*sin(8*pi*t) + 0.001*t"}}, None),
     ],
 )
-def test_common_period_of_drives(values, period, seven_bar):
-    assert common_period(seven_bar.replaced(values)) == (period and pytest.approx(period))
+def test_common_period_of_drives(values, period, fast_press):
+    assert common_period(fast_press.replaced(values)) == (period and pytest.approx(period))
 
 
 @pytest.fixture(scope="module")

@@ -145,7 +145,7 @@ def test_every_number_of_a_machine_is_found_and_replaced_by_its_path(name):
 
 def test_numbers_of_the_experiment_are_found_by_their_paths(seven_bar):
     assert seven_bar.value("joints.A.clearance") == 3e-4
-    assert seven_bar.value("drives.O1.speed") == pytest.approx(2.0 * np.pi)
+    assert seven_bar.value("drives.O1.speed") == pytest.approx(np.pi)
     for path in ("joints.A.clearence", "joints.A.film", "sdf.links.link2.mas", "sdf", ""):
         with pytest.raises(InputError):
             seven_bar.value(path)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from laws_page import bearing_ratio
 from machines import BEARING, joint, model, solid
-from shipped import shipped
+from shipped import FAST_PRESS, shipped
 
 from linkages import InputError, Status, assess, find_file, load, summarize
 from linkages.cli.main import main
@@ -82,12 +82,12 @@ def test_the_inertia_of_a_film_is_small_up_to_a_reduced_reynolds_number_of_one(t
 
 def test_a_film_is_for_its_slenderness():
     """L/D is 1.33 in A and B, and the fit of long bearings is for more than 8."""
-    (entry,) = found(shipped("seven_bar"))
+    (entry,) = found(shipped("seven_bar_fast"))
     assert (entry["kind"], entry["time"]) == ("film", None)
     assert "1.33 in A (pinkus-sternlicht: L/D > 8), 1.33 in B" in entry["what"]
-    assert found(shipped("seven_bar", **FINITE)) == []
-    assert found(shipped("seven_bar", **{f"sdf.joints.{name}.bearing.length": 0.25 for name in "AB"})) == []
-    (entry,) = found(shipped("seven_bar", **(FINITE | {"joints.A.film": "short"})))
+    assert found(shipped("seven_bar_fast", **FINITE)) == []
+    assert found(shipped("seven_bar_fast", **{f"sdf.joints.{name}.bearing.length": 0.25 for name in "AB"})) == []
+    (entry,) = found(shipped("seven_bar_fast", **(FINITE | {"joints.A.film": "short"})))
     assert "1.33 in A (short: L/D < 1/4)" in entry["what"]
 
 
@@ -251,7 +251,7 @@ def test_windows_in_which_two_runs_are_together_have_errors():
 
 def test_compare_shows_the_warnings_of_both_engines(tmp_path, capsys):
     arguments = ["--duration", "1e-3", "--accuracy", "1e-8", "--out", str(tmp_path)]
-    assert main(["compare", "seven_bar.toml", *arguments]) == 0
+    assert main(["compare", str(FAST_PRESS), *arguments]) == 0
     assert "warning of both engines (film): a film law is used at an L/D" in capsys.readouterr().out
     written = json.loads((tmp_path / "warnings.json").read_text())
     assert written.keys() == {"compiled", "drake"}

@@ -246,4 +246,4 @@ def _remedies(found: Mapping[str, Setting]) -> list[Claim]:
 
 
 def _claim(title: str, ours: str, held: list[bool], why: str) -> Claim:
-    return Claim(title, "no numbers", ours, [parts(held)], why, stored=COMMAND)
+    return Claim(title, "none", ours, [parts(held)], why, stored=COMMAND)

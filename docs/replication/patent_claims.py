@@ -140,7 +140,7 @@ def others() -> list[Claim]:
         told = ", ".join(f"F_{output.partition('.')[0]} {value}" for output, value in forces.items())
         found.append(
             Claim(
-                f"for other linkages as well, [0082]: {what}", "no numbers",
+                f"for other linkages as well, [0082]: {what}", "none",
                 f"departure {departure.start} at the start, {departure.running} running; {told}",
                 [parts([departure.start.high < 0.0, departure.running.high < 0.0])],
                 f"it holds if the whole interval decreases, at the start and in the steady state. Study `{name}`, lengths within assumed bounds;"

@@ -41,7 +41,7 @@ def method() -> list[Claim]:
     )
     return [
         Claim(
-            "claim 1: the six steps lower the departure of this linkage's acceleration", "no numbers",
+            "claim 1: the six steps lower the departure of this linkage's acceleration", "none",
             f"study `fourbar_jitter`: {len(pair('fourbar_jitter').study.names)} lengths; at the start {found.start}, running {found.running}",
             [parts([found.start.high < 0.0, found.running.high < 0.0])], "median and interval over start angles; tables 1 and 2 are lost", stored=COMMAND,
         ),
@@ -51,7 +51,7 @@ def method() -> list[Claim]:
             [parts([carried == 0.0, bool(np.any(free)), bool(np.any(run["B.load"][~free] > 0.0))])], "every start and end of a contact is located in time",
         ),
         Claim(
-            "claim 3: normal force of Lankarani and Nikravesh, n = 1.5", "formula lost; its symbols remain",
+            "claim 3: normal force of Lankarani and Nikravesh, n = 1.5", "formula lost",
             f"{law[0]:.1f} N at the deepest point of the first contact, engine {law[1]:.1f} N", [parts([_same(*law)])],
             "K δⁿ [1 + 3(1 - c_e²)/4 · (dδ/dt)/(dδ/dt)₀], K by Hertz with r_B - r_J: the law named by the remaining words, from the literature",
         ),
@@ -66,12 +66,12 @@ def method() -> list[Claim]:
             [parts([abs(sliding / DYNAMIC - 1.0) < WITHIN, most <= STATIC * 1.000001])], "cubic steps in between, as [0051]-[0055] say",
         ),
         Claim(
-            "claim 5: ideal linkage by Lagrange multipliers, eq. (6)", "formula lost; its symbols remain",
+            "claim 5: ideal linkage by Lagrange multipliers, eq. (6)", "formula lost",
             f"largest force in B by Newton's equations of each bar {theirs:.2f} N, ours {ours:.2f} N", [parts([_same(theirs, ours)])],
             "each bar in absolute coordinates, its accelerations by differences of positions",
         ),
         Claim(
-            "claim 6: linkage with clearance, eq. (7)", "formula lost; its symbols remain",
+            "claim 6: linkage with clearance, eq. (7)", "formula lost",
             f"largest force in B within {1e3 * _SHORT:g} ms on Drake {drake:.2f} N, compiled {compiled:.2f} N", [parts([_same(drake, compiled)])],
             "the joint is cut and its force applied; the two engines share the force law, not the dynamics",
         ),
@@ -89,7 +89,7 @@ def _problem() -> Claim:
         ("peak", "follower.alpha.jitter")
     ]
     return Claim(
-        "claim 7: lengths X, least largest departure F(X), constraints g_k(X)", "formula lost; its words remain",
+        "claim 7: lengths X, least largest departure F(X), constraints g_k(X)", "formula lost",
         f"study `fourbar_jitter`: {lengths} lengths, the follower's largest departure, {formulas} constraints by formulas of the lengths alone",
         [parts([lengths == len(file.variables), asked, formulas == len(file.constraints)])],
         "assumed constraints: all bars turn fully, transmission angle between 20 and 160 degrees",

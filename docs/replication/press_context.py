@@ -44,7 +44,7 @@ def context() -> list[Claim]:
     rates = {alpha: _rate(alpha) for alpha in (*_ALPHAS, BETA)}
     return [
         Claim(
-            "lubrication lessens impacts and friction in the joints, sections 1 and 3.2", "no numbers",
+            "lubrication lessens impacts and friction in the joints, sections 1 and 3.2", "none",
             f"dry joints multiply the largest F_A, F_B and acceleration by more than {_ROUGH:g}",
             [parts(ratio > _ROUGH for ratio in ratios)], "dry: contact and friction of `seven_bar_dry.toml`, gravity and speeds of `seven_bar_paper.toml`,"
             " 1 s; the exact factors depend on rounding",

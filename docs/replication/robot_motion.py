@@ -62,7 +62,7 @@ def kinematics() -> list[Claim]:
             f"smooth, as the paper says; eq. (3) is singular at {instants} instants, the rows used here are not", "numbers on the axes",
         ),
         Claim(
-            "accelerations of the joints by the H matrices, eq. (5)", "no numbers",
+            "accelerations of the joints by the H matrices, eq. (5)", "none",
             f"{1e3 * theirs[where, 1]:.3f} mm/s² where ours is {1e3 * away.ddx[where, 1]:.3f}, the largest along x;"
             f" everywhere within {'round-off' if worst < 1e-9 else f'{worst:.1g}'}",
             [Printed(1e3 * theirs[where, 1], 1e3 * away.ddx[where, 1], "mm/s²")],

@@ -132,6 +132,7 @@ class Status(enum.Enum):
     LOCKED = "locked"
     LOOP_OPEN = "loop-open"
     JOURNAL_LEFT_BEARING = "journal-left-bearing"
+    JAMMED = "jammed"
     STEP_SIZE_COLLAPSE = "step-size-collapse"
     TOO_MANY_STEPS = "too-many-steps"
     NOT_FINITE = "not-finite"
@@ -158,6 +159,8 @@ _REMEDY = {
     " a thousandth, with grooves a hundredth, where its map ends; tilted: an end of the journal can touch) and cannot"
     " carry the load: raise the viscosity, lower the clearance or the speed, or allow contact with"
     ' model = "mixed"',
+    Status.JAMMED: "no accelerations satisfy the friction of the joints, which grows with the joint forces (Painleve's"
+    " paradox): lower a coefficient of friction, lengthen the slider, or use a dry joint with clearance",
     Status.STEP_SIZE_COLLAPSE: "the integrator cannot meet its tolerance: loosen the accuracy, or check the"
     " parameters for values that make the system extremely stiff",
     Status.TOO_MANY_STEPS: "the steps are too short to reach the end: check the units (SI: metres, kilograms, radians"

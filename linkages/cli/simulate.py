@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.base.errors import InputError
+from linkages.base.errors import InputError, Status
 from linkages.cli.options import add_data, add_file, add_pictures, add_settings, load_system, output_folder, written
 from linkages.cli.progress import silence, stages
 from linkages.engines import DEFAULT, ENGINES, engine
@@ -15,6 +15,7 @@ from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.results.assessment import Assessment
+    from linkages.results.trajectory import Trajectory
 
 HELP = "run an experiment; write numbers, figures and an animation"
 
@@ -47,6 +48,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     add_pictures(parser, animation=True)
     meaning = "enlarge clearances and deflections in the animation; default: deflections, until they are visible"
     parser.add_argument("--exaggerate", type=float, metavar="FACTOR", help=meaning)
+    parser.add_argument("--compress", action="store_true", help="write small trajectory files, which takes longer")
     parser.add_argument("--no-error-estimate", action="store_true", help="do not repeat the run at a tighter tolerance")
 
 
@@ -58,6 +60,7 @@ def run(options: argparse.Namespace) -> int:
     from linkages.results.impacts import write_impacts
     from linkages.results.measured import save_measured
     from linkages.results.summary import judge, unjudged
+    from linkages.show.report.answer import answer
     from linkages.show.report.terminal import format_judgement, format_table
 
     if options.exaggerate is not None and not options.exaggerate >= 0.0:
@@ -73,24 +76,24 @@ def run(options: argparse.Namespace) -> int:
     silence.stage = "results"
     summary = unjudged(result)
     say(format_table(summary))
-    runs = {"the run": result.run, "the ideal linkage": result.ideal}
     with out as folder:
         if not options.no_error_estimate:
             result = estimate_error(result, progress)
-            if result.tighter is not None:
-                runs["the run that estimates the errors"] = result.tighter
         summary |= judge(result, summary)
-        for line in format_judgement(summary):
+        for line in [*format_judgement(summary), "", *answer(summary)]:
             say(line)
         if options.verbose:
             say(f"\n{_details(result, summary)}")
         write_json(folder / "summary.json", summary)
-        result.run.save(folder / "trajectory.npz")
-        result.ideal.save(folder / "ideal.npz")
+        silence.stage = "writing the trajectories"
+        result.run.save(folder / "trajectory.npz", options.compress)
+        result.ideal.save(folder / "ideal.npz", options.compress)
         if result.measured:
             save_measured(result.measured, folder / "measured.npz")
         if system.experiment.can_touch:
             write_impacts(result.contacts, folder)
+        failed = _failed(result)
+        result = result.latest()  # figures of all cycles of a long run would show none
         if not options.no_plots:
             silence.stage = "figures"
             from linkages.show.plots.drawing import draw, svg
@@ -102,9 +105,16 @@ def run(options: argparse.Namespace) -> int:
             silence.stage = "animation"
             _animate(result, folder / "animation.html", options.exaggerate)
     say(f"\n{written(out.path, out.names)}")
-    run = runs.pop("the run")
-    report_failures(runs)  # first, because the run usually fails if the ideal linkage does not close
-    return report_failures({"the run": run})
+    run = failed.pop("the run", None)
+    report_failures(failed)  # first, because the run usually fails if the ideal linkage does not close
+    return report_failures({"the run": run} if run else {})
+
+
+def _failed(result: Assessment) -> dict[str, Trajectory]:
+    """Return the runs that did not reach their end, by their names in messages."""
+    names = ("the run", "the ideal linkage", "the run that estimates the errors")
+    runs = zip(names, (result.run, result.ideal, result.tighter), strict=True)
+    return {name: run for name, run in runs if run is not None and run.status is not Status.OK}
 
 
 def _details(result: Assessment, summary: dict[str, Any]) -> str:

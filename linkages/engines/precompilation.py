@@ -54,13 +54,14 @@ def drake() -> list[Callable[[], Any]]:
 
     system = drop()
     n, nc = system.tree.size, len(system.ends)
-    work, total, drive = Rooms(system).work, np.zeros(n), np.zeros(len(system.tree.driven) + len(system.tree.powered))
+    rooms, total, powered = Rooms(system), np.zeros(n), len(system.tree.powered)
+    added, drive = np.zeros(powered), np.zeros(len(system.tree.driven) + powered)
     places, state = np.arange(n), np.zeros(2 * n)
     place = placed(system, places, places + n, places, n)
     return [
-        partial(drive_forces, place, work, 0.0, state, np.zeros(n), total, drive),
+        partial(drive_forces, place, rooms.work, rooms.friction, 0.0, state, np.zeros(n), added, total, drive),
         partial(_outputs, system),
-        partial(joint_forces, place, work, np.zeros((nc, 2)), state, np.zeros(n + WIDTH * nc)),
+        partial(joint_forces, place, rooms.work, np.zeros((nc, 2)), state, np.zeros(n + WIDTH * nc)),
         lambda: system.assembly,
     ]
 

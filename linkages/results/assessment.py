@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from linkages.base.brief import Brief
 from linkages.mechanics.planar.record_types import STOP
 from linkages.results.characteristics import peak_columns
+from linkages.results.derivatives import NONE
 from linkages.results.divergence import apart
 from linkages.results.films import JointHeat
 from linkages.results.impacts import Impact, impacts
@@ -17,13 +19,31 @@ from linkages.results.measured import Measured, measured
 from linkages.results.peak_errors import noise
 from linkages.results.soundness import Soundness
 from linkages.results.steady_state import Motion, motion_of
-from linkages.results.trajectory import Trajectory
+from linkages.results.trajectory import Trajectory, values_at
 from linkages.system import System
 
+_CYCLES = 20  # cycles of a periodic motion that stand for all of them
+_LONG = 5  # run over these cycles from which it is long
 _COMPARED = 500  # number of times at which the run and the tighter one are compared
 # difference of a film's force from the force of the ideal joint, in parts of the latter
 _CARRIED = 0.1  # within it the film carries the load
 _OVERSHOOT = 0.25  # a larger excess before makes a start-up
+#: Part of a run in which a centred journal takes up its load, in microseconds; differences begin after it.
+TAKEN_UP = 0.005
+
+
+class Repeating(NamedTuple):
+    """The part of a long run that repeats itself: its start, its cycle, and the end of its first cycles [s]."""
+
+    since: float
+    cycle: float
+    settled: float
+
+    def earlier(self, start: float, end: float) -> tuple[float, float]:
+        """Return the part of the run that a part [s] repeats, up to `settled`."""
+        ahead = self.cycle * np.ceil(max(end - self.settled, 0.0) / self.cycle)
+        return min(start, max(start - ahead, self.since)), min(end - ahead, self.settled)
+
 
 #: Factors of the smoothing of signals from data files in further runs, by name.
 SMOOTHINGS = {"half": 0.5, "double": 2.0}
@@ -42,7 +62,7 @@ class Assessment(Brief):
     ideal : Trajectory
         Motion of the linkage with every joint ideal and every link rigid; see `linkages.ideal`.
     tighter : Trajectory or None
-        The run repeated at a ten times tighter tolerance.
+        The run repeated at a ten times tighter tolerance; the first part of a long run, see `repeating`.
     heat : dict of str to JointHeat
         Heat balances of the joints that have one, by name.
     resmoothed : dict of str to Trajectory
@@ -79,6 +99,30 @@ class Assessment(Brief):
         return motion_of(self.system, self.run)
 
     @cached_property
+    def repeating(self) -> Repeating | None:
+        """Return how a long run repeats itself; None for shorter runs, and where errors may grow from cycle to cycle.
+
+        A run is long if its periodic motion has more than a hundred cycles. The first twenty stand for all of them. The
+        phase of free motions and of vibrating links drifts by errors of the run: their cycles are not alike.
+        """
+        motion, system = self.motion, self.system
+        if motion.cycle is None or motion.since is None or not system.determinate or system.experiment.flexible:
+            return None
+        start, end = motion.cycle
+        lasts = _CYCLES * (end - start)
+        found = Repeating(motion.since, end - start, motion.since + lasts)
+        return found if end - motion.since > _LONG * lasts else None
+
+    def latest(self) -> Assessment:
+        """Return the assessment without the tighter run, of a long run its last twenty cycles alone: for figures."""
+        if self.repeating is None:
+            return replace(self, tighter=None)
+        end = float(self.run.time[-1])
+        span = end - _CYCLES * self.repeating.cycle, end
+        ideal = self.ideal.within(*span) if self.ideal.time[-1] >= end else self.ideal
+        return replace(self, run=self.run.within(*span), ideal=ideal, tighter=None)
+
+    @cached_property
     def start_up(self) -> float | None:
         """Return the time at which the start-up of the run ends [s]; None if no journal starts with free flight.
 
@@ -99,6 +143,14 @@ class Assessment(Brief):
         if not times:
             return None
         return min(max([*times, *(drive.ramp for drive in experiment.drives.values())]), end)
+
+    @cached_property
+    def difference(self) -> Trajectory:
+        """Return the run minus the ideal motion at the run's steps, in the columns and the time that both have."""
+        run, times = self.run, self.run.time[self.run.time <= self.ideal.time[-1]]
+        exact = values_at(self.ideal, times)
+        columns = {name: run[name][: len(times)] - exact[name] for name in run if name in exact} | {"time": times}
+        return replace(run, time=times, columns=columns, evaluate=None, sensitivity=NONE)
 
     @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:

@@ -27,7 +27,8 @@ def numbers(
     experiment = system.experiment
     # rigid links have no deformation outputs
     given = [name for name in experiment.outputs if name in trajectory and name not in meaningless]
-    extreme = extremes(trajectory, given)
+    films = [f"{name}.film_thickness" for name in experiment.play if f"{name}.film_thickness" in trajectory]
+    extreme = extremes(trajectory, [*given, *films])
     columns = [column for column in peak_columns(system) if column in trajectory]
     peak = peaks(trajectory, [column for column in columns if column not in meaningless])
 
@@ -48,6 +49,9 @@ def numbers(
         if f"{name}.eccentricity_ratio" in columns:
             entry["model"] = experiment.joints[name].model
             entry["eccentricity_ratio"] = {"peak": peak[f"{name}.eccentricity_ratio"].value}
+            if (least := extreme.get(f"{name}.film_thickness")) is not None:
+                share = least.min / (experiment.joints[name].clearance or np.inf)
+                entry["film_thickness"] = {"min": least.min, "time": least.time_min, "share": share}
             entry |= _contacts(trajectory, [row for row in touches if row.joint.partition(".")[0] == name])
         if f"{name}.tilting_moment" in columns:
             entry["tilting_moment"] = of(f"{name}.tilting_moment")

@@ -34,6 +34,18 @@ class _Ratio(_Entry):
     peak: Finite
 
 
+class _Least(_Entry):
+    min: Finite
+    time: Finite
+    share: Finite
+
+
+class _Difference(_Entry):
+    peak: Finite
+    time: Finite
+    share: _Number
+
+
 class _Heat(_Entry):
     temperature: Finite
     viscosity: Finite
@@ -47,6 +59,7 @@ class _JointNumbers(_Entry):
     model: str
     force: _Peak
     eccentricity_ratio: _Ratio | None = None
+    film_thickness: _Least | None = None
     contact_fraction: Finite | None = None
     impacts: int | None = Field(None, ge=0)
     heat: _Heat | None = None
@@ -90,6 +103,7 @@ class _Numbers(_Entry):
     drives: dict[str, _Drive]
     loads: dict[str, _Load] = Field({})
     links: dict[str, _Link] = Field({})
+    difference: dict[str, _Difference] = Field({})
 
     def lacks(self, other: _Numbers) -> str:
         """Name an entry of the other numbers that is missing here; "" if none is."""
@@ -200,6 +214,7 @@ class Summary(_Numbers):
     start_up: _Number = None
     report: str
     error: dict[str, _Number]
+    error_until: _Number = None
     warnings: list[_Warning]
     windows: dict[str, _Window]
     measured: dict[str, _Measured] = Field({})

@@ -10,13 +10,15 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.errors import Status
 from linkages.input.files.versions import versions
-from linkages.results.assessment import Assessment
+from linkages.results.assessment import TAKEN_UP, Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
+from linkages.results.extremes import peaks
 from linkages.results.peak_errors import errors
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import warnings
 
 _ZERO = 1e-9  # relative to the largest force or torque: smaller peaks are rounding errors
+_NOTHING = 1e-9  # ratio of an ideal range to a difference below which the range is rounding
 
 
 @validated
@@ -39,7 +41,7 @@ def summarize(assessment: Assessment) -> dict[str, Any]:
     >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
     >>> summary = linkages.summarize(linkages.assess(system, "compiled"))
     >>> summary["status"], round(summary["joints"]["A"]["force"]["peak"], 2)
-    ('ok', 3.32)
+    ('ok', 6.96)
     """
     summary = unjudged(assessment)
     return summary | judge(assessment, summary)
@@ -52,12 +54,14 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
     for name, heat in assessment.heat.items():
         whole["joints"][name]["heat"] = heat.content
     ideal = numbers(system, ideal_run, assessment.ideal_meaningless)
+    whole["difference"] = _differences(assessment, ideal, 0.0, float(run.time[-1]))
     windows = {}
     for name, (start, end) in assessment.windows.items():
         found = numbers(system, run.within(start, end), assessment.meaningless, assessment.contacts)
         exact = ideal  # of the whole motion with ideal joints, if that ends earlier
         if ideal_run.time[-1] >= end:
             exact = numbers(system, ideal_run.within(start, end), assessment.ideal_meaningless)
+        found["difference"] = _differences(assessment, exact, start, end)
         windows[name] = {"from": start, "to": end, **found, "ideal": exact}
     quality, experiment = system.assembly.quality, system.experiment
     return {
@@ -81,6 +85,7 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
         "start_up": assessment.start_up,
         "report": assessment.reported,
         "error": {},
+        "error_until": None,
         "warnings": [],
         "windows": windows,
         "provenance": {
@@ -94,22 +99,49 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
     }
 
 
+def _differences(assessment: Assessment, ideal: dict[str, Any], start: float, end: float) -> dict[str, dict[str, Any]]:
+    """Find the largest difference of outputs and forces of clearance joints from the ideal motion, after the start.
+
+    Its share is the part of the ideal output's range or of the ideal force's peak, None if that is rounding.
+    Differences that are rounding are left out.
+    """
+    experiment, apart = assessment.system.experiment, assessment.difference
+    unknown = assessment.meaningless | assessment.ideal_meaningless
+    names = [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
+    begin = max(start, float(apart.time[0] + TAKEN_UP * np.ptp(apart.time)))
+    if not (experiment.play or experiment.flexible) or begin >= (last := min(end, float(apart.time[-1]))):
+        return {}
+    found = peaks(apart.within(begin, last), [name for name in names if name in apart and name not in unknown])
+    wholes = {name: value["max"] - value["min"] for name, value in ideal["outputs"].items() if value["max"] is not None}
+    wholes |= {f"{name}.force": value["force"]["peak"] for name, value in ideal["joints"].items()}
+    return {
+        name: {"peak": peak.value, "time": peak.time, "share": _share(peak.value, wholes[name])}
+        for name, peak in found.items()
+        if peak.value > assessment.noise[name]
+    }
+
+
+def _share(part: float, whole: float) -> float | None:
+    return part / whole if whole > _NOTHING * part else None
+
+
 def judge(assessment: Assessment, whole: dict[str, Any]) -> dict[str, Any]:
     """Make ``error`` and ``warnings`` of a summary from `unjudged`, and its ``windows`` with their errors.
 
     ``error`` has the error of each peak by the peak's key (``slider7.ax.peak``), None without an estimate, and is empty
     without a tighter run; see `linkages.results.peak_errors`.
     """
-    tighter = assessment.tighter
-    error = _errors(assessment, assessment.run, tighter, whole)
+    error = _errors(assessment, (0.0, whole["duration"]), whole)
     windows = {}
     for name, window in whole.get("windows", {}).items():
-        span = window["from"], window["to"]
-        part = tighter if tighter is None or tighter.time[-1] < span[1] else tighter.within(*span)
-        windows[name] = window | {"error": _errors(assessment, assessment.run.within(*span), part, window)}
-    smoothing = {"smoothing": _smoothing(assessment, whole)} if assessment.resmoothed else {}
-    judged = {"error": error, "warnings": warnings(assessment, peaks_by_key(whole), error), "windows": windows}
-    return judged | smoothing
+        windows[name] = window | {"error": _errors(assessment, (window["from"], window["to"]), window)}
+    return {
+        "error": error,
+        "error_until": assessment.repeating and assessment.repeating.settled if error else None,
+        "warnings": warnings(assessment, peaks_by_key(whole), error),
+        "windows": windows,
+        **({"smoothing": _smoothing(assessment, whole)} if assessment.resmoothed else {}),
+    }
 
 
 def _recorded(assessment: Assessment) -> dict[str, Any]:
@@ -138,14 +170,24 @@ def _smoothing(assessment: Assessment, whole: Mapping[str, Any]) -> dict[str, di
     return result
 
 
-def _errors(
-    assessment: Assessment, run: Trajectory, tighter: Trajectory | None, of: Mapping[str, Any]
-) -> dict[str, float | None]:
-    """Estimate the error of each peak of a run or a part of it; empty without the tighter run."""
+def _errors(assessment: Assessment, span: tuple[float, float], of: Mapping[str, Any]) -> dict[str, float | None]:
+    """Estimate the error of each peak of a part of the run; empty without the tighter run.
+
+    If the tighter run ends before a part that repeats an earlier one, the errors are those of the earlier one.
+    """
+    tighter, repeating = assessment.tighter, assessment.repeating
     if tighter is None:
         return {}
-    peaks = peaks_by_key(of)
     if tighter.status is not Status.OK:
-        return dict.fromkeys(peaks)
-    finer = peaks_by_key(numbers(assessment.system, tighter, assessment.meaningless))
-    return errors(run, tighter, peaks, finer, assessment.apart, assessment.noise)
+        return dict.fromkeys(peaks_by_key(of))
+    early = span if repeating is None else repeating.earlier(*span)
+    run, finer = _part(assessment.run, early), _part(tighter, early)
+    if early != span:
+        of = numbers(assessment.system, run, assessment.meaningless)
+    found = peaks_by_key(numbers(assessment.system, finer, assessment.meaningless))
+    return errors(run, finer, peaks_by_key(of), found, assessment.apart, assessment.noise)
+
+
+def _part(run: Trajectory, span: tuple[float, float]) -> Trajectory:
+    """Return the part of a run between two times [s]; the run itself if it has no other part."""
+    return run if span == (run.time[0], run.time[-1]) else run.within(*span)

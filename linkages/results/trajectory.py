@@ -120,11 +120,15 @@ class Trajectory(Brief):
             rates = replace(rates, columns=rates.evaluate(time))
         return replace(self, time=time, columns=columns, sensitivity=rates)
 
-    def save(self, path: str | Path) -> None:
-        """Write to an ``.npz`` file without pickle, atomically; RunError if the file cannot be written."""
+    def save(self, path: str | Path, compress: bool = False) -> None:
+        """Write to an ``.npz`` file without pickle, atomically; RunError if the file cannot be written.
+
+        With `compress` the file has about half the size, and takes a hundred times longer.
+        """
+        write = np.savez_compressed if compress else np.savez
         header = json.dumps({"status": self.status.value, "provenance": self.provenance, "units": self.units})
         with whole(Path(path)) as partial, open(partial, "wb") as file:
-            np.savez_compressed(file, header=np.array(header), **self.columns)  # type: ignore[arg-type]  # no column is named allow_pickle
+            write(file, header=np.array(header), **self.columns)  # type: ignore[arg-type]  # no column is named allow_pickle
 
     @property
     def about(self) -> dict[str, str]:
@@ -218,7 +222,7 @@ def sample(
     """Make a trajectory by evaluating a run at its steps; RunError if nothing remains.
 
     The trajectory ends before the first non-finite number and before the first open loop; its status is then NOT_FINITE
-    or LOOP_OPEN. The largest loop error is added to the provenance.
+    (unless it is JAMMED) or LOOP_OPEN. The largest loop error is added to the provenance.
     """
     columns = _in_parts(evaluate, steps)
     finite = np.ones(len(steps), dtype=bool)
@@ -226,7 +230,7 @@ def sample(
         finite &= np.isfinite(column)
     count = len(steps)
     if not np.all(finite):
-        count, status = int(np.argmin(finite)), Status.NOT_FINITE
+        count, status = int(np.argmin(finite)), Status.JAMMED if status is Status.JAMMED else Status.NOT_FINITE
         if count == 0:
             raise RunError(f"{status.value} at the start; {status.remedy}")
     if loops is not None:
@@ -238,6 +242,13 @@ def sample(
         provenance = provenance | {"loop_error": float(errors[:count].max())}
     kept = {name: column[:count] for name, column in columns.items()}
     return Trajectory(steps[:count], kept, status, provenance, evaluate)
+
+
+def values_at(trajectory: Trajectory, times: Array) -> Columns:
+    """Evaluate a trajectory at times [s]; interpolate a loaded one."""
+    if trajectory.evaluate is not None:
+        return trajectory.evaluate(times)
+    return {name: np.interp(times, trajectory.time, column) for name, column in trajectory.columns.items()}
 
 
 def _in_parts(evaluate: Evaluate, times: Array) -> Columns:

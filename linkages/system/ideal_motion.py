@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from linkages.base.arguments import Vector, inside, shaped, validated
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, Status
-from linkages.mechanics.planar.closure import closure_quality, follow
+from linkages.mechanics.planar.closure import BLURRED, closure_quality, follow, follow_branch, is_straight
 from linkages.mechanics.planar.singularities import GAP, WEIGHTS
 from linkages.system.assembly import coordinate_scale
 from linkages.system.system import System
@@ -17,20 +18,22 @@ from linkages.system.system import System
 _GRID = 0.02  # step of the fastest drive between two stored positions [rad or m]
 _FEWEST, _MANY = 200, 200_000  # fewest steps between stored positions; most before the drive steps become longer
 _COARSEST = 0.1  # step of the fastest drive between two stored positions in a long motion [rad or m]
-_BLURRED = 1e-3  # conditioning below which rates and accelerations are inaccurate
 _LOCKED = 1e-3  # conditioning below which a motion ends at a dead point
-_CURVED = 0.5  # largest contribution of the acceleration to a prediction [rad, or linkage lengths]
 _SHORTEST = 2.0**-40  # smallest part of a stored step: if this fails, the motion ends
 
 
-class _Line(NamedTuple):
-    """A stored position of the motion."""
+class _Lines(NamedTuple):
+    """Stored positions of the motion: times (nt,), coordinates, rates, accelerations (nt, n), qualities (nt,)."""
 
-    time: float
+    times: Array
     q: Array
     v: Array
     a: Array
-    quality: float
+    quality: Array
+
+    def part(self, places: Any) -> _Lines:
+        """Copy some of the positions."""
+        return _Lines(*(column[places] for column in self))
 
 
 class IdealMotion:
@@ -81,48 +84,49 @@ class IdealMotion:
 
     def _follow_branch(self) -> None:
         """Fill the table; skip positions whose rates are inaccurate."""
-        free = self.system.tree.closing_dofs
-        q, v, a = self._prescribed(self.times)
-        q[0, free] = self.system.assembly.q[free]
-        table: list[_Line] = []
-        for k, time in enumerate(self.times.tolist()):
-            quality, straight = np.zeros(1), True
-            if table:
-                start = table[-1]
-                straight = self._is_straight(start, time - start.time)
-                q[k, free] = _predicted(time - start.time, start.q, start.v, start.a)[free]
-            if straight and self._close(q[k : k + 1], v[k : k + 1], a[k : k + 1], quality):
-                reached = [_Line(time, q[k], v[k], a[k], float(quality[0]))]
-            else:
-                reached = self._creep(start, time)
-                if not reached or reached[-1].time < time:
-                    table += reached
-                    self.status = Status.LOCKED if table[-1].quality < _LOCKED else Status.NO_ASSEMBLY
-                    break
-            table += [line for line in reached if line.quality > _BLURRED or not table]
-        self.times, self.q, self.v, self.a, self.quality = map(np.array, zip(*table, strict=True))
+        tree, grid, done = self.system.tree, self.times, 1
+        lines = _Lines(grid.copy(), *self._prescribed(grid), np.zeros(len(grid)))
+        lines.q[0, tree.closing_dofs] = self.system.assembly.q[tree.closing_dofs]
+        self._close(*(column[:1] for column in lines[1:]))
+        table = [lines.part([0])]
+        while done < len(grid):
+            rows, first = (tree.bodies, tree.closure_rows, tree.closing_dofs), done
+            done = follow_branch(*rows, tree.extent, self._scale, first, *lines)
+            good = first + np.flatnonzero(lines.quality[first:done] > BLURRED)
+            table.append(lines.part(good))
+            if done == len(grid):
+                break
+            start = lines.part([good[-1] if len(good) else first - 1])
+            reached = self._creep(start, float(grid[done]))
+            last = reached[-1] if reached else start
+            if last.times[0] < grid[done]:
+                table += reached
+                self.status = Status.LOCKED if last.quality[0] < _LOCKED else Status.NO_ASSEMBLY
+                break
+            kept = [line for line in reached if line.quality[0] > BLURRED]
+            table += kept
+            for column, value in zip(lines, (kept or [start])[-1], strict=True):  # from which the next is predicted
+                column[done] = value[0]
+            done += 1
+        self.times, self.q, self.v, self.a, self.quality = map(np.concatenate, zip(*table, strict=True))
 
-    def _creep(self, start: _Line, end: float) -> list[_Line]:
+    def _creep(self, start: _Lines, end: float) -> list[_Lines]:
         """Advance from a line of the table to a time in shorter steps, or to the end of the motion."""
         lines, line, free = [], start, self.system.tree.closing_dofs
-        whole = step = end - start.time
-        while line.time < end and step >= _SHORTEST * whole:
-            then = end if line.time + 1.5 * step > end else line.time + step
+        now = float(start.times[0])
+        whole = step = end - now
+        while now < end and step >= _SHORTEST * whole:
+            then = end if now + 1.5 * step > end else now + step
             (q, v, a), quality = self._prescribed(np.array([then])), np.zeros(1)
-            q[:, free] = _predicted(then - line.time, line.q, line.v, line.a)[free]
-            if self._is_straight(line, then - line.time) and self._close(q, v, a, quality):
-                line = _Line(then, q[0], v[0], a[0], float(quality[0]))
+            q[:, free] = _predicted(then - now, line.q, line.v, line.a)[:, free]
+            straight = is_straight(then - now, self._scale, line.v[0], line.a[0], line.quality[0])
+            if straight and self._close(q, v, a, quality):
+                line, now = _Lines(np.array([then]), q, v, a, quality), then
                 lines.append(line)
                 step *= 2.0
             else:
                 step *= 0.5
         return lines
-
-    def _is_straight(self, line: _Line, step: float) -> bool:
-        """Check whether a step is short enough for prediction; rates change quickly near a singular position."""
-        bend = 0.5 * step * step * np.abs(line.a / self._scale).max(initial=0.0)
-        way = step * np.abs(line.v / self._scale).max(initial=0.0)
-        return bool(bend <= (_CURVED if line.quality > _BLURRED else min(_CURVED, 0.5 * way)))
 
     def _close(self, q: Array, v: Array, a: Array, quality: Array, offset: Array | None = None) -> int:
         """Close the loops in each line; return the number of closed lines."""
@@ -167,13 +171,15 @@ class IdealMotion:
             offset = shaped(offset, (len(times), len(tree.closure_rows)), "offset", "values")
         if hinges is not None:
             hinges = shaped(hinges, (len(times), len(tree.hinge_dofs)), "hinges", "angles")
-        q, v, a = self._prescribed(times)
-        if hinges is not None:
-            q[:, self.system.tree.hinge_dofs] = hinges
         near = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
         near -= times - self.times[near - 1] < self.times[near] - times
         if self.status is Status.LOCKED:  # rates of the last line are unbounded
             near = np.minimum(near, len(self.times) - 2)
+        if offset is None and hinges is None and np.array_equal(times, self.times[near]):
+            return self.q[near], self.v[near], self.a[near]
+        q, v, a = self._prescribed(times)
+        if hinges is not None:
+            q[:, tree.hinge_dofs] = hinges
         free, step = self.system.tree.closing_dofs, (times - self.times[near])[:, None]
         q[:, free] = _predicted(step, self.q[near], self.v[near], self.a[near])[:, free]
         quality = np.zeros(len(times))
@@ -181,7 +187,7 @@ class IdealMotion:
         if done < len(times):
             raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at t = {times[done]:.6g} s")
         if offset is None:
-            for k in np.flatnonzero(quality < _BLURRED):
+            for k in np.flatnonzero(quality < BLURRED):
                 self._interpolate(times[k], quality[k], q[k], v[k], a[k])
         return q, v, a
 
@@ -196,12 +202,18 @@ class IdealMotion:
         if times[0] < 0.0 or times[-1] > self.times[-1]:
             return
         beside, free = self.states(times), tree.closing_dofs
-        if min(closure_quality(tree.bodies, tree.closure_rows, free, x) for x in beside[0]) <= _BLURRED:
+        if min(closure_quality(tree.bodies, tree.closure_rows, free, x) for x in beside[0]) <= BLURRED:
             return
         middle = [np.concatenate([WEIGHTS[::-1], WEIGHTS]) @ x for x in beside]
         if np.abs(tree.gaps(middle[0])).max() <= GAP * tree.extent:
             for state, found in zip((q, v, a), middle, strict=True):
                 state[free] = found[free]
+
+
+@lru_cache(maxsize=4)
+def ideal_motion(system: System) -> IdealMotion:
+    """Return the ideal motion of a system, which is followed once."""
+    return IdealMotion(system)
 
 
 def check_duration(system: System) -> None:
@@ -227,7 +239,7 @@ def cause(status: Status, system: System, time: float) -> tuple[Status, float]:
     if status not in (Status.STEP_SIZE_COLLAPSE, Status.LOOP_OPEN) or not system.determinate or not system.drive_rate:
         return status, time
     try:
-        motion = IdealMotion(system)
+        motion = ideal_motion(system)
     except InputError:  # the motion is too long to search for a dead point
         return status, time
     if motion.status is not Status.LOCKED or time <= motion.times[-1] - _GRID / system.drive_rate:

@@ -39,6 +39,7 @@ def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | 
     """
     mechanism = tree.mechanism
     records: Records = np.zeros(len(experiment.loads), types.LOAD)
+    records["joint"] = -1
     following = iter(records)
     functions = _Functions(tree)
 
@@ -73,6 +74,10 @@ def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | 
         record["kind"] = types.PUSH
         record["term"], record["sign"] = tree.coordinate(friction.joint)
         record["motion"] = functions.add_formula(friction.law, {"v": rate})
+        if friction.depends_on_force:
+            record["joint"] = list(mechanism.joint).index(friction.joint)
+            record["share"] = functions.add_formula(friction.share, {"v": rate})
+            record["leverage"] = 2.0 / friction.length if friction.length is not None else 0.0
     for k, value in (added or {}).items():
         functions.made[k] = raised(functions.made[k], value)
     return records, functions.signals, *Motions(functions.made).arrays
@@ -143,7 +148,7 @@ def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motio
         pose, vel = make_pose(tree.bodies), make_motion(tree.bodies)
         outputs = np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
         body_states(tree.bodies, q, v, pose, vel)
-        load_outputs(loads, 0.0, pose, vel, outputs)
+        load_outputs(loads, np.zeros(len(loads[0])), 0.0, pose, vel, outputs)
         for (table, name), values in zip(experiment.loads, outputs, strict=True):
             directed = table == "springs" and experiment.springs[name].free_length > 0.0
             if directed and values[1] <= _COINCIDENT * tree.extent:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
@@ -90,7 +91,11 @@ class _Builder:
     """Collects the bodies of a tree while it grows from its root."""
 
     def __init__(self, mechanism: Mechanism, driven: tuple[str, ...], joints: Sequence[Joint], bend: Bend) -> None:
-        self.mechanism, self.driven, self.joints, self.bend = mechanism, driven, joints, bend
+        self.mechanism, self.driven, self.bend = mechanism, driven, bend
+        self.beside: dict[str, list[Joint]] = defaultdict(list)  # joints by each of their links
+        for joint in joints:
+            self.beside[joint.parent].append(joint)
+            self.beside[joint.child].append(joint)
         self.flexible: dict[str, Sequence[FlexibleLink]] = {}
         self.substructures: dict[str, FlexibleLink] = {}
         self.sections: dict[tuple[str, float], int] = {}
@@ -105,9 +110,7 @@ class _Builder:
     def grow(self, start: str) -> None:
         front = [start]
         for inner in front:  # grows during the iteration
-            for joint in self.joints:
-                if inner not in (joint.parent, joint.child):
-                    continue
+            for joint in self.beside[inner]:
                 outer = joint.child if inner == joint.parent else joint.parent
                 if outer not in self.index:
                     self._attach(joint, inner, outer)

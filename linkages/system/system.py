@@ -139,7 +139,7 @@ class System(Unassembled):
         --------
         >>> import linkages
         >>> linkages.load(linkages.find_file("seven_bar.toml")).value("drives.O1.speed")  # rad/s
-        6.283185307179586
+        3.141592653589793
         """
         if path.startswith("sdf."):
             return self.mechanism.value(path.removeprefix("sdf."))

@@ -129,7 +129,19 @@ def _restarts(problem: Problem, settings: _Generations, seed: int, progress: Rep
 
 
 class _Pygad(pygad.GA):
-    """pygad with a vectorised sort: the sort of version 3.9 makes generations of 100 designs take 19 times as long."""
+    """pygad with a vectorised sort, made once for each generation.
+
+    The sort of version 3.9 makes generations of 100 designs take 19 times as long.
+    """
+
+    _sorted: tuple[bytes, list[Any]] = (b"", [])  # fitness that was sorted last, and the rows in order
+
+    def sort_solutions_nsga2(self, fitness: Array, find_best_solution: bool = False) -> list[Any]:
+        """Sort as pygad does, which asks for the order of each generation four times."""
+        given = np.asarray(fitness).tobytes()
+        if given != self._sorted[0]:
+            self._sorted = given, super().sort_solutions_nsga2(fitness)
+        return list(self._sorted[1])
 
     def non_dominated_sorting(self, fitness: Array) -> tuple[list[Any], Indices]:
         """Sort designs into fronts: for each the rows (index, fitness), and the number of the front of each design."""

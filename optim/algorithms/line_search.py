@@ -107,15 +107,15 @@ def restore(
     if settled is None:
         return None
     partition, inverse = settled
-    f, c = form.evaluate(y[:n])
-    residual = c + y[n:]
+    residual = form.constraints(y[:n]) + y[n:]
     sizes = [np.abs(residual).max(initial=0.0)]
     for _ in range(NEWTON_STEPS):
         if not np.isfinite(sizes[-1]):
             return None
         if sizes[-1] <= tolerance:
-            # where constraints are violated the objective may be infinite; a failed evaluation leaves a residual
-            return Restored(y, f, residual, partition) if np.isfinite(f) or form.m else None
+            f, c = form.evaluate(y[:n])  # where constraints are violated the objective may be infinite
+            failed = not np.isfinite(c if form.m else f).all()
+            return None if failed else Restored(y, f, residual, partition)
         if len(sizes) > 2 and sizes[-1] > SLOWEST * sizes[-3]:
             return None
         before, basic = y[partition.basic], partition.basic
@@ -123,14 +123,13 @@ def restore(
         settled = _settle(A, y, partition, low, high, tolerance)
         if settled is None:
             return None
-        f, c = form.evaluate(y[:n])
-        change, residual = c + y[n:] - residual, c + y[n:]
+        last, residual = residual, form.constraints(y[:n]) + y[n:]
         sizes.append(np.abs(residual).max())
         if not np.array_equal(settled[0].basic, basic):
             partition, inverse = settled
             sizes = sizes[-1:]
         elif np.isfinite(sizes[-1]):
-            inverse = _broyden(inverse, y[basic] - before, change)
+            inverse = _broyden(inverse, y[basic] - before, residual - last)
     return None
 
 

@@ -128,6 +128,9 @@ class Problem:
     jacobian : callable or None
         Gives the derivatives at a design (n,), as (no + ni + ne, n): rows of the objectives, inequalities, equalities.
         Without it, and where it is not finite, gradient methods take differences.
+    constraints : callable or None
+        Gives inequalities and equalities at a design (n,), as (ni + ne,), if they are known without an evaluation; a
+        method that returns to the constraints then evaluates only where they hold.
     """
 
     lower: Array
@@ -138,6 +141,7 @@ class Problem:
     equalities: tuple[str, ...] = ()
     start: Array | None = None
     jacobian: Callable[[Array], Array] | None = None
+    constraints: Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:
         for name in ("lower", "upper", "start"):

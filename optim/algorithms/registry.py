@@ -60,7 +60,12 @@ ALGORITHMS = {
         revision=2,
     ),
     "grg": Algorithm(
-        "optim.algorithms.gradient", "reduced_gradient", "ReducedGradient", "generalised reduced gradient", local=True
+        "optim.algorithms.gradient",
+        "reduced_gradient",
+        "ReducedGradient",
+        "generalised reduced gradient",
+        local=True,
+        revision=2,
     ),
     "snopt": Algorithm(
         "optim.algorithms.snopt", "snopt", "Snopt", "sequential quadratic programming, Drake's SNOPT", local=True

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.base.arguments import shaped
 from linkages.base.arrays import Indices
 from optim.algorithms.archive import Archive
 from optim.algorithms.derivatives import jacobian
@@ -84,6 +85,13 @@ class StandardForm:
             return np.inf, np.full(self.m, np.inf)
         constraints = np.concatenate([values.inequalities[0], values.equalities[0]])
         return float(values.objectives[0, 0]) / self._objective_size, constraints / self._size
+
+    def constraints(self, x: Array) -> Array:
+        """Scaled constraints (m,) of scaled variables, as `evaluate`, which is not called if they are known without."""
+        if self.problem.constraints is None:
+            return self.evaluate(x)[1]
+        found = shaped(self.problem.constraints(self.design(x)), (self.m,), "constraints", "numbers")
+        return np.where(np.isfinite(found), found, np.inf) / self._size
 
     def slopes(self, x: Array) -> ScaledSlopes | None:
         """Differentiate at scaled variables; None where there are no values."""

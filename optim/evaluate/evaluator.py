@@ -6,7 +6,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from functools import partial
 
@@ -19,6 +20,8 @@ from optim.evaluate.limits import FEASIBLE, limits
 from optim.evaluate.requests import STATISTICS, Request, RequestEngine, Statistics, joined, run_compiled, run_parts
 from optim.problem.schema import LIFE, StudyQuantity, Term
 from optim.problem.study import Array, OperatingPoint, Study
+
+_LEAST = 0.5  # work of a request to an executor, whose way there and back takes some milliseconds [s]
 
 #: From `STATISTICS` by name, (m, nw) each, and lengths of the windows, (nw,) [s].
 _FUNCTIONALS: dict[str, Callable[[dict[str, Array], Array], Array]] = {
@@ -41,7 +44,7 @@ class Evaluator:
     executor : Executor, optional
         Where requests are answered; default here.
     parts : int
-        Requests that a population is divided into at each operating point; the values do not depend on it.
+        Requests, at most, that a population is divided into at each operating point; the values do not depend on it.
     threads : int, optional
         Threads of the compiled engine; default all there are.
     engine : callable, optional
@@ -76,6 +79,7 @@ class Evaluator:
         self.progress = progress if executor is None else None
         terms = [term for _, _, quantity in study.quantities for term in quantity.terms or ()]
         self._outputs = tuple(dict.fromkeys(term.output for term in terms))
+        self._lasts = math.inf  # least time of a design in a request to the executor [s]
         self._used = tuple(dict.fromkeys(term.window for term in terms))
 
     @validated
@@ -94,14 +98,17 @@ class Evaluator:
 
     def _run(self, designs: Array) -> list[Statistics]:
         """Run designs at every operating point."""
-        size = max(1, -(-len(designs) // self.parts))
+        size = max(1, -(-len(designs) // self.parts), math.ceil(_LEAST / self._lasts))
         requests = [
             self._request(point, designs[i : i + size])
             for point in self.study.points
             for i in range(0, len(designs), size)
         ]
-        run: Callable[..., Iterable[Statistics]] = map if self.executor is None else self.executor.map
-        found = list(run(partial(run_parts, self._engines()), requests))
+        run: Callable[..., Iterable[tuple[Statistics, float]]] = map if self.executor is None else self.executor.map
+        found, seconds = zip(*run(partial(_timed, self._engines()), requests), strict=True)
+        if self.executor is not None:
+            each_lasts = (lasted / len(request.values) for lasted, request in zip(seconds, requests, strict=True))
+            self._lasts = min(self._lasts, *each_lasts)
         each = len(found) // len(self.study.points)
         return [joined(found[i : i + each]) for i in range(0, len(found), each)]
 
@@ -239,6 +246,13 @@ class Screened:
                 if not (abs(excess) if limit.equality else excess) <= FEASIBLE:
                     found.append(limit.key)
         return found
+
+
+def _timed(engines: Mapping[str, RequestEngine], request: Request) -> tuple[Statistics, float]:
+    """Have a request answered, and measure the time that it takes [s]."""
+    started = time.perf_counter()
+    found = run_parts(engines, request)
+    return found, time.perf_counter() - started
 
 
 def _aggregate(how: str, values: Iterable[float]) -> float:

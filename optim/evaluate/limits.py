@@ -10,7 +10,7 @@ import numpy as np
 from linkages import RunError
 from linkages.base.arguments import Vector, fitting, validated
 from optim.algorithms.nlp import Problem, Values
-from optim.evaluate.evaluations import Evaluations
+from optim.evaluate.evaluations import OK, Evaluations
 from optim.problem.study import Array, Study
 
 FEASIBLE = 1e-6  # sum of violations, relative to their limits, that counts as none
@@ -54,7 +54,23 @@ def problem_of(
         tuple(limit.key for limit in limits(study) if not limit.equality),
         tuple(limit.key for limit in limits(study) if limit.equality),
         study.nominal if start is None else start,
+        constraints=_formulas(study, reference),
     )
+
+
+def _formulas(study: Study, nominal: Evaluations) -> Callable[[Array], Array] | None:
+    """Return the function of all limits at a design (n,) by formulas, (ni + ne,); None if one needs a run."""
+    if not study.formulas.keys() >= study.file.constraints.keys():
+        return None
+    unknown = np.full((1, len(study.file.objectives)), np.nan)
+
+    def limits_at(design: Array) -> Array:
+        named = study.named(design)
+        numbers = np.array([[study.formulas[name](named) for name in study.file.constraints]])
+        values = values_of(study, Evaluations(unknown, numbers, (OK,), ("",)), nominal)
+        return np.concatenate([values.inequalities[0], values.equalities[0]])
+
+    return limits_at
 
 
 def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:

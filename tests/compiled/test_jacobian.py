@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from linearised import left, right_hand_side, slope
-from machines import bar, elastic_slider_crank, four_bar, joint, model, slider_crank, solid
+from machines import RUBBING_CRANK, bar, elastic_slider_crank, four_bar, joint, model, slider_crank, solid
 from reference_machines import WINDOWS, windows_sdf
 from shipped import WORN, shipped
 from shipped import run as shipped_run
@@ -251,11 +251,22 @@ joint = "Q"
 over = "slide.rate"
 at = [-30.0, 0.0, 30.0]
 torques = [2.0, 0.0, -1.0]
+[torques.fan]
+link = "follower"
+formula = "-0.002*follower.omega**2"
 """
     result = simulate(system_of(sdf, text), "compiled")
     assert np.abs(result["q.slide"]).max() > 1e-3
+    assert result["follower.omega"].min() < 0.0  # a power of a negative number
     for step in (len(result.time) // 3, len(result.time) - 1):
         check(result, step, accuracy=EXACT)
+
+
+def test_friction_from_the_forces_in_all_joints_of_a_loop(system_of):
+    """In joints of the tree and in the cut one, with Stribeck's law and the moment of the guide."""
+    result = simulate(system_of(slider_crank(), RUBBING_CRANK), "compiled")
+    for step in (len(result.time) // 3, len(result.time) - 1):
+        check(result, step, accuracy=1e-9)  # rounding: changes of joint forces are small differences of two solutions
 
 
 def deepest(result, names):

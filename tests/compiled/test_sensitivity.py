@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from machines import bar, joint, model
+from machines import RUBBING_CRANK, bar, joint, model, slider_crank
 
 import linkages
 from linkages.engines.compiled.derivatives.sensitivity import differentiate
@@ -46,6 +46,18 @@ def _agree(name, overrides, step, limit, path):
 def test_lubricated_slider_crank_agrees_with_differences_of_runs(path, step):
     found = _agree("slider_crank_lubricated.toml", {"duration": 0.002}, step, 1e-7, path)
     assert not found.event.any()
+
+
+@pytest.mark.parametrize("path", ["frictions.in_A.coefficient", "frictions.rail.length", "sdf.links.rod.mass"])
+def test_friction_from_joint_forces_agrees_with_differences_of_runs(system_of, path):
+    """States, and outputs at the end: a friction, and the force in a joint, which the closure's reactions give."""
+    system = system_of(slider_crank(), RUBBING_CRANK).replaced({"duration": 0.05, "solver.accuracy": 1e-11})
+    names, h = ("O.rate", "in_A.torque", "rail.force", "A.force", "guide.moment"), 1e-4 * system.value(path)
+    found = linkages.simulate(system, "compiled", outputs=names, wrt=[path])
+    ends = [linkages.simulate(system.replaced({path: system.value(path) + k * h}), "compiled") for k in (-1, 1)]
+    for name in names:
+        expected = (ends[1][name][-1] - ends[0][name][-1]) / (2.0 * h)
+        assert found.sensitivity[path][name][-1] == pytest.approx(expected, rel=1e-5)
 
 
 def test_recorded_stages_and_repeated_steps_give_the_same_derivatives():

@@ -148,6 +148,7 @@ LOADS = {
     "torsion spring": "[torsion_springs.S]\njoint = 'A'\nstiffness = 4.0\nfree_angle = 0.3\ndamping = 0.1\n",
     "torsion damper": "[torsion_springs.S]\nlinks = ['crank', 'follower']\nstiffness = 1.0\nfree_angle = 0.0\ndamping = 0.2\n",
     "friction": "[frictions.F]\njoint = 'B'\nconstant = 0.5\nviscous = 0.02\nspeed = 0.5\n",
+    "friction from the joint force": "[frictions.F]\njoint = 'B'\ncoefficient = 0.3\nradius = 0.02\nspeed = 0.5\n",
     "weight": "",
     "stop": "[stops.E]\njoint = 'Q'\nside = 'upper'\nlimit = 0.05\n" + WALL.format("stops.E"),
     "point at a line": "[contacts.E]\npoint = 'coupler_tip'\nanchor = [0.2, 0.18]\nangle = 3.0\n" + WALL.format("contacts.E")

@@ -92,10 +92,19 @@ def test_a_block_on_a_moving_cart_takes_it_along(run):
 PIN = "[frictions.pin]\njoint = 'O'\n"
 #: case -> (text, expected part of the message)
 REFUSED = {
-    "nothing": (PIN, "frictions.pin: give constant, or viscous, or both"),
+    "nothing": (PIN, "frictions.pin: give constant, viscous, or coefficient"),
     "negative": (PIN + "constant = -1.0\n", "frictions.pin.constant: is -1.0"),
     "unknown joint": (PIN.replace("'O'", "'P'") + "constant = 1.0\n", 'frictions.pin.joint: "P" is not in machine.sdf'),
     "another unit": (PIN + "constant = '3 N'\n", 'frictions.pin.constant: is "3 N"; it must be measured in N m'),
+    "no radius": (PIN + "coefficient = 0.1\n", "frictions.pin.radius: is missing: a coefficient needs the radius"),
+    "length of a pin": (
+        PIN + "coefficient = 0.1\nradius = 0.01\nlength = 0.1\n",
+        'frictions.pin.length: has no effect: "O" is revolute',
+    ),
+    "Stribeck without speed": (
+        PIN + "coefficient = 0.1\nradius = 0.01\nstatic_coefficient = 0.2\n",
+        "frictions.pin: give static_coefficient and stribeck_speed, with coefficient, or neither",
+    ),
     "name of a joint": (PIN.replace("pin", "O") + "constant = 1.0\n", "frictions.O: is also the name of"),
 }
 

@@ -6,10 +6,11 @@ import numpy as np
 import paper_formulation
 import pytest
 from engines import slow_on_drake
+from machines import seven_bar_slider
 from shipped import run as run_shipped
 from shipped import shipped
 
-from linkages import System, extremes, ideal, load_mechanism, simulate
+from linkages import System, assess, extremes, ideal, load_mechanism, simulate, summarize
 from linkages.results.extremes import integral
 
 ONE_PERCENT_OF_TEN = 1e-3  # 0.1 %: required accuracy of forces, accelerations and orbits
@@ -50,14 +51,14 @@ def made(case):
 @cache
 def papers(case):
     """Step times and solution by the paper's formulation."""
-    experiment = shipped("seven_bar", **made(case)).experiment
+    experiment = shipped("seven_bar_fast", **made(case)).experiment
     return paper_formulation.solve(paper_data(experiment), experiment.duration, rtol=1e-6)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_orbits_forces_and_acceleration_agree_with_the_papers_formulation(engine, case):
-    run = run_shipped(engine, "seven_bar", **made(case))
+    run = run_shipped(engine, "seven_bar_fast", **made(case))
     steps, at = papers(case)
     e, force, _ = at(run.time)
     for k, name in enumerate("AB"):
@@ -73,7 +74,7 @@ def test_orbits_forces_and_acceleration_agree_with_the_papers_formulation(engine
 
 @pytest.fixture
 def nominal(engine):
-    run = run_shipped(engine, "seven_bar", duration=1.0)
+    run = run_shipped(engine, "seven_bar_fast", duration=1.0)
     return {key: value.peak for key, value in extremes(run, ["A.force", "B.force", "slider7.ax"]).items()}
 
 
@@ -103,7 +104,7 @@ def test_the_papers_designs_change_the_forces_but_not_the_acceleration(engine, n
             overrides[f"sdf.links.{name}.inertia"] = values[name][1]
     for joint in "AB":
         overrides[f"joints.{joint}.viscosity"] = values["oil"]
-    found = extremes(run_shipped(engine, "seven_bar", **overrides), list(nominal))
+    found = extremes(run_shipped(engine, "seven_bar_fast", **overrides), list(nominal))
     change = {key: 100 * (found[key].peak / nominal[key] - 1) for key in nominal}
     assert change["A.force"] == pytest.approx(change_a, abs=0.06)
     assert change["B.force"] == pytest.approx(change_b, abs=0.06)
@@ -117,7 +118,7 @@ def test_energy_balance_of_a_full_run(engine):
     The two drives exchange 0.65 J, nearly all of it with each other; the film receives 8e-5 J. The part
     missing is the integrator's error on the exchange: 1.1e-7, 0.7e-7, 0.2e-7 J at accuracies 1e-8, 1e-9, 1e-10.
     """
-    run = run_shipped(engine, "seven_bar", duration=1.0, **{"solver.accuracy": 1e-9})
+    run = run_shipped(engine, "seven_bar_fast", duration=1.0, **{"solver.accuracy": 1e-9})
     power = {name: run[f"{name}.torque"] * run[f"{name}.rate"] for name in ("O1", "O4")}
     net = sum(integral(run, p) for p in power.values())
     through = sum(integral(run, np.abs(p)) for p in power.values())
@@ -129,14 +130,14 @@ def test_energy_balance_of_a_full_run(engine):
 
 
 @slow_on_drake
-def test_towards_no_clearance_the_joint_is_ideal_and_the_rate_is_cubic(engine, seven_bar):
+def test_towards_no_clearance_the_joint_is_ideal_and_the_rate_is_cubic(engine, fast_press):
     """At a given load the film's e is proportional to c^3: so is the effect of the clearance on motion and force."""
-    exact = ideal(seven_bar)
+    exact = ideal(fast_press)
     deviation = []
     clearances = (3.0e-4, 2.1e-4, 1.5e-4)
     for c in clearances:
         changes = {"joints.A.clearance": c, "joints.B.clearance": c, "solver.accuracy": 1e-9}
-        run = simulate(seven_bar.replaced({"duration": 1.0, **changes}), engine)
+        run = simulate(fast_press.replaced({"duration": 1.0, **changes}), engine)
         settled = run.time > 0.02
         reference = exact.evaluate(run.time[settled])
         deviation.append(
@@ -154,7 +155,7 @@ def test_towards_no_clearance_the_joint_is_ideal_and_the_rate_is_cubic(engine, s
 @slow_on_drake
 def test_mirror_image_has_the_mirror_motion(engine, tmp_path):
     """The linkage mirrored on the x axis, its drives reversed."""
-    system = shipped("seven_bar", duration=0.5)
+    system = shipped("seven_bar_fast", duration=0.5)
     text = system.mechanism.source.read_text()
     for old, new in (
         (" 0.301 ", " -0.301 "),
@@ -182,7 +183,7 @@ def test_mirror_image_has_the_mirror_motion(engine, tmp_path):
 @slow_on_drake
 def test_shear_torque_changes_the_forces_by_two_to_three_percent(engine, nominal):
     shear = {f"joints.{name}.shear_torque": True for name in "AB"}
-    found = extremes(run_shipped(engine, "seven_bar", duration=1.0, **shear), ["A.force", "B.force"])
+    found = extremes(run_shipped(engine, "seven_bar_fast", duration=1.0, **shear), ["A.force", "B.force"])
     change = [abs(found[f"{name}.force"].peak / nominal[f"{name}.force"] - 1) for name in "AB"]
     assert 0.01 < max(change) < 0.035
 
@@ -191,8 +192,8 @@ def test_shear_torque_changes_the_forces_by_two_to_three_percent(engine, nominal
 def test_start_up_spike_comes_from_the_small_eccentricity_patch(engine, nominal):
     """Chen 2025 eqs. (12)-(13) leave the centred journal unsupported: the printed spike, not the mechanism's motion."""
     patch = {f"joints.{name}.small_eccentricity": {"ratio": 0.05, "power": 2.0} for name in "AB"}
-    run = simulate(shipped("seven_bar", duration=0.1, **patch), engine)
-    plain = run_shipped(engine, "seven_bar", duration=0.1)
+    run = simulate(shipped("seven_bar_fast", duration=0.1, **patch), engine)
+    plain = run_shipped(engine, "seven_bar_fast", duration=0.1)
     spike = extremes(run, ["slider7.ax"])["slider7.ax"]
     assert spike.time < 0.01
     assert spike.peak > 5.0
@@ -211,3 +212,21 @@ def test_rig_runs_on_the_same_branch(engine):
     apart = np.abs(run["slider7.ax"] - exact["slider7.ax"])[settled]
     assert apart.max() < 2e-3 * np.abs(exact["slider7.ax"]).max()
     assert 0.2 < run["A.eccentricity_ratio"].max() < 0.5  # of 0.2 mm; with the press's bearings 15 times less
+
+
+def test_the_shipped_press_rides_on_its_films_and_follows_the_ideal_motion(engine):
+    """Its slider against the closed form of the paper's lengths, its forces against ideal joints, to a per cent."""
+    system = shipped("seven_bar")
+    summary = summarize(assess(system, engine, error_estimate=False))
+    assert summary["warnings"] == []
+    run = run_shipped(engine, "seven_bar")
+    apart = np.abs(run["slider7.x"] - seven_bar_slider(run.time, np.pi, -2.0 * np.pi))[run.time > 0.01]
+    assert summary["difference"]["slider7.x"]["peak"] == pytest.approx(apart.max(), rel=2e-3)
+    assert 0.1e-3 < apart.max() < 2.0 * 0.3e-3  # each pin moves by at most its clearance
+    for name in "AB":
+        joint = summary["joints"][name]
+        used, film = joint["eccentricity_ratio"]["peak"], joint["film_thickness"]
+        assert 0.5 < used < 0.55
+        assert film["min"] == pytest.approx(0.3e-3 * (1.0 - used), rel=1e-6)
+        assert film["share"] == pytest.approx(1.0 - used, rel=1e-6)
+        assert summary["difference"][f"{name}.force"]["peak"] < 0.01 * joint["force"]["peak"]

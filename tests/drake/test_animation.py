@@ -204,7 +204,7 @@ def test_every_frame_has_its_captions(dry, tmp_path):
 def test_captions_cannot_break_the_page():
     text = "</script><b>"
     labels = [{"path": ["joints", "A"], "title": text, "lines": [text]}]
-    shown = {"labels": labels, "clock": ["t"], "legend": text, "curves": [], "end": 1.0}
+    shown = {"labels": labels, "clock": ["t"], "legend": text, "curves": [], "start": 0.0, "end": 1.0}
     page = add_captions("<html><body>scene</body></html>", shown)
     assert text not in page
     with pytest.raises(ValueError, match="no body"):

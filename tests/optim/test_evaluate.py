@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from linkages import RunError
+from optim.evaluate import evaluator as evaluating
 from optim.evaluate.evaluations import Evaluations
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units, problem_of, values_of
-from optim.evaluate.requests import Statistics
+from optim.evaluate.requests import Statistics, run_parts
 from optim.problem.load import load_study
 
 STUDY = """
@@ -221,6 +222,27 @@ def test_division_into_requests_does_not_change_a_bit(study, invented_engine, pa
             assert divided.constraints.tobytes() == whole.constraints.tobytes()
     alone = Evaluator(found)(designs[7:8])
     assert alone.objectives.tobytes() == whole.objectives[7:8].tobytes()
+
+
+def test_requests_to_an_executor_carry_enough_work(study, invented_engine, monkeypatch):
+    """By the clock every request takes 0.1 s; after one of a single design five designs make half a second."""
+    found, now = study(LIMITED), iter(0.1 * np.arange(1000))
+    monkeypatch.setattr(evaluating.time, "perf_counter", lambda: next(now))
+    asked = []
+
+    def answer(engines, request):
+        asked.append(len(request.values))
+        return run_parts(engines, request)
+
+    monkeypatch.setattr(evaluating, "run_parts", answer)
+    designs = np.random.default_rng(3).uniform(found.lower, found.upper, (12, 2))
+    with ThreadPoolExecutor(1) as executor:
+        evaluate = Evaluator(found, executor, parts=50)
+        evaluate(designs[:1])
+        assert set(asked) == {1}
+        asked.clear()
+        evaluate(designs)
+    assert set(asked) == {5, 2}
 
 
 def test_formulas_alone_need_no_run(study, monkeypatch):

@@ -95,7 +95,7 @@ def test_all_functionals_have_the_derivatives_of_differences(study):
 def test_the_reduced_gradient_method_needs_fewer_designs_with_sensitivities(tmp_path):
     text = optim.find_study("sevenbar_force").read_text(encoding="utf-8")
     file = tmp_path / "sevenbar_force.toml"
-    file.write_text(text.replace("experiment =", "set = { duration = 0.2 }\nexperiment ="), encoding="utf-8")
+    file.write_text(text.replace("[set]", "[set]\nduration = 0.2"), encoding="utf-8")
     study, found = optim.load_study(file), []
     for source in ("sensitivities", "differences"):
         found.append(optim.optimise(study, algorithm={"name": "grg", "derivatives": source, "step": 1e-4}))

@@ -5,30 +5,31 @@ import dataclasses
 import numpy as np
 import pytest
 from scipy.stats import qmc, spearmanr
+from shipped import FAST_PRESS
 
 from linkages import InputError, ideal
 from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.single_runs import turning_rate
 from optim.problem.load import find_study, load_study
 
-STUDY = """
-experiment = "seven_bar.toml"
+STUDY = f"""
+experiment = "{FAST_PRESS}"
 set.duration = 1.0
 [variables.mass]
 path = "sdf.links.link2.mass"
 lower = 0.1
 upper = 0.5
 [objectives.force]
-terms = [{ functional = "peak", output = "ideal.A.force" }]
+terms = [{{ functional = "peak", output = "ideal.A.force" }}]
 [constraints.acceleration]
 at_most = 10.0
-terms = [{ functional = "peak", output = "ideal.slider7.ax" }]
+terms = [{{ functional = "peak", output = "ideal.slider7.ax" }}]
 [constraints.turn]
 at_most = 100.0
-terms = [{ functional = "max", output = "ideal.A.turning_rate" }]
+terms = [{{ functional = "max", output = "ideal.A.turning_rate" }}]
 [constraints.real]
 at_most = 1.0
-terms = [{ functional = "peak", output = "slider7.ax" }]
+terms = [{{ functional = "peak", output = "slider7.ax" }}]
 [algorithm]
 name = "ga"
 """

@@ -14,6 +14,7 @@ import math
 import operator
 from collections.abc import Callable, Sequence
 from itertools import product
+from operator import methodcaller
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -218,11 +219,11 @@ def _rebuilt(builder: Any, value: Any, kind: Any) -> Any:
     return pair
 
 
-def _scaled(builder: Any, slopes: Any, factor: Any) -> Any:
-    """Slopes times a number."""
-    if slopes is None:
-        return None
-    return builder.fmul(slopes, _alike(builder, factor, _SLOPES), flags=_FAST)
+def _scaled(builder: Any, slopes: Any, factor: _Number | float) -> Any:
+    """Slopes times a number, or times 1 or -1."""
+    if isinstance(factor, float):
+        return slopes if factor == 1.0 else builder.fneg(slopes)
+    return builder.fmul(slopes, _alike(builder, factor.value, _SLOPES), flags=_FAST)
 
 
 def _alike(builder: Any, value: Any, kind: Any) -> Any:
@@ -238,28 +239,56 @@ def _sum(builder: Any, first: Any, second: Any) -> Any:
     return builder.fadd(first, second, flags=_FAST)
 
 
-def _less(builder: Any, slopes: Any) -> Any:
-    return None if slopes is None else builder.fneg(slopes)
+def _writes(name: str, swapped: bool = False) -> Any:
+    """Make the method of an operator that writes an operation of two floats."""
+
+    def method(self: _Number, other: _Number | float) -> _Number:
+        pair = (_value(other), self.value) if swapped else (self.value, _value(other))
+        return self.another(getattr(self.builder, name)(*pair))
+
+    return method
 
 
-class _Writer(NamedTuple):
-    """What writes the code of an operation."""
+class _Number:
+    """A float, or an integer exponent, of the code that is written: its operators write operations."""
 
-    context: Any
-    builder: Any
+    __add__ = _writes("fadd")
+    __mul__ = __rmul__ = _writes("fmul")
+    __sub__, __rsub__ = _writes("fsub"), _writes("fsub", True)
+    __truediv__, __rtruediv__ = _writes("fdiv"), _writes("fdiv", True)
 
-    def call(self, function: Any, *values: Any) -> Any:
+    def __init__(self, context: Any, builder: Any, value: Any) -> None:
+        self.context, self.builder, self.value = context, builder, value
+
+    def another(self, value: Any) -> _Number:
+        """Return another value of the same code."""
+        return _Number(self.context, self.builder, value)
+
+    def __neg__(self) -> _Number:
+        return self.another(self.builder.fneg(self.value))
+
+    def of(self, function: Any, *others: _Number) -> _Number:
         """Write a call of numba's function of floats, and of an integer exponent."""
+        values = [self.value, *(other.value for other in others)]
         kinds = [types.float64 if value.type == _FLOAT else types.int64 for value in values]
         typing = self.context.typing_context
         own = typing.resolve_value_type(function)
         own.get_call_type(typing, kinds, {})
-        return self.context.get_function(own, types.float64(*kinds))(self.builder, values)
+        return self.another(self.context.get_function(own, types.float64(*kinds))(self.builder, values))
 
-    def finite_ratio(self, top: Any, bottom: Any) -> Any:
-        """Write a ratio of numbers that is zero where the lower one is zero."""
-        ratio = self.builder.fdiv(top, bottom)
-        return self.builder.select(self.builder.fcmp_ordered("==", bottom, _FLOAT(0.0)), _FLOAT(0.0), ratio)
+    def where(self, other: _Number | float, then: float, otherwise: _Number | float) -> _Number:
+        """Write one number where this one is equal to another one, and a second one elsewhere."""
+        equal = self.builder.fcmp_ordered("==", self.value, _value(other))
+        return self.another(self.builder.select(equal, _value(then), _value(otherwise)))
+
+    def inverse(self) -> _Number:
+        """Write the reciprocal, zero of zero."""
+        return self.where(0.0, 0.0, 1.0 / self)
+
+
+def _value(number: _Number | float) -> Any:
+    """LLVM's value of a number."""
+    return number.value if isinstance(number, _Number) else _FLOAT(number)
 
 
 @lower_cast(types.Float, _Dual)
@@ -268,36 +297,38 @@ def _without_slopes(context: Any, builder: Any, given: Any, wanted: Any, value: 
     return packed(builder, Parts(context.cast(builder, value, given, types.float64)))
 
 
-Operation = Callable[[_Writer, Parts, Parts], Parts]
+Operation = Callable[..., Parts]  # of what writes the code, and of one or two duals or floats
 
 
-def _add(write: _Writer, x: Parts, y: Parts) -> Parts:
-    return Parts(write.builder.fadd(x.number, y.number), _sum(write.builder, x.slopes, y.slopes))
+def _rule(value: Callable[..., _Number], *partials: Callable[..., _Number | float]) -> Operation:
+    """Make an operation of its number, and of its partial derivatives from the arguments' numbers and its own."""
+
+    def operation(context: Any, builder: Any, *given: Parts) -> Parts:
+        numbers = [_Number(context, builder, each.number) for each in given]
+        result, slopes = value(*numbers), None
+        for each, partial in zip(given, partials, strict=False):
+            if each.slopes is not None:
+                slopes = _sum(builder, slopes, _scaled(builder, each.slopes, partial(*numbers, result)))
+        return Parts(result.value, slopes)
+
+    return operation
 
 
-def _subtract(write: _Writer, x: Parts, y: Parts) -> Parts:
-    slopes = _sum(write.builder, x.slopes, _less(write.builder, y.slopes))
-    return Parts(write.builder.fsub(x.number, y.number), slopes)
+def _divide(context: Any, builder: Any, x: Parts, y: Parts) -> Parts:
+    """Write a ratio; its slopes have one division."""
+    top, bottom = (_Number(context, builder, each.number) for each in (x, y))
+    ratio, slopes = top / bottom, x.slopes
+    if y.slopes is not None:
+        slopes = _sum(builder, slopes, _scaled(builder, y.slopes, -ratio))
+    return Parts(ratio.value, None if slopes is None else _scaled(builder, slopes, 1.0 / bottom))
 
 
-def _multiply(write: _Writer, x: Parts, y: Parts) -> Parts:
-    b = write.builder
-    return Parts(b.fmul(x.number, y.number), _sum(b, _scaled(b, x.slopes, y.number), _scaled(b, y.slopes, x.number)))
+def _minimum(context: Any, builder: Any, x: Parts, y: Parts) -> Parts:
+    return _chosen(builder, "<=", x, y)
 
 
-def _divide(write: _Writer, x: Parts, y: Parts) -> Parts:
-    b = write.builder
-    ratio = b.fdiv(x.number, y.number)
-    top = _sum(b, x.slopes, _scaled(b, y.slopes, b.fneg(ratio)))
-    return Parts(ratio, _scaled(b, top, b.fdiv(_FLOAT(1.0), y.number)))
-
-
-def _minimum(write: _Writer, x: Parts, y: Parts) -> Parts:
-    return _chosen(write.builder, "<=", x, y)
-
-
-def _maximum(write: _Writer, x: Parts, y: Parts) -> Parts:
-    return _chosen(write.builder, ">=", x, y)
+def _maximum(context: Any, builder: Any, x: Parts, y: Parts) -> Parts:
+    return _chosen(builder, ">=", x, y)
 
 
 def _chosen(b: Any, sign: str, x: Parts, y: Parts) -> Parts:
@@ -305,39 +336,25 @@ def _chosen(b: Any, sign: str, x: Parts, y: Parts) -> Parts:
     return parts(b, DUAL, b.select(first, packed(b, x), packed(b, y)))  # no number stays none
 
 
-def _arc_tangent(write: _Writer, y: Parts, x: Parts) -> Parts:
-    b = write.builder
-    square = b.fadd(b.fmul(x.number, x.number), b.fmul(y.number, y.number))
-    inverse = write.finite_ratio(_FLOAT(1.0), square)
-    across = _scaled(b, y.slopes, b.fmul(x.number, inverse))
-    along = _scaled(b, x.slopes, b.fneg(b.fmul(y.number, inverse)))
-    return Parts(write.call(math.atan2, y.number, x.number), _sum(b, across, along))
+def _magnitude(context: Any, builder: Any, x: Parts) -> Parts:
+    return _chosen(builder, ">=", x, _NEGATIVE(context, builder, x))
 
 
-def _hypotenuse(write: _Writer, x: Parts, y: Parts) -> Parts:
-    b, result = write.builder, write.call(math.hypot, x.number, y.number)
-    inverse = write.finite_ratio(_FLOAT(1.0), result)
-    slopes = (_scaled(b, each.slopes, b.fmul(each.number, inverse)) for each in (x, y))
-    return Parts(result, _sum(b, *slopes))
+def _power_slope(x: _Number, y: _Number, result: _Number) -> _Number:
+    """Write the derivative y x^(y - 1), zero where it is infinite."""
+    if y.value.type == _FLOAT:
+        exponent, less = y, y - 1.0
+    else:
+        exponent = y.another(y.builder.sitofp(y.value, _FLOAT))
+        less = y.another(y.builder.sub(y.value, y.value.type(1)))
+    slope = exponent * x.of(operator.pow, less)
+    return slope.where(math.inf, 0.0, slope)
 
 
-def _copy_sign(write: _Writer, x: Parts, y: Parts) -> Parts:
-    b, result = write.builder, write.call(math.copysign, x.number, y.number)
-    side = b.select(b.fcmp_ordered("==", result, x.number), _FLOAT(1.0), _FLOAT(-1.0))
-    return Parts(result, _scaled(b, x.slopes, side))
-
-
-def _power(write: _Writer, x: Parts, y: Parts) -> Parts:
-    b, whole = write.builder, y.number.type != _FLOAT
-    result = write.call(operator.pow, x.number, y.number)
-    less = b.sub(y.number, y.number.type(1)) if whole else b.fsub(y.number, _FLOAT(1.0))
-    exponent = b.sitofp(y.number, _FLOAT) if whole else y.number
-    slope = b.fmul(exponent, write.call(operator.pow, x.number, less))
-    slope = b.select(b.fcmp_ordered("==", slope, _FLOAT(math.inf)), _FLOAT(0.0), slope)
-    slopes = _scaled(b, x.slopes, slope)
-    if y.slopes is not None:
-        slopes = _sum(b, slopes, _scaled(b, y.slopes, b.fmul(result, write.call(math.log, x.number))))
-    return Parts(result, slopes)
+def _exponent_slope(x: _Number, y: _Number, result: _Number) -> _Number:
+    """Write the derivative x^y log x with respect to y; zero unless x is positive: the exponent is constant there."""
+    positive = x.builder.fcmp_ordered(">", x.value, _FLOAT(0.0))
+    return result * x.another(x.builder.select(positive, x.of(math.log).value, _FLOAT(0.0)))
 
 
 _KINDS = _Dual, types.Float, _Lanes, simd.Lanes
@@ -360,11 +377,11 @@ def _register(function: Any, operation: Operation, lanes: bool = False, whole: b
     type_callable(function)(lambda context: lambda first, second: _typed((first, second), DUAL, whole))
 
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
-        given, write = list(zip(typed.args, values, strict=True)), _Writer(context, builder)
+        given = list(zip(typed.args, values, strict=True))
         if typed.return_type == DUAL:
-            return packed(builder, operation(write, *(parts(builder, *each) for each in given)))
-        found = [operation(write, *(lane_parts(builder, *each, k) for each in given)) for k in range(WIDTH)]
-        return together(builder, found)
+            return packed(builder, operation(context, builder, *(parts(builder, *each) for each in given)))
+        lanes = ([lane_parts(builder, *each, k) for each in given] for k in range(WIDTH))
+        return together(builder, [operation(context, builder, *each) for each in lanes])
 
     for pair in product(_KINDS if lanes else _KINDS[:2], repeat=2):
         if not set(_WITH_DUALS).isdisjoint(pair):
@@ -385,92 +402,69 @@ def _register_comparison(function: Any, sign: str) -> None:
         lower_builtin(function, *pair)(code)
 
 
-def _register_unary(function: Any, operation: Callable[[_Writer, Parts], Parts]) -> None:
+def _register_unary(function: Any, operation: Operation) -> None:
     type_callable(function)(lambda context: lambda x: DUAL if x == DUAL else None)
 
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
-        return packed(builder, operation(_Writer(context, builder), parts(builder, DUAL, values[0])))
+        return packed(builder, operation(context, builder, parts(builder, DUAL, values[0])))
 
     lower_builtin(function, _Dual)(code)
 
 
-def _register_function(function: Any, slope: Callable[[_Writer, Any, Any], Any]) -> None:
-    """Teach numba a function of one number by its slope, from its argument and its value."""
-
-    def operation(write: _Writer, x: Parts) -> Parts:
-        result = write.call(function, x.number)
-        return Parts(result, _scaled(write.builder, x.slopes, slope(write, x.number, result)))
-
-    _register_unary(function, operation)
-
-
-def _negative(write: _Writer, x: Parts) -> Parts:
-    return Parts(write.builder.fneg(x.number), _less(write.builder, x.slopes))
-
-
-def _magnitude(write: _Writer, x: Parts) -> Parts:
-    return _chosen(write.builder, ">=", x, _negative(write, x))
-
-
-def _inverse(write: _Writer, x: Any) -> Any:
-    return write.builder.fdiv(_FLOAT(1.0), x)
-
-
-def _one_and_square(write: _Writer, x: Any, sign: float) -> Any:
-    b = write.builder
-    return b.fadd(_FLOAT(1.0), b.fmul(_FLOAT(sign), b.fmul(x, x)))
-
-
-def _inverse_root(write: _Writer, x: Any) -> Any:
-    return _inverse(write, write.call(math.sqrt, _one_and_square(write, x, -1.0)))
-
-
-_ARITHMETIC: dict[Any, Operation] = {
-    operator.add: _add, operator.iadd: _add,
-    operator.sub: _subtract, operator.isub: _subtract,
-    operator.mul: _multiply, operator.imul: _multiply,
-    operator.truediv: _divide, operator.itruediv: _divide,
+_ADD = _rule(lambda x, y: x + y, lambda x, y, r: 1.0, lambda x, y, r: 1.0)
+_SUBTRACT = _rule(lambda x, y: x - y, lambda x, y, r: 1.0, lambda x, y, r: -1.0)
+_MULTIPLY = _rule(lambda x, y: x * y, lambda x, y, r: y, lambda x, y, r: x)
+_NEGATIVE = _rule(lambda x: -x, lambda x, r: -1.0)
+_POWER = _rule(lambda x, y: x.of(operator.pow, y), _power_slope, _exponent_slope)
+_ARITHMETIC = {
+    operator.add: _ADD, operator.iadd: _ADD, operator.sub: _SUBTRACT, operator.isub: _SUBTRACT,
+    operator.mul: _MULTIPLY, operator.imul: _MULTIPLY, operator.truediv: _divide, operator.itruediv: _divide,
 }  # fmt: skip
-_FUNCTIONS: dict[Any, Operation] = {
+_OF_TWO: dict[Any, Operation] = {
     min: _minimum,
     max: _maximum,
-    math.atan2: _arc_tangent,
-    math.hypot: _hypotenuse,
-    math.copysign: _copy_sign,
+    math.atan2: _rule(
+        lambda y, x: y.of(math.atan2, x),
+        lambda y, x, r: x * (x * x + y * y).inverse(),
+        lambda y, x, r: -(y * (x * x + y * y).inverse()),
+    ),
+    math.hypot: _rule(
+        lambda x, y: x.of(math.hypot, y), lambda x, y, r: x * r.inverse(), lambda x, y, r: y * r.inverse()
+    ),
+    math.copysign: _rule(lambda x, y: x.of(math.copysign, y), lambda x, y, r: r.where(x, 1.0, -1.0)),
 }
-for _function, _operation in (*_ARITHMETIC.items(), *_FUNCTIONS.items()):
+#: The derivative of each function of one number, from its argument and its value.
+_OF_ONE: dict[Any, Callable[[Any, Any], _Number]] = {
+    math.sqrt: lambda x, r: 0.5 * r.inverse(),
+    math.exp: lambda x, r: r,
+    math.expm1: lambda x, r: r + 1.0,
+    math.log: lambda x, r: 1.0 / x,
+    math.log10: lambda x, r: 1.0 / math.log(10.0) / x,
+    math.log1p: lambda x, r: 1.0 / (x + 1.0),
+    math.sin: lambda x, r: x.of(math.cos),
+    math.cos: lambda x, r: -x.of(math.sin),
+    math.tan: lambda x, r: r * r + 1.0,
+    math.asin: lambda x, r: 1.0 / (1.0 - x * x).of(math.sqrt),
+    math.acos: lambda x, r: -(1.0 / (1.0 - x * x).of(math.sqrt)),
+    math.atan: lambda x, r: 1.0 / (x * x + 1.0),
+    math.sinh: lambda x, r: x.of(math.cosh),
+    math.cosh: lambda x, r: x.of(math.sinh),
+    math.tanh: lambda x, r: 1.0 - r * r,
+}
+for _function, _operation in (*_ARITHMETIC.items(), *_OF_TWO.items()):
     _register(_function, _operation, lanes=_function in _ARITHMETIC)
 for _function in operator.pow, operator.ipow, math.pow:
-    _register(_function, _power, whole=True)
+    _register(_function, _POWER, whole=True)
 for _function, _sign in (
     (operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"),
     (operator.ge, ">="), (operator.eq, "=="), (operator.ne, "!="),
 ):  # fmt: skip
     _register_comparison(_function, _sign)
-_register_unary(operator.neg, _negative)
-_register_unary(operator.pos, lambda write, x: x)
+_register_unary(operator.neg, _NEGATIVE)
+_register_unary(operator.pos, lambda context, builder, x: x)
 _register_unary(abs, _magnitude)
-for _function, _derivative in cast(
-    dict[Any, Callable[[_Writer, Any, Any], Any]],
-    {
-        math.sqrt: lambda write, x, result: write.finite_ratio(_FLOAT(0.5), result),
-        math.exp: lambda write, x, result: result,
-        math.expm1: lambda write, x, result: write.builder.fadd(_FLOAT(1.0), result),
-        math.log: lambda write, x, result: _inverse(write, x),
-        math.log10: lambda write, x, result: write.builder.fdiv(_FLOAT(1.0 / math.log(10.0)), x),
-        math.log1p: lambda write, x, result: _inverse(write, write.builder.fadd(_FLOAT(1.0), x)),
-        math.sin: lambda write, x, result: write.call(math.cos, x),
-        math.cos: lambda write, x, result: write.builder.fneg(write.call(math.sin, x)),
-        math.tan: lambda write, x, result: _one_and_square(write, result, 1.0),
-        math.asin: lambda write, x, result: _inverse_root(write, x),
-        math.acos: lambda write, x, result: write.builder.fneg(_inverse_root(write, x)),
-        math.atan: lambda write, x, result: _inverse(write, _one_and_square(write, x, 1.0)),
-        math.sinh: lambda write, x, result: write.call(math.cosh, x),
-        math.cosh: lambda write, x, result: write.call(math.sinh, x),
-        math.tanh: lambda write, x, result: _one_and_square(write, result, -1.0),
-    },
-).items():
-    _register_function(_function, _derivative)
+for _function, _partial in _OF_ONE.items():
+    _register_unary(_function, _rule(methodcaller("of", _function), _partial))
 
 
 @intrinsic
@@ -607,5 +601,5 @@ def _type_negative(context: Any) -> Callable[[Any], Any]:
 
 @lower_builtin(operator.neg, _Lanes)
 def _negative_lanes(context: Any, builder: Any, typed: Any, values: Any) -> Any:
-    write = _Writer(context, builder)
-    return together(builder, [_negative(write, lane_parts(builder, LANES, values[0], k)) for k in range(WIDTH)])
+    lanes = (lane_parts(builder, LANES, values[0], k) for k in range(WIDTH))
+    return together(builder, [_NEGATIVE(context, builder, each) for each in lanes])

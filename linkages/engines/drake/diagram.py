@@ -165,6 +165,10 @@ def add_linkage(
     if _is_taken(builder, name):
         raise InputError("argument", "name", f'"{name}" is taken in this diagram; choose another one, or leave it out')
     system.check_analysis(Analysis.DRAKE)
+    if external and any(one.depends_on_force for one in system.experiment.frictions.values()):
+        raise InputError(
+            "argument", "external", "adds forces that the friction of a joint cannot know; use no coefficient"
+        )
     system = segmented(system) if system.tree.flexible else system
     system.assembly  # noqa: B018 (raises before anything is added)
     tree = system.tree

@@ -12,6 +12,7 @@ from linkages.base.kernel import bound
 from linkages.engines.drake.joint_forces import Rooms, drive_forces, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.mechanics.planar.closure import LOOSE, loop_errors
+from linkages.mechanics.planar.joint_friction import is_jammed
 from linkages.system import System
 
 
@@ -65,13 +66,14 @@ class Drives(LeafSystem):
         self._place = place
         self._rooms, self._size = Rooms(system), num_velocities
         self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
-        sizes = place.num_states, num_velocities + extra, num_velocities, len(self.joints)
-        self._drive_forces = bound(drive_forces, self._placed, self._rooms.work, 0.0, *map(np.empty, sizes))
+        sizes = place.num_states, num_velocities + extra, len(tree.powered), num_velocities, len(self.joints)
+        self._drive_forces = bound(
+            drive_forces, self._placed, self._rooms.work, self._rooms.friction, 0.0, *map(np.empty, sizes)
+        )
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
         powers = [self.DeclareVectorInputPort(f"{name}.torque", 1) for name in tree.powered]
-        places = [place.velocities[dof] for dof in tree.powered_dofs]
-        self._powers = dict(enumerate(zip(places, powers, strict=True), start=len(tree.driven)))
+        self._powers = powers
         inputs = (self._state, self._applied, *powers)
         needs = {self.time_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
         self._force = self.DeclareVectorOutputPort("generalized_force", num_velocities, self._give_force, needs)
@@ -97,17 +99,16 @@ class Drives(LeafSystem):
         error = loop_errors(self._tree.bodies, self._tree.loop_rows, q[None, :])[0]
         return bool(error > LOOSE * self._tree.extent)
 
+    def is_jammed(self) -> bool:
+        """Check whether the friction computed last in this thread has no solution."""
+        return is_jammed(self._rooms.friction)
+
     def _solve(self, context: Context, force: Array) -> Array:
         """Fill in the forces on the plant (nv,), at every evaluation of the derivatives; return the drives' (nd,)."""
-        applied, added = self._applied.Eval(context), {}  # a port returns a copy
-        for k, (place, port) in self._powers.items():
-            if port.HasValue(context):
-                added[k] = port.Eval(context)[0]
-                applied[place] += added[k]
-        t, state, drive = context.get_time(), self._state.Eval(context), np.empty(len(self.joints))
-        self._drive_forces(self._placed, self._rooms.work, t, state, applied, force, drive)
-        for k, more in added.items():
-            drive[k] += more
+        applied, drive, rooms = self._applied.Eval(context), np.empty(len(self.joints)), self._rooms
+        added = np.array([port.Eval(context)[0] if port.HasValue(context) else 0.0 for port in self._powers])
+        t, state = context.get_time(), self._state.Eval(context)
+        self._drive_forces(self._placed, rooms.work, rooms.friction, t, state, applied, added, force, drive)
         return drive
 
     def _give_speed(self, place: int, context: Context, output: BasicVector) -> None:

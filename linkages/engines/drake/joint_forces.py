@@ -14,10 +14,12 @@ from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.by_reference import packed
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
+from linkages.mechanics.planar.joint_friction import FrictionWork, add_efforts, make_friction_work, solve_friction
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import generalised_force
+from linkages.mechanics.planar.reactions import add_known_contacts
 from linkages.mechanics.planar.singularities import constrained_dynamics
 from linkages.mechanics.planar.workspace import Workspace
 from linkages.system import System
@@ -41,10 +43,11 @@ def placed(system: System, positions: Indices, rates: Indices, into: Indices, si
 
 
 class Rooms(threading.local):
-    """A workspace for each thread, as several threads may evaluate one diagram at once."""
+    """Workspaces for each thread, as several threads may evaluate one diagram at once."""
 
     def __init__(self, system: System) -> None:
         self.work = system.tree.workspace(system.arrays.rows)
+        self.friction = packed(make_friction_work(system.arrays, self.work))
 
 
 @kernel
@@ -75,13 +78,36 @@ def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, re
 
 
 @kernel
+def _add_friction(
+    place: Placed, work: Workspace, friction: FrictionWork, t: float, torques: Array, applied: Array
+) -> None:
+    """Add the wrenches of frictions that depend on joint forces; the contacts' forces count for these."""
+    model, loads = place.model, work.wrench.copy()
+    contacts = applied[place.size :].reshape(len(model.ends), WIDTH)
+    add_known_contacts(model.ends, contacts, work.pose, work.wrench)
+    solve_friction(model, t, torques, work, friction)
+    work.wrench[:] = loads
+    add_efforts(model, friction.efforts, work)
+
+
+@kernel
 def drive_forces(
-    place: Placed, work: Workspace, t: float, state: Array, applied: Array, total: Array, drive: Array
+    place: Placed,
+    work: Workspace,
+    friction: FrictionWork,
+    t: float,
+    state: Array,
+    applied: Array,
+    added: Array,
+    total: Array,
+    drive: Array,
 ) -> None:
     """Compute the forces of loads, drives and loops at a state (nx,) of the plant and a time t [s]; uses `work` up.
 
-    ``applied`` (nv,), with any entries after them, has all other generalised forces; ``total`` (nv,) is filled with
-    these and the computed ones, ``drive`` (nd,) with the torque or force of each drive, prescribed ones first.
+    ``applied`` (nv,), with any entries after them, has all other generalised forces; frictions that depend on joint
+    forces need the result of `joint_forces` there. ``added`` is added to the powered drives' torques. ``total`` (nv,)
+    is filled with these and the computed ones, ``drive`` (nd,) with the torque or force of each drive, prescribed ones
+    first.
     """
     model, bodies, stabilisation = place.model, place.model.bodies, place.stabilisation
     nd, powered, n = len(model.driven), len(model.powered), len(place.into)
@@ -91,19 +117,25 @@ def drive_forces(
         tau[i] = applied[place.into[i]]
     loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
     load_wrenches(loads, t, work.pose, work.vel, work.wrench)
-    generalised_force(bodies, work.pose, work.wrench, tau)
     most = max(nd, powered)
     value, one, two, loop, given = np.empty(nd), np.empty(most), np.empty(most), np.empty(n), np.empty(nd)
     evaluate_motions((model.torque, model.torque_c, model.torque_n), t, drive[nd:], one, two)
     for k in range(powered):
-        tau[model.powered[k]] += drive[nd + k]
+        drive[nd + k] += added[k]
     evaluate_motions((model.motion, model.motion_c, model.motion_n), t, value, one, two)
-    work.wrench[:] = 0.0
     work.a[:] = 0.0
     for k in range(nd):
         d = model.driven[k]
         lag = 2.0 * (one[k] - v[d]) + stabilisation * (value[k] - q[d])
-        work.a[d], given[k] = two[k] + stabilisation * lag, tau[d]
+        work.a[d] = two[k] + stabilisation * lag
+    if len(friction.efforts):
+        _add_friction(place, work, friction, t, drive[nd:], applied)
+    generalised_force(bodies, work.pose, work.wrench, tau)
+    work.wrench[:] = 0.0
+    for k in range(powered):
+        tau[model.powered[k]] += drive[nd + k]
+    for k in range(nd):
+        given[k] = tau[model.driven[k]]
     constrained_dynamics(bodies, model.rows, model.elimination, model.size, stabilisation, model.gravity, work, loop)
     for k in range(nd):
         drive[k] = tau[model.driven[k]] - given[k]

@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from linkages.base.arrays import Array
-from linkages.base.errors import Status
+from linkages.base.errors import RunError, Status
 from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.engines.drake.steps import StepControl, is_collapse
@@ -46,11 +46,14 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
             raise
         status = Status.INTERRUPTED
     except RuntimeError as problem:
-        if not is_collapse(problem):
+        jammed = linkage.drives.is_jammed()
+        if not jammed and not is_collapse(problem):
             raise
-        status = Status.STEP_SIZE_COLLAPSE
+        status = Status.JAMMED if jammed else Status.STEP_SIZE_COLLAPSE
     if watch.steps.status is not Status.OK:
         status = watch.steps.status
+    if status is Status.JAMMED and len(watch.times) < 2:
+        raise RunError(f"{status.value} at the start; {status.remedy}")
     status, end = cause(status, system, watch.times[-1])
     provenance = {
         "engine": "drake",
@@ -61,7 +64,7 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     recorder = _Recorder(diagram, linkage, watch)
     times, loops = recorder.times[recorder.times <= end], Loops(system.tree, system.tree.loop_rows)
     trajectory = sample(times, recorder, status, provenance, loops)
-    if status in (Status.STEP_SIZE_COLLAPSE, Status.LOCKED):  # its last steps cannot be integrated again
+    if status in (Status.STEP_SIZE_COLLAPSE, Status.JAMMED, Status.LOCKED):  # its last steps cannot be integrated again
         trajectory = replace(trajectory, evaluate=None)
     return trajectory
 

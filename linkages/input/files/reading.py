@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import zipfile
 from pathlib import Path
 
@@ -33,9 +32,17 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     """Read all arrays of an archive, without pickle, and verify their checksums; ValueError for any defect."""
     try:
         with zipfile.ZipFile(path) as archive:
-            members = {name.removesuffix(".npy"): io.BytesIO(archive.read(name)) for name in archive.namelist()}
-        return {name: np.lib.format.read_array(data, allow_pickle=False) for name, data in members.items()}
+            return {name.removesuffix(".npy"): _read_array(archive, name) for name in archive.namelist()}
     except OSError as problem:
         raise ValueError(problem.strerror or str(problem)) from None
     except Exception as problem:  # zipfile, zlib and NumPy raise a dozen types, some of them undocumented
         raise ValueError(f"it is damaged: {str(problem) or type(problem).__name__}") from None
+
+
+def _read_array(archive: zipfile.ZipFile, name: str) -> NDArray[np.generic]:
+    """Read an array of an archive; ValueError if something follows it. Its checksum is verified at its end."""
+    with archive.open(name) as file:
+        array: NDArray[np.generic] = np.lib.format.read_array(file, allow_pickle=False)
+        if file.read(1):
+            raise ValueError(f"the array {name} is longer than its header says")
+    return array

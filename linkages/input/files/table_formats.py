@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # the command line imports this module for the names of the f
 
     Columns = Mapping[str, Array]
 
+_ROWS = 1000  # rows of a CSV file that are written at once
 _LONGEST = 63  # most characters of a name in MATLAB
 
 
@@ -52,7 +53,11 @@ def write_csv(path: Path, columns: Columns, units: Mapping[str, str], attributes
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(f"{name} [{units[name]}]" if name in units else name for name in columns)
-        writer.writerows(zip(*(values.tolist() for values in columns.values()), strict=True))
+        for first in range(
+            0, len(next(iter(columns.values()))), _ROWS
+        ):  # numbers of Python take four times the columns' memory
+            part = slice(first, first + _ROWS)
+            writer.writerows(zip(*(values[part].tolist() for values in columns.values()), strict=True))
 
 
 def write_mat(path: Path, columns: Columns, units: Mapping[str, str], attributes: Mapping[str, str]) -> None:

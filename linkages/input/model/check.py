@@ -200,7 +200,13 @@ class _Check:
         if friction.joint in self.experiment.play:
             own = f"[joints.{friction.joint}.friction]"
             self.refuse("joint", f'"{friction.joint}" has clearance; give it a table {own}')
-        self.units(tables.JointFriction, self.slides(friction.joint))
+        slides = self.slides(friction.joint)
+        if friction.depends_on_force and not slides and friction.radius is None:
+            self.refuse("radius", "is missing: a coefficient needs the radius of the pin")
+        for key, fits in (("radius", not slides), ("length", slides)):
+            if getattr(friction, key) is not None and not fits:
+                self.refuse(key, f'has no effect: "{friction.joint}" is {"prismatic" if slides else "revolute"}')
+        self.units(tables.JointFriction, slides)
 
     def moving(self, name: str) -> str:
         """Return the name of a joint; refuse an unknown or fixed one."""

@@ -167,10 +167,13 @@ class TorsionSpring(Table):
 
 
 class JointFriction(Table):
-    """Friction in an ideal joint with a given torque (prismatic: force), independent of the joint force.
+    """Friction in an ideal joint: a torque (prismatic: force) against the rate v of the joint's coordinate.
 
-    The law is constant * tanh(v/speed) + viscous * v against the rate v of the joint's coordinate: regularised Coulomb
-    friction, as in the law "coulomb" of dry joints, and viscous friction.
+    The law is (constant + mu * radius * N) * tanh(v/speed) + viscous * v: regularised Coulomb friction, as in the law
+    "coulomb" of dry joints, and viscous friction. N is the force in the joint, and mu the coefficient, or Stribeck's
+    coefficient + (static_coefficient - coefficient) * exp(-(v/stribeck_speed)^2). In a prismatic joint the radius is 1
+    and N the normal force or, if that is larger, 2/length times the moment that the guide carries: the sum of the
+    forces at both ends of the slider, whose middle is the joint's place on the child.
     """
 
     of_any_joint = True
@@ -182,16 +185,48 @@ class JointFriction(Table):
         1e-2, description="speed at which 76 % of the Coulomb part act (96 % at twice this speed) [rad/s]"
     )
 
+    coefficient: NonNegative | None = Field(
+        None, description="coefficient of friction of the joint force; default: no such part [1]"
+    )
+    radius: Positive | None = Field(None, description="revolute joint with a coefficient: radius of the pin [m]")
+    length: Positive | None = Field(
+        None,
+        description="prismatic joint with a coefficient: length of the slider; default: no effect of the moment [m]",
+    )
+    static_coefficient: NonNegative | None = Field(
+        None, description="coefficient at rest, above which Stribeck's law begins; default: the coefficient [1]"
+    )
+    stribeck_speed: Positive | None = Field(
+        None, description="speed at which 63 % of the fall from the static coefficient are done [rad/s]"
+    )
+
     @model_validator(mode="after")
     def _acts(self) -> JointFriction:
-        if not self.constant and not self.viscous:
-            raise ValueError("give constant, or viscous, or both")
+        if not self.constant and not self.viscous and self.coefficient is None:
+            raise ValueError("give constant, viscous, or coefficient")
+        further = self.static_coefficient, self.stribeck_speed
+        if further.count(None) == 1 or (self.coefficient is None and None not in further):
+            raise ValueError("give static_coefficient and stribeck_speed, with coefficient, or neither")
         return self
 
     @property
+    def depends_on_force(self) -> bool:
+        """Check whether the friction depends on the joint force."""
+        return self.coefficient is not None
+
+    @property
     def law(self) -> Formula:
-        """Return the torque or force along the coordinate as a formula of its rate v."""
+        """Return the part without the joint force along the coordinate as a formula of its rate v [N m or N]."""
         return parse(f"-{self.constant!r}*tanh(v/{self.speed!r}) - {self.viscous!r}*v")
+
+    @property
+    def share(self) -> Formula:
+        """Return the friction along the coordinate over the joint force as a formula of its rate v [m or 1]."""
+        text = f"{self.coefficient!r}"
+        if self.static_coefficient is not None:
+            fall = self.static_coefficient - (self.coefficient or 0.0)
+            text = f"({text} + {fall!r}*exp(-(v/{self.stribeck_speed!r})**2))"
+        return parse(f"-{text}*{self.radius or 1.0!r}*tanh(v/{self.speed!r})")
 
 
 class Gear(Table):

@@ -47,7 +47,7 @@ class FromFile(Table):
     unwrap: bool = Field(False, description="file: whether the angle jumps by a turn, as from 359 to 0 degrees")
     smoothing: Positive | None = Field(
         None,
-        description="file: the order of the series or the number of the spline's pieces is divided by it; default: 1 [1]",
+        description="file: the order of the series or the number of spline pieces is divided by it; default: 1 [1]",
     )
     shift: Finite | None = Field(None, description="file: time that is added to the file's times; default: 0 [s]")
 

@@ -100,6 +100,13 @@ def without_last(record: Record) -> Record:
     return Record(times, states, observed, *numbers)
 
 
+@kernel
+def with_status(record: Record, status: int) -> Record:
+    """Return a record with another status."""
+    numbers = record.steps, record.rejected, record.evaluations, record.next_step
+    return Record(record.times, record.states, record.observed, status, *numbers)
+
+
 @inlined_kernel
 def _fitted(h: float, t: float, options: Options) -> tuple[float, bool]:
     """Limit the size of the next step so that the last two steps are of similar size; whether it reaches the end."""

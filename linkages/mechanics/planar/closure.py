@@ -27,6 +27,9 @@ TOLERANCE = 1e-13
 #: Largest loop error of a valid run, relative to the linkage's size.
 LOOSE = 1e-6
 _ITERATIONS = 50
+#: Conditioning below which rates and accelerations are inaccurate.
+BLURRED = 1e-3
+_CURVED = 0.5  # largest contribution of the acceleration to a prediction [rad, or linkage lengths]
 _PIVOT = 1e-8  # smallest pivot of a regular system, in parts of the largest
 _DEPENDENT = 1e-11  # singular values of dependent rows, in parts of the largest, are below
 
@@ -257,6 +260,55 @@ def follow(
         consistent_rates(bodies, rows, free, q[k], v[k], a[k])
         quality[k] = closure_quality(bodies, rows, free, q[k])
     return len(q)
+
+
+@kernel
+def is_straight(step: float, scale: Array, v: Array, a: Array, quality: float) -> bool:
+    """Whether a step [s] is short enough for a prediction by rates and accelerations (n,) from a state.
+
+    ``scale`` (n,) are the units of the coordinates. Rates change quickly near a singular position.
+    """
+    bend, way = 0.0, 0.0
+    for i in range(len(v)):
+        bend, way = max(bend, abs(a[i] / scale[i])), max(way, abs(v[i] / scale[i]))
+    bend, way = 0.5 * step * step * bend, step * way
+    return bend <= (_CURVED if quality > BLURRED else min(_CURVED, 0.5 * way))
+
+
+@kernel
+def follow_branch(
+    bodies: Bodies,
+    rows: Records,
+    free: Indices,
+    size: float,
+    scale: Array,
+    first: int,
+    times: Array,
+    q: Array,
+    v: Array,
+    a: Array,
+    quality: Array,
+) -> int:
+    """Close the rows at times (nt,) from line `first` on, each line predicted from the last one of good quality.
+
+    Line ``first - 1`` is known. As `follow`, with the prescribed motions in q, v and a (nt, n). Returns the number of
+    lines that are solved; less than nt before a line that is not straight ahead (`is_straight`), or does not close.
+    """
+    start, offset = first - 1, np.zeros(len(rows))
+    for k in range(first, len(times)):
+        step = times[k] - times[start]
+        if not is_straight(step, scale, v[start], a[start], quality[start]):
+            return k
+        for i in range(len(free)):
+            j = free[i]
+            q[k, j] = q[start, j] + step * (v[start, j] + 0.5 * step * a[start, j])
+        if not close(bodies, rows, offset, free, size, q[k]):
+            return k
+        consistent_rates(bodies, rows, free, q[k], v[k], a[k])
+        quality[k] = closure_quality(bodies, rows, free, q[k])
+        if quality[k] > BLURRED:
+            start = k
+    return len(times)
 
 
 @kernel

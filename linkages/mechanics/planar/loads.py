@@ -37,7 +37,7 @@ VALUE, SECOND, POWER, ENERGY = range(len(LOAD_OUTPUTS))
 def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array) -> None:
     """Add the wrenches of all loads at time t [s] to the bodies' wrenches."""
     records, curves = loads[0], loads[2:]
-    inputs = _inputs(loads[1], t, pose, vel)
+    inputs = load_inputs(loads[1], t, pose, vel)
     for k in range(len(records)):
         load = records[k]
         if load.kind == FORCE:
@@ -59,15 +59,20 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
 
 
 @lazy_kernel
-def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array) -> None:
-    """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load."""
+def load_outputs(loads: Loads, efforts: Array, t: float, pose: Array, vel: Array, outputs: Array) -> None:
+    """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load.
+
+    ``efforts`` (nl,): see `linkages.mechanics.planar.joint_friction.FrictionWork`; read for its frictions alone.
+    """
     records, curves = loads[0], loads[2:]
-    inputs = _inputs(loads[1], t, pose, vel)
+    inputs = load_inputs(loads[1], t, pose, vel)
     for k in range(len(records)):
         load = records[k]
         second, energy = 0.0, 0.0
         if load.kind == PUSH:
             value = function_jet(curves, load.motion, inputs)[0]
+            if load.joint >= 0:
+                value += efforts[k]
             power = value * load.sign * term_rate(load.term, pose, vel)
         elif load.kind == FORCE:
             value, second = _force(load, curves, inputs, pose)
@@ -85,7 +90,7 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
 
 
 @kernel
-def _inputs(signals: Records, t: float, pose: Array, vel: Array) -> Array:
+def load_inputs(signals: Records, t: float, pose: Array, vel: Array) -> Array:
     """Time and signals, (1 + ns, 3), with zero derivatives."""
     inputs = np.zeros((1 + len(signals), 3), vel.dtype)
     inputs[0, 0] = t

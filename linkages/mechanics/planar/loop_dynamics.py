@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from linkages.base.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel.dual import number
 from linkages.mechanics.planar.articulated_body import articulated_inertias, bias_force, response_pass, tree_dynamics
 from linkages.mechanics.planar.bodies import Bodies
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
@@ -44,7 +45,7 @@ def eliminate_rows(bodies: Bodies, rows: Records, elimination: Elimination, work
         add_row_wrench(rows[k], work.pose, -1.0, work.bias)
         _pass_on(bodies, elimination, k, work)
     set_row_matrix(rows, elimination, work.row_force, work.row_push, work.row_matrix, work.pivots)
-    return factorise_rows(elimination, work.row_matrix, work.pivots)
+    return number(factorise_rows(elimination, work.row_matrix, work.pivots))
 
 
 @inlined_kernel

@@ -62,6 +62,37 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
 
 
 @kernel
+def ideal_joint_force(joint: np.record, pose: Array, load: Array, reaction: Array) -> tuple[float, float, float]:
+    """Force [N] and moment about the joint [N m] on the child of an ideal joint, its drive's effort left out.
+
+    ``load`` (nb, 3) are the wrenches that bodies get through their joints, ``reaction`` (nr,) the rows' reactions.
+    """
+    at = joint.at
+    if joint.source == OF_ROWS:
+        fx, fy, moment = reaction[at], reaction[at + 1], 0.0
+        if joint.type == PRISMATIC:
+            nx, ny = turned(pose, joint.parent, -joint.uy, joint.ux)
+            return reaction[at] * nx, reaction[at] * ny, reaction[at + 1]
+        if joint.type == FIXED:
+            return fx, fy, reaction[at + 2]
+        return fx, fy, moment
+    rx, ry = arm(pose, joint.child)
+    b = joint.child.body
+    ox, oy = pose[at, 0] - pose[b, 0] - rx, pose[at, 1] - pose[b, 1] - ry
+    fx, fy = load[at, 1], load[at, 2]
+    moment = load[at, 0] + ox * fy - oy * fx
+    if joint.reversed:
+        fx, fy, moment = -fx, -fy, -moment
+    if joint.type == REVOLUTE:  # the moment is its drive's
+        return fx, fy, 0.0
+    if joint.type == PRISMATIC:
+        ux, uy = turned(pose, joint.parent, joint.ux, joint.uy)
+        free = fx * ux + fy * uy
+        return fx - free * ux, fy - free * uy, moment
+    return fx, fy, moment
+
+
+@kernel
 def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array, efforts: Array) -> None:
     """Fill the forces in all joints and the efforts of all drives.
 
@@ -80,27 +111,8 @@ def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array,
         joint = joints[k]
         at = joint.at
         fx, fy, moment = 0.0, 0.0, 0.0
-        if joint.source == OF_TREE:
-            rx, ry = arm(pose, joint.child)
-            b = joint.child.body
-            ox, oy = pose[at, 0] - pose[b, 0] - rx, pose[at, 1] - pose[b, 1] - ry
-            fx, fy = load[at, 1], load[at, 2]
-            moment = load[at, 0] + ox * fy - oy * fx
-            if joint.reversed:
-                fx, fy, moment = -fx, -fy, -moment
-            if joint.type == REVOLUTE:  # the moment is its drive's
-                moment = 0.0
-            elif joint.type == PRISMATIC:
-                ux, uy = turned(pose, joint.parent, joint.ux, joint.uy)
-                free = fx * ux + fy * uy
-                fx, fy = fx - free * ux, fy - free * uy
-        elif joint.source == OF_ROWS:
-            fx, fy = reaction[at], reaction[at + 1]
-            if joint.type == PRISMATIC:
-                nx, ny = turned(pose, joint.parent, -joint.uy, joint.ux)
-                fx, fy, moment = reaction[at] * nx, reaction[at] * ny, reaction[at + 1]
-            elif joint.type == FIXED:
-                moment = reaction[at + 2]
+        if joint.source == OF_TREE or joint.source == OF_ROWS:
+            fx, fy, moment = ideal_joint_force(joint, pose, load, reaction)
         elif joint.source == OF_JOURNAL:
             fx, fy, moment = contacts[at, FX], contacts[at, FY], contacts[at, COUPLE]
         else:

@@ -129,6 +129,9 @@ LOAD = record_type(
     free="f8",  # free length [m] or angle [rad]
     damping="f8",  # [N s/m, N m s/rad]
     term=TERM,  # push, coordinate spring
+    joint="i8",  # friction that depends on a joint force: index of the joint; else -1
+    share="i8",  # its function: torque or force per joint force
+    leverage="f8",  # prismatic: joint force per moment, 2 over the length of the slider [1/m]
 )
 
 #: Sources of the force in a joint: the tree's recursion, a cut joint's closure rows, a journal's contact, the contacts

@@ -16,7 +16,7 @@ from linkages.results.outputs.quantity import Snapshot
 from linkages.results.outputs.registry import JITTER, pack
 from linkages.results.outputs.registry import names as all_names
 from linkages.system import System
-from linkages.system.ideal_motion import IdealMotion
+from linkages.system.ideal_motion import ideal_motion
 from linkages.system.rigid_segments import Segmented
 
 Columns = dict[str, Array]
@@ -68,7 +68,7 @@ def columns(
     idle.append(seen)
     jitter = [name for name, output in zip(wanted, outputs, strict=True) if output["jitter"]]
     if jitter:
-        states = _ideal_motion(system).states(np.asarray(times, dtype=np.float64))
+        states = ideal_motion(system).states(np.asarray(times, dtype=np.float64))
         exact = columns(system, times, *states, names=[name.removesuffix(JITTER) for name in jitter])
         for name in jitter:
             out[wanted.index(name)] -= exact[name.removesuffix(JITTER)]
@@ -87,11 +87,6 @@ def _records(system: System, names: tuple[str, ...] | None, ideal: bool) -> tupl
 def _idle_snapshots(system: System, ideal: bool) -> list[Snapshot]:
     """Return the arrays of a system in which no thread computes outputs."""
     return []
-
-
-@lru_cache(maxsize=4)
-def _ideal_motion(system: System) -> IdealMotion:
-    return IdealMotion(system)
 
 
 def whole_columns(system: Segmented, ideal: bool, tabulated: Callable[[Sequence[str]], Columns]) -> Columns:

@@ -15,6 +15,7 @@ from linkages.mechanics.integrate.stepper import copy
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.contacts import WIDTH
+from linkages.mechanics.planar.joint_friction import add_friction, make_friction_work
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
 from linkages.mechanics.planar.motion import evaluate_motions
@@ -140,6 +141,7 @@ def _set_reactions(table: DualTable, seen: Snapshot, count: int) -> None:
         row_reactions(seen.model, at)
         for k in range(len(model.rows)):
             table.reaction[k, 1 + p] = at.reaction[k]
+    at.tau[:] = 0.0  # torques of powered coordinates are set again
 
 
 @inlined_kernel
@@ -170,14 +172,17 @@ def _move(seen: Snapshot, with_forces: bool, t: float, powered: Array) -> None:
     body_states(bodies, w.q, w.v, w.pose, w.vel)
     body_accelerations(bodies, w.pose, w.vel, w.v, w.a, w.acc)
     loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-    if len(loads[0]):
-        load_outputs(loads, t, w.pose, w.vel, seen.loads)
-    if with_forces:
+    if with_forces or len(seen.friction.efforts):
         w.wrench[:] = 0.0
         add_known_contacts(model.ends, seen.contacts, w.pose, w.wrench)
         if len(loads[0]):
             load_wrenches(loads, t, w.pose, w.vel, w.wrench)
         evaluate_motions((model.torque, model.torque_c, model.torque_n), t, powered[0], powered[1], powered[2])
+        if len(seen.friction.efforts):
+            add_friction(model, t, powered[0], w, seen.friction)
+    if len(loads[0]):
+        load_outputs(loads, seen.friction.efforts, t, w.pose, w.vel, seen.loads)
+    if with_forces:
         for k in range(powered.shape[1]):
             w.tau[bodies.records[model.powered_bodies[k]].dof] = powered[0, k]
         inertial_forces(bodies, w, model.gravity, w.bias, w.modal_bias)
@@ -197,7 +202,7 @@ def _unpacked(model: Arrays, n: int) -> Snapshot:
     work = make_workspace(len(model.bodies.records), n, len(model.rows), model.bodies.shapes.shape[2])
     forces, efforts = np.zeros((len(model.joints), 3)), np.zeros(len(model.driven) + len(model.powered))
     parts = np.zeros((len(model.ends), WIDTH)), forces, efforts, np.zeros((len(model.loads), len(LOAD_OUTPUTS)))
-    return Snapshot(packed(model), packed(work), *parts)
+    return Snapshot(packed(model), packed(work), *parts, packed(make_friction_work(model, work)))
 
 
 def make_dual_table(model: Arrays, outputs: Records, n: int) -> tuple[DualTable, Array]:

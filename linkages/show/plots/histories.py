@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from linkages.input.files.writing import file_name
-from linkages.results.assessment import Assessment
+from linkages.results.assessment import TAKEN_UP, Assessment
 from linkages.results.outputs.registry import unit
 from linkages.show.plots.journals import contacts_figure, guides_figure, orbits_figure
 from linkages.show.plots.pages import drawn_errors, resolved
@@ -128,8 +128,7 @@ def _compare(
     perfectly = "ideal joints, rigid links" if flexible else "ideal joints"
     imperfect = ["clearance"] * bool(assessment.system.experiment.play) + ["flexible links"] * flexible
     really = f"with {' and '.join(imperfect)}" if imperfect else "integrated"
-    times, both = run.time[run.time <= ideal.time[-1]], [name for name in labels if name in ideal.columns]
-    exact = ideal.evaluate(times) if ideal.evaluate else {n: np.interp(times, ideal.time, ideal[n]) for n in both}
+    apart, both = assessment.difference, [name for name in labels if name in ideal.columns]
     heights = [height for name in labels for height in ((3, 1) if name in both else (3,))]
     axes = stacked_axes(figure, heights)
     panels = iter(axes)
@@ -151,10 +150,10 @@ def _compare(
         if name not in both:  # a deflection: the links of the ideal motion are rigid
             continue
         bottom = next(panels)
-        difference = resolved(run[name][: len(times)] - exact[name], error)
-        low, high = _limits_after_start(times, difference)
+        difference = resolved(apart[name], error)
+        low, high = _limits_after_start(apart.time, difference)
         drawn, factor = _shown(assessment, name, np.array([low, high]))
-        bottom.plot(times, factor * difference, color="0.25", lw=0.8)
+        bottom.plot(apart.time, factor * difference, color="0.25", lw=0.8)
         bottom.set(ylabel=f"difference\n[{drawn}]", ylim=(factor * low, factor * high))
         if difference.min() < low or difference.max() > high:
             largest = np.abs(difference).max()
@@ -175,8 +174,8 @@ def _shown(assessment: Assessment, name: str, values: np.ndarray) -> tuple[str, 
 
 
 def _limits_after_start(times: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """Return axis limits without the microseconds in which a centred journal takes up its load."""
-    settled = values[times >= times[0] + 0.005 * np.ptp(times)]
+    """Return axis limits without the very start."""
+    settled = values[times >= times[0] + TAKEN_UP * np.ptp(times)]
     low, high = float(settled.min()), float(settled.max())
     margin = 0.08 * (high - low) or 1.0
     return low - margin, high + margin

@@ -3,7 +3,8 @@
 | module        | responsibility                                                              |
 |---------------|-----------------------------------------------------------------------------|
 | result_folder | a folder written by ``linkages simulate`` -> `Results`, or a one-line error |
-| words         | question and answer in sentences, commands that repeat the run              |
+| answer        | the question of a run, its answer in sentences, remarks                     |
+| words         | units, changes, the final motion, commands that repeat the run              |
 | page_tables   | tables: headings and cells, numbers as text                                 |
 | page          | template, style, script and curves over time, or wear -> ``report.html``    |
 | terminal      | a summary -> lines of text                                                  |

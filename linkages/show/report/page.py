@@ -18,7 +18,7 @@ from linkages.results.shape import WearContent
 from linkages.results.trajectory import load_trajectory
 from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
 from linkages.show.plots.style import typeset
-from linkages.show.report import page_tables, words
+from linkages.show.report import answer, page_tables, words
 from linkages.show.report.page_tables import PageTable, number
 from linkages.show.report.result_folder import FIGURES, Results, read_json, read_page
 
@@ -53,6 +53,7 @@ def render(results: Results) -> str:
         curves=embedded(drawn) if drawn else "",
         curves_script=Markup(script() + own("curves.js")),
         results=results,
+        answer=answer,
         words=words,
         tables=page_tables,
         drawing=data_uri(results.drawing, "svg+xml") if results.drawing else None,

@@ -39,7 +39,22 @@ class PageTable:
 
 def numbers(results: Results) -> list[PageTable]:
     """Tabulate all numbers of a run."""
-    return [table for make in (_outputs, _joints, _heats, _drives, _links, _measured) if (table := make(results))]
+    first, *others = (
+        table for make in (_outputs, _joints, _heats, _drives, _links, _measured) if (table := make(results))
+    )
+    return [first, *_effects(results), *others]
+
+
+def _effects(results: Results) -> list[PageTable]:
+    """Tabulate the differences from ideal joints, and the films where they are thinnest."""
+    return [
+        PageTable(
+            f"{heading[0].upper()}{heading[1:]}",
+            ("where", *names),
+            [(name, number(value), number(time), share) for name, value, time, share in rows],
+        )
+        for (heading, *names), rows in words.effects(results.summary)
+    ]
 
 
 def _outputs(results: Results) -> PageTable:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from linkages.base.brief import cell
+from linkages.input.files.magnitudes import rounded
 from linkages.results.characteristics import peaks_by_key
 from linkages.results.warnings import relative
 from linkages.show.report import words
@@ -60,6 +61,9 @@ def format_table(summary: dict[str, Any]) -> str:
         exact, force, ratio = (ideal["joints"][name]["force"], value["force"], value.get("eccentricity_ratio", {}))
         peaks = exact["peak"], force["peak"], force["time"], ratio.get("peak")
         rows.append(row(label, peaks, f"{name}.force.peak"))
+    for (heading, *names), effects in words.effects(summary):
+        rows += [("", ""), (heading, "".join(cell(name, 14) for name in names))]
+        rows += [(label, cell(value, 14) + cell(time, 14) + cell(part, 14)) for label, value, time, part in effects]
     heats = {name: joint["heat"] for name, joint in summary["joints"].items() if "heat" in joint}
     if heats:
         rows += [("", ""), ("oil (lumped heat balance)", "".join(f"{name:>12s}" for name in _HEAT_HEAD))]
@@ -95,7 +99,10 @@ def format_judgement(summary: dict[str, Any]) -> list[str]:
     lines = words.smoothing_lines(summary)
     below = [found for found in relative(peaks_by_key(summary), summary["error"]) if found[1] < 1.0]
     for key, part in below[:1]:  # peaks below their errors are zero, or named in a warning
-        lines += ["", f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"]
+        line = f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"
+        if (until := summary.get("error_until")) is not None:
+            line += f"; the run that estimates them ends at {rounded(until)} s, because the motion repeats itself"
+        lines += ["", line]
     return lines + format_warnings(summary["warnings"])
 
 

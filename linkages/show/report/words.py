@@ -1,9 +1,8 @@
-"""The question and the answer of a report in sentences, and the commands that repeat the run."""
+"""Words of tables and reports: units, changes, the final motion, and the commands that repeat the run."""
 
 from __future__ import annotations
 
 import shlex
-from collections import defaultdict
 from collections.abc import Iterator
 from functools import reduce
 from operator import getitem
@@ -11,7 +10,7 @@ from typing import Any
 
 import tomlkit
 
-from linkages.base.errors import Status, listed
+from linkages.base.errors import Status
 from linkages.input.files.magnitudes import rounded
 from linkages.input.model.experiment import ARGUMENT, BENDING_QUANTITIES, COMMAND_LINE, QUANTITIES
 from linkages.results.characteristics import peaks_by_key
@@ -21,9 +20,7 @@ from linkages.show.report.result_folder import Results
 NONE = "–"  # symbol of an undefined value
 _ALIKE = 1e-3  # relative difference from the steady cycle's peak that is neglected
 _SAME = 1e-4  # relative change that is neglected
-_NOTHING = 1e-9  # relative value below which a difference is rounding
-
-_MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
+NOTHING = 1e-9  # relative value below which a difference is rounding
 
 
 def reported(summary: dict[str, Any]) -> dict[str, Any]:
@@ -51,6 +48,28 @@ def beyond(summary: dict[str, Any], key: str, of: str = "") -> str:
 def meeting(summary: dict[str, Any], joint: str) -> str:
     """Name the links of a joint, the bearing's first; empty if the summary does not have them."""
     return ", ".join(summary.get("mechanism", {}).get("joints", {}).get(joint, ()))
+
+
+def effects(summary: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], list[tuple[str, float, float, str]]]]:
+    """Yield tables of the effects of clearance: headings, and rows of name, value, time [s] and share."""
+    shown, apart, film = reported(summary), [], []
+    for name, value in shown.get("difference", {}).items():
+        unit = "N" if name.endswith(".force") else output_unit(name)
+        apart.append((f"{name} [{unit}]", value["peak"], value["time"], percent(value["share"])))
+    for name, joint in shown["joints"].items():
+        if found := joint.get("film_thickness"):
+            film.append((f"{name} [m]", found["min"], found["time"], percent(found["share"])))
+    if apart:
+        yield ("difference from ideal joints", "largest", "at [s]", "of ideal"), apart
+    if film:
+        yield ("oil film", "thinnest", "at [s]", "of clearance"), film
+
+
+def percent(part: float | None) -> str:
+    """Write a part in per cent with two digits, or as a multiple; "-" if there is no whole."""
+    if part is None:
+        return "-"
+    return f"{100.0 * part:.2g} %" if part < 1.995 else f"{part:.3g} times"
 
 
 def link_rows(shown: dict[str, Any]) -> Iterator[tuple[str, float | None, dict[str, Any]]]:
@@ -124,81 +143,6 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
     return lines
 
 
-def question(results: Results) -> str:
-    """Write the question of the run in one sentence."""
-    alike: dict[tuple[str, float], list[str]] = defaultdict(list)
-    for name, joint in results.play.items():
-        alike[joint["model"], joint["clearance"]].append(name)
-    if not alike:
-        return "How does this linkage move with ideal joints, and what forces pass through them?"
-    play = listed(
-        f"{1e3 * clearance:.4g} mm of clearance in joint{'s'[: len(names) > 1]} {listed(names)} ({_MODELS[model]})"
-        for (model, clearance), names in alike.items()
-    )
-    return (
-        f"How does this linkage move with {play}, what forces pass through its joints,"
-        " and how does this differ from the linkage with ideal joints?"
-    )
-
-
-def answer(results: Results) -> list[str]:
-    """Answer the question, a sentence for each finding; all numbers come from the summary."""
-    summary = results.summary
-    status, sentences = Status(summary["status"]), []
-    if status is not Status.OK:
-        asked = results.experiment["duration"]
-        sentences.append(
-            f"The run ended early, at {summary['duration']:.4g} s of {asked:g} s, with the status {status.value}:"
-            f" {status.remedy}. The numbers cover the computed part; for ideal joints the whole duration."
-        )
-    found = [f"{entry['what']}; {entry['remedy']}" for entry in summary.get("warnings", ())]
-    sentences += [f"{line[0].upper()}{line[1:]}." for line in (*found, *motion_lines(summary))]
-    shown = reported(summary)
-    ideal = shown["ideal"]
-    for name, value in shown["outputs"].items():
-        if value["peak"] is None:
-            sentences.append(f"{name} is unbounded.")
-            continue
-        beside = _beside(results, value["peak"], ideal["outputs"][name]["peak"], unit(name))
-        sentences.append(
-            f"Peak of {name}: {rounded(value['peak'])} {unit(name)}{beside}{_more(summary, name, unit(name))}."
-        )
-    forces = {k: v for k, v in shown["joints"].items() if v["force"]["peak"] is not None}
-    if forces:
-        name, value = max(forces.items(), key=lambda item: item[1]["force"]["peak"])
-        peak, time = value["force"]["peak"], value["force"]["time"]
-        beside = _beside(results, peak, ideal["joints"][name]["force"]["peak"], "N")
-        beside += _more(summary, f"{name}.force", "N")
-        sentences.append(f"The largest joint force is {rounded(peak)} N, in {name} at {time:.4g} s{beside}.")
-    joints = shown["joints"].items()
-    return sentences + [_used(name, value) for name, value in joints if "eccentricity_ratio" in value]
-
-
-def _beside(results: Results, value: float, exact: float | None, of: str) -> str:
-    if not results.play or exact is None:
-        return ""
-    if abs(exact) < _NOTHING * abs(value):
-        return "; with ideal joints none"
-    return f"; with ideal joints {rounded(exact)} {of} ({change(value, exact)})"
-
-
-def _more(summary: dict[str, Any], key: str, of: str) -> str:
-    larger = "" if reported(summary) is summary else beyond(summary, f"{key}.peak", of)
-    return f"; in the whole run {larger}" if larger else ""
-
-
-def _used(name: str, value: dict[str, Any]) -> str:
-    """Describe the used part of a joint's clearance, and its contacts."""
-    part = 100.0 * value["eccentricity_ratio"]["peak"]
-    text = f"Joint {name} uses up to {part:.4g}\u00a0% of its clearance"
-    if value["model"] == "lubricated":
-        return f"{text}."
-    if not value["impacts"]:
-        return f"{text} and does not touch."
-    times = "once" if value["impacts"] == 1 else f"{value['impacts']} times"
-    return f"{text} and touches {times}, in contact for {100.0 * value['contact_fraction']:.3g}\u00a0% of the time."
-
-
 def commands(results: Results) -> list[str]:
     """Write the commands that repeat the run and this page."""
     summary = results.summary
@@ -247,7 +191,7 @@ def change(value: float | None, reference: float | None) -> str:
         return NONE
     if value == reference:
         return "unchanged"
-    if abs(reference) < _NOTHING * abs(value):
+    if abs(reference) < NOTHING * abs(value):
         return "there is none"
     ratio = value / reference
     if abs(ratio - 1.0) < _SAME:

@@ -211,11 +211,11 @@ def simulate_batch(
     >>> batch.peak.shape  # runs, windows, outputs
     (2, 1, 2)
     >>> batch.peak[:, 0, 0].round(1).tolist()  # N
-    [3.3, 3.6]
+    [6.8, 7.6]
     >>> path = "sdf.frames.link6_D.pose.x"
     >>> batch = linkages.simulate_batch(system, variables, [[3e-4, 0.3]], ["slider7.x"], wrt=[path])
     >>> batch.sensitivity[path]["mean"].round(3).tolist()  # m/m: runs, windows, outputs
-    [[[1.0]]]
+    [[[1.001]]]
     """
     for name in variables:
         if variables.count(name) > 1:

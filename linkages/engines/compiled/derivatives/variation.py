@@ -58,6 +58,7 @@ from linkages.mechanics.planar.contacts import (
     contact_action,
     contact_motion,
 )
+from linkages.mechanics.planar.joint_friction import FrictionWork, add_friction, make_friction_work
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.results.outputs.registry import pack
@@ -77,6 +78,7 @@ class DualWork(NamedTuple):
     value: Array
     rate: Array
     second: Array
+    friction: FrictionWork
     rows: Array  # accelerations or errors of the closure rows, (nr,)
     y: Array  # (ny,)
     results: Array  # of a contact, (RESULTS,)
@@ -166,10 +168,11 @@ def _make_work(model: Arrays, count: int) -> DualWork:
     """Make the arrays for a model and so many values."""
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
     n, most = len(model.free) + nd, max(nd, len(model.powered))
-    dynamics = DualCopy(make_workspace(nb, n, nr, model.bodies.shapes.shape[2])).value
+    state = make_workspace(nb, n, nr, model.bodies.shapes.shape[2])
+    dynamics, friction = DualCopy(state).value, DualCopy(make_friction_work(model, state)).value
     y, memory, results = dual_array(2 * len(model.free) + len(model.bristles)), dual_array(nc, 2), dual_array(RESULTS)
     motions = (dual_array(most) for _ in range(3))
-    own = dual_array(nc, WIDTH), memory, *motions, dual_array(nr), y, results, dual_array(OUTPUTS)
+    own = dual_array(nc, WIDTH), memory, *motions, friction, dual_array(nr), y, results, dual_array(OUTPUTS)
     floats = np.zeros((len(y) - len(model.free), count + nc)), np.zeros((RESULTS, PARTIALS))
     slots = (one.view(np.ndarray) for one in (y, memory, results))
     return DualWork._make([dynamics, np.zeros(1), *own, *slots, *floats])
@@ -372,6 +375,8 @@ def fill_residual(equations: Equations, v: Variation, t: float, dy: Array, first
     if len(model.loads):
         tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
         load_wrenches(tables, seeded(t, -1), w.pose, w.vel, w.wrench)
+    if len(v.work.friction.efforts):
+        add_friction(model, seeded(t, -1), v.work.value, w, v.work.friction)
     for i in range(len(model.free)):
         w.a[model.free[i]] = dy[i]
     set_residuals(model, w, equations.work.dynamics.reaction, v.work.rows)

@@ -14,7 +14,7 @@ from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
 from linkages.engines.compiled.run.replay import STAGES, Steps, project_state, record_memory, recorded, replay
 from linkages.engines.compiled.run.sampling import asked, knows_outputs, look
-from linkages.mechanics.integrate.driver import DONE, PAUSED, Options, Record, driver, joined, without_last
+from linkages.mechanics.integrate.driver import DONE, PAUSED, Options, Record, driver, joined, with_status, without_last
 from linkages.mechanics.integrate.stepper import Stepper, copy, restart
 from linkages.mechanics.planar.closure import LOOSE, loop_error
 from linkages.mechanics.planar.contacts import (
@@ -27,11 +27,14 @@ from linkages.mechanics.planar.contacts import (
     has_history,
     start_films,
 )
+from linkages.mechanics.planar.joint_friction import is_jammed
 
 #: Status of a run whose journal left its film; `linkages.mechanics.integrate.driver` has the others.
 LEFT = 3
 #: Status of a run whose loops came apart; its last state is the first one with open loops.
 OPEN = 4
+#: Status of a run that ends where the friction of joints has no solution.
+JAMMED = 5
 
 
 @kernel
@@ -151,6 +154,8 @@ def run(
     width = recorded(work.memory) + len(job.outputs) + (STAGES * len(y) if stages else 0)
     options = Options(end, first, limits[LONGEST], most, 0.0, job.landing, kinks, limits[ACCURACY], stop)
     record = _drive(equations, job, job.stepper, job.tolerance, t, y, work.modes, width, options)
+    if record.status != PAUSED and is_jammed(work.friction):
+        return with_status(record, JAMMED)
     return without_last(record) if record.status == OPEN and len(record.times) > 1 else record
 
 

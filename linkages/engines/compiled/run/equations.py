@@ -9,6 +9,7 @@ from linkages.engines.compiled.run.model import Equations, Work
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration
 from linkages.mechanics.planar.contacts import BRISTLE, BRISTLE_RATE, EX, EY, FX, FY, clearance_wrenches
+from linkages.mechanics.planar.joint_friction import add_friction
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.motion import evaluate_motions
@@ -57,6 +58,8 @@ def _add_forces(equations: Equations, t: float) -> None:
     if len(model.loads):
         tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
         load_wrenches(tables, t, w.pose, w.vel, w.wrench)
+    if len(work.friction.efforts):
+        add_friction(model, t, work.value, w, work.friction)
 
 
 @lazy_kernel

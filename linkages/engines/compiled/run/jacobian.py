@@ -29,6 +29,7 @@ from linkages.mechanics.planar.contact_partials import (
     contact_partials,
 )
 from linkages.mechanics.planar.contacts import add_contact, contact_motion
+from linkages.mechanics.planar.joint_friction import add_friction
 from linkages.mechanics.planar.kinematics import body_states, moved_states, moved_velocities
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.loop_dynamics import add_reactions_response, eliminate_rows
@@ -156,6 +157,8 @@ def _fill_columns(equations: Equations, d: Workspace, t: float, first: int, coun
     if len(model.loads):
         tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
         load_wrenches(tables, t, d.pose, d.vel, d.wrench)
+    if len(s.friction.efforts):
+        add_friction(model, t, work.value, d, s.friction)
     add_reactions(model, d, work.dynamics.reaction)
     if count == out.shape[0]:
         force_residual(model.bodies, model.gravity, d)

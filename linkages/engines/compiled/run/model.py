@@ -11,10 +11,12 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.dual import dual_array
+from linkages.base.kernel.dual_copy import DualCopy
 from linkages.laws.film.film_history import memory_of
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bounds
 from linkages.mechanics.planar.contacts import OIL, WIDTH
+from linkages.mechanics.planar.joint_friction import FrictionWork, make_friction_work
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS
 from linkages.mechanics.planar.record_types import HISTORY, REVOLUTE, STOP
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
@@ -62,14 +64,15 @@ class Scratch(NamedTuple):
     reaction: Array  # changes of the rows' reactions, (nr,)
     changed: Indices  # 1 for coordinates that a direction of duals changes, (n,)
     moves: Indices  # which bodies move with them, (nb,); see `linkages.mechanics.planar.traversal.mark_moved`
+    friction: FrictionWork  # dual
 
 
 #: Arrays of a workspace that follow from rates; the coordinates and the poses do not.
 _OF_RATES = "v", "tau", "vel", "acc", "wrench", "bias", "modal_bias"
 
 
-def make_scratch(w: Workspace, nc: int) -> Scratch:
-    """Make the arrays for a workspace and nc contacts, all zero, without bounds."""
+def make_scratch(w: Workspace, nc: int, friction: FrictionWork) -> Scratch:
+    """Make the arrays for a workspace, nc contacts and friction, all zero, without bounds."""
     n, nr = len(w.q), len(w.reaction)
     changes: dict[str, Any] = {name: dual_array(*getattr(w, name).shape) for name in ("q", "pose", *_OF_RATES)}
     moved = w._replace(**changes)
@@ -77,7 +80,7 @@ def make_scratch(w: Workspace, nc: int) -> Scratch:
     duals = moved, moved._replace(q=w.q, pose=w.pose), dual_array(nr)
     closed = np.zeros(n), np.zeros(n), np.zeros(nr)
     marks = np.zeros(n, np.int64), np.zeros(len(w.bias), np.int64)
-    return Scratch(partials, bounds, np.zeros((n, n)), *duals, *closed, *marks)
+    return Scratch(partials, bounds, np.zeros((n, n)), *duals, *closed, *marks, DualCopy(friction).value)
 
 
 class Work(NamedTuple):
@@ -94,6 +97,7 @@ class Work(NamedTuple):
     forces: Array  # result for joints, (nj, 3); see `linkages.results.outputs.quantity.Snapshot`
     efforts: Array  # for drives, (nd,)
     applied: Array  # for loads, (nl, 4)
+    friction: FrictionWork
     scratch: Scratch
     kinked: Kinked
 
@@ -117,6 +121,7 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
     n, nm, most = len(model.free) + nd, model.bodies.shapes.shape[2], max(nd, len(model.powered))
     dynamics, ny = make_workspace(nb, n, nr, nm), 2 * len(model.free) + len(model.bristles)
+    friction = make_friction_work(model, dynamics)
     return Work(
         dynamics,
         np.full(1 + ny, np.nan),
@@ -129,7 +134,8 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
         np.zeros((len(model.joints), 3)),
         np.zeros(nd + len(model.powered)),
         np.zeros((len(model.loads), len(LOAD_OUTPUTS))),
-        make_scratch(dynamics, nc),
+        friction,
+        make_scratch(dynamics, nc, friction),
         make_kinked(nc),
     )
 

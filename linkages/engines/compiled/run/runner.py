@@ -14,7 +14,7 @@ from linkages.base.errors import AssemblyError, Status
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.by_reference import packed
 from linkages.base.signals import arrival, deferred
-from linkages.engines.compiled.run.binding import LEFT, OPEN, check, evaluate, run
+from linkages.engines.compiled.run.binding import JAMMED, LEFT, OPEN, check, evaluate, run
 from linkages.engines.compiled.run.job import END, Job, make_given, make_job
 from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.model import Equations, error_scale, make_memory
@@ -34,6 +34,7 @@ STATUS = {
     COLLAPSED: Status.STEP_SIZE_COLLAPSE,
     LEFT: Status.JOURNAL_LEFT_BEARING,
     OPEN: Status.LOOP_OPEN,
+    JAMMED: Status.JAMMED,
 }
 
 

@@ -33,20 +33,19 @@ def look(job: Job, t: float, out: Array) -> bool:
     if job.with_ideal and not ideal_state(model, w, job.rows, job.closing, ideal):
         return False
     if job.with_loads and len(model.loads):
-        load_outputs(
-            (model.loads, model.signals, model.load_t, model.load_c, model.load_n), t, w.pose, w.vel, work.applied
-        )
+        loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
+        load_outputs(loads, work.friction.efforts, t, w.pose, w.vel, work.applied)
     if job.with_forces:
         inertial_forces(model.bodies, w, model.gravity, w.bias, w.modal_bias)
         if w.interpolated[0] > 0.0:  # the reactions belong to a neighbouring state
             row_reactions(model, w)
         joint_forces(model, w, work.contacts, work.forces, work.efforts)
-    snapshot = Snapshot(model, w, work.contacts, work.forces, work.efforts, work.applied)
+    snapshot = Snapshot(model, w, work.contacts, work.forces, work.efforts, work.applied, work.friction)
     seen, outputs = reference(snapshot), job.outputs
     for k in range(len(outputs)):
         out[k] = output_value(outputs[k], seen)
         if outputs[k].jitter:
-            exact = Snapshot(model, ideal, work.contacts, work.forces, work.efforts, work.applied)
+            exact = Snapshot(model, ideal, work.contacts, work.forces, work.efforts, work.applied, work.friction)
             out[k] -= output_value(outputs[k], reference(exact))
     return True
 

@@ -26,7 +26,7 @@ from linkages.show.plots.animation.surroundings import SCALE, Surroundings
 from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
 from linkages.show.plots.style import round_length
 from linkages.system import System
-from linkages.system.ideal_motion import IdealMotion
+from linkages.system.ideal_motion import ideal_motion
 from linkages.system.rigid_segments import Segmented, segmented, system_of
 
 _ASPECT = 2.0  # assumed width over height of the window
@@ -66,7 +66,7 @@ def _page(assessment: Assessment, exaggerate: float | None) -> str:
     )
     diagram = builder.Build()
     times, q, magnified = frames(assessment, exaggerate, shown)
-    slow = max(1.0, _LENGTH / times[-1])
+    start, slow = times[0], max(1.0, _LENGTH / (times[-1] - times[0]))
     surroundings = Surroundings(assessment, meshcat)
     span = surroundings.span()
     views = _joint_views(assessment, meshcat, times, *span)
@@ -79,10 +79,10 @@ def _page(assessment: Assessment, exaggerate: float | None) -> str:
     for frame, (t, coordinates) in enumerate(zip(times, q, strict=True)):
         full[positions] = coordinates
         plant.SetPositions(context, full)
-        root.SetTime(slow * t)
+        root.SetTime(slow * (t - start))
         diagram.ForcedPublish(root)
         for view in views:
-            view.show(frame, slow * t)
+            view.show(frame, slow * (t - start))
     visualizer.StopRecording()
     visualizer.PublishRecording()
     places: dict[tuple[float, ...], list[Joint]] = {}
@@ -120,8 +120,8 @@ def frames(
     Parameters as `write_animation`; `shown` is the system of the coordinates, with rigid segments if flexible.
     """
     shown, run, clearances = shown or assessment.system, assessment.run, 1.0 if exaggerate is None else exaggerate
-    count = int(np.ceil(max(_LENGTH, run.time[-1]) * _FRAMES_PER_SECOND / 2)) + 1
-    times = np.linspace(0.0, run.time[-1], count)
+    start, end = run.time[[0, -1]]
+    times = np.linspace(start, end, int(np.ceil(max(_LENGTH, end - start) * _FRAMES_PER_SECOND / 2)) + 1)
     source = system_of(assessment.system, run.columns)
     steps = [run[f"q.{name}"] for name in source.tree.coordinates]
     recorded = np.stack([np.interp(times, run.time, column) for column in steps], axis=1)
@@ -140,7 +140,7 @@ def frames(
         for axis, part in enumerate(parts):
             offset[:, 2 * k + axis] = clearances * np.interp(times, run.time, run[f"{name}.{part}"])
     try:
-        return times, IdealMotion(shown).states(times, offset, factor * hinges)[0], factor
+        return times, ideal_motion(shown).states(times, offset, factor * hinges)[0], factor
     except AssemblyError as problem:
         if exaggerate is None or exaggerate == 1.0:  # a run that passed a dead point by its errors
             return times, recorded, 1.0
@@ -212,6 +212,7 @@ def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magn
         "clock": [f"t = {t:.4f} s, {pace}" for t in times],
         "legend": bent + (legend if views else ""),
         "curves": curves(names, assessment.run, assessment.ideal, assessment.noise),
+        "start": float(times[0]),
         "end": float(times[-1]),
     }
 
@@ -221,8 +222,8 @@ def add_captions(page: str, shown: Mapping[str, Any]) -> str:
 
     The script `overlay.html` writes the texts of the current frame. `shown` has ``labels`` in the scene; ``view`` and
     ``aspect``: width and height [m] of the visible scene, and the window's ratio of both for which the camera was set;
-    ``clock``: a text for each frame; ``legend``: a text; ``curves``: from `linkages.show.plots.pages.curves`; ``end``:
-    time of the mechanism at the last frame [s].
+    ``clock``: a text for each frame; ``legend``: a text; ``curves``: from `linkages.show.plots.pages.curves`; ``start``
+    and ``end``: times of the mechanism at the first and at the last frame [s].
     """
     head, found, tail = page.rpartition("</body>")
     if not found:

@@ -1,0 +1,145 @@
+"""The question of a run, and its answer in three sentences: the action of the joints, its effect, a proposal."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Any
+
+from linkages.base.errors import Status, listed
+from linkages.input.files.magnitudes import rounded
+from linkages.show.plots.style import engineering
+from linkages.show.report import words
+from linkages.show.report.result_folder import Results
+
+_MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
+_SAME = 1e-4  # relative change that is neglected
+_MANIFOLD = 2.0  # ratio from which a change is a multiple
+_DEEP = 0.8  # eccentricity ratio from which a film has little reserve
+
+
+def question(results: Results) -> str:
+    """Write the question of the run in one sentence."""
+    alike: dict[tuple[str, float], list[str]] = defaultdict(list)
+    for name, joint in results.play.items():
+        alike[joint["model"], joint["clearance"]].append(name)
+    if not alike:
+        return "How does this linkage move with ideal joints, and what forces pass through them?"
+    play = listed(
+        f"{1e3 * clearance:.4g} mm of clearance in joint{'s'[: len(names) > 1]} {listed(names)} ({_MODELS[model]})"
+        for (model, clearance), names in alike.items()
+    )
+    return (
+        f"How does this linkage move with {play}, what forces pass through its joints,"
+        " and how does this differ from the linkage with ideal joints?"
+    )
+
+
+def answer(summary: dict[str, Any]) -> list[str]:
+    """Answer the question of a run in three sentences, by its numbers; a first one if it ended early."""
+    shown, given = words.reported(summary), summary["provenance"]["experiment"]
+    play = {name: joint for name, joint in shown["joints"].items() if "eccentricity_ratio" in joint}
+    status = Status(summary["status"])
+    if status is Status.OK:
+        return [_action(play), _effect(shown), _trial(play, given.get("joints", {}))]
+    asked = f"{summary['duration']:.4g} s of {given['duration']:g} s"
+    ended = f"The run ended early, at {asked}, with the status {status.value}; the numbers belong to this part."
+    return [ended, _action(play), _effect(shown), f"Next, {status.remedy}."]
+
+
+def remarks(summary: dict[str, Any]) -> list[str]:
+    """Write the warnings of a run, and its final motion, a sentence each."""
+    found = [f"{entry['what']}; {entry['remedy']}" for entry in summary.get("warnings", ())]
+    return [_sentence(line) for line in (*found, *words.motion_lines(summary))]
+
+
+def _action(play: dict[str, Any]) -> str:
+    """Tell how the joints with clearance work: on a film, in contact, or neither."""
+    touching = {name: joint for name, joint in play.items() if joint["impacts"] or joint["contact_fraction"]}
+    riding = {name: joint for name, joint in play.items() if name not in touching and "film_thickness" in joint}
+    free = [name for name in play if name not in touching | riding]
+    said = [_riding(riding)] if riding else []
+    for name, joint in touching.items():
+        times, part = _times(joint["impacts"]), words.percent(joint["contact_fraction"])
+        said.append(f"joint {name} touches {times} and is in contact for {part} of the time")
+    if free:
+        said.append(f"joint{'s'[: len(free) > 1]} {listed(free)} {'do' if len(free) > 1 else 'does'} not touch")
+    return _sentence("; ".join(said) or "all joints are ideal")
+
+
+def _riding(joints: dict[str, Any]) -> str:
+    """Describe joints whose films carry their journals."""
+    what = (
+        f"oil films carry joints {listed(joints)}" if len(joints) > 1 else f"an oil film carries joint {listed(joints)}"
+    )
+    used = words.percent(max(joint["eccentricity_ratio"]["peak"] for joint in joints.values()))
+    least = _measured(min(joint["film_thickness"]["min"] for joint in joints.values()), "m")
+    return f"{what}: a journal moves up to {used} of the clearance from the centre, and {least} of oil remain"
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
+
+
+def _effect(shown: dict[str, Any]) -> str:
+    """Tell the effect of clearance: the first output, the output whose peak changes most, and the largest force."""
+    said = []
+    for name in [*shown.get("difference", {})][:1]:
+        largest, part = shown["difference"][name]["peak"], words.percent(shown["difference"][name]["share"])
+        of = "" if part == "-" else f" ({part} of its range)" if part.endswith("%") else f" ({part} its range)"
+        said.append(f"{name} differs by up to {_measured(largest, words.output_unit(name))}{of}")
+    peaks = {
+        name: (value["peak"], shown["ideal"]["outputs"][name]["peak"])
+        for name, value in shown["outputs"].items()
+        if value["peak"] is not None
+    }
+    known = {name: real / exact for name, (real, exact) in peaks.items() if exact and exact > words.NOTHING * real}
+    if said and known:
+        name = max(known, key=lambda name: abs(known[name] - 1.0))
+        said.append(f"the peak of {name} is {_changed(known[name])}")
+    forces = {name: joint["force"]["peak"] or 0.0 for name, joint in shown["joints"].items()}
+    if forces:
+        name = max(forces, key=forces.__getitem__)
+        exact = shown["ideal"]["joints"][name]["force"]["peak"] if said else None
+        beside = f", {_changed(forces[name] / exact)}" if exact else ""
+        said.append(f"the largest joint force is {_measured(forces[name], 'N')}, in {name}{beside}")
+    lead = "compared with ideal joints, " if shown.get("difference") else ""
+    return _sentence(f"{lead}{listed(said)}" if said else "no joint carries a force")
+
+
+def _changed(ratio: float) -> str:
+    """Compare a peak with the one of ideal joints."""
+    if abs(ratio - 1.0) < _SAME:
+        return "the same"
+    if ratio >= _MANIFOLD:
+        return f"{ratio:.3g} times as large"
+    return f"{words.percent(abs(ratio - 1.0))} {'larger' if ratio > 1.0 else 'smaller'}"
+
+
+def _trial(play: dict[str, Any], joints: dict[str, Any]) -> str:
+    """Propose the next run: less clearance against impacts; a thinner film if it has a reserve, otherwise a thicker."""
+    given = {name: joint for name, joint in play.items() if name in joints}
+    if not given:
+        return "Try clearance in a joint: `linkages keys joints` lists what describes it."
+    name = max(given, key=lambda name: given[name]["eccentricity_ratio"]["peak"])
+    joint, values = given[name], joints[name]
+
+    def setting(key: str, factor: float) -> str:
+        return f"`--set joints.{name}.{key}={rounded(factor * values[key])}`"
+
+    if joint["impacts"] or "film_thickness" not in joint:
+        return f"Try half of this clearance: {setting('clearance', 0.5)}."
+    deep = joint["eccentricity_ratio"]["peak"] >= _DEEP
+    reserve = f"The film of joint {name} has {'little' if deep else 'a'} reserve: try"
+    if "viscosity" in values:
+        return f"{reserve} {'thicker' if deep else 'thinner'} oil, {setting('viscosity', 2.0 if deep else 0.5)}."
+    return f"{reserve} {'less' if deep else 'more'} clearance, {setting('clearance', 0.5 if deep else 2.0)}."
+
+
+def _measured(value: float, si: str) -> str:
+    """Write a value with its most readable unit: "0.165 mm"."""
+    unit, factor = engineering(si, abs(value))
+    return f"{rounded(factor * value)} {unit}".rstrip()
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
