@@ -80,7 +80,7 @@ def add_experiment(
 
 def add_data(parser: argparse.ArgumentParser) -> None:
     """Add ``--data``."""
-    meaning = "measured curves to show beside the run; [data] in the experiment maps their columns"
+    meaning = "measured curves for comparison with the run; [data] in the experiment maps their columns"
     parser.add_argument("--data", type=Path, metavar="FILE", help=meaning)
 
 

@@ -90,7 +90,7 @@ class Assessment(Brief):
 
     @cached_property
     def measured(self) -> dict[str, Measured]:
-        """Return the measured curves of the experiment beside the run, by output."""
+        """Compare the measured curves of the experiment with the run, by output."""
         return measured(self.system, self.run)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Measured curves beside computed ones: residuals of a run against the columns of a data file."""
+"""Comparison of measured with computed curves: residuals of a run against the columns of a data file."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ class Experiment(Brief, Table):
     gears: dict[str, tables.Gear] = Field({}, description="gears and belts between joints, by name")
     stops: dict[str, tables.Stop] = Field({}, description="stops of joints by name")
     contacts: dict[str, tables.LineContact] = Field({}, description="contacts of points with straight lines, by name")
-    data: DataTable | None = Field(None, description="measured curves beside the computed ones")
+    data: DataTable | None = Field(None, description="measured curves for comparison with computed ones")
     report: Literal["steady", "whole"] = Field(
         "steady",
         description="part of the run that tables give first: the last period of a periodic motion, otherwise the time "

@@ -47,7 +47,7 @@ class FromFile(Table):
     unwrap: bool = Field(False, description="file: whether the angle jumps by a turn, as from 359 to 0 degrees")
     smoothing: Positive | None = Field(
         None,
-        description="file: the order of the series or the number of spline pieces is divided by it; default: 1 [1]",
+        description="file: the order of the series or the number of spline segments is divided by it; default: 1 [1]",
     )
     shift: Finite | None = Field(None, description="file: time that is added to the file's times; default: 0 [s]")
 
@@ -165,14 +165,14 @@ class DataColumn(Table):
 
 
 class DataTable(Table):
-    """Measured curves that are shown beside the computed ones."""
+    """Measured curves for comparison with computed ones."""
 
     file: str = Field(description="data file (.csv, .txt, .mat, .parquet, .npz), relative to this file")
     time: str = Field("time", description="column of the times")
     time_unit: str | None = Field(None, description="unit of the times; default: the file's, or s")
     shift: Finite = Field(0.0, description="time that is added to the file's times [s]")
     columns: dict[str, DataColumn] = Field(
-        {}, description="columns by name; default: those named like outputs of the run"
+        {}, description="columns by name; default: all with names of outputs of the run"
     )
 
     _recording: Recording | None = PrivateAttr(None)

@@ -43,7 +43,7 @@ class Smoothing:
     unwrap : bool
         Whether an angle jumps by a turn.
     factor : float
-        Divisor of the series' order, or of the number of the spline's pieces.
+        Divisor of the series' order, or of the number of the spline's segments.
     """
 
     deviation: float
@@ -278,6 +278,6 @@ def _spline(t: Array, y: Array, kind: str, smoothing: Smoothing, start: float) -
     if kind == "speed":
         c *= step
         c[-1] += start - step * float(spline(np.clip(-t0 / step, 0.0, u[-1])))
-    text += f" of {len(breaks) - 1} pieces" if smoothing.deviation > 0.0 else ""
+    text += f" of {len(breaks) - 1} segments" if smoothing.deviation > 0.0 else ""
     made = Pieces(c, t0 + step * breaks)
     return Fit(made, text, len(t), residual, smoothing.deviation, None, (float(t[0]), float(t[-1])))
