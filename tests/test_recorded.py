@@ -286,3 +286,15 @@ def test_data_from_the_command_line(measured, tmp_path, capsys):
 def test_refused_data(measured, data, problem):
     with pytest.raises(linkages.InputError, match=re.escape(problem)):
         linkages.summarize(linkages.assess(measured(data)))
+
+
+def test_batches_and_derivatives_with_a_drive_from_a_file(driven, tmp_path):
+    """The same peaks and derivatives as with the drive by a formula."""
+    encoder(tmp_path, 5.0)
+    systems = driven(f"{FROM_FILE}\nperiodic = true", 0.4), driven(f'formula = "{ANGLE}"', 0.4)
+    path = "sdf.links.coupler.mass"
+    values = np.array([[0.9], [1.1]]) * systems[0].value(path)
+    peaks = [linkages.simulate_batch(one, [path], values, ["O.torque"]).peak for one in systems]
+    np.testing.assert_allclose(*peaks, rtol=2e-3)
+    slopes = [linkages.simulate(one, wrt=[path]).sensitivity[path]["O.torque"] for one in systems]
+    assert np.abs(slopes[0]).max() == pytest.approx(np.abs(slopes[1]).max(), rel=2e-3)

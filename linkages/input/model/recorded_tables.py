@@ -111,7 +111,8 @@ class FromFile(Table):
 
     def _fit(self, key: str, over: tuple[str, str] = ("time", "s"), kind: str = "value") -> None:
         """Fit the columns of a key over the times, or over another key's column, with its unit."""
-        if self._recording is None:
+        recording, self._recording = self._recording, None  # it is not part of what other processes get
+        if recording is None:
             return
         deviation = self._deviation(key)
         smoothing = Smoothing(deviation, self.periodic, self.period, self.unwrap, self.smoothing or 1.0)
@@ -120,9 +121,7 @@ class FromFile(Table):
         shift = (self.shift or 0.0) if place == "time" else 0.0
         places, start = (name, place_unit, self.units.get(place)), float(getattr(self, "angle", 0.0) or 0.0)
         self._fits = tuple(
-            fitted(
-                self._recording, places, (column, self.unit(key), self.units.get(key)), kind, smoothing, shift, start
-            )
+            fitted(recording, places, (column, self.unit(key), self.units.get(key)), kind, smoothing, shift, start)
             for column in self.columns[key]
         )
 

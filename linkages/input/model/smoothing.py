@@ -8,6 +8,7 @@ other signal becomes a quintic spline with the smoothness at which its residual 
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -21,6 +22,9 @@ from linkages.mechanics.planar.motion import Pieces, Program, monotone_table
 _TURN = 2.0 * math.pi
 _MOST = 100  # largest order of a Fourier series
 _SAMPLES = 4  # least samples per period of the highest harmonic
+_LOOKS = 20_000  # most samples that select the order, at random to avoid aliasing
+_LONGEST = 50_000  # most samples of a spline
+_FINE = 0.3  # deviations by which samples of an angle differ at least
 _ROUNDS = 12  # Gauss-Newton iterations for the speed
 _ROUNDING = 1e-12  # relative to a signal's range: smaller residuals are rounding errors
 _REPEATS = 2.0  # residual over deviation up to which a signal counts as repeating
@@ -138,8 +142,11 @@ def _series(t: Array, y: Array, kind: str, smoothing: Smoothing, start: float) -
     omega, turns = found  # angular frequency, and turns per period
     periods = max(abs(omega) * t[-1] / _TURN, 1.0)
     most = max(1, min(_MOST, int(len(t) / periods / _SAMPLES)))
+    some = np.arange(len(t))
+    if len(t) > _LOOKS:
+        some = np.sort(np.random.default_rng(0).choice(len(t), _LOOKS, replace=False))
     for _ in range(2):  # the order depends little on the frequency
-        order = _order(t, y, omega, turns, speed, most)
+        order = _order(t[some], y[some], omega, turns, speed, most, smoothing.deviation)
         if smoothing.factor != 1.0:
             order = min(most, max(1, round(max(order, 1) / smoothing.factor)))
         if smoothing.period is None:
@@ -203,18 +210,18 @@ def _basis(theta: Array, order: int, omega: float, speed: bool) -> Array:
     return columns if speed else np.hstack([np.ones((len(theta), 1)), columns])
 
 
-def _order(t: Array, y: Array, omega: float, turns: int, speed: bool, most: int) -> int:
+def _order(t: Array, y: Array, omega: float, turns: int, speed: bool, most: int, deviation: float) -> int:
     """Select the order with the least BIC; equal samples count once: their errors are not independent."""
     target = y - turns * omega * (1.0 if speed else t)
     columns = _basis(omega * t, most, omega, speed)
-    triangle = np.zeros((0, columns.shape[1] + 1))
-    for part in np.array_split(np.column_stack([columns, target]), max(1, len(t) // 20_000)):
-        triangle = np.asarray(np.linalg.qr(np.vstack([triangle, part]), mode="r"))
+    triangle = np.asarray(np.linalg.qr(np.column_stack([columns, target]), mode="r"))
     parts = triangle[:, -1] ** 2
     first = 0 if speed else 1
     left = np.array([parts[first + 2 * k :].sum() for k in range(most + 1)])
-    told = np.mod(y, _TURN) if turns and not speed else y
-    count = len(np.unique(np.round(told / (float(np.ptp(told)) or 1.0), _DIGITS)))
+    samples, step = y, _ROUNDING * float(np.ptp(y))
+    if turns and not speed:  # a sensor's errors repeat with its angle
+        samples, step = np.mod(y, _TURN), _FINE * deviation
+    count = len(np.unique(np.round(samples / step) if step > 0.0 else samples))
     floor = len(t) * (_ROUNDING * (float(np.ptp(y)) or 1.0)) ** 2
     criterion = count * np.log(left + floor) + 2.0 * np.arange(most + 1) * math.log(count)
     return int(np.argmin(criterion))
@@ -247,8 +254,12 @@ def _spline(t: Array, y: Array, kind: str, smoothing: Smoothing, start: float) -
     u = np.round((t - t0) / step, _DIGITS)
     text = "quintic smoothing spline"
     if smoothing.deviation > 0.0:
+        if len(t) > _LONGEST:
+            raise ValueError(f"has {len(t)} samples; a spline takes up to {_LONGEST}: shorten or average the recording")
         weights = np.full(len(t), 1.0 / smoothing.deviation)
-        spline = make_splrep(u, y, w=weights, k=5, s=len(t))
+        with warnings.catch_warnings():  # the residual is reported
+            warnings.simplefilter("ignore", RuntimeWarning)
+            spline = make_splrep(u, y, w=weights, k=5, s=len(t))
         if smoothing.factor != 1.0:
             knots = spline.t[5:-5]  # the same distribution of more or fewer
             count = min(max(1, round((len(knots) - 1) / smoothing.factor)), len(t) // 8)
