@@ -187,7 +187,9 @@ def test_more_and_less_smoothing_are_reported(driven, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["simulate", str(system.experiment.source), "--no-animation", "--quiet", "--out", str(out)]) == 0
     assert main(["report", str(out)]) == 0
-    assert "encoder.csv" in (out / "report.html").read_text()
+    page = (out / "report.html").read_text()
+    assert "Signal of drives.O: encoder.csv, 995 rows" in page
+    assert "Half smoothing changes the peaks of forces" in page
 
 
 @pytest.mark.parametrize(

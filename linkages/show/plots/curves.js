@@ -51,7 +51,7 @@ function drawCurves(holder, curves, seek) {
       line.time.forEach((t, k) => {
         if (line.values[k] !== null && t >= view[0] && t <= view[1]) inside.push(line.values[k]);
       });
-      for (const t of view) inside.push(valueAt(line, t) ?? 0);
+      for (const t of view) if (t >= line.time[0] && t <= line.time.at(-1)) inside.push(valueAt(line, t) ?? 0);
     }
     let [low, high] = [Math.min(...inside), Math.max(...inside)];
     const room = 0.06 * (high - low) || 0.5 * Math.abs(high) || 1;

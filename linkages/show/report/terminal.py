@@ -96,7 +96,8 @@ def format_table(summary: dict[str, Any]) -> str:
 
 def format_judgement(summary: dict[str, Any]) -> list[str]:
     """Write the sizes of the errors, and all warnings, as lines of text."""
-    lines = words.smoothing_lines(summary)
+    smoothing = words.smoothing_lines(summary)
+    lines = ["", *smoothing] if smoothing else []
     below = [found for found in relative(peaks_by_key(summary), summary["error"]) if found[1] < 1.0]
     for key, part in below[:1]:  # peaks below their errors are zero, or named in a warning
         line = f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"

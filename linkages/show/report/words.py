@@ -99,7 +99,7 @@ def exceeded(summary: dict[str, Any]) -> bool:
 def recorded_lines(summary: dict[str, Any]) -> list[str]:
     """Describe the signals from data files and how they are smoothed."""
     return [
-        f"{path}: {signal['file']}, {fit['rows']} rows, {fit['text']},"
+        f"signal of {path}: {signal['file']}, {fit['rows']} rows, {fit['text']},"
         f" residual {fit['residual']:.2g} (stated deviation {fit['deviation']:.2g})"
         for path, signal in summary.get("recorded", {}).items()
         for fit in signal["fits"]
@@ -114,7 +114,7 @@ def smoothing_lines(summary: dict[str, Any]) -> list[str]:
         found.append(
             f"{name} smoothing changes the peaks of forces by at most {100.0 * abs(ratio - 1.0):.2g} % ({key})"
         )
-    return ["", *found] if found else []
+    return found
 
 
 def motion_lines(summary: dict[str, Any]) -> list[str]:
