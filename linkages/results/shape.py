@@ -168,6 +168,7 @@ class _Ran(Experiment):
 class _Provenance(_Entry):
     versions: dict[str, str | None]
     experiment: _Ran
+    folder: str | None = None
     sources: dict[str, str]
     run: dict[str, str | Finite]
     wall_time: NonNegative
