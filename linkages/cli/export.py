@@ -171,7 +171,7 @@ def _cases(system: System, run: Trajectory, times: dict[str, float], links: list
     from linkages.results.link_loads import link_loads
     from linkages.results.load_files import Case
 
-    states = run.evaluate.function.states_at(np.array([*times.values()]))
+    states = run.evaluate.function.states_at(np.array([*times.values()]))  # type: ignore[union-attr]
     cases = []
     for k, (name, time) in enumerate(times.items()):
         found = link_loads(system, time, tuple(part[k] for part in states))
