@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import linkages
+from linkages.cli.main import main
+from linkages.show.report.result_folder import load_results
 
 #: hzpt.com, "ISO hole and shaft tolerances" (boretol): range of sizes [mm], then upper limit of H7 and of H8, and
 #: (upper, lower) of f7, g6, k6, n6, p6, s6 [um]; its k6 lower limit up to 3 mm is zero.
@@ -73,3 +75,44 @@ def test_a_fit_keeps_its_play_when_hole_and_shaft_exchange_their_deviations(hole
 def test_what_the_standard_does_not_define_is_refused(text, said):
     with pytest.raises(linkages.InputError, match=said):
         linkages.fit(text)
+
+
+FIT = "joints.A.fit"
+
+
+def fitted(folder, text):
+    """Write an experiment in which a fit replaces the clearance of joint A."""
+    source = linkages.find_file("seven_bar.toml")
+    lines = source.read_text().splitlines()
+    at = lines.index("[joints.A]")
+    of_clearance = next(k for k in range(at, len(lines)) if lines[k].startswith("clearance"))
+    lines[of_clearance] = f'fit = "{text}"'
+    (folder / "fitted.toml").write_text("\n".join(lines))
+    (folder / "seven_bar.sdf").write_text(source.with_suffix(".sdf").read_text())
+    return folder / "fitted.toml"
+
+
+def test_a_fit_gives_the_mean_clearance_of_a_joint(tmp_path):
+    system = linkages.load(fitted(tmp_path, "30 H7/f7"))
+    assert system.value("joints.A.clearance") == pytest.approx(20.5e-6, rel=1e-12)  # (20 + 62) um / 4
+    assert system.laws["clearance"][0] == pytest.approx(20.5e-6, rel=1e-12)
+    looser = system.replaced({FIT: "30 H8/e8"})
+    assert looser.value("joints.A.clearance") == pytest.approx(36.5e-6, rel=1e-12)  # (40 + 106) um / 4
+    assert system.replaced({"joints.A.clearance": 1e-4}).value("joints.A.clearance") == 1e-4
+
+
+def test_a_run_with_a_fit_has_a_report(tmp_path):
+    words = ["--duration", "0.02", "--no-plots", "--no-animation", "--no-error-estimate", "-q", "--out", str(tmp_path)]
+    assert main(["simulate", str(fitted(tmp_path, "30 H7/f7")), *words]) == 0
+    assert load_results(tmp_path).play["A"]["clearance"] == pytest.approx(20.5e-6)
+    assert main(["report", str(tmp_path)]) == 0
+    assert "0.0205 mm" in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.parametrize(("text", "said"), [("30 H7/p6", "can have interference"), ("30 H7f7", "is no fit")])
+def test_a_fit_without_clearance_is_refused(tmp_path, capsys, text, said):
+    assert main(["simulate", str(fitted(tmp_path, text))]) == 2
+    error = capsys.readouterr().err
+    assert "joints.A" in error
+    assert said in error
+    assert error.count("\n") == 1
