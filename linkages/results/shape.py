@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from linkages.base.errors import Status
-from linkages.input.files.toml import Finite, NonNegative, Table, leaves
+from linkages.input.files.toml import Finite, NonNegative, Table, TwoOf, leaves
 from linkages.input.model.experiment import Experiment
 
 _Number = Finite | None  # null if meaningless
@@ -209,6 +209,10 @@ class Summary(_Numbers):
         return self
 
 
+class _WornPart(_Entry):
+    profile: list[TwoOf[Finite]]
+
+
 class _WornJoint(_Entry):
     volume: Finite
     depth: Finite
@@ -216,6 +220,8 @@ class _WornJoint(_Entry):
     clearance: Finite
     coefficient: Finite
     load_distance: Finite
+    bearing: _WornPart | None = None
+    journal: _WornPart | None = None
 
 
 class _WearBlock(_Entry):

@@ -343,7 +343,7 @@ class JointModel(LawTable):
 
     law_kind, law_key = "film", "film"
 
-    model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="joint model")
+    model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="joint model; wear needs dry or mixed")
     clearance: Positive | None = Field(None, description="radial clearance c [m]")
     fit: str | None = Field(
         None, description='where clearance is not given: ISO fit, such as "30 H7/f7"; c is half of its mean play'
