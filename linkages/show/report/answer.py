@@ -119,12 +119,12 @@ def _trial(play: dict[str, Any], joints: dict[str, Any]) -> str:
     """Propose the next run: less clearance against impacts; a thinner film if it has a reserve, otherwise a thicker."""
     given = {name: joint for name, joint in play.items() if name in joints}
     if not given:
-        return "Try clearance in a joint: `linkages keys joints` lists what describes it."
+        return 'Try clearance in a joint: "linkages keys joints" lists its keys.'
     name = max(given, key=lambda name: given[name]["eccentricity_ratio"]["peak"])
     joint, values = given[name], joints[name]
 
     def setting(key: str, factor: float) -> str:
-        return f"`--set joints.{name}.{key}={rounded(factor * values[key])}`"
+        return f"--set joints.{name}.{key}={rounded(factor * values[key])}"
 
     if joint["impacts"] or "film_thickness" not in joint:
         return f"Try half of this clearance: {setting('clearance', 0.5)}."
