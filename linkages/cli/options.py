@@ -23,7 +23,7 @@ _WRITTEN = {
         "summary.json", "trajectory.npz", "ideal.npz", "trajectory.csv", "trajectory.mat", "trajectory.parquet",
         "trajectory.nc", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "guides.png", "impacts.png",
         "joint_forces.png", "drive_torques.png", "animation.html", "drawing.html", "drawing.png", "drawing.svg",
-        "report.html", "loads.csv", "*.inp",
+        "report.html", "loads.csv",
     ),
     "compare": ("compare.json", "warnings.json"),
     "sweep": ("sweep.json", "sweep.csv", "sweep.png"),
