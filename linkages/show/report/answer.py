@@ -47,9 +47,12 @@ def answer(summary: dict[str, Any]) -> list[str]:
 
 
 def remarks(summary: dict[str, Any]) -> list[str]:
-    """Write the warnings of a run, and its final motion, a sentence each."""
+    """Write warnings, outputs without a peak, the final motion and signals from data files, a sentence each."""
     found = [f"{entry['what']}; {entry['remedy']}" for entry in summary.get("warnings", ())]
-    return [_sentence(line) for line in (*found, *words.motion_lines(summary))]
+    outputs = words.reported(summary)["outputs"]
+    found += [f"the output {name} is unbounded" for name, value in outputs.items() if value["peak"] is None]
+    signals = *words.recorded_lines(summary), *words.smoothing_lines(summary)
+    return [_sentence(line) for line in (*found, *words.motion_lines(summary), *signals)]
 
 
 def _action(play: dict[str, Any]) -> str:
