@@ -141,7 +141,7 @@ def _links(asked: list[str] | None, system: System) -> list[str]:
 
 
 def _times(asked: list[str] | None, system: System, run: Trajectory, links: list[str]) -> dict[str, float]:
-    """Return the times of the cases by what asks for them."""
+    """Return the times of the cases, by the words of the option."""
     from linkages.base.errors import nearest
     from linkages.results.extremes import extremes
 

@@ -46,7 +46,7 @@ class Load:
 
 
 class Field(NamedTuple):
-    """Acceleration field of a body: what gravity and a centrifugal load of a program for finite elements describe."""
+    """Acceleration field of a body, as gravity and a centrifugal load describe it."""
 
     x: float  # of the axis [m]
     y: float

@@ -21,7 +21,7 @@ _SAME = 1e-9  # distance, in parts of the beam's length, below which two nodes a
 
 
 class Case(NamedTuple):
-    """Loads of links at a time [s]; ``name`` is what asked for it."""
+    """Loads of links at a time [s]; ``name`` is the word of the option."""
 
     name: str
     time: float
@@ -150,7 +150,7 @@ def _field(name: str, field: Field) -> list[str]:
 
 
 def _number(value: float) -> str:
-    """Write a number in at most 20 characters, which is what CalculiX reads."""
+    """Write a number in at most 20 characters: CalculiX reads no more."""
     return f"{value:.12e}"
 
 

@@ -160,9 +160,9 @@ def _limits(text: str, size: float, name: str, grade: int) -> _Two:
 
 
 def _upper(text: str, size: float, name: str, grade: int, row: tuple[float, ...]) -> float:
-    """Return the upper deviation of a hole K to S [um]: that of the shaft, reversed, plus Delta for fine grades.
+    """Return the upper deviation of a hole K to S [um]: the shaft's, reversed, plus Delta for fine grades.
 
-    Delta is the difference between the hole's tolerance and that of the next finer grade (Tables 2 and 3).
+    Delta is the difference between the tolerances of the grade and the next finer one (Tables 2 and 3).
     """
     shaft = -_at(_ABOVE[name.lower()], size)
     if size <= _RANGES[0]:
