@@ -26,7 +26,7 @@ An experiment is a TOML file that names a [mechanism](glossary.md#mechanism) and
 
 A drive has one of `speed` (optionally with `ramp`, a smooth start), `times` with `angles`, `formula`, `torque`, or `times` with `torques`. A prismatic joint
 has `force`, or `times` with `forces`, and m instead of rad. A formula of the motion must be smooth: at a jump of its rate the drive force would be
-infinite, and no engine reports it.
+infinite, and no engine reports it. Drives, forces and torques also take their signal [from a data file](recorded.md).
 
 ## All keys
 

@@ -13,7 +13,7 @@ from linkages.engines.compiled.run.runner import Runner
 
 ROOT = Path(__file__).resolve().parents[1]
 #: What scripts share.
-ALSO = {"seven_bar_reference"}
+ALSO = {"laws_page", "seven_bar_reference"}
 SCRIPTS = sorted(path for folder in ("benchmarks", "docs") for path in (ROOT / folder).glob("*.py"))
 
 

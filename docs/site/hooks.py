@@ -13,10 +13,12 @@ from latex2mathml.converter import convert
 from make_references import markdown as references
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 from nbconvert import MarkdownExporter
 
 _ROOT = Path(__file__).resolve().parents[2]
 _NOTEBOOKS = Path(os.environ.get("NOTEBOOKS", _ROOT / "notebooks"))
+_API = 1e-4  # weight of API pages in the search: a word in a guide's text precedes one in their titles (1000)
 _FORMULA = re.compile(r"\\\((.+?)\\\)|\\\[(.+?)\\\]", re.DOTALL)
 
 
@@ -34,8 +36,10 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     return files
 
 
-def on_page_markdown(markdown: str, **_: object) -> str:
-    """Point links between docs/ and the added pages to the site's pages."""
+def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
+    """Point links between docs/ and the added pages to the site's pages; the search finds API pages last."""
+    if page.url.startswith("api/"):
+        page.meta["search"] = {"boost": _API}
     inside = markdown.replace("](../sdf/README.md", "](machines.md").replace("](../notebooks/", "](notebooks/")
     inside = inside.replace("](../docs/", "](")
     return inside.replace(".ipynb)", ".md)")

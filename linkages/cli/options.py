@@ -22,8 +22,8 @@ _WRITTEN = {
     "simulate": (
         "summary.json", "trajectory.npz", "ideal.npz", "trajectory.csv", "trajectory.mat", "trajectory.parquet",
         "trajectory.nc", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "guides.png", "impacts.png",
-        "joint_forces.png", "drive_torques.png", "animation.html", "drawing.html", "drawing.png", "drawing.svg",
-        "report.html",
+        "joint_forces.png", "drive_torques.png", "measured.png", "measured.npz", "animation.html", "drawing.html",
+        "drawing.png", "drawing.svg", "report.html",
     ),
     "compare": ("compare.json", "warnings.json"),
     "sweep": ("sweep.json", "sweep.csv", "sweep.parquet", "sweep.png", "map_*.png", "rows"),
@@ -76,6 +76,12 @@ def add_experiment(
     add_settings(parser, lasting)
     if pictures:
         add_pictures(parser, animation)
+
+
+def add_data(parser: argparse.ArgumentParser) -> None:
+    """Add ``--data``."""
+    meaning = "measured curves for comparison with the run; [data] in the experiment maps their columns"
+    parser.add_argument("--data", type=Path, metavar="FILE", help=meaning)
 
 
 def add_outputs(parser: argparse.ArgumentParser) -> None:
@@ -153,6 +159,8 @@ def set_values(options: argparse.Namespace) -> dict[str, str | float]:
         values[path.strip()] = value.strip()
     if getattr(options, "duration", None) is not None:
         values["duration"] = options.duration
+    if getattr(options, "data", None) is not None:
+        values["data.file"] = repr(str(options.data.absolute()))
     return values
 
 

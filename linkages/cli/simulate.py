@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, Status
-from linkages.cli.options import add_file, add_pictures, add_settings, load_system, output_folder, written
+from linkages.cli.options import add_data, add_file, add_pictures, add_settings, load_system, output_folder, written
 from linkages.cli.progress import silence, stages
 from linkages.engines import DEFAULT, ENGINES, engine
 from linkages.input.files.writing import write_json
@@ -21,6 +21,7 @@ HELP = "run an experiment; write numbers, figures and an animation"
 
 EXAMPLES = """examples:
   linkages simulate seven_bar.toml
+  linkages simulate my.toml --data measured.csv
   linkages simulate my.toml --engine compiled --set joints.A.clearance=2e-4 --set drives.O1.speed=7 --out results/thin
 """
 
@@ -42,6 +43,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that ``linkages simulate`` and ``run_sevenbar.py`` share."""
     parser.add_argument("--engine", choices=tuple(ENGINES), default=DEFAULT, help="default: %(default)s")
     add_settings(parser)
+    add_data(parser)
     parser.add_argument("--ideal", action="store_true", help="make every joint ideal")
     add_pictures(parser, animation=True)
     meaning = "enlarge clearances and deflections in the animation; default: deflections, until they are visible"
@@ -56,6 +58,7 @@ def run(options: argparse.Namespace) -> int:
     from linkages.engines.assessment import assess, estimate_error
     from linkages.input.model.plausibility import doubts
     from linkages.results.impacts import write_impacts
+    from linkages.results.measured import save_measured
     from linkages.results.summary import judge, unjudged
     from linkages.show.report.answer import answer
     from linkages.show.report.terminal import format_judgement, format_table
@@ -85,6 +88,8 @@ def run(options: argparse.Namespace) -> int:
         silence.stage = "writing the trajectories"
         result.run.save(folder / "trajectory.npz", options.compress)
         result.ideal.save(folder / "ideal.npz", options.compress)
+        if result.measured:
+            save_measured(result.measured, folder / "measured.npz")
         if system.experiment.can_touch:
             write_impacts(result.contacts, folder)
         failed = _failed(result)

@@ -15,9 +15,10 @@ from linkages.engines import engine as load_engine
 from linkages.engines.methods import expect_run
 from linkages.input.model.link_tables import MOST_SEGMENTS
 from linkages.laws.heat import NEAR
-from linkages.results.assessment import Assessment
+from linkages.results.assessment import SMOOTHINGS, Assessment
 from linkages.results.derivatives import Wrt
 from linkages.results.films import heated, joint_heat
+from linkages.results.measured import check_data
 from linkages.results.outputs.columns import columns
 from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
@@ -140,6 +141,7 @@ def assess(
     """
     stage = progress or (lambda name: lambda time: None)
     expect_run(system, engine)  # before the ideal linkage
+    check_data(system)
     if (exact := _with_exact_motion(system)) is not None:
         check_duration(exact)
     run = simulate(system, engine, stage("run"))
@@ -151,14 +153,23 @@ def assess(
 def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -> Assessment:
     """Add the run at a ten times tighter tolerance to an assessment whose run reached its end.
 
-    Of a long run that repeats itself it covers the first part alone, see `Assessment.repeating`.
+    Of a long run that repeats itself it covers the first part alone, see `Assessment.repeating`. With signals from data
+    files also the runs with half and double smoothing.
     """
     if assessment.run.status is not Status.OK:
         return assessment
-    finer = tightened(assessment.system, assessment.run, _TIGHTER)
+    system, engine, part = assessment.system, assessment.engine, {}
     if assessment.repeating is not None:
-        finer = finer.replaced({"duration": assessment.repeating.settled, "windows": {}, "report_from": None})
-    return replace(assessment, tighter=simulate(finer, assessment.engine, stage("error estimate")))
+        part = {"duration": assessment.repeating.settled, "windows": {}, "report_from": None}
+    files = system.experiment.from_files
+    resmoothed = {}
+    for name, factor in SMOOTHINGS.items() if files else ():
+        values = {f"{path}.smoothing": factor * (table.smoothing or 1.0) for path, table in files.items()}
+        resmoothed[name] = simulate(system.replaced(part | values), engine, stage(f"{name} smoothing"))
+    finer = tightened(system, assessment.run, _TIGHTER)
+    finer = finer.replaced(part) if part else finer
+    tighter = simulate(finer, engine, stage("error estimate"))
+    return replace(assessment, tighter=tighter, resmoothed=resmoothed)
 
 
 def tightened(system: System, run: Trajectory, ratio: float) -> System:

@@ -10,6 +10,7 @@
 | characteristics   | extremes, forces, torques, work and contacts of a run or a part of it     |
 | steady_state      | classification of the motion at the end of a run, and its steady cycle    |
 | akima             | interpolation between samples                                             |
+| measured          | comparison of measured with computed curves                               |
 | impacts           | individual contacts; flight, impact and sustained contact                 |
 | soundness         | singular positions, indeterminate forces: numbers without meaning         |
 | divergence        | configurations of a linkage; time up to which two runs of one system agree |

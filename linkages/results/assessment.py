@@ -15,6 +15,7 @@ from linkages.results.derivatives import NONE
 from linkages.results.divergence import apart
 from linkages.results.films import JointHeat
 from linkages.results.impacts import Impact, impacts
+from linkages.results.measured import Measured, measured
 from linkages.results.peak_errors import noise
 from linkages.results.soundness import Soundness
 from linkages.results.steady_state import Motion, motion_of
@@ -44,6 +45,10 @@ class Repeating(NamedTuple):
         return min(start, max(start - ahead, self.since)), min(end - ahead, self.settled)
 
 
+#: Factors of the smoothing of signals from data files in further runs, by name.
+SMOOTHINGS = {"half": 0.5, "double": 2.0}
+
+
 @dataclass(frozen=True, repr=False)
 class Assessment(Brief):
     """A run with its ideal linkage and a run at a tighter tolerance; made by `linkages.assess`.
@@ -60,6 +65,8 @@ class Assessment(Brief):
         The run repeated at a ten times tighter tolerance; the first part of a long run, see `repeating`.
     heat : dict of str to JointHeat
         Heat balances of the joints that have one, by name.
+    resmoothed : dict of str to Trajectory
+        Runs with half and double smoothing of signals from data files, by the names in `SMOOTHINGS`.
     """
 
     system: System
@@ -68,6 +75,7 @@ class Assessment(Brief):
     ideal: Trajectory
     tighter: Trajectory | None
     heat: dict[str, JointHeat] = field(default_factory=dict)
+    resmoothed: dict[str, Trajectory] = field(default_factory=dict)
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         title = self.system.experiment.title or self.system.experiment.source.stem
@@ -79,6 +87,11 @@ class Assessment(Brief):
     def contacts(self) -> list[Impact]:
         """Return all contacts of the run."""
         return impacts(self.run, touching(self.system))
+
+    @cached_property
+    def measured(self) -> dict[str, Measured]:
+        """Compare the measured curves of the experiment with the run, by output."""
+        return measured(self.system, self.run)
 
     @cached_property
     def motion(self) -> Motion:

@@ -181,6 +181,27 @@ class _Provenance(_Entry):
         return self
 
 
+class _Fit(_Entry):
+    text: str
+    rows: int
+    residual: Finite
+    deviation: Finite
+
+
+class _Recorded(_Entry):
+    file: str
+    fits: list[_Fit]
+
+
+class _Measured(_Entry):
+    column: str
+    rows: int
+    rms: Finite
+    largest: Finite
+    time: Finite
+    peak: Finite
+
+
 class Summary(_Numbers):
     """The schema of ``summary.json``."""
 
@@ -196,6 +217,9 @@ class Summary(_Numbers):
     error_until: _Number = None
     warnings: list[_Warning]
     windows: dict[str, _Window]
+    measured: dict[str, _Measured] = Field({})
+    recorded: dict[str, _Recorded] = Field({})
+    smoothing: dict[str, dict[str, Finite]] = Field({})
     provenance: _Provenance
 
     @model_validator(mode="after")

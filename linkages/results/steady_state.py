@@ -129,6 +129,8 @@ def drive_period(system: System, name: str, end: float) -> float | None:
     The motion of a table, a formula or a prismatic joint is examined up to `end` [s].
     """
     drive = system.experiment.drives[name]
+    if (period := next((fit.period for fit in drive.fitted), None)) is not None:
+        return period
     if drive.varies or system.mechanism.joint[name].type != "revolute":
         k = system.tree.driven.index(name)
         return repeats(lambda times: np.stack(system.motions(times), axis=-1)[:, k], end)

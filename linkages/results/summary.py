@@ -17,6 +17,7 @@ from linkages.results.peak_errors import errors
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import warnings
 
+_ZERO = 1e-9  # relative to the largest force or torque: smaller peaks are rounding errors
 _NOTHING = 1e-9  # ratio of an ideal range to a difference below which the range is rounding
 
 
@@ -78,6 +79,8 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
         },
         **whole,
         "ideal": {"status": ideal_run.status.value, **ideal},
+        **({"recorded": _recorded(assessment)} if experiment.from_files else {}),
+        **({"measured": {k: one.content for k, one in assessment.measured.items()}} if experiment.data else {}),
         "motion": assessment.motion.content,
         "start_up": assessment.start_up,
         "report": assessment.reported,
@@ -102,11 +105,13 @@ def _differences(assessment: Assessment, ideal: dict[str, Any], start: float, en
     Its share is the part of the ideal output's range or of the ideal force's peak, None if that is rounding.
     Differences that are rounding are left out.
     """
-    experiment, apart = assessment.system.experiment, assessment.difference
-    unknown = assessment.meaningless | assessment.ideal_meaningless
+    experiment = assessment.system.experiment
+    if not (experiment.play or experiment.flexible):
+        return {}
+    apart, unknown = assessment.difference, assessment.meaningless | assessment.ideal_meaningless
     names = [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
     begin = max(start, float(apart.time[0] + TAKEN_UP * np.ptp(apart.time)))
-    if not (experiment.play or experiment.flexible) or begin >= (last := min(end, float(apart.time[-1]))):
+    if begin >= (last := min(end, float(apart.time[-1]))):
         return {}
     found = peaks(apart.within(begin, last), [name for name in names if name in apart and name not in unknown])
     wholes = {name: value["max"] - value["min"] for name, value in ideal["outputs"].items() if value["max"] is not None}
@@ -137,7 +142,34 @@ def judge(assessment: Assessment, whole: dict[str, Any]) -> dict[str, Any]:
         "error_until": assessment.repeating and assessment.repeating.settled if error else None,
         "warnings": warnings(assessment, peaks_by_key(whole), error),
         "windows": windows,
+        **({"smoothing": _smoothing(assessment, whole)} if assessment.resmoothed else {}),
     }
+
+
+def _recorded(assessment: Assessment) -> dict[str, Any]:
+    """Describe the signals from data files, by dotted path."""
+    return {
+        path: {
+            "file": table.file,
+            "fits": [
+                {"text": fit.text, "rows": fit.rows, "residual": fit.residual, "deviation": fit.deviation}
+                for fit in table.fitted
+            ],
+        }
+        for path, table in assessment.system.experiment.from_files.items()
+    }
+
+
+def _smoothing(assessment: Assessment, whole: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+    """Return the peak forces and torques with other smoothing, relative to the run's, by name and key."""
+    result: dict[str, dict[str, float]] = {}
+    forces = {key: peak for key, peak in peaks_by_key(whole).items() if key.endswith((".force.peak", ".torque.peak"))}
+    largest = max((abs(peak) for peak in forces.values() if peak), default=0.0)
+    for name, run in assessment.resmoothed.items():
+        other = peaks_by_key(numbers(assessment.system, run, assessment.meaningless))
+        pairs = {key: (peak, other.get(key)) for key, peak in forces.items() if peak and abs(peak) > _ZERO * largest}
+        result[name] = {key: abs(b / a) for key, (a, b) in pairs.items() if b is not None}
+    return result
 
 
 def _errors(assessment: Assessment, span: tuple[float, float], of: Mapping[str, Any]) -> dict[str, float | None]:

@@ -88,6 +88,7 @@ class Disturbed(System):
 
     efforts: Mapping[int, float] = field(kw_only=True)
     applied: Mapping[int, float] = field(kw_only=True)
+    _differs_in_laws_alone = False
 
     @cached_property
     def torques(self) -> Motions:

@@ -123,7 +123,8 @@ class _Functions:
         """Add the components of a load; returns the index of the first."""
         for name in load.signals:
             self._input(name)
-        components: list[Pieces | Program] = [program(text, self.inputs) for text in load.formulas]
+        components: list[Pieces | Program] = [fit.function for fit in load.fitted]
+        components += [program(text, self.inputs) for text in load.formulas]
         if constant is not None:
             components = [constant_rate(value, 0.0) for value in constant]
         places = getattr(load, "times", None) or getattr(load, "at", None)

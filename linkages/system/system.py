@@ -180,7 +180,7 @@ class System(Unassembled):
         """Return all arrays that kernels read; systems that differ in the laws of joints alone share the others."""
         tree, twin = self.tree, self._twin
         joints = self.laws, self.tables, self.largest_ratios, self.touching.astype(np.int64), self.bristles
-        if twin is not None and twin.tree is tree:
+        if twin is not None and self._differs_in_laws_alone:
             names = "ends", "laws", "tables", "limits", "touching", "bristles"
             own: dict[str, Any] = dict(zip(names, map(np.ascontiguousarray, (self.ends, *joints)), strict=True))
             return twin.arrays._replace(**own)
@@ -191,6 +191,11 @@ class System(Unassembled):
         rest = map(np.ascontiguousarray, (self.ends, tree.joints(), *joints, *dofs, *applied))
         bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.flexible else tree.bodies
         return Arrays._make([*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, tree.extent])
+
+    @property
+    def _differs_in_laws_alone(self) -> bool:
+        """Whether nothing but the laws of joints differs from the twin."""
+        return self._twin is not None and self._twin.tree is self.tree
 
     def _closed_by(self, rows: Records, free: NDArray[np.int64]) -> tuple[Records, Elimination]:
         """Return the rows, and how their reactions are eliminated in free coordinates."""

@@ -49,12 +49,15 @@ def test_a_tilted_film_has_the_derivatives_of_differences_of_runs(system_of, acc
     _compare(system, exact, steps, "A.ex", np.linspace(4e-4, 2e-3, 5), limit)
 
 
-@pytest.mark.parametrize(("accuracy", "limits"), [(1e-8, (5e-4, 2e-2)), (1e-12, (1e-5, 5e-4))])
+@pytest.mark.parametrize(("accuracy", "limits"), [(1e-9, (5e-5, 1e-2)), (1e-12, (1e-5, 5e-4))])
 def test_worn_parts_have_the_derivatives_of_differences_of_runs(accuracy, limits):
-    """After one impact and after two; the force between two worn parts has kinks that no step ends at."""
+    """After one impact and after two; the force between two worn parts has kinks that no step ends at.
+
+    The steps of the differences are long: rounding and these kinks move the runs by 1e-10.
+    """
     given = {"duration": 1.2e-3, **WORN}
     system, exact = (shipped("slider_crank_wear", **{"solver.accuracy": a}, **given) for a in (accuracy, 1e-12))
-    steps = {"joints.B.clearance": 1e-5, "joints.B.friction.coefficient": 1e-4, "sdf.links.slider.mass": 1e-5}
+    steps = {"joints.B.clearance": 1e-3, "joints.B.friction.coefficient": 1e-3, "sdf.links.slider.mass": 1e-3}
     _compare(system, exact, steps, "slider.vx", np.array([5e-4, 1.1e-3]), limits)
 
 

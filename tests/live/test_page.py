@@ -280,7 +280,8 @@ def test_nothing_is_cut_off(page, width):
             assert apart
 
 
-def test_warnings_follow_when_nothing_is_changed(page):
+def test_warnings_follow_when_nothing_is_changed(browser, serve):
+    page = Page(browser, serve(linkages.load(linkages.find_file("seven_bar_paper.toml"))))
     page.wait(lambda: page.browser.find_elements(By.CSS_SELECTOR, ".said .warning"))
     assert "film" in page.one(".said .warning").text
 

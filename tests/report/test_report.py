@@ -309,7 +309,7 @@ def test_the_answer_says_what_the_joints_do_what_it_changes_and_what_to_try(resu
     assert effect.startswith("Compared with ideal joints, follower.omega differs by up to ")
     assert effect.endswith(f" N, in {name}, {ratio:.3g} times as large.")
     half = 0.5 * summary["provenance"]["experiment"]["joints"]["B"]["clearance"]
-    assert trial == f"Try half of this clearance: `--set joints.B.clearance={half:g}`."
+    assert trial == f"Try half of this clearance: --set joints.B.clearance={half:g}."
     assert remarks(summary)[0].startswith("A film law is used at an L/D outside its validity: 1 in A (long: L/D > 8")
     for joint in summary["joints"].values():
         for key in ("eccentricity_ratio", "contact_fraction", "impacts", "film_thickness"):

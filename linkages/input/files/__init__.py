@@ -29,5 +29,6 @@ It may import errors and `flexible`.
 | writing            | atomic writing of files and folders, locks                          |
 | sdf_text           | write a mechanism as SDFormat                                       |
 | table_formats      | columns with units for other programs: CSV, MATLAB, Parquet, NetCDF |
+| recorded           | data files: columns with units of CSV, MATLAB, Parquet, NumPy       |
 | versions           | versions of the packages that determine the results                 |
 """

@@ -13,17 +13,18 @@ from linkages.base.errors import InputError, unreadable
 _MOST = 10_000_000  # largest file size [bytes]; typical files have thousands
 
 
-def read_whole(path: Path) -> bytes:
-    """Read a file that a user wrote; InputError if it cannot be read, or is too large (`/dev/zero`)."""
+def read_whole(path: Path, most: int = _MOST) -> bytes:
+    """Read a file that a user wrote; InputError if it cannot be read, or is larger than `most` bytes (`/dev/zero`)."""
     try:
         with open(path, "rb") as file:
-            data = file.read(_MOST + 1)
+            data = file.read(most + 1)
     except OSError as problem:
         raise unreadable(path, problem) from None
     except ValueError as problem:  # a name with a null character
         raise InputError(path, "", f"cannot be read ({problem})") from None
-    if len(data) > _MOST:
-        raise InputError(path, "", f"is larger than {_MOST // 1_000_000} MB; give a mechanism or an experiment")
+    if len(data) > most:
+        asked = "a mechanism or an experiment" if most == _MOST else "a shorter recording"
+        raise InputError(path, "", f"is larger than {most // 1_000_000} MB; give {asked}")
     return data
 
 

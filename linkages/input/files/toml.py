@@ -119,16 +119,22 @@ def _place(values: list[Any], part: str, path: str, source: str | Path) -> int:
 
 
 def validate(
-    model: type[AnyTable], data: Mapping[str, Any], source: Path, origins: Mapping[str, str] | None = None
+    model: type[AnyTable],
+    data: Mapping[str, Any],
+    source: Path,
+    origins: Mapping[str, str] | None = None,
+    folder: Path | None = None,
 ) -> AnyTable:
     """Build a table from its values; `origins` has the origin of overrides by dotted path.
+
+    Data files that the table names are in `folder`, and are not read without it.
 
     InputError for the first invalid value: file (or origin), dotted path, error and remedy.
     """
     for where, problem in _implausible(data):
         raise InputError((origins or {}).get(where, source), where, problem)
     try:
-        return model.model_validate(data)
+        return model.model_validate(data, context=folder)
     except ValidationError as problem:
         # a misspelt key often causes a missing key: report the misspelt one
         first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")

@@ -12,7 +12,7 @@ import numpy as np
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Table
-from linkages.input.files.unit_conversion import SLIDING, read
+from linkages.input.files.unit_conversion import SLIDING, read, si
 from linkages.input.model import load_tables as tables
 from linkages.input.model.beam_interfaces import substructures
 from linkages.input.model.capabilities import Analysis, check_analysis
@@ -28,6 +28,7 @@ from linkages.input.model.experiment_tables import ContactTable, Drive, JointMod
 from linkages.input.model.functions import OF_JOINTS, OF_POINTS
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Mechanism
+from linkages.input.model.smoothing import Fit
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST
 
@@ -112,8 +113,14 @@ class _Check:
             self.refuse("", "a joint with clearance cannot be driven; make it ideal")
         if (drive.force, drive.forces) != (None, None) and self.mechanism.joint[name].type == "revolute":
             self.refuse("force", "belongs to a prismatic joint; this one is revolute: give a torque")
+        if drive.columns.get("force") and self.mechanism.joint[name].type == "revolute":
+            self.refuse("force", "belongs to a prismatic joint; this one is revolute: give a torque")
         self.units(Drive, self.slides(name))
+        for key, unit in drive.units.items():
+            known = bracketed(Drive.model_fields[key].description) if key != "time" else "s"
+            self.unit(f"units.{key}", unit, SLIDING.get(known, known) if self.slides(name) else known)
         self.covers(drive.times)
+        self.fit_covers(drive.fitted)
 
     def slides(self, joint: str) -> bool:
         """Tell whether a joint is prismatic."""
@@ -232,12 +239,14 @@ class _Check:
 
     def forces(self, load: tables.ForceTable) -> None:
         self.covers(load.times)
+        self.fit_covers(load.fitted if load.over is None else ())
         self.depends(load)
         if self.point("point", load.point).link == "world":
             self.refuse("point", f'"{load.point}" is fixed to the world; name a link\'s')
 
     def torques(self, load: tables.Torque) -> None:
         self.covers(load.times)
+        self.fit_covers(load.fitted if load.over is None else ())
         self.depends(load)
         if load.link is not None:
             self.known("link", load.link, self.mechanism.link)
@@ -303,6 +312,22 @@ class _Check:
         """Check that a table covers the duration of the run."""
         if times is not None and times[-1] < (duration := self.experiment.duration):
             self.refuse("times", f"end at {times[-1]:g} s, before the duration of {duration:g} s")
+
+    def fit_covers(self, fits: Iterable[Fit]) -> None:
+        """Check that the signals of a file cover the duration of the run."""
+        for fit in fits:
+            first, last = fit.covered
+            if first > 0.0 or last < self.experiment.duration:
+                remedy = "change duration or shift"
+                covers = f"is from {first:.6g} to {last:.6g} s, and the run from 0 to {self.experiment.duration:g} s"
+                self.refuse("file", f"{covers}; {remedy}")
+
+    def unit(self, key: str, text: str, unit: str) -> None:
+        """Check the unit of a column."""
+        try:
+            si(f"1 {text}", unit)
+        except ValueError as problem:
+            self.refuse(key, str(problem).replace('is "1 ', 'is "'))
 
     def point(self, key: str, name: str) -> Frame:
         """Return the frame of a named point."""

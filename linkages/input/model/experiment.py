@@ -24,6 +24,7 @@ from linkages.input.files.unit_conversion import read
 from linkages.input.model import load_tables as tables
 from linkages.input.model.experiment_tables import Drive, JointModel, RunWindow, SolverTable
 from linkages.input.model.link_tables import LinkModel
+from linkages.input.model.recorded_tables import DataTable, FromFile
 
 #: Origins of replaced values, shown as their source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
@@ -108,6 +109,7 @@ class Experiment(Brief, Table):
     gears: dict[str, tables.Gear] = Field({}, description="gears and belts between joints, by name")
     stops: dict[str, tables.Stop] = Field({}, description="stops of joints by name")
     contacts: dict[str, tables.LineContact] = Field({}, description="contacts of points with straight lines, by name")
+    data: DataTable | None = Field(None, description="measured curves for comparison with computed ones")
     report: Literal["steady", "whole"] = Field(
         "steady",
         description="part of the run that tables give first: the last period of a periodic motion, otherwise the time "
@@ -145,8 +147,13 @@ class Experiment(Brief, Table):
         A table that was replaced has one for all its values; a component (``gravity.y``) counts as its list.
         """
         lists = {path for path, value in leaves(self.model_dump(exclude_unset=True)) if isinstance(value, list)}
-        above = {path: path.rpartition(".")[0] for path in self._sources}
-        return {above[path] if above[path] in lists else path: source for path, source in self._sources.items()}
+
+        def place(path: str) -> str:
+            table, _, key = path.rpartition(".")
+            column = f"{table}.columns.{key}"  # a column of a file is written at the key of its values
+            return table if table in lists else column if column in lists else path
+
+        return {place(path): source for path, source in self._sources.items()}
 
     @property
     def texts(self) -> dict[str, Any]:
@@ -199,6 +206,12 @@ class Experiment(Brief, Table):
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
 
     @property
+    def from_files(self) -> dict[str, FromFile]:
+        """Return the drives and loads that take their signal from a data file, by dotted path."""
+        tables = (("drives", self.drives), ("forces", self.forces), ("torques", self.torques))
+        return {f"{kind}.{name}": one for kind, named in tables for name, one in named.items() if one.file is not None}
+
+    @property
     def named(self) -> tuple[tuple[str, str], ...]:
         """Return table and name of each named element: loads, gears, stops, contacts."""
         others = tuple((table, name) for table in ("gears", "stops", "contacts") for name in getattr(self, table))
@@ -219,7 +232,7 @@ class Experiment(Brief, Table):
         data = self.model_dump(include=changed, exclude_unset=True)
         _replace(data, overrides, origin)
         origins = dict.fromkeys(overrides, origin)
-        valid = vars(validate(_part(tuple(changed)), data, self._source, origins))
+        valid = vars(validate(_part(tuple(changed)), data, self._source, origins, self._source.parent))
         values = {
             key: valid[key] if names is True else getattr(self, key) | valid[key] for key, names in changed.items()
         }
@@ -291,7 +304,7 @@ def experiment_of(
     """Return the experiment of nested tables, in which overrides replace values; see `load_experiment`."""
     _replace(data, overrides, origin)
     replaced = dict.fromkeys(overrides, origin)
-    experiment = validate(Experiment, data, source, replaced)
+    experiment = validate(Experiment, data, source, replaced, source.parent)
     experiment._source = source
     experiment._texts, experiment._sources = _texts(data), _later(sources, replaced)
     return experiment

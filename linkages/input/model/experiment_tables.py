@@ -11,6 +11,7 @@ from linkages.input.files.table_keys import OneOf
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
 from linkages.input.model.functions import TIME, formula, program
 from linkages.input.model.law_tables import LawTable, parameter_field
+from linkages.input.model.recorded_tables import FromFile
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.laws.film.surface.grooves import Groove, check_grooves
 from linkages.laws.film.surface.surface_film import NoLoadError
@@ -29,14 +30,15 @@ Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # pitch has 2e8 Pa s
 ContactName = Annotated[str, OneOf(CONTACTS)]
 
 
-class Drive(Table):
-    """A driven joint: a prescribed motion (speed, table, formula), a torque, or (prismatic) a force.
+class Drive(FromFile):
+    """A driven joint: a prescribed motion (speed, table, formula, file), a torque, or (prismatic) a force.
 
     The coordinate is the SDF joint's: zero in the reference configuration, positive about (along) its axis. For a
     prismatic joint read m for rad.
     """
 
     of_any_joint = True
+    column_keys = ("angle", "speed", "torque", "force")
 
     angle: Finite = Field(0.0, description="joint coordinate at t = 0 [rad]")
     speed: Finite | None = Field(None, description="constant speed [rad/s]; with a torque, the speed at t = 0")
@@ -51,14 +53,16 @@ class Drive(Table):
 
     @model_validator(mode="after")
     def _one_kind(self) -> Drive:
-        known = ("angles", "formula", "torque", "torques", "force", "forces")
+        known = ("angles", "formula", "torque", "torques", "force", "forces", "file")
         kinds = [key for key in known if getattr(self, key) is not None]
         if len(kinds) > 1:
             raise ValueError(f"give only one of {' and '.join(kinds)}")
         if not kinds and self.speed is None:
             raise ValueError("give speed, or times with angles, or formula, or torque (for a prismatic joint: force)")
-        verb = "prescribes" if kinds == ["formula"] else "prescribe"
-        if kinds in (["angles"], ["formula"]) and (self.speed is not None or self.ramp or self.angle):
+        verb = "prescribe" if kinds == ["angles"] else "prescribes"
+        column = self._check_columns()
+        whole = kinds in (["angles"], ["formula"]) or column == "angle" or (column == "speed" and self.ramp)
+        if whole and (self.speed is not None or self.ramp or self.angle):
             raise ValueError(f"the {kinds[0]} {verb} the complete motion; remove speed, ramp and angle")
         if self.formula is not None:
             formula(self.formula, of_state=False)
@@ -66,17 +70,26 @@ class Drive(Table):
             raise ValueError("ramp belongs to a constant speed; remove it")
         values = next((v for v in (self.angles, self.torques, self.forces) if v is not None), None)
         check_history(self.times, values, "angles, torques or forces")
+        if column is not None:
+            self._fit(column, kind=column if self.prescribed else "value")
         return self
 
     @property
     def prescribed(self) -> bool:
         """Check whether the drive prescribes the motion; otherwise it prescribes the torque or force."""
-        return all(given is None for given in (self.torque, self.torques, self.force, self.forces))
+        given = (
+            self.torque,
+            self.torques,
+            self.force,
+            self.forces,
+            self.columns.get("torque", self.columns.get("force")),
+        )
+        return all(value is None for value in given)
 
     @property
     def varies(self) -> bool:
-        """Check whether the drive follows a table or a formula."""
-        return self.times is not None or self.formula is not None
+        """Check whether the drive follows a table, a formula or a file."""
+        return self.times is not None or self.formula is not None or self.file is not None
 
     @property
     def start(self) -> float:
@@ -85,6 +98,8 @@ class Drive(Table):
 
     def motion(self) -> Pieces | Program:
         """Return the coordinate of a prescribed drive over time."""
+        if self.fitted:
+            return self.fitted[0].function
         if self.formula is not None:
             return program(formula(self.formula, of_state=False), {TIME: 0})
         if self.angles is not None and self.times is not None:
@@ -103,8 +118,10 @@ class Drive(Table):
         times = (end if self.times is None else self.times[-1]) * np.random.default_rng(0).random(_LOOKS)
         return float(np.abs(motion.Motions([self.motion()])(times)[1]).max())
 
-    def torque_history(self) -> Pieces:
+    def torque_history(self) -> Pieces | Program:
         """Return the torque (or force of a prismatic joint) over time of a drive without prescribed motion."""
+        if self.fitted:
+            return self.fitted[0].function
         values = self.torques if self.forces is None else self.forces
         if values is not None and self.times is not None:
             return motion.table(self.times, values)

@@ -9,7 +9,8 @@ from pydantic import Field, model_validator
 from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable
-from linkages.input.model.functions import TIME, check_table, formula
+from linkages.input.model.functions import OF_JOINTS, OF_POINTS, TIME, check_table, formula
+from linkages.input.model.recorded_tables import FromFile
 
 Times = Annotated[list[Finite] | None, Field(description="times of a table, increasing [s]")]
 Over = Annotated[
@@ -19,8 +20,8 @@ Over = Annotated[
 At = Annotated[list[Finite] | None, Field(description="values of `over` in a table, increasing")]
 
 
-class LoadFunction(Table):
-    """Common part of forces and torques: a constant, a table, or a formula."""
+class LoadFunction(FromFile):
+    """Common part of forces and torques: a constant, a table, a formula, or a signal from a file."""
 
     @property
     def formulas(self) -> list[Formula]:
@@ -31,7 +32,9 @@ class LoadFunction(Table):
     @property
     def over_time(self) -> bool:
         """Check whether the load depends explicitly on time."""
-        return getattr(self, "times", None) is not None or any(TIME in found.names for found in self.formulas)
+        from_file = self.file is not None and getattr(self, "over", None) is None
+        times = getattr(self, "times", None)
+        return from_file or times is not None or any(TIME in found.names for found in self.formulas)
 
     @property
     def signals(self) -> list[str]:
@@ -42,8 +45,13 @@ class LoadFunction(Table):
     def _check(self, one: str, many: str) -> None:
         """Check for exactly one of: constant, table over time, table over a signal, formula."""
         times, over, at, values = (getattr(self, key) for key in ("times", "over", "at", many))
-        if sum(getattr(self, key) is not None for key in (one, many, "formula")) != 1:
-            raise ValueError(f"give either {one}, or times with {many}, or over and at with {many}, or formula")
+        if sum(getattr(self, key) is not None for key in (one, many, "formula", "file")) != 1:
+            raise ValueError(
+                f"give either {one}, or times with {many}, or over and at with {many}, or formula, or file"
+            )
+        if self._check_columns() is not None:
+            self._check_file(one, times, over)
+            return
         if times is not None and over is not None:
             raise ValueError("give either times, or over and at")
         check_table(over, at, values, many)
@@ -53,6 +61,15 @@ class LoadFunction(Table):
             if any(name.rpartition(".")[0] == "world" for name in found.names):
                 raise ValueError('a formula cannot use "world", which never moves')
 
+    def _check_file(self, one: str, times: object, over: str | None) -> None:
+        """Check the signal in a file, and fit it."""
+        if times is not None or (over is None) != ("at" not in self.columns):
+            raise ValueError("file needs time, or over and at: the position or speed, and its column; remove times")
+        if self.periodic and (over is not None or self.period is None):
+            raise ValueError("periodic needs period [s], and a signal over time")
+        argument = ("time", "s") if over is None else ("at", (OF_POINTS | OF_JOINTS).get(over.rpartition(".")[2], ""))
+        self._fit(one, argument)
+
 
 class ForceTable(LoadFunction):
     """A force at a point of a link: constant, or a function of time, position or speed.
@@ -60,6 +77,8 @@ class ForceTable(LoadFunction):
     Components are in plane axes, or in axes of the point's frame, which rotate with the link: x along the frame's x
     axis (whose angle is the column ``POINT.angle``), y a quarter turn counter-clockwise from it.
     """
+
+    column_keys = ("force", "at")
 
     point: str = Field(description="point of application: origin of this link or frame")
     axes: Literal["plane", "body"] = Field(
@@ -85,6 +104,8 @@ class Torque(LoadFunction):
 
     Constant, or a function of time, position or speed. A joint torque acts on the child, reversed on the parent.
     """
+
+    column_keys = ("torque", "at")
 
     link: str | None = Field(None, description="link on which it acts")
     joint: str | None = Field(None, description="or revolute joint in which it acts, along its coordinate")

@@ -57,9 +57,19 @@ def view(
         "from": part[0],
         "to": part[1],
         "time": short(np.linspace(0.0, part[1] - part[0], _FRAMES)),
-        "curves": curves(drawn, moved, exact, assessment.noise, _INTERVALS),
+        "curves": curves(drawn, moved, exact, assessment.noise, _INTERVALS, _measured(assessment, part)),
         "orbits": [_orbit(system, name, shown, frames) for name in system.tree.play if f"{name}.ex" in run.columns],
     }
+
+
+def _measured(assessment: Assessment, part: tuple[float, float]) -> dict[str, tuple[Array, Array]]:
+    """Return the measured curves within a part of the run, over the time since its begin."""
+    found = {}
+    for name, one in assessment.measured.items():
+        inside = (one.time >= part[0]) & (one.time <= part[1])
+        if inside.any():
+            found[name] = one.time[inside] - part[0], one.values[inside]
+    return found
 
 
 def frames_of(run: Trajectory, part: tuple[float, float]) -> Mapping[str, Array]:

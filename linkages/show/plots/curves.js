@@ -1,5 +1,6 @@
 "use strict";
-// Draws curves over time into an element, ideal joints wide and pale below the run, a pinned run dashed: the wheel zooms,
+// Draws curves over time into an element: ideal joints wide and pale below the run, a pinned run dashed, measured values
+// dotted. The wheel zooms,
 // dragging moves, a click calls seek(time); all curves share a cursor. Returns functions: point(time) moves it, all()
 // shows all of the run, update(curves) draws other curves of the same names.
 function drawCurves(holder, curves, seek) {
@@ -45,12 +46,12 @@ function drawCurves(holder, curves, seek) {
     return values[k - 1] + (values[k] - values[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1] || 1);
   }
   function draw(plot) {
-    const {curve, svg} = plot, lines = [curve.ideal, curve.pinned, curve.run].filter(Boolean), inside = [];
+    const {curve, svg} = plot, lines = [curve.ideal, curve.pinned, curve.measured, curve.run].filter(Boolean), inside = [];
     for (const line of lines) {
       line.time.forEach((t, k) => {
         if (line.values[k] !== null && t >= view[0] && t <= view[1]) inside.push(line.values[k]);
       });
-      for (const t of view) inside.push(valueAt(line, t) ?? 0);
+      for (const t of view) if (t >= line.time[0] && t <= line.time.at(-1)) inside.push(valueAt(line, t) ?? 0);
     }
     let [low, high] = [Math.min(...inside), Math.max(...inside)];
     const room = 0.06 * (high - low) || 0.5 * Math.abs(high) || 1;
@@ -73,7 +74,7 @@ function drawCurves(holder, curves, seek) {
         path += `${pen}${x(t).toFixed(1)} ${y(line.values[k]).toFixed(1)}`;
         pen = "L";
       });
-      const kind = line === curve.run ? "curve" : line === curve.ideal ? "curve ideal" : "curve pinned";
+      const kind = line === curve.run ? "curve" : line === curve.ideal ? "curve ideal" : line === curve.measured ? "curve measured" : "curve pinned";
       make("path", {d: path, class: kind}, clip);
     }
     plot.line = make("line", {y1: TOP, y2: H - BOTTOM, class: "cursor"}, clip);
@@ -87,7 +88,8 @@ function drawCurves(holder, curves, seek) {
     const [now, exact] = [value(curve.run), value(curve.ideal)];
     caption.textContent = curve.name + (unit && ` [${unit.trim()}]`)
       + (now === null ? " over time [s]" : `: ${text(now)}${unit} at ${text(cursor)} s`)
-      + (exact === null ? "" : `, ideal ${text(exact)}${unit}`);
+      + (exact === null ? "" : `, ideal ${text(exact)}${unit}`)
+      + (curve.measured ? "; dotted: measured" : "");
   }
   const show = () => plots.forEach(draw);
   function point(time) {

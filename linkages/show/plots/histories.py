@@ -53,6 +53,8 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
         f"output_{file_name(name)}": partial(output_figure, name=name, errors=least)
         for name in assessment.system.experiment.outputs
     }
+    if assessment.measured:
+        figures["measured"] = measured_figure
     if assessment.system.tree.journals:
         figures["orbits"] = orbits_figure
     if set(assessment.system.tree.play) - set(assessment.system.tree.journals):
@@ -89,6 +91,27 @@ def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = 
         kind = "force" if unit(system, f"{drive}.torque") == "N" else "torque"
         labels[f"{drive}.torque"] = f"{kind} of {drive}"
     return _compare(assessment, labels, errors)
+
+
+def measured_figure(assessment: Assessment) -> Figure:
+    """Draw each measured curve over the run, and below it the difference."""
+    found = assessment.measured
+    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(found)))
+    axes = stacked_axes(figure, [3, 1] * len(found))
+    for (name, one), top, bottom in zip(found.items(), axes[::2], axes[1::2], strict=True):
+        run, (first, last) = assessment.run, one.time[[0, -1]]
+        near = (run.time >= first) & (run.time <= last)
+        drawn, factor = _shown(assessment, name, np.concatenate([one.values, one.computed]))
+        top.plot(one.time, factor * one.values, ".", color=COLORS[2], ms=2.5, label="measured")
+        top.plot(run.time[near], factor * run[name][near], color=_RUN, lw=0.9, label="computed")
+        top.set_ylabel(axis_label(name, drawn))
+        drawn, factor = _shown(assessment, name, one.residual)
+        bottom.plot(one.time, factor * one.residual, color="0.25", lw=0.8)
+        bottom.set_ylabel(f"difference\n[{drawn}]")
+    axes[0].legend(**LEGEND)
+    figure.align_ylabels(axes)
+    axes[-1].set_xlabel("time [s]")
+    return figure
 
 
 def _compare(

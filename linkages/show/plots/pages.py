@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from importlib.resources import files
+from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
@@ -43,11 +44,17 @@ def columns(outputs: Iterable[str], play: Iterable[str], drives: Iterable[str]) 
 
 
 def curves(
-    names: Iterable[str], run: Trajectory, ideal: Trajectory | None, errors: Mapping[str, float], intervals: int = 800
+    names: Iterable[str],
+    run: Trajectory,
+    ideal: Trajectory | None,
+    errors: Mapping[str, float],
+    intervals: int = 800,
+    measured: Mapping[str, tuple[Array, Array]] = MappingProxyType({}),
 ) -> list[dict[str, Any]]:
     """Return columns over time for `curves.js`; missing columns are skipped.
 
-    Each curve has `name`, `unit`, and `run` and `ideal` (None if missing), each with `time` [s] and `values`.
+    Each curve has `name`, `unit`, and `run`, `ideal` and `measured` (None if missing), each with `time` [s] and
+    `values`; `measured` has the times and values of measured curves.
     Variations of a column below its error are not drawn; see `seen` for the intervals. Empty for a run of a single
     sample.
     """
@@ -56,7 +63,8 @@ def curves(
     return [
         {"name": name, "unit": run.units.get(name, ""), "run": _drawn(run, name, errors, intervals)}
         | {"ideal": _drawn(ideal, name, errors, intervals)}
-        for name in names
+        | {"measured": _reduced(*measured[name], intervals) if name in measured else None}
+        for name in dict.fromkeys([*names, *measured])
         if name in run.columns
     ]
 
@@ -94,9 +102,12 @@ def _drawn(
 ) -> dict[str, list[float | None]] | None:
     if run is None or name not in run.columns:
         return None
-    values = resolved(run[name], errors.get(name, 0.0))
-    keep = seen(run.time, values, intervals)
-    return {"time": short(run.time[keep]), "values": short(values[keep])}
+    return _reduced(run.time, resolved(run[name], errors.get(name, 0.0)), intervals)
+
+
+def _reduced(time: Array, values: Array, intervals: int) -> dict[str, list[float | None]]:
+    keep = seen(time, values, intervals)
+    return {"time": short(time[keep]), "values": short(values[keep])}
 
 
 def short(values: Array) -> list[Any]:

@@ -47,9 +47,12 @@ def answer(summary: dict[str, Any]) -> list[str]:
 
 
 def remarks(summary: dict[str, Any]) -> list[str]:
-    """Write the warnings of a run, and its final motion, a sentence each."""
+    """Write warnings, outputs without a peak, the final motion and signals from data files, a sentence each."""
     found = [f"{entry['what']}; {entry['remedy']}" for entry in summary.get("warnings", ())]
-    return [_sentence(line) for line in (*found, *words.motion_lines(summary))]
+    outputs = words.reported(summary)["outputs"]
+    found += [f"the output {name} is unbounded" for name, value in outputs.items() if value["peak"] is None]
+    signals = *words.recorded_lines(summary), *words.smoothing_lines(summary)
+    return [_sentence(line) for line in (*found, *words.motion_lines(summary), *signals)]
 
 
 def _action(play: dict[str, Any]) -> str:
@@ -119,12 +122,12 @@ def _trial(play: dict[str, Any], joints: dict[str, Any]) -> str:
     """Propose the next run: less clearance against impacts; a thinner film if it has a reserve, otherwise a thicker."""
     given = {name: joint for name, joint in play.items() if name in joints}
     if not given:
-        return "Try clearance in a joint: `linkages keys joints` lists what describes it."
+        return 'Try clearance in a joint: "linkages keys joints" lists its keys.'
     name = max(given, key=lambda name: given[name]["eccentricity_ratio"]["peak"])
     joint, values = given[name], joints[name]
 
     def setting(key: str, factor: float) -> str:
-        return f"`--set joints.{name}.{key}={rounded(factor * values[key])}`"
+        return f"--set joints.{name}.{key}={rounded(factor * values[key])}"
 
     if joint["impacts"] or "film_thickness" not in joint:
         return f"Try half of this clearance: {setting('clearance', 0.5)}."

@@ -11,7 +11,9 @@ from urllib.parse import unquote
 from markupsafe import Markup
 
 from linkages.base.brief import counted
+from linkages.base.errors import InputError
 from linkages.input.files.writing import whole
+from linkages.results.measured import load_measured
 from linkages.results.shape import WearContent
 from linkages.results.trajectory import load_trajectory
 from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
@@ -89,7 +91,12 @@ def curves_of(results: Results) -> list[dict[str, Any]]:
     run, ideal = (load_trajectory(path) if path.is_file() else None for path in files)
     names = columns(results.summary["outputs"], results.play, results.summary["drives"])
     errors = {name: results.summary["error"].get(f"{name}.peak") or 0.0 for name in names}
-    return [] if run is None else curves(names, run, ideal, errors)
+    found = results.folder / "measured.npz"
+    try:
+        measured = load_measured(found) if found.is_file() else {}
+    except (ValueError, KeyError) as problem:
+        raise InputError(str(found), "", f"cannot be read ({problem}); remove it, or run again") from None
+    return [] if run is None else curves(names, run, ideal, errors, measured=measured)
 
 
 def write_wear_report(folder: Path, path: Path) -> None:

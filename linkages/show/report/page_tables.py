@@ -39,7 +39,9 @@ class PageTable:
 
 def numbers(results: Results) -> list[PageTable]:
     """Tabulate all numbers of a run."""
-    first, *others = (table for make in (_outputs, _joints, _heats, _drives, _links) if (table := make(results)))
+    first, *others = (
+        table for make in (_outputs, _joints, _heats, _drives, _links, _measured) if (table := make(results))
+    )
     return [first, *_effects(results), *others]
 
 
@@ -121,6 +123,15 @@ def _links(results: Results) -> PageTable | None:
         rows.append((f"{column} [{words.unit(column)}]", *values, error(results, key), *_whole(results, key)))
     head = ("link", "rigid links", "peak", "at [s]", "place along the beam [m]", "error of peak")
     return PageTable("Flexible links", (*head, *_whole(results)), rows) if rows else None
+
+
+def _measured(results: Results) -> PageTable | None:
+    """Tabulate the residuals of measured curves, in SI units; None without any."""
+    keys = ("peak", "rms", "largest", "time")
+    found = results.summary.get("measured", {})
+    rows = [(name, one["column"], str(one["rows"]), *(number(one[key]) for key in keys)) for name, one in found.items()]
+    head = ("output", "column", "samples", "measured peak", "rms difference", "largest difference", "at [s]")
+    return PageTable("Measured less computed", head, rows, frozenset({0, 1})) if rows else None
 
 
 def parameters(results: Results) -> PageTable:

@@ -16,6 +16,7 @@ from linkages.results.shape import Summary
 
 #: Figures with their captions, in the order of the page, after the outputs'.
 FIGURES = {
+    "measured": "Measured curves and the run; below: measured less computed.",
     "orbits": "Orbits of the journals' centres in their clearance circles, and magnified.",
     "links": "Deflection, largest stress and its place for each flexible link; strain energy of all.",
     "guides": "Position of each block in its slot; right: its ends across the slot over time.",

@@ -78,12 +78,17 @@ def format_table(summary: dict[str, Any]) -> str:
     for column, rigid, value in words.link_rows(shown):
         cells = rigid, value["peak"], value["time"], value.get("place", "")
         rows.append(row(f"{column} [{words.output_unit(column)}]", cells, f"{column}.peak"))
+    if "measured" in summary:
+        rows += [("", ""), row("measured less computed", ("peak", "rms", "largest", "at [s]"))]
+    for name, value in summary.get("measured", {}).items():
+        rows.append(row(name, tuple(value[key] for key in ("peak", "rms", "largest", "time"))))
     width = max(18, *(1 + len(label) for label, _ in rows))
     lines = [
         experiment.get("title") or Path(experiment["file"]).stem,
         f"{summary['engine']} engine, {summary['duration']:g} s, status {summary['status']};"
         f" mobility {mechanism['mobility']}, driven: {', '.join(mechanism['driven']) or 'none'}",
         *words.motion_lines(summary),
+        *words.recorded_lines(summary),
         "",
     ]
     return "\n".join(lines + [f"{label:{width}s}{cells}".rstrip() for label, cells in rows])
@@ -91,13 +96,14 @@ def format_table(summary: dict[str, Any]) -> str:
 
 def format_judgement(summary: dict[str, Any]) -> list[str]:
     """Write the sizes of the errors, and all warnings, as lines of text."""
-    lines = []
+    smoothing = words.smoothing_lines(summary)
+    lines = ["", *smoothing] if smoothing else []
     below = [found for found in relative(peaks_by_key(summary), summary["error"]) if found[1] < 1.0]
     for key, part in below[:1]:  # peaks below their errors are zero, or named in a warning
         line = f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"
         if (until := summary.get("error_until")) is not None:
             line += f"; the run that estimates them ends at {rounded(until)} s, because the motion repeats itself"
-        lines = ["", line]
+        lines += ["", line]
     return lines + format_warnings(summary["warnings"])
 
 

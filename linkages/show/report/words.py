@@ -96,6 +96,27 @@ def exceeded(summary: dict[str, Any]) -> bool:
     return any(beyond(summary, key) for key in peaks_by_key(summary) if not key.endswith(".eccentricity_ratio.peak"))
 
 
+def recorded_lines(summary: dict[str, Any]) -> list[str]:
+    """Describe the signals from data files and how they are smoothed."""
+    return [
+        f"signal of {path}: {signal['file']}, {fit['rows']} rows, {fit['text']},"
+        f" residual {fit['residual']:.2g} (stated deviation {fit['deviation']:.2g})"
+        for path, signal in summary.get("recorded", {}).items()
+        for fit in signal["fits"]
+    ]
+
+
+def smoothing_lines(summary: dict[str, Any]) -> list[str]:
+    """Describe the largest change of a peak force or torque with other smoothing of signals from data files."""
+    found = []
+    for name, ratios in summary.get("smoothing", {}).items():
+        key, ratio = max(ratios.items(), key=lambda one: abs(one[1] - 1.0), default=("", 1.0))
+        found.append(
+            f"{name} smoothing changes the peaks of forces by at most {100.0 * abs(ratio - 1.0):.2g} % ({key})"
+        )
+    return found
+
+
 def motion_lines(summary: dict[str, Any]) -> list[str]:
     """Describe the final motion of the run, and the time range of the numbers."""
     motion, shown = summary.get("motion"), reported(summary)

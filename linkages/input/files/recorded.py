@@ -1,0 +1,154 @@
+"""Data files of measurements: columns with units of CSV, MATLAB, Parquet and NumPy files."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError, nearest
+from linkages.input.files.reading import read_arrays, read_whole
+from linkages.input.files.table_formats import needed
+from linkages.input.files.unit_conversion import si
+
+_MOST = 500_000_000  # largest size of a data file [bytes]
+_HEADING = re.compile(r"\s*(.*?)\s*(?:\[([^][]*)\])?\s*")  # name, and unit in brackets
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A data file.
+
+    Attributes
+    ----------
+    path : Path
+    columns : mapping of str to array
+        Columns by name, (n,) each; entries that are no numbers are NaN.
+    units : mapping of str to str
+        Units that the file states, by column.
+    """
+
+    path: Path
+    columns: Mapping[str, Array]
+    units: Mapping[str, str]
+
+    def column(self, name: str, unit: str, given: str | None = None) -> Array:
+        """Return a column in `unit`; it is in `given`, or else in the file's unit, or else in `unit`.
+
+        A ValueError has one sentence with the error and the remedy.
+        """
+        if name not in self.columns:
+            raise ValueError(f'{self.path.name} has no column "{name}"; {nearest(name, self.columns)}')
+        stated = given or self.units.get(name) or unit
+        try:
+            return self.columns[name] * (1.0 if stated == unit else si(f"1 {stated}", unit))
+        except ValueError as problem:
+            raise ValueError(f'the unit of column "{name}" {problem}'.replace('"1 ', '"')) from None
+
+
+def read_recording(path: Path) -> Recording:
+    """Read a data file (``.csv``, ``.txt``, ``.mat``, ``.parquet``, ``.npz``); InputError if it cannot be read."""
+    try:
+        state = path.stat()
+    except (OSError, ValueError):
+        state = None  # the reader states the reason
+    return _read(path, state and (state.st_mtime_ns, state.st_size))
+
+
+@lru_cache(maxsize=8)
+def _read(path: Path, state: object) -> Recording:
+    read = _READERS.get(path.suffix.lower())
+    if read is None:
+        raise InputError(path, "", f"is no data file; its name must end in {', '.join(_READERS)}")
+    try:
+        found = read(path)
+    except InputError:
+        raise
+    except Exception as problem:  # the readers raise a dozen types
+        raise InputError(path, "", f"cannot be read ({' '.join(str(problem).split())})") from None
+    columns = {name: values for name, (values, _) in found.items()}
+    if len({len(values) for values in columns.values()}) > 1:
+        raise InputError(path, "", "has columns of different lengths")
+    return Recording(path, columns, {name: unit for name, (_, unit) in found.items() if unit})
+
+
+_Found = dict[str, tuple[Array, str]]
+
+
+def _read_text(path: Path) -> _Found:
+    """Read separated values: commas, semicolons (with decimal points or commas), tabs or spaces; # starts a comment."""
+    text = read_whole(path, _MOST).decode("utf-8-sig", "replace")
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    if len(lines) < 2:
+        raise ValueError("a line of headings and lines of numbers are needed")
+    mark = next((mark for mark in "\t;," if mark in lines[0]), " ")
+    rows = list(csv.reader(lines, delimiter=mark, skipinitialspace=True))
+    heads = [_HEADING.fullmatch(cell) for cell in rows[0]]
+    names = [(head[1], head[2] or "") if head else ("", "") for head in heads]
+    if len({name for name, _ in names}) < len(names):
+        raise ValueError("two columns have the same heading")
+    values = np.full((len(rows) - 1, len(names)), np.nan)
+    for line, row in zip(values, rows[1:], strict=True):
+        for k, cell in enumerate(row[: len(names)]):
+            line[k] = _number(cell.replace(",", ".") if mark == ";" else cell)
+    if np.isfinite(values).sum() == 0:
+        raise ValueError("it has no numbers below its line of headings")
+    return {name: (values[:, k].copy(), unit) for k, (name, unit) in enumerate(names)}
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return np.nan
+
+
+def _read_matlab(path: Path) -> _Found:
+    """Read vectors of a MATLAB file; fields of structures are named with dots."""
+    from scipy.io import loadmat
+
+    content = loadmat(path, simplify_cells=True)
+    stated = dict(_flat(content.pop("units", {})))
+    found = ((name, np.asarray(value)) for name, value in _flat(content) if not name.startswith("__"))
+    return _vectors(found, {name: str(unit) for name, unit in stated.items() if isinstance(unit, str)})
+
+
+def _flat(content: Any, prefix: str = "") -> Iterable[tuple[str, Any]]:
+    """Yield the values of nested dicts by dotted path."""
+    for key, value in content.items() if isinstance(content, Mapping) else ():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _read_parquet(path: Path) -> _Found:
+    found = needed("pyarrow.parquet", str(path)).read_table(path)
+    units = {field.name: (field.metadata or {}).get(b"units", b"").decode() for field in found.schema}
+    return _vectors(((name, found[name].to_numpy()) for name in found.column_names), units)
+
+
+def _read_archive(path: Path) -> _Found:
+    return _vectors(read_arrays(path).items(), {})
+
+
+def _vectors(found: Iterable[tuple[str, Any]], units: Mapping[str, str]) -> _Found:
+    """Select numeric vectors."""
+    vectors = ((name, np.squeeze(value)) for name, value in found if np.issubdtype(value.dtype, np.number))
+    return {name: (value.astype(np.float64), units.get(name, "")) for name, value in vectors if value.ndim == 1}
+
+
+_READERS = {
+    ".csv": _read_text,
+    ".txt": _read_text,
+    ".mat": _read_matlab,
+    ".parquet": _read_parquet,
+    ".npz": _read_archive,
+}
