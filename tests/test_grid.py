@@ -13,6 +13,7 @@ import linkages
 from linkages import Status
 from linkages.cli.main import main
 from linkages.show.plots.swept import map_figure, peaks_figure
+from linkages.system.identity import identity
 
 GROUND, CRANK, COUPLER, FOLLOWER, MASS, GRAVITY = 0.3, 0.1, 0.25, 0.2, 0.2, 9.81
 EXPERIMENT = f"duration = 1.0\ngravity = [0.0, {-GRAVITY}, 0.0]\n[drives.O]\nspeed = 10.0\n"
@@ -126,6 +127,22 @@ def test_interrupted_and_resumed_it_has_the_same_bytes(machine, tmp_path, monkey
     assert files(part) == files(tmp_path / "whole")
     assert main([*words, "--set", "gravity=[0,0,0]", "--out", str(part)]) == 0  # another machine: nothing is reused
     assert len(asked) == 6
+
+
+def test_the_identity_of_a_system_has_the_contents_of_its_files(machine):
+    data, text = machine.with_name("drive.csv"), EXPERIMENT.replace("speed = 10.0", 'file = "drive.csv"\nangle = "phi"')
+    machine.write_text(f'mechanism = "machine.sdf"\n{text}deviation = 0\n')
+    found = set()
+    for slope in (1.0, 1.0, 2.0):
+        data.write_text("time,phi\n" + "\n".join(f"{0.1 * k},{0.1 * k * slope}" for k in range(12)))
+        found.add(identity(linkages.load(machine)))
+    assert len(found) == 2
+    sdf = machine.with_name("machine.sdf")
+    sdf.write_text(sdf.read_text() + "\n")
+    assert identity(linkages.load(machine)) not in found
+    assert identity(linkages.load(machine).replaced({"sdf.links.coupler.mass": 1.0})) != identity(
+        linkages.load(machine)
+    )
 
 
 def test_ctrl_c_keeps_the_values_that_are_finished(machine, monkeypatch):

@@ -42,7 +42,7 @@ class Grid(Brief):
     transient : int
         Revolutions that were discarded before each section.
     rows : (na,) tuple of (nb,) tuples of SweepPoint
-        A row for each value of the first variable; the `value` of its points is that of the second one.
+        A row for each value of the first variable; the second one is the `value` of each point.
     status : Status
         INTERRUPTED if the sweep was: the points that are not finished have this status too.
     """
@@ -208,7 +208,7 @@ def _distributed(
 
 
 class _RowStore:
-    """The finished points of a row in a file, whose name is determined by what they depend on."""
+    """The finished points of a row in a file, which is named by a digest of all inputs."""
 
     def __init__(self, folder: Path | None, number: int, made_of: str) -> None:
         self.digest = hashlib.sha256(made_of.encode())
