@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from linkages.explore.spectra import spectrum
     from linkages.explore.sweep import sweep
     from linkages.explore.wear.life import wear_life
+    from linkages.input.files.fits import Fit, fit
     from linkages.input.files.shipped import find_file
     from linkages.input.model.experiment import Experiment, load_experiment
     from linkages.input.model.mechanism import Mechanism, load_mechanism
@@ -92,6 +93,7 @@ _loaded, __dir__, __all__ = lazy_loader.attach(
         "explore.spectra": ("spectrum",),
         "explore.sweep": ("sweep",),
         "explore.wear.life": ("wear_life",),
+        "input.files.fits": ("Fit", "fit"),
         "input.files.shipped": ("find_file",),
         "laws.heat": ("Heat",),
         "show.live.answers": ("play",),

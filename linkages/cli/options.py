@@ -23,7 +23,7 @@ _WRITTEN = {
         "summary.json", "trajectory.npz", "ideal.npz", "trajectory.csv", "trajectory.mat", "trajectory.parquet",
         "trajectory.nc", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "guides.png", "impacts.png",
         "joint_forces.png", "drive_torques.png", "measured.png", "measured.npz", "animation.html", "drawing.html",
-        "drawing.png", "drawing.svg", "report.html",
+        "drawing.png", "drawing.svg", "report.html", "loads.csv",
     ),
     "compare": ("compare.json", "warnings.json"),
     "sweep": ("sweep.json", "sweep.csv", "sweep.parquet", "sweep.png", "map_*.png", "rows"),
@@ -141,12 +141,30 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
     from linkages.input.model.experiment import COMMAND_LINE
     from linkages.system import load
 
-    values = {**(defaults or {}), **set_values(options)}
+    worn = _worn_values(options.worn) if getattr(options, "worn", None) else {}
+    values = {**(defaults or {}), **worn, **set_values(options)}
     system = load(find_file(options.file, ".toml"), values, COMMAND_LINE)
     if getattr(options, "ideal", False):
         ideal = {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}
         return system.replaced(ideal, COMMAND_LINE)
     return system
+
+
+def _worn_values(path: Path) -> dict[str, Any]:
+    """Return the worn profiles of a ``wear.json``, with their coefficients, by dotted path of the experiment."""
+    from linkages.results.shape import WearContent
+    from linkages.show.report.result_folder import read_json
+
+    values: dict[str, Any] = {}
+    found = read_json(path, WearContent, "give a wear.json that `linkages wear` wrote")
+    for name, joint in found["joints"].items():
+        values[f"joints.{name}.wear.coefficient"] = joint["coefficient"]
+        for side in ("bearing", "journal"):
+            if side in joint:
+                depths = [depth for _, depth in joint[side]["profile"]]
+                values[f"joints.{name}.wear.nodes"] = len(depths)
+                values[f"joints.{name}.wear.{side}_depth"] = depths
+    return values
 
 
 def set_values(options: argparse.Namespace) -> dict[str, str | float]:

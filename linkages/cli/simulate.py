@@ -23,6 +23,7 @@ EXAMPLES = """examples:
   linkages simulate seven_bar.toml
   linkages simulate my.toml --data measured.csv
   linkages simulate my.toml --engine compiled --set joints.A.clearance=2e-4 --set drives.O1.speed=7 --out results/thin
+  linkages simulate slider_crank_wear.toml --worn results/slider_crank_wear_wear/wear.json
 """
 
 
@@ -45,6 +46,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     add_settings(parser)
     add_data(parser)
     parser.add_argument("--ideal", action="store_true", help="make every joint ideal")
+    parser.add_argument("--worn", type=Path, metavar="FILE", help="start with the worn joints of a wear.json")
     add_pictures(parser, animation=True)
     meaning = "enlarge clearances and deflections in the animation; default: deflections, until they are visible"
     parser.add_argument("--exaggerate", type=float, metavar="FACTOR", help=meaning)

@@ -84,6 +84,8 @@ def format_life(found: dict[str, Any]) -> str:
         f"{f'{name} [{unit}]' if (unit := found['units'][name]) else name:24s}{value:14.5g}{last[name]:16.5g}"
         for name, value in first.items()
     ]
+    if len(found["blocks"]) > 1:
+        lines.append(f"{at} is the middle of the last jump: its peaks belong to the profiles there")
     jumps, worst = len(found["blocks"]) - 1, max(block["error"] for block in found["blocks"])
     done = f"cycles simulated: {found['simulated_cycles']}; jumps: {jumps}, rejected: {found['rejected_jumps']}"
     depth = f"{1e6 * worst:.3g} um of {1e6 * found['tolerance']:.3g} um allowed"

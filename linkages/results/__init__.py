@@ -21,5 +21,7 @@
 | warnings          | warnings about the reliability of a summary's numbers                     |
 | assessment        | a run with its ideal linkage and error estimate                           |
 | summary           | contents of summary.json                                                  |
+| link_loads        | balanced loads of each link at an instant                                 |
+| load_files        | the same for finite elements: loads.csv, LINK.inp                         |
 | shape             | schemas of summary.json and wear.json                                     |
 """

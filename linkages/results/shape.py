@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from linkages.base.errors import Status
-from linkages.input.files.toml import Finite, NonNegative, Table, leaves
+from linkages.input.files.toml import Finite, NonNegative, Table, TwoOf, leaves
 from linkages.input.model.experiment import Experiment
 
 _Number = Finite | None  # null if meaningless
@@ -168,6 +168,7 @@ class _Ran(Experiment):
 class _Provenance(_Entry):
     versions: dict[str, str | None]
     experiment: _Ran
+    folder: str | None = None
     sources: dict[str, str]
     run: dict[str, str | Finite]
     wall_time: NonNegative
@@ -232,6 +233,10 @@ class Summary(_Numbers):
         return self
 
 
+class _WornPart(_Entry):
+    profile: list[TwoOf[Finite]]
+
+
 class _WornJoint(_Entry):
     volume: Finite
     depth: Finite
@@ -239,6 +244,8 @@ class _WornJoint(_Entry):
     clearance: Finite
     coefficient: Finite
     load_distance: Finite
+    bearing: _WornPart | None = None
+    journal: _WornPart | None = None
 
 
 class _WearBlock(_Entry):

@@ -92,6 +92,7 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
             "versions": versions(),
             "experiment": experiment.model_dump(exclude_unset=True, exclude_none=True)
             | {"file": experiment.source.name},
+            "folder": str(experiment.source.resolve().parent),
             "sources": experiment.sources,
             "run": {key: value for key, value in run.provenance.items() if key != "wall_time"},
             "wall_time": run.provenance["wall_time"],

@@ -97,3 +97,7 @@ class Replay:
     def __call__(self, times: Array) -> Columns:
         """Compute the columns at the given times."""
         return self.runner.outputs(self.steps, times, self.outputs)
+
+    def states_at(self, times: Array) -> tuple[Array, Array, Array, Array]:
+        """Compute coordinates, rates, accelerations and contacts at the given times."""
+        return self.runner.evaluate(self.steps, times)

@@ -128,6 +128,10 @@ class _Recorder:
         self.accuracy = min(accuracy, max(_BETWEEN * accuracy, _FINEST))
 
     def __call__(self, times: Array) -> Columns:
+        return columns(self.system, times, *self.states_at(times))
+
+    def states_at(self, times: Array) -> tuple[Array, Array, Array, Array]:
+        """Compute coordinates, rates, accelerations and contacts at the given times."""
         linkage, root = self.linkage, self.simulator.get_mutable_context()
         states = np.empty((len(times), self.states.shape[1]))
         rates = np.empty_like(states)
@@ -139,7 +143,7 @@ class _Recorder:
             if linkage.clearance is not None:
                 contacts[k] = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
         place = linkage.place
-        return columns(self.system, times, states[:, place.positions], states[:, place.v], rates[:, place.v], contacts)
+        return states[:, place.positions], states[:, place.v], rates[:, place.v], contacts
 
     def _go_to(self, t: float) -> None:
         """Set the simulator's context to time t."""

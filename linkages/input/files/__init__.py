@@ -5,6 +5,7 @@ It may import errors and `flexible`.
 | module             | responsibility                                                      |
 |--------------------|---------------------------------------------------------------------|
 | reading            | complete reading of files: texts, NumPy archives                    |
+| fits               | limits and fits of ISO 286                                          |
 | shipped            | mechanisms and experiments of the package                           |
 | toml               | typed tables, comments as sources, values replaced by dotted path   |
 | table_keys         | keys of tables: allowed values, units                               |

@@ -7,6 +7,8 @@ from typing import Annotated, Literal, get_args
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from linkages.base.errors import InputError
+from linkages.input.files import fits
 from linkages.input.files.table_keys import OneOf
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
 from linkages.input.model.functions import TIME, formula, program
@@ -342,13 +344,27 @@ class FilmHistory(Table):
         return cells
 
 
+def _mean_clearance(text: str) -> float:
+    """Return the mean radial clearance of a fit [m]; ValueError for an interference."""
+    try:
+        least, most = fits.fit(text).clearance
+    except InputError as problem:
+        raise ValueError(f"fit {problem.where} {problem.problem}") from None
+    if least < 0.0:
+        raise ValueError(f'fit "{text}" can have interference; give a fit with clearance, such as "30 H7/f7"')
+    return 0.25 * (least + most)
+
+
 class JointModel(LawTable):
     """Model of a joint that has a bearing or a slot in the SDF file."""
 
     law_kind, law_key = "film", "film"
 
-    model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="joint model")
+    model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="joint model; wear needs dry or mixed")
     clearance: Positive | None = Field(None, description="radial clearance c [m]")
+    fit: str | None = Field(
+        None, description='where clearance is not given: ISO fit, such as "30 H7/f7"; c is half of its mean play'
+    )
     film: Annotated[str, OneOf(FILMS)] = Field("finite", description="film law")
     cavitation: Literal["guembel", "reynolds", "mass-conserving"] = Field(
         "guembel", description="cavitation rule of the finite film; mass-conserving needs a groove"
@@ -382,6 +398,8 @@ class JointModel(LawTable):
     def _complete(self) -> JointModel:
         if self.viscosity is not None and self.oil is not None:
             raise ValueError("give viscosity or oil, not both")
+        if self.fit is not None and self.clearance is None:
+            self.__dict__["clearance"] = _mean_clearance(self.fit)  # not a value that was given
         needed: dict[str, object] = {"clearance": self.clearance} if self.has_play else {}
         needed |= {"viscosity": self.viscosity or self.oil} if self.has_film else {}
         needed |= {"contact": self.contact} if self.can_touch else {}

@@ -11,6 +11,7 @@ from typing import Any
 from linkages.base.errors import InputError
 from linkages.input.files.toml import Table, validate
 from linkages.input.files.writing import file_name
+from linkages.input.model.experiment_tables import JointModel
 from linkages.results.impacts import Impact, read_impacts
 from linkages.results.shape import Summary
 
@@ -69,7 +70,11 @@ class Results:
     def play(self) -> dict[str, dict[str, Any]]:
         """Return the clearance joints and their models."""
         joints = self.experiment.get("joints", {})
-        return {name: joint for name, joint in joints.items() if joint.get("model", "ideal") != "ideal"}
+        return {
+            name: joint | {"clearance": JointModel.model_validate(joint).clearance}  # which a fit may give
+            for name, joint in joints.items()
+            if joint.get("model", "ideal") != "ideal"
+        }
 
 
 def load_results(folder: str | Path) -> Results:
