@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from linkages.explore.bearing import bearing
     from linkages.explore.bearing_heat import warm_bearing
     from linkages.explore.compare import compare
+    from linkages.explore.grid import sweep_grid
     from linkages.explore.linearisation import StateSpace, linearise
     from linkages.explore.lyapunov import largest_exponent
     from linkages.explore.modes import Modes, modes
@@ -81,6 +82,7 @@ _loaded, __dir__, __all__ = lazy_loader.attach(
         "explore.bearing": ("bearing",),
         "explore.bearing_heat": ("warm_bearing",),
         "explore.compare": ("compare",),
+        "explore.grid": ("sweep_grid",),
         "explore.linearisation": ("StateSpace", "linearise"),
         "explore.lyapunov": ("largest_exponent",),
         "explore.modes": ("Modes", "modes"),

@@ -36,6 +36,9 @@ def shown(system, study):
         "Experiment": system.experiment,
         "Section": linkages.stroboscopic(system, ["B.force"], 2),
         "Sweep": linkages.sweep(system, "joints.B.clearance", [1e-4, 2e-4], ["B.force"], 1),
+        "Grid": linkages.sweep_grid(
+            system, "joints.B.clearance", [1e-4, 2e-4], "drives.O.speed", [400.0, 500.0], ["B.force"], 1
+        ),
         "Exponent": linkages.largest_exponent(system, 2),
         "Spectrum": linkages.spectrum(study.run, "slider.x", samples=64),
         "Comparison": linkages.compare(short),

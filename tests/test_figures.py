@@ -123,9 +123,18 @@ def test_the_figures_of_the_robot(drawn, tmp_path):
 def test_the_figures_of_a_sweep_and_of_a_life(drawn, tmp_path):
     sweep = ["sweep", "seven_bar.toml", "--vary", "joints.A.clearance=0.1mm:0.4mm:2", "--revolutions", "2"]
     assert main([*sweep, "--transient", "0", "--out", str(tmp_path / "sweep")]) == 0
+    diagram = drawn.pop("sweep.png")
+    check(diagram, "diagram")
     wear = ["wear", "slider_crank_wear.toml", "--cycles", "2000", "--no-animation", "--out", str(tmp_path / "wear")]
     assert main(wear) == 0
-    assert set(drawn) == {"sweep.png", "wear_B.png", "wear_history.png"}
+    grid = ["--vary", "drives.O1.speed=2:4:2", "--limit", "A.force=20N", "--out", str(tmp_path / "grid")]
+    assert main([*sweep, *grid, "--transient", "0", "--output", "A.force", "--output", "slider7.ax"]) == 0
+    panels = ["sweep", "four_bar_dry.toml", "--set", "joints={}", "--vary", "drives.O.speed=20:40:3"]
+    some = [word for name in ("O.torque", "follower.alpha", "follower_B.ax") for word in ("--output", name)]
+    assert main([*panels, *some, "--out", str(tmp_path / "panels")]) == 0
+    names = {"sweep.png", "map_A.force.png", "map_slider7.ax.png", "wear_B.png", "wear_history.png"}
+    assert set(drawn) == names
+    assert diagram.bbox.height > 2.0 * drawn["sweep.png"].bbox.height
     for file, figure in drawn.items():
         check(figure, file)
     legend = [text.get_text() for text in drawn["wear_history.png"].axes[2].get_legend().get_texts()]

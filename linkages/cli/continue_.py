@@ -21,7 +21,7 @@ from linkages.cli.options import (
     value_of,
 )
 from linkages.cli.progress import stages
-from linkages.cli.sweep import columns
+from linkages.cli.sweep_tables import columns
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:

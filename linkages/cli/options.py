@@ -26,7 +26,7 @@ _WRITTEN = {
         "drawing.png", "drawing.svg", "report.html", "loads.csv",
     ),
     "compare": ("compare.json", "warnings.json"),
-    "sweep": ("sweep.json", "sweep.csv", "sweep.png"),
+    "sweep": ("sweep.json", "sweep.csv", "sweep.parquet", "sweep.png", "map_*.png", "rows"),
     "continue": ("branches.json", "branches.png"),
     "wear": ("wear.json", "wear_*.png", "wear.html", "report.html", "blocks"),
     "modes": ("modes.json", "animation.html", "*.png"),
@@ -37,7 +37,7 @@ _WRITTEN = {
     "sensitivity": ("sensitivity.json", "details.json", "tornado.png"),
     "study sensitivity": ("sensitivity.json", "sobol.png", "one_at_a_time.png"),
 }  # fmt: skip
-_KEPT = {"wear": ("blocks",)}  # kept from an earlier run, which a new one continues
+_KEPT = {"wear": ("blocks",), "sweep": ("rows",)}  # kept from an earlier run, which a new one continues
 
 
 def add_file(parser: argparse.ArgumentParser) -> None:
@@ -105,6 +105,11 @@ def add_drive(parser: argparse.ArgumentParser, defined: str) -> None:
     """Add ``--drive``: the drive that defines a revolution or a cycle."""
     default = "the first with constant speed, otherwise the first periodic one"
     parser.add_argument("--drive", metavar="JOINT", help=f"drive that defines {defined}; default: {default}")
+
+
+def add_cluster(parser: argparse.ArgumentParser) -> None:
+    """Add ``--cluster``."""
+    parser.add_argument("--cluster", metavar="ADDRESS", help="run on a Dask cluster, tcp://host:8786")
 
 
 def add_pictures(parser: argparse.ArgumentParser, animation: bool = False) -> None:

@@ -1,16 +1,15 @@
-"""``linkages sweep``: sections of each revolution over the values of one variable."""
+"""``linkages sweep``: sections of each revolution over the values of one variable; `sweep_grid`: of two."""
 
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import counted
 from linkages.base.errors import InputError, Status
 from linkages.cli.options import (
+    add_cluster,
     add_drive,
     add_experiment,
     add_number,
@@ -23,41 +22,60 @@ from linkages.cli.options import (
     value_of,
 )
 from linkages.cli.progress import stages
+from linkages.cli.sweep_grid import run_grid
+from linkages.cli.sweep_tables import entry, some, statistics, write_tables
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
-    from linkages.explore.sections import Section
+    from pathlib import Path
+
     from linkages.explore.sweep import Sweep, SweepPoint
 
-HELP = "run over the values of one variable: bifurcation diagram, peaks with their spread"
+HELP = "run over the values of one or two variables: peaks, bifurcation diagram, maps"
 
 EXAMPLES = """examples:
   linkages sweep seven_bar.toml --vary joints.A.clearance=0.1mm:0.4mm:31 --revolutions 2
   linkages sweep slider_crank_dry.toml --vary drives.O.speed=100:600:101 --output B.force --output B.ey
+  linkages sweep seven_bar.toml --vary joints.A.clearance=0.1mm:0.4mm:9 --vary drives.O1.speed=2:8:7 --revolutions 2 \
+      --output A.force --limit A.force=20N
+
+Two --vary make a map of each output over the grid of values. Its finished points are kept in DIR/rows: repeat the
+command to continue an interrupted sweep, with the same results. Remove the folder to start again.
 """
 
+_REPEATS = 1e-3  # largest relative difference between revolutions of a motion that repeats
 _MOST = 1e6  # largest number of values
-_STATISTICS = ("min", "max", "peak_mean", "peak_std", "peak_min", "peak_max")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     add_experiment(parser, lasting=False)
-    parser.add_argument("--vary", required=True, metavar="PATH=LO:HI:N", help="N values of a variable, evenly spaced")
+    meaning = "N values of a variable, evenly spaced; given twice: a grid of values"
+    parser.add_argument("--vary", action="append", required=True, metavar="PATH=LO:HI:N", help=meaning)
     add_number(parser, "--revolutions", 20, "N", "recorded revolutions")
     add_number(parser, "--transient", 10, "M", "discarded revolutions before the recorded ones")
     add_drive(parser, "a revolution")
     add_outputs(parser)
+    line = "draw the line of this peak into the map of an output; may be repeated"
+    parser.add_argument("--limit", action="append", default=[], metavar="NAME=VALUE", help=line)
+    add_cluster(parser)
     parser.add_argument("--threads", type=int, metavar="N", help="default: as many as processors")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the sweep; return the exit status."""
     from linkages.explore.sweep import sweep
-    from linkages.input.model.experiment import value_unit
     from linkages.results.outputs.registry import unit
 
-    path, values = parse_range(options.vary)
+    ranges = [parse_range(text) for text in options.vary]
+    if len(ranges) > 2:
+        raise InputError("--vary", options.vary[2], f"is number {len(ranges)}; vary one or two values")
+    if len(ranges) == 2:
+        return run_grid(options, ranges)
+    for option in ("limit", "cluster"):
+        if getattr(options, option):
+            raise InputError(f"--{option}", "", "is for two values; give --vary twice")
+    ((path, values),) = ranges
     system = load_system(options)
     system.replaced({path: values[0]}, "--vary")  # reports a wrong path before the folder of results is made
     out = output_folder(options, f"{system.experiment.source.stem}_sweep", "sweep")
@@ -67,14 +85,11 @@ def run(options: argparse.Namespace) -> int:
     result = sweep(system, path, values, names, *turns, True, options.threads, bar, "--vary")
     units = {name: unit(system, name) for name in names}
     with out as folder:
-        _write_table(result, folder / "sweep.csv")
+        pairs = [((point.value,), point) for point in result.points]
+        write_tables((path,), pairs, units, True, folder)
         write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
-            from linkages.show.plots.attractors import bifurcation_figure
-            from linkages.show.plots.style import axis_label, engineering, write_png
-
-            shown, factor = engineering(value_unit(path), max(map(abs, values)))
-            write_png(bifurcation_figure(result, units, axis_label(path, shown), scale=factor), folder / "sweep.png")
+            _draw(result, units, folder / "sweep.png")
     print_results(options, format_sweep(result, units), out)
     failed = [point for point in result.points if point.status not in (Status.OK, Status.INTERRUPTED)]
     for point in failed:
@@ -98,51 +113,36 @@ def parse_range(text: str) -> tuple[str, list[float]]:
     return path, np.linspace(low, high, int(count)).tolist()
 
 
-def statistics(point: SweepPoint, name: str) -> dict[str, float]:
-    """Compute a column's extremes over all revolutions; mean, deviation and range of the revolutions' peaks.
+def _draw(result: Sweep, units: dict[str, str], path: Path) -> None:
+    """Draw small panels of the peaks where every motion repeats in each revolution, else the bifurcation diagram."""
+    from linkages.input.model.experiment import value_unit
+    from linkages.show.plots.attractors import bifurcation_figure
+    from linkages.show.plots.style import axis_label, engineering, write_png
+    from linkages.show.plots.swept import peaks_figure
 
-    Undefined values are NaN: all values of a run that failed at once, the deviation of one revolution.
-    """
+    if all(_repeats(point, name) for point in result.points for name in result.names):
+        figure = peaks_figure(result, units)
+    else:
+        shown, factor = engineering(value_unit(result.path), max(abs(point.value) for point in result.points))
+        figure = bifurcation_figure(result, units, axis_label(result.path, shown), scale=factor)
+    write_png(figure, path)
+
+
+def _repeats(point: SweepPoint, name: str) -> bool:
+    """Whether the end and the peak of an output differ in no revolution by more than a small part of its peak."""
     import numpy as np
 
     section = point.section
     if section is None or not len(section.times):
-        return dict.fromkeys(_STATISTICS, float("nan"))
+        return True
     peaks = section.peaks(name)
-    deviation = np.std(peaks, ddof=1) if len(peaks) > 1 else np.nan
-    extremes = (section.low[name].min(), section.high[name].max())
-    values = (*extremes, peaks.mean(), deviation, peaks.min(), peaks.max())
-    return dict(zip(_STATISTICS, map(float, values), strict=True))
-
-
-def _write_table(result: Sweep, path: Path) -> None:
-    """Write ``sweep.csv``: one line for each value, undefined numbers are empty."""
-    head = [f"{name}.{what}" for name in result.names for what in _STATISTICS]
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow([result.path, "status", "revolutions", "horizon", *head])
-        for point in result.points:
-            numbers = [value for name in result.names for value in statistics(point, name).values()]
-            done = len(point.section.times) if point.section is not None else 0
-            cells = ["" if number != number else number for number in numbers]
-            writer.writerow([point.value, point.status.value, done, point.horizon, *cells])
+    return bool(max(np.ptp(section.strobe[name]), np.ptp(peaks)) <= _REPEATS * peaks.max())
 
 
 def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
     """Return the content of ``sweep.json``: every revolution of every value."""
-    points: list[dict[str, Any]] = []
-    for point in result.points:
-        entry: dict[str, Any] = {"value": point.value, "status": point.status.value, "horizon": point.horizon}
-        if (section := point.section) is not None:
-            entry |= {"period": section.period, "outputs": columns(section)}
-        points.append(entry)
+    points = [entry(point) for point in result.points]
     return {"path": result.path, "transient": result.transient, "units": units, "points": points}
-
-
-def columns(section: Section) -> dict[str, dict[str, list[float]]]:
-    """Return strobes, minima and maxima of each period, by output."""
-    kinds = {"strobe": section.strobe, "min": section.low, "max": section.high}
-    return {name: {kind: values[name].tolist() for kind, values in kinds.items()} for name in section.strobe}
 
 
 def format_sweep(result: Sweep, units: dict[str, str]) -> str:
@@ -150,7 +150,7 @@ def format_sweep(result: Sweep, units: dict[str, str]) -> str:
     from linkages.input.model.experiment import value_unit
 
     count = len(result.points)
-    shown = sorted({round(k * (count - 1) / 11) for k in range(12)}) if count > 12 else range(count)
+    shown = some(count, 12)
     width = max(16, *(len(name) + len(units[name]) + 5 for name in result.names))
     heads = [f"{f'{name} [{units[name]}]':>{width + 12}s}" for name in result.names]
     several = any(point.section is not None and len(point.section.times) > 1 for point in result.points)

@@ -9,6 +9,7 @@
 | assessment     | `simulate`; a run with its ideal linkage and error estimate                 |
 | drop           | drop test: the smallest mechanism, with a known impact                      |
 | threads        | independent runs in threads                                                 |
+| cluster        | an executor on a Dask cluster                                               |
 | precompilation | plans to compile the engines' kernels on an empty cache                     |
 
 An engine is a module with ``simulate(system, progress) -> Trajectory`` and ``longest_step(system)``, the longest step

@@ -9,6 +9,7 @@ It may import all lower folders.
 | flow              | a run of the compiled engine that can be paused, continued and moved                    |
 | sections          | Poincaré sections: once per revolution, or where an output crosses a level; the horizon |
 | sweep             | sections over the values of one variable: bifurcation diagrams                          |
+| grid              | sections over a grid of the values of two variables                                     |
 | lyapunov          | largest Lyapunov exponent: two trajectories, renormalised                               |
 | modes             | natural frequencies and mode shapes of a linkage at rest; shapes at points and lines |
 | linearisation     | linear state-space models, frequency responses                                          |

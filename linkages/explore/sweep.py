@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 from linkages.base.arguments import Count, Names, Whole, validated, vector
@@ -35,6 +35,12 @@ class SweepPoint:
     section: Section | None
     status: Status
     horizon: float | None = None
+
+    def mean_peak(self, name: str) -> float:
+        """Return the mean of the revolutions' peaks of an output; NaN without a finished revolution."""
+        if self.section is None or not len(self.section.times):
+            return float("nan")
+        return float(self.section.peaks(name).mean())
 
 
 @dataclass(frozen=True, repr=False)
@@ -130,13 +136,12 @@ def sweep(
     if len(values) == 0:
         raise InputError("argument", path, "has no values")
     systems = [system.replaced({path: float(value)}, origin) for value in values]
-    cases = checked(systems, names, revolutions, transient, drive)
     wanted = [k for k, case in enumerate(systems) if horizons and case.experiment.can_touch]
     share = 0.5 if wanted else 1.0  # a horizon takes about the same time again
     look = None if progress is None else lambda done: progress(share * done)
-    found, interrupted = sections(cases, names, revolutions, transient, threads, look)
+    points, interrupted = points_of(systems, values, names, revolutions, transient, drive, threads, look)
     known: dict[int, float] = {}
-    if not interrupted and (wanted := [k for k in wanted if isinstance(found[k], Section)]):
+    if not interrupted and (wanted := [k for k in wanted if points[k].section is not None]):
         watch = None if progress is None else lambda: progress(1.0 - share * (1.0 - len(known) / len(wanted)))
 
         def turns(k: int) -> None:
@@ -146,10 +151,28 @@ def sweep(
             in_threads(turns, len(wanted), threads, watch)
         except KeyboardInterrupt:
             interrupted = True
+    status = Status.INTERRUPTED if interrupted else Status.OK
+    found = (replace(point, horizon=known.get(k)) for k, point in enumerate(points))
+    return Sweep(path, tuple(names), transient, tuple(found), status)
+
+
+def points_of(
+    systems: Sequence[System],
+    values: Sequence[float] | Array,
+    names: Sequence[str],
+    revolutions: int,
+    transient: int,
+    drive: str | None,
+    threads: int | None,
+    progress: Callable[[float], None] | None,
+) -> tuple[list[SweepPoint], bool]:
+    """Return a point for the system of each value, without horizon, and whether Ctrl-C ended the runs."""
+    cases = checked(systems, names, revolutions, transient, drive)
+    found, interrupted = sections(cases, names, revolutions, transient, threads, progress)
     points = []
-    for k, (value, section) in enumerate(zip(map(float, values), found, strict=True)):
+    for value, section in zip(map(float, values), found, strict=True):
         if isinstance(section, Status):
             points.append(SweepPoint(value, None, section))
         else:
-            points.append(SweepPoint(value, section, section.status, known.get(k)))
-    return Sweep(path, tuple(names), transient, tuple(points), Status.INTERRUPTED if interrupted else Status.OK)
+            points.append(SweepPoint(value, section, section.status))
+    return points, interrupted

@@ -3,6 +3,7 @@
 | module                  | responsibility                                                               |
 |-------------------------|------------------------------------------------------------------------------|
 | system                  | `System`: the assembled start, all arrays; `load`                            |
+| identity                | the inputs of all results of a system, as a text                             |
 | unassembled             | `Unassembled`: tree, motions, loads, contacts and their records              |
 | tree                    | spanning tree: carrying joints, cut joints, coordinates                      |
 | spanning                | construction of the spanning tree                                            |

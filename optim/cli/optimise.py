@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
-from linkages.cli.options import add_out, output_folder, written
+from linkages.cli.options import add_cluster, add_out, output_folder, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 
@@ -58,7 +58,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     add_out(parser)
     parser.add_argument("--threads", type=int, metavar="N", help="threads of the compiled engine; default: all")
-    parser.add_argument("--cluster", metavar="ADDRESS", help="evaluate on a Dask cluster, tcp://host:8786")
+    add_cluster(parser)
     parser.add_argument(
         "--verify",
         action=argparse.BooleanOptionalAction,
@@ -82,9 +82,9 @@ def run(options: argparse.Namespace) -> int:
     with ExitStack() as stack:
         pool: tuple[Executor | None, int] = (None, 0)
         if options.cluster:
-            from optim.evaluate.cluster import cluster
+            from linkages.engines.cluster import cluster
 
-            pool = stack.enter_context(cluster(options.cluster))
+            pool = stack.enter_context(cluster(options.cluster, "continue with --resume"))
         try:
             for job in jobs:
                 results.append(_solve(job, options, *pool))

@@ -8,5 +8,4 @@
 | evaluator   | `Evaluator`: designs -> requests -> evaluations; `Screened`: excluded designs      |
 | gradients   | `Gradients`: derivatives by sensitivities of runs                                  |
 | limits      | evaluations -> the mathematical problem that algorithms see                        |
-| cluster     | an executor on a Dask cluster                                                      |
 """

@@ -16,6 +16,7 @@ from optim.evaluate.evaluations import Evaluations
 
 distributed = pytest.importorskip("distributed")
 
+REMEDY = "continue with --resume"
 TESTS = Path(__file__).resolve().parents[1]
 
 
@@ -67,12 +68,12 @@ def slow_worth(design):
 
 @pytest.mark.slow
 def test_a_killed_worker_loses_nothing(tmp_path, loopback):
-    from optim.evaluate.cluster import cluster
+    from linkages.engines.cluster import cluster
 
     address, (_, *workers) = loopback
     expected = run(toy.make_task(generations=8), tmp_path / "here.sqlite")
     calls, seen = [], []
-    with cluster(address) as (executor, threads):
+    with cluster(address, REMEDY) as (executor, threads):
         assert threads >= 1
 
         def evaluate(designs):
@@ -94,7 +95,7 @@ def test_a_killed_worker_loses_nothing(tmp_path, loopback):
 @pytest.mark.slow
 def test_a_killed_scheduler_ends_the_study_in_one_line_and_resume_ends_it_well(tmp_path, loopback, capfd):
     from linkages import RunError
-    from optim.evaluate.cluster import cluster
+    from linkages.engines.cluster import cluster
 
     address, (scheduler, *_) = loopback
     expected = run(toy.make_task(generations=8), tmp_path / "here.sqlite")
@@ -108,7 +109,7 @@ def test_a_killed_scheduler_ends_the_study_in_one_line_and_resume_ends_it_well(t
         return Evaluations(np.array(f)[:, None], np.array(g)[:, None], status, reason)
 
     store = tmp_path / "there.sqlite"
-    with pytest.raises(RunError, match=r"scheduler is lost.*--resume"), cluster(address) as (executor, _):
+    with pytest.raises(RunError, match=r"scheduler is lost.*--resume"), cluster(address, REMEDY) as (executor, _):
         run(toy.make_task(generations=8, evaluate=evaluate), store)
     assert capfd.readouterr().err == ""  # the error is the only message
     outcome = run(toy.make_task(generations=8), store, resume=True)
@@ -119,7 +120,7 @@ def test_a_killed_scheduler_ends_the_study_in_one_line_and_resume_ends_it_well(t
 @pytest.mark.slow
 def test_workers_of_other_versions_are_refused(loopback, monkeypatch):
     from linkages import RunError
-    from optim.evaluate import cluster
+    from linkages.engines import cluster
 
     address, _ = loopback
     here = cluster.versions()
@@ -129,20 +130,23 @@ def test_workers_of_other_versions_are_refused(loopback, monkeypatch):
 
     PID = os.getpid()
     monkeypatch.setattr(cluster, "versions", pretended)
-    with pytest.raises(RunError, match=r"worker tcp://\S+ has numpy 0\.1, here is"), cluster.cluster(address):
+    with pytest.raises(RunError, match=r"worker tcp://\S+ has numpy 0\.1, here is"), cluster.cluster(address, REMEDY):
         pass
 
 
 @pytest.mark.slow
 def test_no_workers(monkeypatch):
     from linkages import RunError
-    from optim.evaluate import cluster
+    from linkages.engines import cluster
 
     monkeypatch.setattr(cluster, "_WORKER", 1.0)
     scheduler = start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     try:
         address = address_of(scheduler)
-        with pytest.raises(RunError, match="has no workers; start some with: dask worker"), cluster.cluster(address):
+        with (
+            pytest.raises(RunError, match="has no workers; start some with: dask worker"),
+            cluster.cluster(address, REMEDY),
+        ):
             pass
     finally:
         scheduler.kill()
@@ -172,8 +176,8 @@ name = "ga"
 @pytest.mark.slow
 def test_a_law_with_parameters_is_evaluated_by_workers_as_it_is_here(tmp_path, loopback, own_registries):
     from linkages import laws
+    from linkages.engines.cluster import cluster
     from optim import Evaluator, load_study
-    from optim.evaluate.cluster import cluster
 
     def spring(delta, ddelta, ddelta0, joint):
         return joint.my_stiffness * delta + joint.my_damping * ddelta
@@ -187,6 +191,19 @@ def test_a_law_with_parameters_is_evaluated_by_workers_as_it_is_here(tmp_path, l
     here = Evaluator(study)(designs)
     assert here.status == ("ok",) * 3
     assert len(np.unique(here.objectives)) == 3
-    with cluster(loopback[0]) as (executor, _):
+    with cluster(loopback[0], REMEDY) as (executor, _):
         there = Evaluator(study, executor, parts=3)(designs)
     assert there.objectives.tobytes() == here.objectives.tobytes()
+
+
+@pytest.mark.slow
+def test_workers_compute_the_rows_of_a_sweep_as_they_are_here(tmp_path, loopback):
+    from linkages.cli.main import main
+
+    vary = ("--vary", "drives.O.speed=40:60:3", "--vary", "joints.B.clearance=0.2mm:0.5mm:2")
+    words = ("sweep", "four_bar_dry.toml", *vary, "--revolutions", "1", "--transient", "0", "--output", "B.force")
+    assert main([*words, "--out", str(tmp_path / "here")]) == 0
+    assert main([*words, "--cluster", loopback[0], "--out", str(tmp_path / "there")]) == 0
+    here, there = ({path.name: path.read_bytes() for path in (tmp_path / one).glob("*.*")} for one in ("here", "there"))
+    assert here == there
+    assert "map_B.force.png" in here

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import json
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +12,9 @@ import numpy as np
 from linkages.base.disk import keep, kept
 from linkages.base.errors import Status
 from linkages.explore.wear.measure import BlockStart, CycleBlock, Removed, measure
-from linkages.input.files.versions import versions
 from linkages.input.files.writing import errors_of_writing
 from linkages.system import System
+from linkages.system.identity import identity
 
 
 class BlockStore:
@@ -28,9 +27,7 @@ class BlockStore:
     def __init__(self, system: System, drive: str | None, folder: Path | None) -> None:
         self.system, self.drive, self.folder = system, drive, folder
         self.count = 0
-        experiment = system.experiment
-        made_of = [experiment.model_dump_json(), experiment.mechanism_path.read_text(encoding="utf-8"), versions()]
-        self._base = json.dumps(made_of, sort_keys=True)
+        self._base = identity(system)
 
     def measure(self, removed: Removed, start: BlockStart | None, scatter: float, single: bool = False) -> CycleBlock:
         """Return the result of `linkages.explore.wear.measure.measure`, from the store if present."""

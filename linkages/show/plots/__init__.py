@@ -9,6 +9,7 @@
 | shown              | none: base class of figures for notebooks                                            |
 | linear_figures     | natural frequencies and mode shapes; Bode plots; changes of peaks with 1 % of values |
 | attractors         | Poincaré sections, bifurcation diagrams, branches, Lyapunov exponents, spectra       |
+| swept              | peaks over one variable in small panels, over two as maps with contours              |
 | bearings           | chart and pressure of a film; worn profiles; clearance, forces, jitter over cycles   |
 | drawing            | a mechanism before a run: a labelled, movable picture                                |
 | animation          | a run as a Meshcat recording, its clearance joints magnified                         |
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from linkages.show.plots.histories import write_figures
     from linkages.show.plots.journals import orbit
     from linkages.show.plots.style import COLORS, LINES, figure_style
+    from linkages.show.plots.swept import map_figure, peaks_figure
 
 #: Modules and their public names, loaded on first use: only the animation needs Drake, the palette nothing.
 __getattr__, __dir__, __all__ = lazy_loader.attach(
@@ -40,5 +42,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "histories": ("write_figures",),
         "journals": ("orbit",),
         "style": ("COLORS", "LINES", "figure_style"),
+        "swept": ("map_figure", "peaks_figure"),
     },
 )

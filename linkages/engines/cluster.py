@@ -1,7 +1,7 @@
-"""Evaluations on a Dask cluster: an executor like any other.
+"""Runs on a Dask cluster: an executor like any other.
 
 Workers import this package and read the mechanism's file under the path it has here: install the same versions, and
-share the folder. The requests of a worker that dies go to the others.
+share the folder. The work of a worker that dies goes to the others.
 """
 
 from __future__ import annotations
@@ -11,19 +11,20 @@ from collections.abc import Iterator
 from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
 
-from linkages import InputError, RunError
+from linkages.base.errors import InputError, RunError
 from linkages.input.files.versions import versions
 
 _ANSWER, _WORKER = 10.0, 10.0  # seconds to wait for the scheduler, and for a first worker
-_RETRIES = 5  # deaths of its worker that a request survives
+_RETRIES = 5  # deaths of its worker that a piece of work survives
 
 
 @contextmanager
-def cluster(address: str) -> Iterator[tuple[Executor, int]]:
+def cluster(address: str, remedy: str) -> Iterator[tuple[Executor, int]]:
     """Connect to a scheduler, ``tcp://host:8786``; yields an executor and the number of worker threads.
 
     InputError if Dask is not installed, or no scheduler answers. RunError if there is no worker, if a worker has other
-    package versions than this process, or if the connection is lost while the executor is in use.
+    package versions than this process, or if the connection is lost while the executor is in use: `remedy` then says
+    how to continue.
     """
     try:
         from distributed import Client
@@ -53,6 +54,6 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
             if client.status == "running" and not isinstance(problem, CancelledError):
                 raise
             raise RunError(
-                f"cluster {address}: the connection to the scheduler is lost; the evaluations up to now are kept:"
-                " start the scheduler and its workers, and continue with --resume"
+                f"cluster {address}: the connection to the scheduler is lost; the results up to now are kept:"
+                f" start the scheduler and its workers, and {remedy}"
             ) from None
