@@ -5,7 +5,9 @@
 | main          | entry point: parser, errors, failed runs and their exit statuses      |
 | simulate      | ``linkages simulate``: run an experiment                              |
 | compare       | ``linkages compare``: both engines on one experiment                  |
-| sweep         | ``linkages sweep``: over the values of one variable                   |
+| sweep         | ``linkages sweep``: over the values of one variable or two            |
+| sweep_grid    | the same over two                                                     |
+| sweep_tables  | tables and files of sweeps                                            |
 | continue_     | ``linkages continue``: branches of periodic motions                   |
 | wear          | ``linkages wear``: profiles and clearance over the service life       |
 | report        | ``linkages report``: one HTML page from a folder of results           |
