@@ -30,7 +30,7 @@ EXAMPLES = """examples:
 #: The first line of a run.
 _ENGINE = {
     "compiled": "engine: compiled; --engine drake runs the same model on Drake, ten to a thousand times slower",
-    "drake": "engine: drake; --engine compiled runs the same model ten to a thousand times faster",
+    "drake": "engine: drake; --engine compiled integrates the same model ten to a thousand times faster",
 }
 
 

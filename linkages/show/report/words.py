@@ -60,7 +60,7 @@ def effects(summary: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], list[tup
         if found := joint.get("film_thickness"):
             film.append((f"{name} [m]", found["min"], found["time"], percent(found["share"])))
     if apart:
-        yield ("difference from ideal joints", "largest", "at [s]", "of ideal"), apart
+        yield ("difference from ideal joints, after the start", "largest", "at [s]", "of ideal"), apart
     if film:
         yield ("oil film", "thinnest", "at [s]", "of clearance"), film
 
@@ -128,7 +128,8 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
         lasts = rounded(motion["period"] * motion["periods"])
         lines = [f"the motion is periodic{several}, {lasts} s, from {rounded(motion['since'])} s on"]
     else:
-        lines = [f"the motion is {motion['kind']}: {motion['why']}"]
+        remedy = "; use a longer duration" if motion["kind"] == "not settled" else ""
+        lines = [f"the motion is {motion['kind']}: {motion['why']}{remedy}"]
     until = summary.get("start_up")
     why = "journals cross their clearances from the middle, and impacts or films stop them"
     if until is not None and until < summary["duration"]:
