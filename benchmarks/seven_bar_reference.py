@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
@@ -14,12 +15,14 @@ from linkages import System
 from linkages.base.kernel import kernel
 from linkages.base.kernel.by_reference import reference as reference_to
 from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
+from linkages.mechanics.planar.elimination import make_pivots
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loop_dynamics import forward_dynamics
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.workspace import make_workspace
 
 Array = NDArray[np.float64]
+register_jitable(make_pivots)
 workspace = kernel(make_workspace)
 
 

@@ -7,6 +7,7 @@ import sys
 import time
 
 import pytest
+from shipped import FAST_PRESS
 
 from linkages.base.kernel import precompiled
 
@@ -150,9 +151,9 @@ for job in precompilation.{}({}):
     job()
 assert not {{"pydrake", "matplotlib"}} & set(sys.modules)
 """
-RUN = """import linkages
-system = linkages.load(linkages.find_file("seven_bar.toml"), {{"duration": 0.01}})
-{}
+RUN = f"""import linkages
+system = linkages.load({str(FAST_PRESS)!r}, {{{{"duration": 0.01}}}})
+{{}}
 """
 
 

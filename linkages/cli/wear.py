@@ -85,7 +85,7 @@ def format_life(found: dict[str, Any]) -> str:
         for name, value in first.items()
     ]
     if len(found["blocks"]) > 1:
-        lines.append(f"{at} is the middle of the last jump: its peaks belong to the profiles there")
+        lines.append(f"\n{at} is the middle of the last jump: its peaks belong to the profiles there")
     jumps, worst = len(found["blocks"]) - 1, max(block["error"] for block in found["blocks"])
     done = f"cycles simulated: {found['simulated_cycles']}; jumps: {jumps}, rejected: {found['rejected_jumps']}"
     depth = f"{1e6 * worst:.3g} um of {1e6 * found['tolerance']:.3g} um allowed"

@@ -79,7 +79,7 @@ def test_shear_torque_of_a_whole_film():
     shear = {
         f"joints.{j}.{key}": value for j in "AB" for key, value in (("shear_torque", True), ("shear_film", "full"))
     }
-    run = run_shipped("compiled", "seven_bar", duration=0.3, **shear)
+    run = run_shipped("compiled", "seven_bar_fast", duration=0.3, **shear)
     _, at = paper_formulation.solve(paper_formulation.Data(law=joint_laws.sheared), 0.3, rtol=1e-6)
     e, force, _ = at(run.time)
     for k, name in enumerate("AB"):
@@ -91,7 +91,7 @@ def test_shear_torque_of_a_whole_film():
 @pytest.mark.slow
 def test_finite_film():
     """Forces along a run by the 2D Reynolds equation on one plain grid, which is right to 3e-3 of them."""
-    run = run_shipped("compiled", "seven_bar", duration=0.3, **{f"joints.{j}.film": "finite" for j in "AB"})
+    run = run_shipped("compiled", "seven_bar_fast", duration=0.3, **{f"joints.{j}.film": "finite" for j in "AB"})
     c, mu, scale = 0.3e-3, 0.4, joint_laws.LENGTH * joint_laws.RADIUS**3 / 0.3e-3**2
     found = run.evaluate(np.linspace(0.02, 0.3, 5))
     for name, bearing, journal in (("A", "crank1", "link2"), ("B", "crank4", "link3")):

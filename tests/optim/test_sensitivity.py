@@ -90,7 +90,7 @@ def test_crank_4_is_inert_but_for_its_torque(tmp_path):
     """Its motion is prescribed: its weight affects only its pivot, and its drive while the speed changes."""
     text = find_study("sevenbar_pareto").read_text().replace("[objectives.acceleration]", TORQUE, 1)
     path = tmp_path / "press.toml"
-    path.write_text(text.replace("[algorithm]", "[set]\nduration = 1.0\ndrives.O4.ramp = 0.5\n[algorithm]", 1))
+    path.write_text(text.replace('"gravity"', 'duration = 1.0\ndrives.O4.ramp = 0.5\n"gravity"', 1))
     study = load_study(path)
     evaluate = Evaluator(study)
 

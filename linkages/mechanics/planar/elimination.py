@@ -63,7 +63,13 @@ _PIVOTS, _WAITING = range(2)
 
 def make_pivots(nr: int) -> Pivots:
     """Make the arrays for nr rows, all zero."""
-    order, nears, waiting, waits, counts = (np.zeros(n, np.int64) for n in (nr, nr, nr, nr, 2))
+    order, nears, waiting, waits = (
+        np.zeros(nr, np.int64),
+        np.zeros(nr, np.int64),
+        np.zeros(nr, np.int64),
+        np.zeros(nr, np.int64),
+    )
+    counts = np.zeros(2, np.int64)
     return Pivots(order, np.zeros((nr, nr), np.int64), nears, np.zeros(nr), np.zeros(nr), waiting, waits, counts)
 
 
