@@ -281,7 +281,7 @@ def test_the_first_line_of_a_run_names_its_engine(tmp_path, capsys):
         out = tmp_path / engine
         assert main([*words, *options, "--out", str(out)]) == 0
         told = capsys.readouterr().out
-        assert re.match(rf"engine: {engine}; --engine (?!{engine})\w+ runs the same", told)
+        assert re.match(rf"engine: {engine}; --engine (?!{engine})\w+ (runs|integrates) the same", told)
         assert json.loads((out / "summary.json").read_text())["engine"] == engine
     assert main([*words, "--quiet", "--out", str(out)]) == 0
     assert capsys.readouterr() == ("", "")
