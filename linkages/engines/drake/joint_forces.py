@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, kernel
+from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
 from linkages.base.kernel.by_reference import packed
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
@@ -77,7 +77,7 @@ def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, re
         result[place.into[i]] = work.tau[i]
 
 
-@kernel
+@lazy_kernel
 def _add_friction(
     place: Placed, work: Workspace, friction: FrictionWork, t: float, torques: Array, applied: Array
 ) -> None:

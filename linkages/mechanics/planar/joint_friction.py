@@ -57,7 +57,7 @@ def is_jammed(work: FrictionWork) -> bool:
     return math.isnan(total)
 
 
-@kernel
+@lazy_kernel
 def add_friction(model: Arrays, t: float, torques: Array, w: Workspace, work: FrictionWork) -> None:
     """Add the wrenches of the frictions that depend on joint forces to the bodies'; see `solve_friction`."""
     solve_friction(model, t, torques, w, work)
