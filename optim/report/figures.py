@@ -28,7 +28,7 @@ _FIRST, _TOTAL = COLORS[5], COLORS[0]
 
 
 @contextmanager
-def _png(
+def png(
     path: Path, width: float, height: float, layout: Literal["constrained"] | None = "constrained"
 ) -> Iterator[Figure]:
     """Give a figure of this size [inches] to draw in, and write it."""
@@ -46,7 +46,7 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
     """
     named = "nominal" if nominal.violation[0] <= FEASIBLE else "nominal, violates constraints"
     names = list(study.file.objectives)
-    with _png(path, 5.5, 1.2 + 2.0 * len(names), layout=None) as figure:
+    with png(path, 5.5, 1.2 + 2.0 * len(names), layout=None) as figure:
         axes = stacked_axes(figure, [1.0] * len(names))
         count = [row.evaluations for row in iterations]
         best = np.array([row.best_feasible for row in iterations])
@@ -100,7 +100,7 @@ def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> N
     pairs = list(itertools.combinations(range(len(names)), 2))
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)
-    with _png(path, 3.4 * columns, 0.9 + 2.8 * rows) as figure:
+    with png(path, 3.4 * columns, 0.9 + 2.8 * rows) as figure:
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for ax, (i, j) in zip(axes, pairs, strict=False):
             for which, at, look in points:
@@ -143,7 +143,7 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
     """
     quantities = report["quantities"]
     places = np.arange(len(study.names))
-    with _png(path, 1.6 + 2.6 * len(quantities), 1.2 + 0.42 * len(places)) as figure:
+    with png(path, 1.6 + 2.6 * len(quantities), 1.2 + 0.42 * len(places)) as figure:
         axes = figure.subplots(1, len(quantities), sharey=True, squeeze=False)[0]
         for ax, (name, entry) in zip(axes, quantities.items(), strict=True):
             rows = entry["variables"].values()
@@ -185,7 +185,7 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
     """
     quantities = report["quantities"]
     shape = len(quantities), len(study.names)
-    with _png(path, 0.8 + 1.8 * shape[1], 0.6 + 1.9 * shape[0]) as figure:
+    with png(path, 0.8 + 1.8 * shape[1], 0.6 + 1.9 * shape[0]) as figure:
         axes = figure.subplots(*shape, sharex="col", sharey="row", squeeze=False)
         for line, (name, entry) in zip(axes, quantities.items(), strict=True):
             line[0].set_ylabel(_label(study, name))

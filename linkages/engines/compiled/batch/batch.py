@@ -207,8 +207,8 @@ def simulate_batch(
     Raises
     ------
     InputError
-        If a path, an output, a window or a time is not valid for the nominal experiment, a path of `wrt` has no derivative, or
-        `wrt` is given and a model has no derivatives.
+        If a path, an output, a window or a time is not valid for the nominal experiment, a path of `wrt` has no
+        derivative, or `wrt` is given and a model has no derivatives.
     RunError
         If the threads cannot be started.
     MemoryError

@@ -163,8 +163,8 @@ def run(
 def integrate(job: Job, stop: Indices, reached: Array) -> Record:
     """Run a job from its start, as `linkages.engines.compiled.simulation.simulate` does.
 
-    The run pauses after every `WINDOW` steps, or fewer if it may have fewer: it writes the time into ``reached`` (1,), and ends there, as paused, if
-    its steps are spent. It ends after the present step as soon as ``stop`` (1,) is set.
+    The run pauses after every `WINDOW` steps, or fewer if it may have fewer: it writes the time into ``reached`` (1,),
+    and ends there, as paused, if its steps are spent. It ends after the present step as soon as ``stop`` (1,) is set.
     """
     limits, before = job.limits, 0.0
     window = min(WINDOW, int(limits[MOST]))
