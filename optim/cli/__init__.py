@@ -3,5 +3,6 @@
 | module    | responsibility                                                                  |
 |-----------|---------------------------------------------------------------------------------|
 | optimise  | ``linkages optimise``: solve design studies                                     |
+| identify  | ``linkages identify``: values that explain measurements, plans of measurements  |
 | study     | ``linkages study show``, ``export``, ``sensitivity``                            |
 """

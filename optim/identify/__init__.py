@@ -9,5 +9,6 @@
 | certainty  | deviations, intervals, what is identifiable, tests of the residuals         |
 | profile    | profile likelihood of one unknown                                           |
 | plan       | certainty that candidate sensors would give, before any measurement         |
+| writing    | results as text, and as an experiment                                       |
 | identify   | all of it; the content of ``result.json``                                   |
 """

@@ -222,8 +222,7 @@ def doubts(residuals: Residuals, found: Fitted, judged: Certainty) -> list[str]:
 def mixture_text(residuals: Residuals, mixture: Array) -> str:
     """Describe a mixture of unknowns: a product of powers, or a sum."""
     n, largest = len(mixture), float(np.abs(mixture).max())
-    allowed = largest_deviations(residuals)
-    power = mixture * allowed.min() / allowed
-    power /= np.abs(power).max()
+    power = mixture * largest_deviations(residuals)
+    power /= power[np.abs(power).argmax()]
     parts = [(residuals.names[k], power[k]) for k in range(n) if mixture[k] ** 2 >= _PART * largest**2]
     return " together with ".join(f"{name} ({value:+.2g})" for name, value in parts)

@@ -57,7 +57,7 @@ class Fitted:
         return math.inf if self.evaluated.reason else float(np.mean(residual**2))
 
 
-class Evaluations:
+class Search:
     """The residuals as two functions of `least_squares`, with one run for both.
 
     `reduced` (k,) marks the values that move; the others stay as in `z`.
@@ -119,7 +119,7 @@ def fit_from(
     ):  # a shorter beginning may run, and lead to values that run to the end
         return fit_from(residuals, z, last, True, show)
     while True:
-        search = Evaluations(residuals, z, horizon)
+        search = Search(residuals, z, horizon)
         z, evaluated = search.solve()
         runs += search.runs
         if evaluated.reason:
@@ -213,7 +213,7 @@ def refine(residuals: Residuals, found: Fitted) -> Fitted:
                     changed = True
         if not changed:
             return found
-        search = Evaluations(residuals, found.z, found.horizon)
+        search = Search(residuals, found.z, found.horizon)
         z, evaluated = search.solve()
         found = Fitted(z, evaluated, found.horizon, found.runs + search.runs, found.history)
     return found

@@ -76,6 +76,13 @@ def identify(
         If the file has no measurements, or the checkpoint is of another file.
     RunError
         If no start can be fitted.
+
+    Examples
+    --------
+    >>> import optim
+    >>> found = optim.identify(optim.load_identification("slider_crank_fit"))
+    >>> found["parameters"]["mass"]["interval"][0] < 0.152 < found["parameters"]["mass"]["interval"][1]  # kg
+    True
     """
     if not task.measurements:
         raise InputError(task.source, "data", "is missing; add [data.NAME] with file and columns, or give --plan")

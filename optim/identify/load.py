@@ -20,7 +20,7 @@ from linkages.input.files.toml import leaves, read_toml, validate
 from linkages.input.files.unit_conversion import is_quantity, read_either, si
 from linkages.input.model.experiment import value_unit
 from linkages.results.outputs.registry import check_output, unit
-from optim.identify.schema import Column, DataFile, Filter, IdentificationFile, Unknown
+from optim.identify.schema import DataFile, Filter, IdentificationFile, MeasuredColumn, Unknown
 
 _FEWEST = 8  # samples of a column
 _UNEVEN = 1e-3  # largest deviation of the intervals of a column with a filter, relative to their mean
@@ -63,7 +63,16 @@ class Channel:
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """A data file and its machine; `shift` is the time added to its clock [s], NaN if it is fitted."""
+    """A data file and its machine.
+
+    Attributes
+    ----------
+    name : str
+    system : System
+    channels : tuple of Channel
+    shift : float
+        Time that is added to the file's clock [s]; NaN if it is fitted.
+    """
 
     name: str
     system: System
@@ -120,14 +129,24 @@ def load_identification(path: str | Path) -> Identification:
     Parameters
     ----------
     path : str or Path
-        The TOML file.
+        The TOML file, or the name of a shipped one.
 
     Raises
     ------
     InputError
         One line with file, key and reason.
+
+    Examples
+    --------
+    >>> import optim
+    >>> task = optim.load_identification("slider_crank_fit")
+    >>> task.names, len(task.measurements[0].channels)
+    (('clearance', 'viscosity', 'mass'), 2)
     """
     path = Path(path)
+    shipped = Path(__file__).resolve().parent / "examples" / f"{path.stem}.toml"
+    if path.parent == Path() and not path.exists() and shipped.exists():
+        path = shipped
     data, _ = read_toml(path)
     file = validate(IdentificationFile, data, path)
     system = _system(path, "experiment", file.experiment).replaced({})
@@ -208,7 +227,7 @@ def _measurement(path: Path, file: IdentificationFile, name: str, one: DataFile,
 
 
 def _channel(
-    path: Path, where: str, name: str, column: Column, recording: Recording, data: DataFile, system: System
+    path: Path, where: str, name: str, column: MeasuredColumn, recording: Recording, data: DataFile, system: System
 ) -> Channel:
     """Read and check a column."""
     with _within(path, where):
@@ -246,7 +265,7 @@ def _check_samples(times: Array, values: Array) -> None:
         raise ValueError(f"all samples are {values[0]:g}; they say nothing")
 
 
-def _deviation(column: Column, recording: Recording, name: str, si_unit: str) -> float:
+def _deviation(column: MeasuredColumn, recording: Recording, name: str, si_unit: str) -> float:
     """Return the standard deviation of a sample in SI; NaN if none is given."""
     if column.deviation is None:
         return math.nan

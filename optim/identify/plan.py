@@ -28,6 +28,13 @@ def plan(task: Identification, show: Callable[[str], None] = lambda text: None) 
     Returns ``unknowns``: names; ``settings``: for each value of ``vary`` (one without): ``value``, ``single`` and
     ``pairs``: sensors, ``deviations`` relative to the values (None: not identifiable), ``identifiable`` count;
     ``best``: the best pair or sensor, and the setting. InputError if the file has no table ``plan``.
+
+    Examples
+    --------
+    >>> import optim
+    >>> found = optim.plan(optim.load_identification("slider_crank_fit"))
+    >>> found["best"]["sensors"]
+    ['acceleration', 'probe']
     """
     wanted = task.file.plan
     if wanted is None:
@@ -161,7 +168,15 @@ class _At(Residuals):
 
 
 def format_plan(found: Mapping[str, Any]) -> str:
-    """Format a plan as lines of text: the deviation of each unknown, in per cent, by sensors."""
+    """Format a plan as lines of text: the deviation of each unknown, in per cent, by sensors.
+
+    Examples
+    --------
+    >>> import optim
+    >>> text = optim.format_plan(optim.plan(optim.load_identification("slider_crank_fit")))
+    >>> text.splitlines()[-1]
+    'best: acceleration and probe (deviations at the start values, linear)'
+    """
     names, lines = found["unknowns"], [found["title"]]
     first = max([14, *(len(" + ".join(e["sensors"])) + 2 for s in found["settings"] for e in s["single"] + s["pairs"])])
     for setting in found["settings"]:

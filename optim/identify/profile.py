@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from linkages.base.arrays import Array
 from optim.identify.certainty import LEVEL, Certainty
-from optim.identify.fit import Evaluations, Fitted
+from optim.identify.fit import Fitted, Search
 from optim.identify.residuals import Residuals
 
 _STEPS = 4  # values on each side
@@ -69,7 +69,7 @@ def _at(
     others[k] = False
     start = z.copy()
     start[k] = value
-    search = Evaluations(residuals, start, found.horizon, others)
+    search = Search(residuals, start, found.horizon, others)
     z, evaluated = search.solve(_FEW)
     if evaluated.reason:
         return z, math.inf, search.runs

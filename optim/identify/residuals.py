@@ -21,7 +21,7 @@ _DIFFERENCE = 1e-5  # step of differences of runs, for models without derivative
 _HOPELESS = 1e3  # residual of each sample of a design that does not run, in deviations
 
 
-class Place(NamedTuple):
+class SensorValue(NamedTuple):
     """The place of a value of the sensors: ``shift`` of a measurement, ``factor`` or ``bias`` of a column."""
 
     kind: str
@@ -70,12 +70,12 @@ class Residuals:
         self.active = [k for k, name in enumerate(task.names) if active is None or name in active]
         self.log = np.array([task.lower[k] > 0.0 for k in self.active])
         self._low, self._high = task.lower[self.active], task.upper[self.active]
-        self.places: list[Place] = []
+        self.places: list[SensorValue] = []
         for m, one in enumerate(task.measurements):
-            self.places += [Place("shift", m, -1)] * math.isnan(one.shift)
+            self.places += [SensorValue("shift", m, -1)] * math.isnan(one.shift)
             for c, channel in enumerate(one.channels):
-                self.places += [Place("factor", m, c)] * math.isnan(channel.gain)
-                self.places += [Place("bias", m, c)] * math.isnan(channel.offset)
+                self.places += [SensorValue("factor", m, c)] * math.isnan(channel.gain)
+                self.places += [SensorValue("bias", m, c)] * math.isnan(channel.offset)
         spans = [max(float(np.ptp(c.times)) for c in one.channels) for one in task.measurements]
         ends = [_SHIFT * spans[p.measurement] if p.kind == "shift" else np.inf for p in self.places]
         self.lower = np.concatenate([self.scaled(self._low), -np.array(ends)])

@@ -30,7 +30,7 @@ class Clock(Table):
     shift: Adjusted = Field(0.0, description='time that is added to the file\'s times, or "fit" [s]')
 
 
-class Column(Table):
+class MeasuredColumn(Table):
     """A measured column: gain times the column plus offset, in the output's unit, is the output."""
 
     column: str | None = Field(None, description="name of the column; default: the table's name")
@@ -51,7 +51,7 @@ class DataFile(Table):
 
     file: str = Field(description="data file (.csv, .txt, .mat, .parquet, .npz), relative to this file")
     time: Clock = Field(Clock.model_validate({}), description="its clock; or the name of the column of the times")
-    columns: Annotated[dict[str, Column], Field(min_length=1)] = Field(description="measured columns")
+    columns: Annotated[dict[str, MeasuredColumn], Field(min_length=1)] = Field(description="measured columns")
     experiment: str | None = Field(None, description="its experiment; default: the one of all files")
     set: dict[str, Any] = Field({}, description="values of this measurement, as its speed or load, by dotted path")
 
@@ -74,7 +74,7 @@ class Unknown(Table):
     of: str | None = Field(None, description="the one measurement that has this value; default: all have it")
 
 
-class Fit(Table):
+class FitTable(Table):
     """How the unknowns are found."""
 
     windows: Windows | None = Field(
@@ -130,7 +130,7 @@ class IdentificationFile(Table):
     set: dict[str, Any] = Field({}, description="replaced values of the experiment, by dotted path")
     data: dict[str, DataFile] = Field({}, description="measurements by name")
     unknowns: Annotated[dict[str, Unknown], Field(min_length=1)] = Field(description="unknowns by name")
-    fit: Fit = Field(Fit.model_validate({}), description="how the unknowns are found")
+    fit: FitTable = Field(FitTable.model_validate({}), description="how the unknowns are found")
     alternatives: dict[str, Alternative] = Field({}, description="other models by name")
     plan: Plan | None = Field(None, description="a measurement that is planned, for --plan")
 

@@ -18,6 +18,13 @@ def format_identification(found: Mapping[str, Any]) -> str:
     ----------
     found : dict
         Content of ``result.json``, from `optim.identify`.
+
+    Examples
+    --------
+    >>> import optim
+    >>> found = optim.identify(optim.load_identification("slider_crank_fit"))
+    >>> optim.format_identification(found).splitlines()[0]
+    'Slider-crank: clearance, viscosity and mass from two sensors'
     """
     first = max(
         20, *(2 + len(name) for name in [*found["parameters"], *found["nuisance"], *found["residual"]["columns"]])

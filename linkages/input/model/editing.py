@@ -16,7 +16,8 @@ from linkages.input.model.experiment import Experiment
 def edited(experiment: Experiment, values: Mapping[str, Any], target: Path, origin: str | Mapping[str, str]) -> str:
     """Return the text of an experiment's file with other values; comments state their origin, and the values before.
 
-    The origin is one for all values, or by path. Strings are read as TOML values. The mechanism's path is relative if it is in the folder of the target or below.
+    The origin is one for all values, or by path. Strings are read as TOML values. The mechanism's path is relative if
+    it is in the folder of the target or below.
     """
     document = tomlkit.parse(experiment.source.read_text(encoding="utf-8"))
     for path, given in values.items():

@@ -175,8 +175,8 @@ def run_rows(
 
     The job is in a `linkages.base.kernel.block.Block`, whose memory and initial memory are (n,) arrays; the designs
     differ at the indices ``columns`` (k,) of it, and have the values ``words`` (m, k). Fills ``found`` (m, nw, no, ns)
-    with statistics, NaN for windows of which a failed run did not reach the end; ``sampled`` (m, nt, no) with the
-    outputs at increasing ``times`` (nt,), NaN at those that it did not reach; ``ended`` (m, 3) with the status of each row, the
+    with statistics, NaN for windows of which a failed run did not reach the end; ``sampled`` (m, nt, no) with outputs
+    at increasing ``times`` (nt,), NaN at those that it did not reach; ``ended`` (m, 3) with the status of each row, the
     time that the run has reached [s], and the number of steps.
     """
     for i in range(len(words)):
