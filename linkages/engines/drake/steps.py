@@ -146,7 +146,7 @@ class StepControl:
         return EventStatus.ReachedTermination(self.simulator.get_system(), status.value)
 
     def _is_stale(self, step: float, states: int) -> bool:
-        """Check whether the iteration matrix is old, or steps shrank; if contacts end steps, whether they stay small."""
+        """Check whether steps shrank, or the iteration matrix is old; if contacts end steps: if they stay small."""
         if not self._contacts_end_steps:
             self._age += 1
             return step < _SHRUNK * self._step or self._age >= states
