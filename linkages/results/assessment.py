@@ -28,8 +28,7 @@ _COMPARED = 500  # number of times at which the run and the tighter one are comp
 # difference of a film's force from the force of the ideal joint, in parts of the latter
 _CARRIED = 0.1  # within it the film carries the load
 _OVERSHOOT = 0.25  # a larger excess before makes a start-up
-#: Part of a run in which a centred journal takes up its load, in microseconds; differences begin after it.
-TAKEN_UP = 0.005
+_TAKEN_UP = 0.005  # part of a run in which a centred journal takes up its load, in microseconds
 
 
 class Repeating(NamedTuple):
@@ -164,6 +163,18 @@ class Assessment(Brief):
         elif self.start_up is not None:
             asked["later"] = self.start_up, end
         return {name: (start, min(stop, end)) for name, (start, stop) in asked.items() if start < end}
+
+    @property
+    def counted_from(self) -> float:
+        """Return the time from which the reported differences from ideal joints count [s]."""
+        start, _ = self.windows.get(self.reported, (0.0, 0.0))
+        return max(start, self.taken_up) if start < self.difference.time[-1] else self.taken_up
+
+    @property
+    def taken_up(self) -> float:
+        """Return the time at which centred journals have taken up their load [s]."""
+        times = self.difference.time
+        return float(times[0] + _TAKEN_UP * np.ptp(times))
 
     @property
     def reported(self) -> str:
