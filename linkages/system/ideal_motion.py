@@ -119,7 +119,7 @@ class IdealMotion:
         return last
 
     def _follow_branch(self, turn: int) -> None:
-        """Fill the table, whose motion may repeat itself after a number of lines; skip positions of inaccurate rates."""
+        """Fill the table, whose motion may repeat itself after a number of lines; skip inaccurate positions."""
         tree, grid, done = self.system.tree, self.times, 1
         lines = _Lines(grid.copy(), *self._prescribed(grid), np.zeros(len(grid)))
         lines.q[0, tree.closing_dofs] = self.system.assembly.q[tree.closing_dofs]
