@@ -133,7 +133,7 @@ def test_the_command_names_the_extra_that_is_not_installed(folder, monkeypatch, 
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     assert main(["export", str(folder), "--to", "parquet"]) == 2
     error = capsys.readouterr().err
-    assert f'needs pyarrow: pip install "linkages[export]"' in error
+    assert 'needs pyarrow: pip install "linkages[export]"' in error
     assert error.count("\n") == 1
     assert [path.name for path in folder.iterdir()] == ["trajectory.npz"]
 
