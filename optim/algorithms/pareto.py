@@ -40,12 +40,9 @@ def pareto_front(values: Values, tolerance: float = 0.0) -> Indices:
     if len(feasible) == 0:
         return np.array([np.argmin(values.violation)])
     f = values.objectives[feasible]
-    left = np.lexsort(f.T[::-1])
-    if f.shape[1] == 2:  # along the front the second objective falls
-        second = f[left, 1]
-        return feasible[left[np.append(True, second[1:] < np.minimum.accumulate(second)[:-1])]]
     # no design dominates the first of a lexicographic order: take it, drop those it dominates or equals, and repeat
     members: list[int] = []
+    left = np.lexsort(f.T[::-1])
     while len(left):
         members.append(int(left[0]))
         left = left[np.any(f[left] < f[left[0]], axis=1)]
