@@ -73,7 +73,7 @@ class Archive:
         return int(by_feasibility(self.values, tolerance)[0])
 
     def front(self, tolerance: float = 0.0) -> Indices:
-        """Return the rows of the Pareto front (`pareto_front`), always of the same tolerance; compares new designs only."""
+        """Return the rows of the Pareto front (`pareto_front`) at always the same tolerance."""
         rows = np.concatenate([self._front, np.arange(self._compared, len(self))])
         self._front, self._compared = rows[pareto_front(self.values.take(rows), tolerance)], len(self)
         return self._front
