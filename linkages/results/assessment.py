@@ -188,12 +188,18 @@ class Assessment(Brief):
     @cached_property
     def sound(self) -> Soundness:
         """Return where numbers of the run have no meaning."""
-        return Soundness.of_run(self.system, self.run)
+        return Soundness.of_run(self.system, self._early(self.run))
 
     @cached_property
     def ideal_sound(self) -> Soundness:
         """Return where numbers of the ideal motion have no meaning."""
-        return Soundness.of_ideal(self.system, self.ideal)
+        return Soundness.of_ideal(self.system, self._early(self.ideal))
+
+    def _early(self, motion: Trajectory) -> Trajectory:
+        """Return the first part of a long motion that repeats itself, whose samples are close to each other."""
+        if self.repeating is None or motion.time[-1] <= self.repeating.settled:
+            return motion
+        return motion.within(float(motion.time[0]), self.repeating.settled)
 
     @cached_property
     def meaningless(self) -> frozenset[str]:
