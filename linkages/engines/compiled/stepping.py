@@ -66,6 +66,11 @@ class Stepper:
         Names of `outputs`; default: those of the experiment, forces and eccentricities of clearance joints, torques of
         drives.
 
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the outputs.
+
     Raises
     ------
     InputError
