@@ -226,8 +226,8 @@ class Assessment(Brief):
 
 
 def touching(system: System) -> list[str]:
-    """Return the contacts that can touch: joints, corners of guides, prismatic stops, points at lines."""
-    turning = system.ends["kind"] == STOP  # revolute stops give a torque
+    """Return the contacts that can touch: joints, corners of guides, flanks, prismatic stops, points at lines."""
+    turning = (system.ends["kind"] == STOP) & (system.ends["ratio"] == 0.0)  # revolute stops give a torque
     able = system.touching & ~turning
     return [label for (_, label), one in zip(system.contacts, able, strict=True) if one]
 
@@ -235,7 +235,7 @@ def touching(system: System) -> list[str]:
 def _judged(system: System) -> list[str]:
     """Return the columns that a singular position can make meaningless: outputs, and peaks except of loads."""
     experiment = system.experiment
-    bounded = {name for table, name in experiment.named if table != "gears"}
+    bounded = {name for _, name in experiment.named if name not in experiment.closed}
     peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]
     return [*experiment.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
 

@@ -100,6 +100,11 @@ class Batch(Brief):
         """Largest magnitude, (m, nw, no)."""
         return np.maximum(np.abs(self.minimum), np.abs(self.maximum))
 
+    @property
+    def fluctuation(self) -> Array:
+        """Range over the magnitude of the mean, (m, nw, no): of a rate the coefficient of speed fluctuation [1]."""
+        return np.asarray((self.maximum - self.minimum) / np.abs(self.mean))
+
     def to_dataframe(self) -> pd.DataFrame:
         """Return a pandas DataFrame with a row for each run and window, runs first.
 
