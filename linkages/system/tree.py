@@ -62,11 +62,12 @@ class Edge:
 class Tree:
     """A spanning tree of the mechanism, rooted at the world.
 
-    The world comes first among the bodies, then parents before children. A link that floats on clearance joints follows
-    two massless bodies (its x and y prismatic joints); the massless sections of flexible links come last. Coordinates
-    have the name of a joint, or ``link.x``, ``link.y``, ``link.angle`` of a floating link; then follow modal
-    coordinates, ``link.bending1``. A link that is not divided is its only substructure; else its name in `index` is the
-    body that its joint carries, and the names of the other substructures follow.
+    The world comes first among the bodies, then parents before children. A link that floats on clearance joints, or
+    that a joint with clearance and a drive carries, follows two massless bodies; the massless sections of flexible
+    links come last. Coordinates have the name of a joint, ``link.x``, ``link.y``, ``link.angle`` of a floating link, or
+    names of `linkages.system.spanning.freedoms`; then follow modal coordinates, ``link.bending1``. A link that is not
+    divided is its only substructure; else its name in `index` is the body that its joint carries, and the names of the
+    other substructures follow.
     """
 
     mechanism: Mechanism
@@ -75,7 +76,7 @@ class Tree:
     coordinates: tuple[str, ...]  # name of each coordinate
     edges: dict[str, Edge]  # tree joint that carries each link; floating links are absent
     drawn: Array  # origin of each body frame in its link's reference configuration, (nb, 2) [m]
-    play: tuple[str, ...]  # clearance joints; they are always cut
+    play: tuple[str, ...]  # clearance joints: cut, or with the coordinates of `freedoms`
     loops: tuple[str, ...]  # ideal joints cut to open the remaining loops
     driven: tuple[str, ...]  # joints with a prescribed motion
     powered: tuple[str, ...]  # joints with an applied torque
@@ -180,13 +181,14 @@ class Tree:
         carried = {edge.joint: (self.index[link], edge.reversed) for link, edge in self.edges.items()}
         records = []
         for joint in self.mechanism.joints:
-            name, backwards = joint.name, False
+            name = joint.name
+            body, backwards = carried.get(name, (-1, False))
             if name in contacts:
                 source, at = types.OF_JOURNAL if joint.slot is None else types.OF_CORNERS, contacts[name]
             elif name in first:
                 source, at = types.OF_ROWS, first[name]
             else:
-                source, (at, backwards) = types.OF_TREE, carried[name]
+                source, at = types.OF_TREE, body
             child, parent = self.marker(joint.child, joint.on_child), self._body_at(joint.parent, joint.on_parent)
             records.append((source, TYPES[joint.type], at, backwards, parent, child, *joint.direction.tolist()))
         return np.array(records, types.JOINT)

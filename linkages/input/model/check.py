@@ -109,8 +109,6 @@ class _Check:
     def drive(self, name: str, drive: Drive) -> None:
         if self.mechanism.joint[name].type == "fixed":
             self.refuse("", "a fixed joint cannot be driven")
-        if name in self.experiment.play:
-            self.refuse("", "a joint with clearance cannot be driven; make it ideal")
         if (drive.force, drive.forces) != (None, None) and self.mechanism.joint[name].type == "revolute":
             self.refuse("force", "belongs to a prismatic joint; this one is revolute: give a torque")
         if drive.columns.get("force") and self.mechanism.joint[name].type == "revolute":

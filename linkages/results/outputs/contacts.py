@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -219,9 +220,22 @@ def _at_guide(system: System, name: str) -> Element:
     return Element(k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k]))
 
 
+def _by_drive(owner: Owner) -> tuple[Owner, Owner]:
+    """Split an owner: in joints with a drive ``power`` is the drive's, and ``contact_power`` the force pairs'."""
+    power = owner.quantities["power"]._replace(meaning="power that the force pairs deliver in a joint with a drive")
+    others = {name: one for name, one in owner.quantities.items() if name != "power"}
+
+    def names(driven: bool) -> Callable[[System], Iterable[str]]:
+        return lambda system: [name for name in owner.names(system) if (name in system.experiment.drives) is driven]
+
+    return replace(owner, names=names(False)), replace(
+        owner, names=names(True), quantities=others | {"contact_power": power}
+    )
+
+
 #: Clearance joints, guides, gears with backlash.
 PLAY = (
-    _play("film, dry, mixed", lambda model: True, _OF_JOURNAL),
+    *_by_drive(_play("film, dry, mixed", lambda model: True, _OF_JOURNAL)),
     _play(
         "film, mixed", lambda model: model.has_film,
         {"film_thickness": quantity("smallest thickness of the film [m]", _thickness)},
@@ -236,7 +250,7 @@ PLAY = (
         "film with history", lambda model: model.has_history,
         {"film_content": quantity("share of the gap that is filled with oil [1]", _entry, contacts.CONTENT)},
     ),
-    Owner("GUIDE", _guides, _at_guide, _OF_GUIDE, real=True),
+    *_by_drive(Owner("GUIDE", _guides, _at_guide, _OF_GUIDE, real=True)),
     Owner("GEAR (backlash)", lambda system: system.experiment.slack, _at_slack, _OF_SLACK, real=True),
 )  # fmt: skip
 #: Stops, flanks of gears, points at lines.
