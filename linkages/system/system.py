@@ -170,8 +170,8 @@ class System(Unassembled):
 
     @property
     def determinate(self) -> bool:
-        """Check whether the prescribed drives alone determine the ideal motion."""
-        return self.assembly.mobility == len(self.tree.driven)
+        """Check whether the prescribed drives alone determine the ideal motion, and no states its forces."""
+        return self.assembly.mobility == len(self.tree.driven) and not self.experiment.own_states
 
     # -- arrays of the kernels ---------------------------------------------------------------------------------
 

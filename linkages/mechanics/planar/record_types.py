@@ -77,8 +77,8 @@ ENDS = record_type(
     half="f8",  # corner: half the height of the block [m]; stop: nx times the angle of the stop, less the clearance
 )
 
-#: Kinds of applied load.
-FORCE, PUSH, SPRING, COORDINATE_SPRING = 0, 1, 2, 3
+#: Kinds of applied load. A quantity is a function of time, signals and states, without a force.
+FORCE, PUSH, SPRING, COORDINATE_SPRING, QUANTITY = 0, 1, 2, 3, 4
 
 #: A position or speed that a load depends on: ``scale`` times a term's value less ``offset``, or times its rate.
 SIGNAL = record_type(
@@ -86,6 +86,13 @@ SIGNAL = record_type(
     scale="f8",
     offset="f8",
     rate="i8",  # 1 for the rate
+)
+
+#: A state of an equation of the experiment's own: the function that gives its rate or, with a sampling period, its next
+#: value.
+STATE = record_type(
+    function="i8",
+    period="f8",  # [s]; 0: continuous
 )
 
 #: A flexible link, or a substructure of one, for its internal forces and deflection.

@@ -26,6 +26,7 @@ from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, 
 from linkages.engines.compiled.derivatives.variation import vary
 from linkages.engines.compiled.run.job import make_given
 from linkages.engines.compiled.run.kinks import kinks
+from linkages.mechanics.planar.arrays import size_of
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
 from linkages.input.model.capabilities import Analysis
@@ -95,7 +96,7 @@ class Differentiation:
 
     def _changes(self, nt: int) -> Changes:
         model, count = self.runner.model, len(self._nearby)
-        shape = count, nt, len(model.free) + len(model.driven)
+        shape = count, nt, size_of(model)
         coordinates, rates, accelerations = (np.full(shape, np.nan) for _ in range(3))
         return Changes(coordinates, rates, accelerations, np.full((count, nt, len(model.ends), WIDTH), np.nan))
 

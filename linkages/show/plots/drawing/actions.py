@@ -245,7 +245,8 @@ def strongest(system: System) -> Mapping[str, Array]:
     pose, vel = state_tables(ideal.tree.bodies, q, v)
     values = np.empty((len(q), len(ideal.experiment.loads), len(LOAD_OUTPUTS)))
     for k, time in enumerate(times):
-        load_outputs(ideal.loads, np.zeros(len(ideal.loads[0])), time, pose[k], vel[k], values[k])
+        rates = np.concatenate([v[k], ideal.start_states])
+        load_outputs(ideal.loads, np.zeros(len(ideal.loads[0])), time, rates, pose[k], vel[k], values[k])
     found = {}
     for k, (table, name) in enumerate(ideal.experiment.loads):
         parts = values[:, k, : {"forces": 2, "torques": 1}.get(table, 0)]
