@@ -102,7 +102,8 @@ def common_period(system: System) -> float | None:
     """
     experiment = system.experiment
     changing = [load for table, name in experiment.loads if (load := getattr(experiment, table)[name])]
-    if any(getattr(load, "over_time", False) for load in changing):
+    own = [name for one in experiment.quantities.values() for name in inputs_of(one.definition, experiment.quantities)]
+    if TIME in own or any(getattr(load, "over_time", False) for load in changing):
         return None
     frequencies = []
     for name, drive in experiment.drives.items():
