@@ -15,14 +15,14 @@ import numpy as np
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
 from linkages.input.files.formula import Formula
-from linkages.input.model.experiment import Experiment
+from linkages.input.model.experiment import DEFINING, Experiment
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
 from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
 from linkages.input.model.load_tables import LoadFunction
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import make_motion, make_pose
 from linkages.mechanics.planar.kinematics import body_states
-from linkages.mechanics.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
+from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, load_outputs, state_rates
 from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
 from linkages.system.tree import Tree
 
@@ -185,6 +185,14 @@ def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motio
                 raise InputError(experiment.source, f"springs.{name}", f"{problem} {remedy}")
             if not np.isfinite(values).all():
                 raise InputError(experiment.source, f"{table}.{name}.formula", "is not a number at t = 0")
+        found = zip(experiment.quantities, outputs[len(experiment.loads) :, VALUE], strict=True)
+        changes = np.zeros(len(rates))
+        if experiment.own_states:
+            state_rates(loads, 0.0, rates, pose, vel, changes)
+        for name, value in (*found, *zip(experiment.own_states, changes[len(v) :], strict=True)):
+            if not np.isfinite(value):
+                table = next(table for table in DEFINING if name.partition(".")[0] in getattr(experiment, table))
+                raise InputError(experiment.source, f"{table}.{name}", "its value or its rate is not a number at t = 0")
     if not any(isinstance(piece, Program) for piece in motions.pieces):
         return
     times = np.linspace(0.0, experiment.duration, _LOOKS)

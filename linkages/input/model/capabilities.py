@@ -38,7 +38,7 @@ def _sampled(table: str, experiment: Experiment) -> list[str]:
     return [name for name, one in getattr(experiment, table).items() if one.sample_time is not None]
 
 
-_SAMPLED = "{} needs equations without sampling instants; make it continuous"
+_SAMPLED = "makes sampling instants, which {} cannot follow; make it continuous"
 _SMOOTH = Analysis.DERIVATIVES, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
 

@@ -21,11 +21,11 @@ TIME = "t"
 OF_POINTS = {"x": "m", "y": "m", "angle": "rad", "vx": "m/s", "vy": "m/s", "omega": "rad/s"}
 OF_JOINTS = {"coordinate": "rad", "rate": "rad/s"}
 
-#: Quantities of motors and controllers.
-OF_OWN = (
-    "current", "voltage", "torque", "speed", "slip", "electrical_power", "losses", "energy", "temperature",
-    "error", "output", "integral",
-)  # fmt: skip
+#: Quantities of motors and controllers, and of states as outputs, with their units.
+OF_OWN = {
+    "current": "A", "voltage": "V", "torque": "N m", "speed": "rad/s", "slip": "1", "electrical_power": "W",
+    "losses": "W", "energy": "J", "temperature": "degC", "error": "SI", "output": "SI", "integral": "SI", "value": "SI",
+}  # fmt: skip
 
 
 class Definition(NamedTuple):
