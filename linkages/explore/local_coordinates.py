@@ -1,8 +1,8 @@
-"""Minimal coordinates of a linkage near a state: independent free coordinates, their rates, bristles, own states.
+"""Minimal coordinates of a linkage near a state: independent free coordinates, their rates, bristles, additional states.
 
-With closed loops of ideal joints, the state y = [q, v, z, s] moves on the closed loops: changes keep the closure rows and
-their rates zero. Some coordinates are independent, the others follow; a change x of the independent ones, of their
-rates, of the bristles and of own states changes the state by ``tangent @ x`` to first order.
+With closed loops of ideal joints, the state y = [q, v, z, s] moves on the closed loops: changes keep the closure rows
+and their rates zero. Some coordinates are independent, the others follow; a change x of the independent ones, of their
+rates, of the bristles and of additional states changes the state by ``tangent @ x`` to first order.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _PREFERRED = 1e-3  # weight in the choice of dependent coordinates of those with
 class LocalCoordinates:
     """Minimal coordinates near a state; made by `local_coordinates`."""
 
-    # nx names: ``q.NAME`` of coordinates, ``v.NAME`` of their rates, ``z.CONTACT`` of bristles, ``s.NAME`` of own states
+    # nx names: ``q.NAME`` of coordinates, ``v.NAME`` of their rates, ``z.CONTACT`` of bristles, ``s.NAME`` of states
     names: tuple[str, ...]
     entries: Indices  # (nx,) their entries in the state y
     tangent: Array  # (ny, nx) change of the state with them

@@ -185,14 +185,10 @@ def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motio
                 raise InputError(experiment.source, f"springs.{name}", f"{problem} {remedy}")
             if not np.isfinite(values).all():
                 raise InputError(experiment.source, f"{table}.{name}.formula", "is not a number at t = 0")
-        found = zip(experiment.quantities, outputs[len(experiment.loads) :, VALUE], strict=True)
-        changes = np.zeros(len(rates))
-        if experiment.own_states:
+        if experiment.quantities:
+            changes = np.zeros(len(rates))
             state_rates(loads, 0.0, rates, pose, vel, changes)
-        for name, value in (*found, *zip(experiment.own_states, changes[len(v) :], strict=True)):
-            if not np.isfinite(value):
-                table = next(table for table in DEFINING if name.partition(".")[0] in getattr(experiment, table))
-                raise InputError(experiment.source, f"{table}.{name}", "its value or its rate is not a number at t = 0")
+            _check_quantities(experiment, outputs[len(experiment.loads) :, VALUE], changes[len(v) :])
     if not any(isinstance(piece, Program) for piece in motions.pieces):
         return
     times = np.linspace(0.0, experiment.duration, _LOOKS)
@@ -202,6 +198,15 @@ def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motio
                 when = f"at t = {times[~np.isfinite(values)][0]:.3g} s"
                 problem = f"it, its rate or its second derivative is not a number {when}; it must be smooth"
                 raise InputError(experiment.source, f"drives.{name}.formula", problem)
+
+
+def _check_quantities(experiment: Experiment, values: Array, rates: Array) -> None:
+    """Reject quantities, and states whose rates, are not finite at t = 0."""
+    pairs = *zip(experiment.quantities, values, strict=True), *zip(experiment.own_states, rates, strict=True)
+    for name, value in pairs:
+        if not np.isfinite(value):
+            table = next(table for table in DEFINING if name.partition(".")[0] in getattr(experiment, table))
+            raise InputError(experiment.source, f"{table}.{name}", "its value or its rate is not a number at t = 0")
 
 
 # -- unilateral contacts -----------------------------------------------------------------------------------------------

@@ -169,7 +169,7 @@ class Unassembled(Brief):
 
     @property
     def start_states(self) -> Array:
-        """Return the states of equations of the experiment's own at t = 0, (nz,)."""
+        """Return the additional states at t = 0, (nz,)."""
         return np.array([one.start for one in self.experiment.own_states.values()], float)
 
     @property

@@ -1,4 +1,4 @@
-"""States of own equations, motors and controllers against closed forms and integrations in plain numpy and scipy."""
+"""Additional states, motors and controllers against closed forms and integrations in plain numpy and scipy."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,8 @@ def test_a_motor_with_inductance_turns_a_flywheel_as_its_closed_form(run):
     for name, values in zip(NAMES, exact.T, strict=True):
         np.testing.assert_allclose(columns[name], values, atol=1e-9 * np.abs(exact).max())
     np.testing.assert_allclose(columns["M.torque"], K * exact[:, 0] - B * exact[:, 1], atol=1e-9)
-    assert found.units["z.value"] == "V" and found.units["M.current"] == "A"
+    assert found.units["z.value"] == "V"
+    assert found.units["M.current"] == "A"
     inside = found["M.energy"][-1] - 0.5 * L * found["M.current"][-1] ** 2 - found["kinetic_energy"][-1]
     fine = np.linspace(0.0, 0.5, 4001)
     assert simpson(found.evaluate(fine)["M.losses"], x=fine) == pytest.approx(inside, rel=1e-8)
@@ -146,7 +147,8 @@ def test_a_motor_turns_a_slider_crank_as_an_independent_integration(run, kind):
     np.testing.assert_allclose(columns["O.rate"], exact[1], atol=1e-6)
     late = times > 0.4
     fluctuation = [np.ptp(speed[late]) / speed[late].mean() for speed in (columns["O.rate"], exact[1])]
-    assert fluctuation[0] == pytest.approx(fluctuation[1], abs=1e-6) and fluctuation[1] > 0.05
+    assert fluctuation[0] == pytest.approx(fluctuation[1], abs=1e-6)
+    assert fluctuation[1] > 0.05
     losses = columns["M.electrical_power"] - columns["M.torque"] * columns["O.rate"]
     np.testing.assert_allclose(columns["M.losses"], losses, atol=1e-9 * np.abs(losses).max() + 1e-9)
 
@@ -228,7 +230,10 @@ WRONG = {
     "unknown name": ("[states.z]\nrate = 'y'\n", '"y" has "y"; it may have t, the time, POINT.x, JOINT.rate'),
     "name of a function": ("[states.sin]\nrate = '1'\n", "states.sin: cannot be a name in formulas"),
     "name of a link": ("[states.wheel]\nrate = '1'\n", "states.wheel: is also the name of a link"),
-    "no number": ("[states.z]\nrate = 'log(z)'\nstart = -1\n", "states.z: its value or its rate is not a number at t = 0"),
+    "no number": (
+        "[states.z]\nrate = 'log(z)'\nstart = -1\n",
+        "states.z: its value or its rate is not a number at t = 0",
+    ),
     "itself": (CONTROL.replace('"O.rate"', '"C.output"'), "which needs itself; use a state between"),
     "kind": ("[motors.M]\njoint = 'O'\nkind = 'curve'\n", "speeds is missing"),
     "other kind": (MOTOR + "speeds = [0.0, 1.0]\n", 'speeds belongs to kind "curve"'),
@@ -243,7 +248,8 @@ def test_wrong_tables_are_refused_in_one_line(experiment_file, case):
     text, problem = WRONG[case]
     with pytest.raises(InputError) as found:
         load(experiment_file(FLYWHEEL, FREE + text)).assembly  # noqa: B018
-    assert problem in str(found.value) and "\n" not in str(found.value)
+    assert problem in str(found.value)
+    assert "\n" not in str(found.value)
 
 
 def test_sampled_states_have_no_derivatives(system_of):

@@ -115,7 +115,7 @@ class Drives(LeafSystem):
         return drive
 
     def _whole_state(self, context: Context) -> Array:
-        """Return the plant's state, and the states of own equations."""
+        """Return the plant's state, and the additional states."""
         return self._state.Eval(context)
 
     def _give_speed(self, place: int, context: Context, output: BasicVector) -> None:
@@ -129,7 +129,7 @@ class Drives(LeafSystem):
 
 
 class StatefulDrives(Drives):
-    """Drives of an experiment with states of its own: a separate class, as in `linkages.engines.drake.clearance`."""
+    """Drives of an experiment with additional states: a separate class, as in `linkages.engines.drake.clearance`."""
 
     def begin(self, context: Context) -> None:
         """Set the states at t = 0, before the first samples."""

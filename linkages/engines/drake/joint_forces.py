@@ -94,7 +94,7 @@ def _add_friction(
 
 @kernel
 def _take_states(place: Placed, work: Workspace, state: Array) -> None:
-    """Set the states of own equations, which follow the plant's state."""
+    """Set the additional states, which follow the plant's state."""
     nz = len(place.model.states)
     for k in range(nz):
         work.v[len(work.v) - nz + k] = state[len(state) - nz + k]
@@ -102,7 +102,7 @@ def _take_states(place: Placed, work: Workspace, state: Array) -> None:
 
 @lazy_kernel
 def own_rates(place: Placed, work: Workspace, t: float, state: Array, due: Array, rates: Array) -> None:
-    """Fill the rates of the states of own equations (nz,), or where ``due`` (nz,) has passed their next values.
+    """Fill the rates of the additional states (nz,), or where ``due`` (nz,) has passed their next values.
 
     The state (nx + nz,) is that of `drive_forces`.
     """
@@ -131,10 +131,10 @@ def drive_forces(
 ) -> None:
     """Compute the forces of loads, drives and loops at a state (nx + nz,) and a time t [s]; uses `work` up.
 
-    The state is the plant's, then the states of own equations. ``applied`` (nv,), with any entries after them, has all other generalised forces; frictions that depend on joint
-    forces need the result of `joint_forces` there. ``added`` is added to the powered drives' torques. ``total`` (nv,)
-    is filled with these and the computed ones, ``drive`` (nd,) with the torque or force of each drive, prescribed ones
-    first.
+    The state is the plant's, then the additional states. ``applied`` (nv,), with any entries after them, has all
+    other generalised forces; frictions that depend on joint forces need the result of `joint_forces` there. ``added``
+    is added to the powered drives' torques. ``total`` (nv,) is filled with these and the computed ones, ``drive`` (nd,)
+    with the torque or force of each drive, prescribed ones first.
     """
     model, bodies, stabilisation = place.model, place.model.bodies, place.stabilisation
     nd, powered, n = len(model.driven), len(model.powered), len(place.into)

@@ -32,7 +32,6 @@ class Unsupported(NamedTuple):
     problems: Mapping[Analysis, str]  # what is wrong, and the remedy
 
 
-
 def _sampled(table: str, experiment: Experiment) -> list[str]:
     """List the states or controllers with a sampling time."""
     return [name for name, one in getattr(experiment, table).items() if one.sample_time is not None]

@@ -112,7 +112,9 @@ def _check_quantities(mechanism: Mechanism, experiment: Experiment) -> None:
         try:
             inputs = [*inputs_of(quantity.definition, experiment.quantities, (name,))]
         except KeyError as cycle:
-            part.refuse("", f'its formulas need the value of "{cycle.args[0]}", which needs itself; use a state between')
+            part.refuse(
+                "", f'its formulas need the value of "{cycle.args[0]}", which needs itself; use a state between'
+            )
         for one in inputs:
             part.signal("", one, quantity.definition.formula.text)
 

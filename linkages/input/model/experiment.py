@@ -111,7 +111,7 @@ class Experiment(Brief, Table):
     springs: dict[str, tables.Spring] = Field({}, description="springs and dampers between two points, by name")
     torsion_springs: dict[str, tables.TorsionSpring] = Field({}, description="torsion springs and dampers by name")
     frictions: dict[str, tables.JointFriction] = Field({}, description="friction in ideal joints, by name")
-    states: dict[str, State] = Field({}, description="states of equations of your own, by name, for formulas")
+    states: dict[str, State] = Field({}, description="additional states by name, for formulas")
     motors: dict[str, Motor] = Field({}, description="motors that turn revolute joints, by name")
     controllers: dict[str, Controller] = Field({}, description="controllers by name; their outputs are for formulas")
     gears: dict[str, tables.Gear] = Field({}, description="gears and belts between joints, by name")
@@ -138,7 +138,9 @@ class Experiment(Brief, Table):
         for name, joint in self.joints.items():
             clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
             rows[f"model of {name}"] = f"{joint.model}{clearance}"
-        tables = {"links": self.links} | {name: getattr(self, name) for name in (*LOADS, "states", "controllers", "gears", "stops", "contacts")}
+        tables = {"links": self.links} | {
+            name: getattr(self, name) for name in (*LOADS, "states", "controllers", "gears", "stops", "contacts")
+        }
         rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
         rows["outputs"] = ", ".join(self.outputs) or "none"
         return f"{self.title or self.source.stem}; {self.source.name}, {self.duration:g} s", rows
@@ -224,7 +226,7 @@ class Experiment(Brief, Table):
 
     @property
     def own_states(self) -> dict[str, Quantity]:
-        """Return the states of equations of the experiment's own, in the order of the state vector."""
+        """Return the additional states, in the order of the state vector."""
         return {name: one for name, one in self.quantities.items() if one.is_state}
 
     @property

@@ -1,4 +1,4 @@
-"""States of equations of the experiment's own, motors and controllers: tables, and the quantities that they define.
+"""additional states, motors and controllers: tables, and the quantities that they define.
 
 Motors and controllers are no further mechanisms: they are formulas and states. A quantity is a state, continuous with a
 formula of its rate or sampled with one of its next value, or a formula alone. Its name stands in other formulas.
@@ -15,11 +15,12 @@ from linkages.input.files.formula import parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_increasing
 from linkages.input.model.functions import Definition, Quantity, formula
 
-class State(Table):
-    """A state z of an equation of your own: dz/dt = rate, or at each sampling instant z = next.
 
-    Formulas have the time t, positions and speeds, and the names of states. Sampled states keep their values between the
-    instants 0, T, 2 T, ...; all that are due change at once, from the values before.
+class State(Table):
+    """An additional state z: dz/dt = rate, or at each sampling instant z = next.
+
+    Formulas have the time t, positions and speeds, and the names of states. Sampled states keep their values between
+    the instants 0, T, 2 T, ...; all that are due change at once, from the values before.
     """
 
     rate: str | None = Field(None, description="its rate: a formula of t, positions, speeds and states, in SI units")
@@ -90,7 +91,7 @@ class Motor(Table):
         for kind, keys in _NEEDS.items():
             for key in keys:
                 if kind == self.kind and getattr(self, key) is None:
-                    raise ValueError(f"{key} is missing: kind \"{kind}\" needs {', '.join(own)}")
+                    raise ValueError(f'{key} is missing: kind "{kind}" needs {", ".join(own)}')
                 if kind != self.kind and getattr(self, key) is not None:
                     raise ValueError(f'{key} belongs to kind "{kind}"; remove it')
         if (self.voltage is None) == (self.formula is None) and self.kind == "dc":
@@ -237,7 +238,7 @@ class Controller(Table):
 
 
 class _Own:
-    """Collects the quantities of an element: formulas of its numbers, of its signals, and of quantities ``own_NAME``."""
+    """Collects the quantities of an element: formulas of its numbers, its signals, and its quantities ``own_NAME``."""
 
     def __init__(self, name: str, names: Mapping[str, float | str]) -> None:
         self.name, self.names = name, names

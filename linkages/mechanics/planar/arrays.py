@@ -36,7 +36,7 @@ class Arrays(NamedTuple):
     torque_n: Indices
     loads: Records  # applied loads; see `linkages.mechanics.planar.loads`
     signals: Records  # positions and speeds on which the loads depend
-    states: Records  # of equations of the experiment's own
+    states: Records  # additional states
     load_t: Array
     load_c: Array
     load_n: Indices

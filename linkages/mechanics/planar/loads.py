@@ -59,9 +59,7 @@ def load_wrenches(loads: Loads, t: float, v: Array, pose: Array, vel: Array, wre
 
 
 @lazy_kernel
-def load_outputs(
-    loads: Loads, efforts: Array, t: float, v: Array, pose: Array, vel: Array, outputs: Array
-) -> None:
+def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, vel: Array, outputs: Array) -> None:
     """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load.
 
     ``efforts`` (nl,): see `linkages.mechanics.planar.joint_friction.FrictionWork`; read for its frictions alone.

@@ -88,7 +88,7 @@ SIGNAL = record_type(
     rate="i8",  # 1 for the rate
 )
 
-#: A state of an equation of the experiment's own: the function that gives its rate or, with a sampling period, its next
+#: An additional state: the function that gives its rate or, with a sampling period, its next
 #: value.
 STATE = record_type(
     function="i8",

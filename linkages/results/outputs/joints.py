@@ -27,6 +27,7 @@ def _drive(output: np.record, seen: Snapshot) -> float:
 
 @formula("loads")
 def load_value(output: np.record, seen: Snapshot) -> float:
+    """Read a value of an applied load."""
     return seen.loads[output.at, output.column]
 
 

@@ -1,4 +1,4 @@
-"""Outputs of states of the experiment's own, of motors and of controllers: the values of their quantities."""
+"""Outputs of additional states, of motors and of controllers: the values of their quantities."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ def _having(table: str, key: str) -> Callable[[System], Iterable[str]]:
 def _owners(label: str, table: str, **texts: str) -> list[Owner]:
     """Make the owners of some quantities, one for each."""
     return [
-        Owner(label, _having(table, key), _at(key), quantities(load_value, **{key: text})) for key, text in texts.items()
+        Owner(label, _having(table, key), _at(key), quantities(load_value, **{key: text}))
+        for key, text in texts.items()
     ]
 
 
@@ -46,7 +47,7 @@ OWN = (
         voltage="voltage at the winding [V]",
         slip="slip: difference of synchronous speed and speed over the first [1]",
         speed="speed of the shaft [rad/s]",
-        electrical_power="electrical power; of an induction motor through the air gap, of a curve that of its torque [W]",
+        electrical_power="electrical power; of an induction motor in its air gap, of a curve that of its torque [W]",
         losses="losses of the winding, of friction and of the gearbox [W]",
         energy="electrical energy since t = 0 [J]",
         temperature="temperature of the winding [degC]",

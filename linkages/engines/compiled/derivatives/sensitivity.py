@@ -26,11 +26,11 @@ from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, 
 from linkages.engines.compiled.derivatives.variation import vary
 from linkages.engines.compiled.run.job import make_given
 from linkages.engines.compiled.run.kinks import kinks
-from linkages.mechanics.planar.arrays import size_of
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
 from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.integrate.stepper import make_stepper
+from linkages.mechanics.planar.arrays import size_of
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
 from linkages.results.outputs.columns import Columns

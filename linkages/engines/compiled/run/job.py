@@ -115,9 +115,7 @@ def make_job(given: Given, memory: Array | None = None, modes: Indices | None = 
         **{name: getattr(given, name) for name in Job._fields if name in Given._fields},
         equations=Equations(model, work, given.implicit),
         stepper=make_stepper(ny, len(model.free)),
-        ideal=make_workspace(
-            len(model.bodies.records), size_of(model), 0, model.bodies.shapes.shape[2]
-        ),
+        ideal=make_workspace(len(model.bodies.records), size_of(model), 0, model.bodies.shapes.shape[2]),
         landing=np.zeros(nc),
         y=np.zeros(ny),
         row=np.zeros(len(given.outputs)),

@@ -114,4 +114,11 @@ def linearised(runner: Runner, t: float) -> Linear:
     ways = np.linalg.svd(rows)[2][model.elimination.rank :].T if len(rows) else np.eye(n)
     pushed = ways.T @ own
     still: Array = np.linalg.solve(pushed @ ways, pushed @ rates[n : 2 * n]).astype(np.float64)
-    return Linear(pushed @ ways, -pushed @ changes[n : 2 * n, n : 2 * n] @ ways, -pushed @ changes[n : 2 * n, :n] @ ways, ways, own, still)
+    return Linear(
+        pushed @ ways,
+        -pushed @ changes[n : 2 * n, n : 2 * n] @ ways,
+        -pushed @ changes[n : 2 * n, :n] @ ways,
+        ways,
+        own,
+        still,
+    )

@@ -107,7 +107,7 @@ class Runner:
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
         """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run.
 
-        States of own equations follow the rates, their rates the accelerations, and zeros the coordinates.
+        Additional states follow the rates, their rates the accelerations, and zeros the coordinates.
         """
         nt, nc, n = len(times), len(self.model.ends), size_of(self.model)
         out = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH))
