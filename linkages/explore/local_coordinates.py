@@ -1,4 +1,4 @@
-"""Minimal coordinates of a linkage near a state: independent free coordinates, their rates, bristles, additional states.
+"""Minimal coordinates of a linkage near a state: independent free coordinates, rates, bristles, additional states.
 
 With closed loops of ideal joints, the state y = [q, v, z, s] moves on the closed loops: changes keep the closure rows
 and their rates zero. Some coordinates are independent, the others follow; a change x of the independent ones, of their

@@ -1,7 +1,7 @@
 """additional states, motors and controllers: tables, and the quantities that they define.
 
 Motors and controllers are no further mechanisms: they are formulas and states. A quantity is a state, continuous with a
-formula of its rate or sampled with one of its next value, or a formula alone. Its name stands in other formulas.
+formula of its rate or sampled with one of its next value, or a formula alone. Other formulas have its name.
 """
 
 from __future__ import annotations

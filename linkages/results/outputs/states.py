@@ -47,7 +47,7 @@ OWN = (
         voltage="voltage at the winding [V]",
         slip="slip: difference of synchronous speed and speed over the first [1]",
         speed="speed of the shaft [rad/s]",
-        electrical_power="electrical power; of an induction motor in its air gap, of a curve that of its torque [W]",
+        electrical_power="electrical power; induction: in the air gap; curve: torque times speed [W]",
         losses="losses of the winding, of friction and of the gearbox [W]",
         energy="electrical energy since t = 0 [J]",
         temperature="temperature of the winding [degC]",

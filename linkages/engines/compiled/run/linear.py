@@ -105,8 +105,8 @@ def closure_at(runner: Runner, t: float, y: Array) -> Closure:
 def linearised(runner: Runner, t: float) -> Linear:
     """Linearise the equations of motion about the start of a runner's system, which stands still.
 
-    Its loads are those at t [s]. It has no contacts, and is stiff, so that it has a Jacobian. States of
-    own equations keep their values.
+    Its loads are those at t [s]. It has no contacts, and is stiff, so that it has a Jacobian. The
+    additional states keep their values.
     """
     model, n = runner.model, len(runner.model.free)
     rates, changes, masses, (rows, _, _) = slopes(runner, t, runner.start)
