@@ -122,7 +122,7 @@ def state_rates(loads: Loads, t: float, v: Array, pose: Array, vel: Array, a: Ar
 
 @lazy_kernel
 def sample_states(loads: Loads, due: Array, t: float, v: Array, pose: Array, vel: Array) -> None:
-    """Give the sampled states that are due at time t (``due`` (nz,) [s]) their next values, all from the values before."""
+    """Give sampled states whose times ``due`` (nz,) [s] have come their next values, all from the values before."""
     states, before = loads[2], len(v) - len(loads[2])
     inputs = load_inputs(loads[1], states, t, v, pose, vel)
     for k in range(len(states)):
