@@ -113,7 +113,7 @@ def inputs(system: System) -> dict[str, tuple[str, str, int]]:
         f"{name}.torque": ("N m" if joints[name].type == "revolute" else "N", "efforts", k)
         for k, name in enumerate(system.tree.powered)
     }
-    for (table, name), record in zip(system.experiment.loads, system.loads[0], strict=True):
+    for (table, name), record in zip(system.experiment.loads, system.loads[0], strict=False):  # then quantities
         if table == "forces":
             for k, axis in enumerate("xy"):
                 found[f"{name}.f{axis}"] = ("N", "applied", int(record["motion"]) + k)
