@@ -14,6 +14,7 @@ from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions, raised
 from linkages.system.assembly import Assembly
 from linkages.system.deflection import deflected
+from linkages.system.feedforward import with_feedforward
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.load_records import pack_loads
 from linkages.system.system import System
@@ -99,7 +100,7 @@ class Disturbed(System):
     @cached_property
     def loads(self) -> Loads:
         """Return the applied loads as records of the kernels."""
-        return pack_loads(self.tree, self.experiment, self.applied)
+        return pack_loads(self.tree, self.experiment, with_feedforward(self), self.applied)
 
 
 def inputs(system: System) -> dict[str, tuple[str, str, int]]:

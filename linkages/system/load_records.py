@@ -32,13 +32,15 @@ _LOOKS = 501  # number of times at which a drive's formula is checked
 _COINCIDENT = 1e-9  # relative to the linkage's size: closer points define no direction
 
 
-def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | None = None) -> Loads:
+def pack_loads(
+    tree: Tree, experiment: Experiment, quantities: Mapping[str, Quantity], added: Mapping[int, float] | None = None
+) -> Loads:
     """Pack the loads for `linkages.mechanics.planar.loads`: records, signals, and the functions of forces and torques.
 
-    `added` has constants to add to functions, by the functions' index (`LOAD` has it as ``motion``).
+    The quantities are the experiment's, with tables for computed ones. `added` has constants to add to functions, by the
+    functions' index (`LOAD` has it as ``motion``).
     """
     mechanism = tree.mechanism
-    quantities = experiment.quantities
     records: Records = np.zeros(len(experiment.loads) + len(quantities), types.LOAD)
     records["joint"] = -1
     following = iter(records)

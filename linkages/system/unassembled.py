@@ -81,7 +81,7 @@ class Unassembled(Brief):
         """Build the spanning tree: clearance joints are cut, driven joints stay."""
         drives = self.experiment.drives
         tree = spanning_tree(
-            self.mechanism.with_inertial(self._rotors),
+            self.mechanism.with_inertial(self.rotors),
             self.experiment.play,
             tuple(name for name, drive in drives.items() if drive.prescribed),
             tuple(name for name, drive in drives.items() if not drive.prescribed),
@@ -90,7 +90,7 @@ class Unassembled(Brief):
         return replace(tree, gears=tuple(self.experiment.gears.values()))
 
     @property
-    def _rotors(self) -> dict[str, float]:
+    def rotors(self) -> dict[str, float]:
         """Return the inertias of links with those of the motors that turn them, by path."""
         found: dict[str, float] = {}
         for motor in self.experiment.motors.values():
@@ -165,7 +165,7 @@ class Unassembled(Brief):
     @cached_property
     def loads(self) -> Loads:
         """Return the applied loads as records of the kernels."""
-        return pack_loads(self.tree, self.experiment)
+        return pack_loads(self.tree, self.experiment, self.experiment.quantities)
 
     @property
     def start_states(self) -> Array:

@@ -7,7 +7,7 @@ from machines import joint, model, slider_crank, solid
 from scipy.integrate import simpson, solve_ivp
 from scipy.linalg import expm
 
-from linkages import InputError, load, simulate, simulate_batch
+from linkages import InputError, linearise, load, simulate, simulate_batch
 
 FLYWHEEL = model("flywheel", solid("wheel", 1.0, 0.02) + joint("O", "world", "wheel"))
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\n"
@@ -168,6 +168,18 @@ limits = [-0.4, 0.4]
 """
 
 
+FOLLOWING = """[torques.T]
+joint = "O"
+formula = "C.output"
+[controllers.C]
+kind = "pid"
+signal = "O.coordinate"
+reference = "0.5*(1 - cos(6*t))"
+feedforward = "ideal-torque"
+joint = "O"
+"""
+
+
 def test_a_sampled_controller_with_saturation_is_its_exact_discretisation(run):
     """The torque of a flywheel is constant between two samples, so that its speed is known there."""
     T, speed, integral, slope, before, speeds, outputs = 0.01, 0.0, 0.0, 0.0, 0.0, [], []
@@ -200,6 +212,32 @@ def test_a_continuous_controller_is_an_independent_integration(run):
     columns = found.evaluate(times)
     np.testing.assert_allclose(columns["O.rate"], exact[0], atol=1e-7)
     np.testing.assert_allclose(columns["C.integral"], exact[1], atol=1e-7)
+
+
+def test_the_ideal_torque_moves_the_machine_along_the_reference(run):
+    """Of a pendulum: (m l^2 + J) q'' + m g l cos q; no gain is needed."""
+    pendulum = model("arm", solid("arm", 1.0, 0.02, centre="0.2 0 0 0 0 0") + joint("O", "world", "arm"))
+    text = "duration = 1.0\ngravity = [0.0, -9.81, 0.0]\n[drives.O]\ntorque = 0.0\n" + FOLLOWING
+    found, times = run(pendulum, text + EXACT), np.linspace(0.0, 1.0, 101)
+    angle, acceleration = 0.5 * (1.0 - np.cos(6.0 * times)), 18.0 * np.cos(6.0 * times)
+    columns = found.evaluate(times)
+    np.testing.assert_allclose(columns["C.output"], 0.06 * acceleration + 9.81 * 0.2 * np.cos(angle), atol=1e-6)
+    np.testing.assert_allclose(columns["q.O"], angle, atol=1e-6)
+
+
+def test_a_slider_crank_follows_by_its_ideal_torque(run):
+    text = "duration = 0.3\n[drives.O]\ntorque = 0.0\n" + FOLLOWING.replace("0.5*(1 - cos(6*t))", "40*t**2")
+    found = run(slider_crank(), text + "proportional = 5.0\n" + EXACT)
+    assert np.abs(found["C.error"]).max() < 1e-6
+    work = simpson(found.evaluate(np.linspace(0.0, 0.3, 4001))["T.power"], x=np.linspace(0.0, 0.3, 4001))
+    assert work == pytest.approx(found["kinetic_energy"][-1], rel=1e-6)
+
+
+def test_the_linear_model_has_the_poles_of_the_motor(system_of):
+    found = linearise(system_of(FLYWHEEL, LAGGING + EXACT))
+    assert found.states == ("q.O", "v.O", "s.z", "s.M.current", "s.M.energy")
+    exact = [*np.linalg.eigvals([[-R / L, -K / L], [K / J, -B / J]]), -2.0, 0.0, 0.0]
+    np.testing.assert_allclose(np.sort(np.linalg.eigvals(found.A).real), np.sort(exact), atol=1e-9)
 
 
 def test_sampled_states_change_together_and_rest_between(run):
@@ -239,6 +277,7 @@ WRONG = {
     "other kind": (MOTOR + "speeds = [0.0, 1.0]\n", 'speeds belongs to kind "curve"'),
     "joint": (MOTOR.replace('"O"', '"P"'), 'motors.M.joint: "P" is not in'),
     "filter": (CONTROL.replace("filter_time = 0.01\n", ""), "filter_time is missing"),
+    "feedforward": (CONTROL + "feedforward = 'ideal-torque'\n", "and joint belong together"),
     "limits": (CONTROL.replace("[-0.4, 0.4]", "[0.4, 0.4]"), "limits must increase"),
 }
 

@@ -311,8 +311,13 @@ class _Check:
     def states(self, _: State) -> None:
         self.own_name()
 
-    def controllers(self, _: Controller) -> None:
+    def controllers(self, controller: Controller) -> None:
         self.own_name()
+        if controller.joint is not None:
+            self.moving(controller.joint)
+            drive = self.experiment.drives.get(controller.joint)
+            if controller.joint in self.experiment.play or (drive is not None and drive.prescribed):
+                self.refuse("joint", f'"{controller.joint}" must be ideal, without a prescribed motion')
 
     def own_name(self) -> None:
         """Check a name that formulas can have."""

@@ -15,6 +15,9 @@ from linkages.input.files.formula import parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_increasing
 from linkages.input.model.functions import Definition, Quantity, formula
 
+#: Feedforward of controllers that is computed.
+IDEAL_TORQUE = "ideal-torque"
+
 
 class State(Table):
     """An additional state z: dz/dt = rate, or at each sampling instant z = next.
@@ -182,13 +185,22 @@ class Controller(Table):
     tracking_time: Positive | None = Field(
         None, description="time constant of the anti-windup; default: K_p/K_i, or with K_p = 0 the sampling time [s]"
     )
-    feedforward: str | None = Field(None, description="output without an error: a formula, the same; default: 0")
+    feedforward: str | None = Field(
+        None,
+        description='output without an error: a formula, the same, or "ideal-torque": torque (prismatic: force) that moves'
+        " the machine with ideal joints along the reference; default: 0",
+    )
+    joint: str | None = Field(None, description="ideal-torque: joint whose coordinate the reference gives over time")
 
     @model_validator(mode="after")
     def _complete(self) -> Controller:
         for text in (self.signal, self.reference, self.feedforward):
-            if text is not None:
+            if text is not None and text != IDEAL_TORQUE:
                 formula(text)
+        if (self.feedforward == IDEAL_TORQUE) != (self.joint is not None):
+            raise ValueError(f'feedforward = "{IDEAL_TORQUE}" and joint belong together')
+        if self.joint is not None:
+            formula(self.reference, of_state=False)
         if self.limits is not None and not self.limits[0] < self.limits[1]:
             raise ValueError("limits must increase: the least output, then the largest")
         if self.derivative and self.sample_time is None and not self.filter_time:
@@ -210,7 +222,8 @@ class Controller(Table):
         low, high = self.limits or (0.0, 0.0)
         period = self.sample_time or 0.0
         own = _Own(name, {**numbers, "low": low, "high": high, "T": period, "tracking": self.tracking or 1.0})
-        for key, text in (("signal", self.signal), ("reference", self.reference), ("base", self.feedforward or "0")):
+        base = (self.feedforward or "0").replace(IDEAL_TORQUE, "0")  # a table replaces it
+        for key, text in (("signal", self.signal), ("reference", self.reference), ("base", base)):
             own.found[f"{name}.{key}"] = Quantity(Definition(formula(text)))
         own.add("error", "own_reference - own_signal")
         terms = ["proportional*own_error", "own_base"]
