@@ -13,6 +13,7 @@ import tomlkit
 from linkages.base.errors import Status
 from linkages.input.files.magnitudes import rounded
 from linkages.input.model.experiment import ARGUMENT, BENDING_QUANTITIES, COMMAND_LINE, QUANTITIES
+from linkages.input.model.functions import OF_OWN
 from linkages.results.characteristics import peaks_by_key
 from linkages.show.plots.style import typeset
 from linkages.show.report.result_folder import Results
@@ -183,8 +184,10 @@ def toml_value(value: Any) -> str:
 
 
 def output_unit(name: str) -> str:
-    """Return the SI unit of an output of a link or frame: "m/s2"."""
-    return (QUANTITIES | BENDING_QUANTITIES)[name.rpartition(".")[2]].rpartition("[")[2].rstrip("]")
+    """Return the SI unit of an output of a link, frame, motor or controller: "m/s2"."""
+    quantity = name.rpartition(".")[2]
+    known = (QUANTITIES | BENDING_QUANTITIES).get(quantity)
+    return OF_OWN.get(quantity, "SI") if known is None else known.rpartition("[")[2].rstrip("]")
 
 
 def unit(output: str) -> str:
