@@ -34,6 +34,9 @@ _WRITTEN = {
     "bearing": ("bearing.json", "bearing_chart.png", "bearing_pressure.png"),
     "draw": ("drawing.html", "drawing.png", "drawing.svg"),
     "optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png"),
+    "tolerances": (
+        "tolerances.json", "study.sqlite", "histograms.png", "contributions.png", "influence.png",
+    ),
     "sensitivity": ("sensitivity.json", "details.json", "tornado.png"),
     "study sensitivity": ("sensitivity.json", "sobol.png", "one_at_a_time.png"),
 }  # fmt: skip

@@ -3,5 +3,6 @@
 | module    | responsibility                                                                  |
 |-----------|---------------------------------------------------------------------------------|
 | optimise  | ``linkages optimise``: solve design studies                                     |
+| tolerances | ``linkages tolerances``: yields by tolerances                                  |
 | study     | ``linkages study show``, ``export``, ``sensitivity``                            |
 """

@@ -77,6 +77,8 @@ def run(options: argparse.Namespace) -> int:
     """Solve every study with every seed; returns the exit status."""
     if options.threads is not None and options.threads < 1:
         raise InputError("--threads", str(options.threads), "must be at least 1")
+    if (code := _tolerances(options)) is not None:
+        return code
     root, jobs = _jobs(options)
     results: list[dict[str, Any]] = []
     with ExitStack() as stack:
@@ -98,6 +100,23 @@ def run(options: argparse.Namespace) -> int:
         print(format_table(results) + "\n")
     print(written(root, sorted(p.name for p in root.iterdir() if p.name[0] != "." and p.suffix != ".lock")))
     return 0
+
+
+def _tolerances(options: argparse.Namespace) -> int | None:
+    """Run a study of tolerances, which is no search; returns the exit status, or None for other studies."""
+    from linkages.input.files.toml import read_toml
+    from optim.cli import tolerances
+    from optim.problem.load import find_study
+    from optim.problem.schema import SAMPLING
+
+    tables = [read_toml(find_study(file))[0].get("algorithm") for file in options.files]
+    sampling = [isinstance(table, dict) and table.get("name") == SAMPLING for table in tables]
+    if not any(sampling):
+        return None
+    if len(sampling) > 1 or options.seeds or options.start or options.check or options.verify:
+        problem = "is a study of tolerances; give it alone, without --seeds, --start, --check and --verify"
+        raise InputError("command line", options.files[sampling.index(True)], problem)
+    return tolerances.run(argparse.Namespace(**vars(options), file=options.files[0], samples=None))
 
 
 def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:

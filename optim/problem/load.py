@@ -21,7 +21,8 @@ from linkages.input.files.toml import leaves, read_toml, validate
 from linkages.input.files.unit_conversion import is_quantity, read_either
 from linkages.input.model.experiment import value_unit
 from linkages.results.outputs.registry import check_output
-from optim.problem.schema import LIFE, PointTable, StudyFile, StudyWindow, Term
+from optim.problem.scatter import read_scatter
+from optim.problem.schema import LIFE, PointTable, ScatterTable, StudyFile, StudyWindow, Term, Variable
 from optim.problem.study import Array, OperatingPoint, Study
 
 
@@ -74,18 +75,26 @@ def load_study(path: str | Path) -> Study:
     with _within(path, "set"):
         system = system.replaced(dict(leaves(file.set)))
     rows = [_variable(path, file, name, system) for name in file.variables]
+    scatter = read_scatter(path, file, system)
+    usual = dict(zip(file.variables, (nominal for _, _, nominal in rows), strict=True))
+    if scatter is not None:
+        usual |= dict(zip(scatter.names, map(float, scatter.means), strict=True))
+    if file.sampled:
+        assert scatter is not None  # by the file's validation
+        rows = [(*ends, usual[name]) for name, ends in zip(scatter.names, scatter.bounds().T, strict=True)]
     lower, upper, nominal = np.array(rows).T.copy()
-    named = dict(file.constants) | dict(zip(file.variables, map(float, nominal), strict=True))
+    named = dict(file.constants) | usual
     points = tuple(
         _point(path, file, name, point, system, named)
         for name, point in (file.points or {"nominal": PointTable.model_validate({})}).items()
     )
+    changing: Mapping[str, Variable | ScatterTable] = file.scatter if file.sampled else file.variables
     study = Study(
         path,
         file,
         sources,
-        tuple(file.variables),
-        tuple(variable.path for variable in file.variables.values()),
+        tuple(changing),
+        tuple(table.path for table in changing.values()),
         lower,
         upper,
         nominal,
@@ -96,7 +105,12 @@ def load_study(path: str | Path) -> Study:
             for name, quantity in table.items()
             if quantity.formula is not None
         },
-        {name: _design(path, file, name, nominal) for name in file.designs},
+        {
+            name: _design(path, file, name, [table.path for table in changing.values()], nominal)
+            for name in file.designs
+        },
+        usual,
+        scatter,
     )
     _check_quantities(study)
     return study
@@ -137,9 +151,8 @@ def _variable(path: Path, file: StudyFile, name: str, system: System) -> tuple[f
     return lower, upper, nominal
 
 
-def _design(path: Path, file: StudyFile, name: str, nominal: Array) -> Array:
+def _design(path: Path, file: StudyFile, name: str, paths: list[str], nominal: Array) -> Array:
     """Make a reference design; what its table does not name is nominal."""
-    paths = [variable.path for variable in file.variables.values()]
     design = nominal.copy()
     for key, value in leaves(file.designs[name]):
         where = f"designs.{name}.{key}"
@@ -174,9 +187,13 @@ def _point(
         key: _formula(path, f"{where}.linked.{key}" if key in own else f"linked.{key}", text, named)
         for key, text in links.items()
     }
-    variables = {variable: table.path for variable, table in file.variables.items()}
+    variables = {variable: table.path for variable, table in (*file.variables.items(), *file.scatter.items())}
     # here a formula may take a variable's place: the viscosity at this point's temperature
-    setters = [(f"variables.{variable}", key) for variable, key in variables.items() if key not in own]
+    setters = [
+        (f"{'scatter' if variable in file.scatter else 'variables'}.{variable}", key)
+        for variable, key in variables.items()
+        if key not in own
+    ]
     setters += [(f"linked.{key}", key) for key in links]
     setters += [(f"{where}.set.{key}", key) for key in replaced]
     owners: dict[str, str] = {}

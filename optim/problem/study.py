@@ -14,6 +14,7 @@ from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.input.files.formula import Formula
 from linkages.input.model.experiment import value_unit
+from optim.problem.scatter import Scatter, content
 from optim.problem.schema import Constraint, Objective, StudyFile
 
 
@@ -27,7 +28,7 @@ class OperatingPoint:
     system : System
         The system before a design is put in.
     paths : tuple of str
-        Dotted paths that a design sets: the variables, then the linked values; of equal paths the last counts.
+        Dotted paths that a design sets: variables, scattering values, linked values; of equal paths the last counts.
     links : tuple of Formula
         Formulas of the linked values.
     windows : dict of (nw, 2) arrays
@@ -62,6 +63,10 @@ class Study(Brief):
         By name of an objective or constraint.
     designs : dict of (n,) arrays
         Reference designs by name.
+    usual : dict of str to float
+        Values of all variables, then of all scattering values, in the order of a point's `paths`: nominal ones, means
+        of scattering ones. Those that are not among `names` keep them.
+    scatter : Scatter or None
     """
 
     source: Path
@@ -75,6 +80,8 @@ class Study(Brief):
     points: tuple[OperatingPoint, ...]
     formulas: dict[str, Formula]
     designs: dict[str, Array]
+    usual: dict[str, float]
+    scatter: Scatter | None = None
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         objectives, constraints = self.file.objectives, self.file.constraints
@@ -115,13 +122,13 @@ class Study(Brief):
         return f"{path} [{unit}]" if unit not in ("", "1") else path
 
     def named(self, design: Array) -> dict[str, float]:
-        """Return the values of all names in formulas: constants and, for this design (n,), variables."""
-        return dict(self.file.constants) | dict(zip(self.names, map(float, design), strict=True))
+        """Return the values of all names in formulas: constants and, for this design (n,), all others."""
+        return dict(self.file.constants) | self.usual | dict(zip(self.names, map(float, design), strict=True))
 
     def row(self, design: Array, point: OperatingPoint) -> list[float]:
         """Return the values of a point's `paths` for a design (n,)."""
         named = self.named(design)
-        return [*map(float, design), *(link(named) for link in point.links)]
+        return [*(named[name] for name in self.usual), *(link(named) for link in point.links)]
 
     def system(self, design: Array, point: OperatingPoint | None = None) -> System:
         """Put a design into the system of an operating point.
@@ -164,8 +171,12 @@ class Study(Brief):
         A store can be resumed by a study of the same description, so its content must not change.
         """
         machine = self.points[0].system.mechanism.source
+        left_out = {"title", "seed", "algorithm", "experiment", "designs"}
+        if self.scatter is None:  # as in stores of versions without scatter
+            left_out |= {"scatter", "correlated"}
         return {
-            "problem": self.file.model_dump(exclude={"title", "seed", "algorithm", "experiment", "designs"}),
+            "problem": self.file.model_dump(exclude=left_out),
+            **({} if self.scatter is None else {"scatter": content(self.scatter)}),
             "lower": self.lower.tolist(),
             "upper": self.upper.tolist(),
             "nominal": self.nominal.tolist(),
