@@ -28,7 +28,9 @@ STORE, RESULT = "study.sqlite", "tolerances.json"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("file", metavar="FILE", help="study with [scatter] (.toml), a path or the name of a shipped one")
+    parser.add_argument(
+        "file", metavar="FILE", help="study with [scatter] (.toml), a path or the name of a shipped one"
+    )
     parser.add_argument("--seed", type=int, metavar="N", help="replaces the file's")
     parser.add_argument("--samples", type=int, metavar="N", help="number of machines; replaces the file's")
     parser.add_argument("--resume", action="store_true", help="continue or extend what is in the output folder")
@@ -66,9 +68,7 @@ def run(options: argparse.Namespace) -> int:
         evaluator = Evaluator(study, executor, 2 * workers, options.threads)
         advance = progress_bar(f"{study.source.stem}: machines")
         try:
-            result, sample = sampled(
-                study, folder / STORE, seed, options.samples, evaluator, options.resume, advance
-            )
+            result, sample = sampled(study, folder / STORE, seed, options.samples, evaluator, options.resume, advance)
         except KeyboardInterrupt:
             print("interrupted; what was computed is kept, continue with --resume", file=sys.stderr)
             return 130

@@ -32,9 +32,7 @@ def write_tolerances(study: Study, result: Mapping[str, Any], sample: Sample, fo
     return [HISTOGRAMS, CONTRIBUTIONS]
 
 
-def _write_histograms(
-    study: Study, result: Mapping[str, Any], quantities: Mapping[str, Any], path: Path
-) -> None:
+def _write_histograms(study: Study, result: Mapping[str, Any], quantities: Mapping[str, Any], path: Path) -> None:
     """Draw the distribution of each quantity with its limits."""
     with png(path, 1.0 + 3.2 * len(quantities), 3.0) as figure:
         axes = figure.subplots(1, len(quantities), sharey=True, squeeze=False)[0]
@@ -43,7 +41,9 @@ def _write_histograms(
             ax.stairs(counts, edges, fill=True, color=_GOOD, alpha=0.7)
             for limit in entry["limits"].values():
                 ax.axvline(limit, color=_BAD, label="limit" if ax is axes[0] else None)
-            ax.axvline(entry["mean"], color="0.2", linestyle="--", linewidth=1.0, label="mean" if ax is axes[0] else None)
+            ax.axvline(
+                entry["mean"], color="0.2", linestyle="--", linewidth=1.0, label="mean" if ax is axes[0] else None
+            )
             ax.set_xlabel(label_of(study, name))
             ax.locator_params(axis="x", nbins=4)
             ax.ticklabel_format(axis="x", useOffset=False, scilimits=(-3, 4))
@@ -57,9 +57,7 @@ def _write_histograms(
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
 
 
-def _write_contributions(
-    study: Study, result: Mapping[str, Any], quantities: Mapping[str, Any], path: Path
-) -> None:
+def _write_contributions(study: Study, result: Mapping[str, Any], quantities: Mapping[str, Any], path: Path) -> None:
     """Draw the shares of the variance of each quantity, and the yields of halved tolerances."""
     places = np.arange(len(study.names))
     with png(path, 2.2 + 2.4 * (len(quantities) + 1), 1.3 + 0.42 * len(places)) as figure:

@@ -37,6 +37,7 @@ _REPEATED = 64  # machines that are run again with this change
 _CORNERS = 6  # most values for which all corners of their limits are run
 _RARE = 1e-3  # share of machines beyond a limit below which the design point is sought
 _CHECKED = 512  # machines about the design point
+_FAR = 8.0  # deviations between mean and limit from which nothing is sought: probability 1e-15
 _CHAOTIC = 0.01  # share of the variance that the change causes above which derivatives mean nothing
 
 
@@ -390,8 +391,10 @@ def _rare(
     found: dict[str, Any] = {}
     for k, limit in enumerate(machines.limits):
         report = quantities[limit.name]
-        chaotic = (report.get("unpredictable_deviation") or 0.0) ** 2 > _CHAOTIC * report.get("deviation", 0.0) ** 2
-        if limit.equality or violated[limit.key] > _RARE * total or chaotic or not report.get("deviation"):
+        if limit.equality or violated[limit.key] > _RARE * total or not report.get("deviation"):
+            continue
+        chaotic = (report["unpredictable_deviation"] or 0.0) ** 2 > _CHAOTIC * report["deviation"] ** 2
+        if chaotic or abs(limit.value - report["mean"]) > _FAR * report["deviation"]:
             continue
         entry = _beyond(machines, k)
         if entry is not None:
@@ -406,7 +409,7 @@ def _beyond(machines: _Machines, k: int) -> dict[str, Any] | None:
     scatter, limit, column = machines.scatter, machines.limits[k], machines.columns[k]
 
     def excess(normal: Array) -> float:
-        return finite_or_nan(machines.excess(machines.run(scatter.values(normal[None]))[0])[0, k])
+        return _or_nan(machines.excess(machines.run(scatter.values(normal[None]))[0])[0, k])
 
     def slopes(normal: Array) -> Array:
         x = scatter.values(normal[None])[0]
@@ -437,6 +440,6 @@ def _beyond(machines: _Machines, k: int) -> dict[str, Any] | None:
     return entry
 
 
-def finite_or_nan(value: float) -> float:
+def _or_nan(value: float) -> float:
     """Return a number, or NaN where it is infinite: a run failed."""
     return value if math.isfinite(value) else math.nan
