@@ -1,8 +1,9 @@
 """The commands that this package adds to ``linkages``, through entry points of the group ``linkages.commands``.
 
-| module    | responsibility                                                                  |
-|-----------|---------------------------------------------------------------------------------|
-| optimise  | ``linkages optimise``: solve design studies                                     |
+| module     | responsibility                                                                 |
+|------------|--------------------------------------------------------------------------------|
+| optimise   | ``linkages optimise``: solve design studies                                    |
 | tolerances | ``linkages tolerances``: yields by tolerances                                  |
-| study     | ``linkages study show``, ``export``, ``sensitivity``                            |
+| study      | ``linkages study show``, ``export``, ``sensitivity``                           |
+| seeds      | seeds of a command line                                                        |
 """

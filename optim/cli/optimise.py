@@ -13,6 +13,7 @@ from linkages import InputError
 from linkages.cli.options import add_cluster, add_out, output_folder, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
+from optim.cli.seeds import seeds_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -147,19 +148,6 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
         with errors_of_writing(job.folder):
             job.folder.mkdir(parents=True, exist_ok=True)
     return root, jobs
-
-
-def seeds_of(options: argparse.Namespace, study: Study) -> range:
-    """Return the seeds of the command line, or else the study's; InputError if one is out of its range."""
-    first = last = study.file.seed if options.seed is None else options.seed
-    if options.seeds is not None:
-        a, colon, b = options.seeds.partition(":")
-        if not (colon and a.isdecimal() and b.isdecimal() and int(a) <= int(b)):
-            raise InputError("--seeds", options.seeds, "write A:B, for instance 1:10")
-        first, last = int(a), int(b)
-    if not 0 <= first <= last < 2**32:
-        raise InputError("--seed", str(first), "must be between 0 and 2^32 - 1")
-    return range(first, last + 1)
 
 
 def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, workers: int) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from linkages import InputError
 from linkages.cli.options import add_cluster, add_out, output_folder, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
+from optim.cli.seeds import seeds_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -43,7 +44,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the machines of a study and judge them; returns the exit status."""
-    from optim.cli.optimise import seeds_of
     from optim.evaluate.evaluator import Evaluator
     from optim.problem.load import find_study, load_study
     from optim.report.tolerance_text import format_tolerances

@@ -164,6 +164,11 @@ def _design(path: Path, file: StudyFile, name: str, paths: list[str], nominal: A
     return design
 
 
+def _moving(file: StudyFile) -> Mapping[str, Variable | ScatterTable]:
+    """Return the variables, then the scattering values, by name."""
+    return {**file.variables, **file.scatter}
+
+
 def _formula(path: Path, where: str, text: Any, known: Mapping[str, Any]) -> Formula:
     """Parse a formula and check its names."""
     if not isinstance(text, str):
@@ -187,7 +192,7 @@ def _point(
         key: _formula(path, f"{where}.linked.{key}" if key in own else f"linked.{key}", text, named)
         for key, text in links.items()
     }
-    variables = {variable: table.path for variable, table in (*file.variables.items(), *file.scatter.items())}
+    variables = {variable: table.path for variable, table in _moving(file).items()}
     # here a formula may take a variable's place: the viscosity at this point's temperature
     setters = [
         (f"{'scatter' if variable in file.scatter else 'variables'}.{variable}", key)

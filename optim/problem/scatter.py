@@ -43,7 +43,7 @@ class Scatter:
     @property
     def factor(self) -> Array:
         """Return the lower triangular L, (n, n)."""
-        return np.linalg.cholesky(self.correlation)
+        return np.asarray(np.linalg.cholesky(self.correlation), dtype=np.float64)
 
     @property
     def means(self) -> Array:
@@ -140,9 +140,9 @@ def _clearance(path: Path, where: str, text: str, table: ScatterTable) -> Margin
         raise InputError(path, f"{where}.fit", str(problem).removeprefix("fit: ")) from None
     low, high = (1e6 * end for end in limits.clearance)
     if high <= 0.0 or (low < 0.0 and table.interference == "refuse"):
-        problem = f'"{text}" has interference: clearance {low:g} to {high:g} um; give another fit'
         remedy = ', or interference = "failed" to count such machines as failed' if high > 0.0 else ""
-        raise InputError(path, f"{where}.fit", problem + remedy)
+        found = f'"{text}" has interference: clearance {low:g} to {high:g} um; give another fit'
+        raise InputError(path, f"{where}.fit", found + remedy)
     return of_fit(limits, table.parts)
 
 

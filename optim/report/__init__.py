@@ -3,7 +3,8 @@
 | module  | responsibility                                                     |
 |---------|--------------------------------------------------------------------|
 | result  | ``result.json``, and the same as text; several results as a table  |
-| tolerance_text, tolerance_figures | ``tolerances.json`` as text and as figures |
+| tolerance_text | ``tolerances.json`` as text                                  |
+| tolerance_figures | histograms, influence, contributions of tolerances        |
 | export  | a store as text, CSV or Parquet                                    |
 | observe | progress bar and convergence while an algorithm runs               |
 | figures | convergence, Pareto front, Sobol's indices, one variable at a time |

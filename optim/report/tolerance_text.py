@@ -91,7 +91,8 @@ def _shares(entry: dict[str, Any]) -> list[str]:
     if linear and linear["error"] is not None:
         lines.append(
             f"  first order by derivatives: deviation {linear['deviation']:.4g},"
-            f" {100.0 * linear['error']:+.1f} % of the machines'; not explained by regression: {shares['unexplained']:.1%}"
+            f" {100.0 * linear['error']:+.1f} % of the machines';"
+            f" not explained by regression: {shares['unexplained']:.1%}"
         )
     return lines
 

@@ -129,9 +129,9 @@ def first_order(rates: Array, scatter: Scatter) -> FirstOrder:
 
 
 class DesignPoint(NamedTuple):
-    """The most probable machine at a limit, (n,) independent normal numbers, at the distance `index` from the means."""
+    """The most probable machine at a limit, (n,) independent normal numbers, at the distance `beta` from the means."""
 
-    index: float
+    beta: float
     normal: Array
     iterations: int
     converged: bool

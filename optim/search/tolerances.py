@@ -196,7 +196,8 @@ class _Machines:
         """Run machines until there are enough."""
         settings = self.settings
         points = self.scatter.values(_normal(settings, len(self.scatter.names), self.seed))
-        done, rows, status = 0, [np.empty((0, len(self.study.quantities)))], []
+        rows: list[Array] = [np.empty((0, len(self.study.quantities)))]
+        done, status = 0, list[str]()
         for start in range(0, len(points), _CHUNK):
             evaluator.progress = _part(progress, start, min(_CHUNK, len(points) - start), len(points), evaluator)
             values, found = self.run(points[start : start + _CHUNK])
@@ -423,13 +424,13 @@ def _beyond(machines: _Machines, k: int) -> dict[str, Any] | None:
         return None
     x = scatter.values(point.normal[None])[0]
     entry = {
-        "index": point.index,
-        "probability": float(ndtr(-point.index)),
+        "index": point.beta,
+        "probability": float(ndtr(-point.beta)),
         "converged": point.converged,
         "iterations": point.iterations,
         "machine": dict(zip(scatter.names, x.tolist(), strict=True)),
     }
-    if point.converged and point.index > 0.0:
+    if point.converged and point.beta > 0.0:
         share, error = statistics.importance_check(
             lambda normal: machines.excess(machines.run(scatter.values(normal))[0])[:, k] > 0.0,
             point.normal,
