@@ -133,7 +133,11 @@ class Gradients:
 
 
 def check_sensitivities(study: Study) -> None:
-    """Refuse a study with an output that has no sensitivities: a service life, or one of the ideal linkage."""
+    """Refuse a study with a quantity that has no sensitivities: of machines, a service life, the ideal linkage."""
+    if study.scatter is not None and not study.file.sampled:
+        raise InputError(
+            study.source, "algorithm.derivatives", 'has no sensitivities over [scatter]; give "differences"'
+        )
     for _, _, quantity in study.quantities:
         for term in quantity.terms or ():
             if term.output.startswith((LIFE, IDEAL)):

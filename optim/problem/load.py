@@ -76,14 +76,15 @@ def load_study(path: str | Path) -> Study:
         system = system.replaced(dict(leaves(file.set)))
     rows = [_variable(path, file, name, system) for name in file.variables]
     scatter = read_scatter(path, file, system)
-    usual = dict(zip(file.variables, (nominal for _, _, nominal in rows), strict=True))
+    start = dict(zip(file.variables, (nominal for _, _, nominal in rows), strict=True))
+    usual = {name: start[name] for name in _moving(file) if name in start}
     if scatter is not None:
         usual |= dict(zip(scatter.names, map(float, scatter.means), strict=True))
     if file.sampled:
         assert scatter is not None  # by the file's validation
         rows = [(*ends, usual[name]) for name, ends in zip(scatter.names, scatter.bounds().T, strict=True)]
     lower, upper, nominal = np.array(rows).T.copy()
-    named = dict(file.constants) | usual
+    named = dict(file.constants) | start | usual
     points = tuple(
         _point(path, file, name, point, system, named)
         for name, point in (file.points or {"nominal": PointTable.model_validate({})}).items()
@@ -128,8 +129,14 @@ def _within(path: Path, where: str) -> Iterator[None]:
 def _variable(path: Path, file: StudyFile, name: str, system: System) -> tuple[float, float, float]:
     """Bounds and nominal value of a variable, in its unit."""
     variable, where = file.variables[name], f"variables.{name}"
-    with _within(path, f"{where}.path"):
-        nominal = system.value(variable.path) if variable.nominal is None else variable.nominal
+    if variable.path.startswith("scatter."):
+        known = [f"scatter.{name}.factor" for name in file.scatter]
+        if variable.path not in known:
+            raise InputError(path, f"{where}.path", f'"{variable.path}" is unknown; {nearest(variable.path, known)}')
+        nominal = 1.0 if variable.nominal is None else variable.nominal
+    else:
+        with _within(path, f"{where}.path"):
+            nominal = system.value(variable.path) if variable.nominal is None else variable.nominal
     found = []
     for side, bound in (("lower", variable.lower), ("upper", variable.upper)):
         if isinstance(bound, str) and is_quantity(bound):
@@ -165,8 +172,9 @@ def _design(path: Path, file: StudyFile, name: str, paths: list[str], nominal: A
 
 
 def _moving(file: StudyFile) -> Mapping[str, Variable | ScatterTable]:
-    """Return the variables, then the scattering values, by name."""
-    return {**file.variables, **file.scatter}
+    """Return the variables with a path of the experiment, then the scattering values, by name."""
+    own = {name: table for name, table in file.variables.items() if not table.path.startswith("scatter.")}
+    return {**own, **file.scatter}
 
 
 def _formula(path: Path, where: str, text: Any, known: Mapping[str, Any]) -> Formula:
@@ -244,6 +252,10 @@ def _check_quantities(study: Study) -> None:
     """Check that there are the windows and outputs that objectives and constraints name."""
     windows = study.points[0].windows
     for kind, name, quantity in study.quantities:
+        scattering = study.formulas[name].names & set(study.file.scatter) if name in study.formulas else set()
+        if scattering and quantity.over_scatter is None and not study.file.sampled:
+            problem = f'has the scattering value "{min(scattering)}"; give over_scatter, such as "mean"'
+            raise InputError(study.source, f"{kind}.{name}.formula", problem)
         for k, term in enumerate(quantity.terms or ()):
             where = f"{kind}.{name}.terms[{k}]"
             if term.window not in windows:

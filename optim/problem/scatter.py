@@ -64,6 +64,20 @@ class Scatter:
         """Return values that are hardly ever exceeded, (2, n)."""
         return np.array([one.law.ppf(np.array([_TAIL, 1.0 - _TAIL])) for one in self.marginals]).T
 
+    def points(self, count: int, seed: int, sequence: str = "sobol") -> Array:
+        """Return independent standard normal numbers (count, n); those of more points begin with the same ones.
+
+        The sequence is "sobol", scrambled, or "random".
+        """
+        rng, size = np.random.default_rng(seed), len(self.names)
+        if sequence == "random":
+            return rng.standard_normal((count, size))
+        from scipy.special import ndtri
+        from scipy.stats import qmc
+
+        shares = qmc.Sobol(size, rng=rng).random(1 << max(count - 1, 1).bit_length())[:count]
+        return np.asarray(ndtri(np.clip(shares, 1e-12, 1.0 - 1e-12)))
+
     def values(self, normal: Array) -> Array:
         """Return the values (m, n) of independent standard normal numbers (m, n)."""
         from scipy.special import ndtr

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -34,7 +34,9 @@ Bound = Annotated[Any, AfterValidator(_check_bound)]
 class Variable(Table):
     """A design variable: a value of the experiment or of its SDF file, between bounds."""
 
-    path: str = Field(description="dotted path: joints.A.viscosity, sdf.links.link2.mass")
+    path: str = Field(
+        description="dotted path: joints.A.viscosity, sdf.links.link2.mass; scatter.NAME.factor multiplies a tolerance"
+    )
     lower: Bound = Field(description="bound: a number, or a formula of constants")
     upper: Bound = Field(description="bound: a number, or a formula of constants")
     relative: bool = Field(False, description="whether the bounds are multiples of the nominal value")
@@ -142,6 +144,31 @@ class Term(Table):
     over_points: Aggregate = Field("max", description="combination of several operating points")
 
 
+class Share(NamedTuple):
+    """The share of machines whose quantity has these limits."""
+
+    at_least: float = -math.inf
+    at_most: float = math.inf
+
+
+_COMBINATIONS = ("mean", "deviation", "max", "min")
+
+
+def _check_combination(value: Any) -> Any:
+    """Accept a name, a quantile, or a table of limits."""
+    if value in _COMBINATIONS or (isinstance(value, float) and 0.0 < value < 1.0):
+        return value
+    known = isinstance(value, dict) and bool(value) and set(value) <= set(Share._fields)
+    if known and all(isinstance(end, int | float) and math.isfinite(end) for end in value.values()):
+        return Share(**value)
+    names = ", ".join(_COMBINATIONS)
+    raise ValueError(f"is {value!r}; give {names}, a number between 0 and 1, or {{ at_most = 3.0, at_least = 1.0 }}")
+
+
+#: Combination of the machines of a design; a number is a quantile.
+OverScatter = str | float | Share
+
+
 class StudyQuantity(Table):
     """A number of a design: functionals, weighted and summed, or a formula of the variables."""
 
@@ -149,6 +176,11 @@ class StudyQuantity(Table):
     over_terms: Literal["sum", "max", "min"] = Field("sum", description="combination of several weighted terms")
     formula: str | None = Field(None, description="formula of the variables and constants")
     relative: bool = Field(False, description="whether it is divided by the nominal design's value")
+    over_scatter: Annotated[Any, AfterValidator(_check_combination)] = Field(
+        None,
+        description="combination of the machines of a design, with [scatter]: mean, deviation, max, min, a quantile"
+        " such as 0.99, or the share of machines within limits, { at_most = 3.0 }",
+    )
     unit: str = Field("", description="for tables and figures")
 
     @model_validator(mode="after")
@@ -196,6 +228,9 @@ class StudyFile(Table):
     variables: dict[str, Variable] = Field({}, description="design variables by name")
     scatter: dict[str, ScatterTable] = Field({}, description="scattering values by name")
     correlated: list[Correlation] = Field([], description="correlations of scattering values")
+    machines: Annotated[int, Field(ge=2, le=10**6)] = Field(
+        64, description="machines of a design in a search with [scatter]: Sobol points, the same ones for all designs"
+    )
     linked: dict[str, Any] = Field({}, description="formulas of the variables by dotted path")
     windows: dict[str, StudyWindow] = Field({}, description="times by name")
     lives: dict[str, ServiceLife] = Field({}, description="service lives by name")
@@ -220,6 +255,12 @@ class StudyFile(Table):
                 raise ValueError(f"[{key}] is missing, or empty")
         if self.sampled and not (self.objectives or self.constraints):
             raise ValueError("[constraints] is missing, or empty")
+        for name, quantity in (self.objectives | self.constraints).items():
+            needs = bool(self.scatter) and not self.sampled and quantity.terms is not None
+            if needs and quantity.over_scatter is None:
+                raise ValueError(f'{name} needs over_scatter, such as "mean" or 0.99, as there is [scatter]')
+            if quantity.over_scatter is not None and not (self.scatter and not self.sampled):
+                raise ValueError(f"over_scatter of {name} needs [scatter] and an algorithm that searches")
         taken: set[str] = set(CONSTANTS) | set(FUNCTIONS)
         for name in (*self.constants, *self.variables, *self.scatter):
             if not name.isidentifier():

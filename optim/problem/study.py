@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from linkages import System
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
@@ -64,8 +66,8 @@ class Study(Brief):
     designs : dict of (n,) arrays
         Reference designs by name.
     usual : dict of str to float
-        Values of all variables, then of all scattering values, in the order of a point's `paths`: nominal ones, means
-        of scattering ones. Those that are not among `names` keep them.
+        Values of the variables that a point's `paths` have, then of the scattering values, in their order: nominal
+        ones, means of scattering ones. Those that are not among `names` keep them.
     scatter : Scatter or None
     """
 
@@ -147,6 +149,19 @@ class Study(Brief):
         point = point or self.points[0]
         return point.system.replaced(dict(zip(point.paths, self.row(design, point), strict=True)))
 
+    def with_machines(self) -> Study:
+        """Return the study whose designs have the scattering values after the variables; it needs `scatter`."""
+        assert self.scatter is not None
+        bounds, paths = self.scatter.bounds(), [self.file.scatter[name].path for name in self.scatter.names]
+        return dataclasses.replace(
+            self,
+            names=(*self.names, *self.scatter.names),
+            paths=(*self.paths, *paths),
+            lower=np.concatenate([self.lower, bounds[0]]),
+            upper=np.concatenate([self.upper, bounds[1]]),
+            nominal=np.concatenate([self.nominal, self.scatter.means]),
+        )
+
     def replaced(self, values: Callable[[System], Mapping[str, Any]]) -> Study:
         """Return the study with values replaced at every operating point.
 
@@ -171,12 +186,9 @@ class Study(Brief):
         A store can be resumed by a study of the same description, so its content must not change.
         """
         machine = self.points[0].system.mechanism.source
-        left_out = {"title", "seed", "algorithm", "experiment", "designs"}
-        if self.scatter is None:  # as in stores of versions without scatter
-            left_out |= {"scatter", "correlated"}
         return {
-            "problem": self.file.model_dump(exclude=left_out),
-            **({} if self.scatter is None else {"scatter": content(self.scatter)}),
+            "problem": self.file.model_dump(exclude={"title", "seed", "algorithm", "experiment", "designs"}),
+            "scatter": {} if self.scatter is None else content(self.scatter),
             "lower": self.lower.tolist(),
             "upper": self.upper.tolist(),
             "nominal": self.nominal.tolist(),

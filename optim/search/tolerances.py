@@ -195,7 +195,7 @@ class _Machines:
     def sample(self, evaluator: Evaluator, progress: Callable[[float], None]) -> Sample:
         """Run machines until there are enough."""
         settings = self.settings
-        points = self.scatter.values(_normal(settings, len(self.scatter.names), self.seed))
+        points = self.scatter.values(self.scatter.points(settings.samples, self.seed, settings.sequence))
         rows: list[Array] = [np.empty((0, len(self.study.quantities)))]
         done, status = 0, list[str]()
         for start in range(0, len(points), _CHUNK):
@@ -235,18 +235,6 @@ def _part(
 ) -> Callable[[float], None] | None:
     """Return what a batch calls with its finished part; None where other processes run it."""
     return (lambda part: progress((start + size * part) / total)) if evaluator.executor is None else None
-
-
-def _normal(settings: Sampling, size: int, seed: int) -> Array:
-    """Return independent standard normal numbers (samples, n); those of a larger sample begin with the same ones."""
-    rng = np.random.default_rng(seed)
-    if settings.sequence == "random":
-        return rng.standard_normal((settings.samples, size))
-    from scipy.special import ndtri
-    from scipy.stats import qmc
-
-    shares = qmc.Sobol(size, rng=rng).random(1 << max(settings.samples - 1, 1).bit_length())[: settings.samples]
-    return np.asarray(ndtri(np.clip(shares, 1e-12, 1.0 - 1e-12)))
 
 
 # -- the report --------------------------------------------------------------------------------------------------------
@@ -326,8 +314,9 @@ def _quantity(machines: _Machines, sample: Sample, k: int, scattered: float | No
 
 def _shares(machines: _Machines, sample: Sample, values: Array) -> dict[str, Any] | None:
     """Split the variance of the values of the machines that ran among the scattering values."""
-    normal = _normal(machines.settings, len(machines.scatter.names), machines.seed)[: len(sample.good)]
-    found = statistics.variance_shares((normal @ machines.scatter.factor.T)[sample.ran], values)
+    settings, scatter = machines.settings, machines.scatter
+    normal = scatter.points(settings.samples, machines.seed, settings.sequence)[: len(sample.good)][sample.ran]
+    found = statistics.variance_shares(normal @ scatter.factor.T, values)
     if found is None:
         return None
     rows = zip(*(part.tolist() for part in found[:4]), strict=True)

@@ -15,6 +15,7 @@ from linkages.cli.main import main
 from optim.evaluate.evaluator import Evaluator
 from optim.problem.distributions import Empirical, of_fit, of_shape
 from optim.problem.load import load_study
+from optim.search.optimise import optimise
 from optim.search.tolerance_statistics import clopper_pearson, quantile, variance_shares
 from optim.search.tolerances import Sampling, tolerances
 from optim.store.store import read_store
@@ -241,6 +242,65 @@ at_most = 1.0
     share = 1.0 - of_fit(linkages.fit("20 H7/k6"), "uniform").law.cdf(0.0)
     assert result["yield"]["lower"] < share < result["yield"]["upper"]
     assert result["failed"] == round(32 * (1.0 - result["yield"]["value"]))
+
+
+ALLOCATION = """
+machines = 1024
+[variables.t_a]
+path = "scatter.a.factor"
+lower = 0.2
+upper = 5.0
+[variables.t_b]
+path = "scatter.b.factor"
+lower = 0.2
+upper = 5.0
+[objectives.cost]
+formula = "1 / t_a + 1 / t_b"
+"""
+
+
+def test_allocation_of_tolerances(tmp_path):
+    """Least cost 1/t_a + 1/t_b where 90 % of the sums a + 2 b are below 5.7: Lagrange's condition."""
+    file = tmp_path / "cost.toml"
+    text = SUM.replace("at_most = 5.5", "at_most = 5.7\nover_scatter = 0.9")
+    file.write_text(HEAD + ALLOCATION + text + '[algorithm]\nname = "grg"\nstep = 1e-3\n')
+    best = optimise(load_study(file))["best"]
+    deviation = 0.7 / norm.ppf(0.9) / math.sqrt(1.0 + 4.0 ** (2.0 / 3.0))
+    t_a, t_b = deviation / 0.1, 4.0 ** (1.0 / 3.0) * deviation / 0.4
+    assert best["feasible"]
+    assert best["objectives"]["cost"] == pytest.approx(1.0 / t_a + 1.0 / t_b, rel=0.02)
+    assert best["variables"]["scatter.a.factor"] == pytest.approx(t_a, rel=0.1)  # a flat optimum
+    assert best["variables"]["scatter.b.factor"] == pytest.approx(t_b, rel=0.05)
+
+
+def test_quantities_over_machines(tmp_path):
+    file = tmp_path / "many.toml"
+    kinds = {"mean": '"mean"', "deviation": '"deviation"', "high": "0.9", "share": "{ at_most = 5.5 }"}
+    objectives = "".join(
+        f'[objectives.{name}]\nformula = "a + 2 * b + 0 * t_a"\nover_scatter = {how}\n' for name, how in kinds.items()
+    )
+    text = SUM[: SUM.index("[constraints")] + objectives
+    file.write_text(HEAD + ALLOCATION[: ALLOCATION.index("[objectives")] + text + '[algorithm]\nname = "nsga2"\n')
+    study = load_study(file)
+    found = Evaluator(study)(np.array([[1.0, 1.0], [0.5, 0.5]])).objectives
+    for row, factor in zip(found, (1.0, 0.5), strict=True):
+        deviation = factor * math.sqrt(0.17)
+        expected = [5.0, deviation, 5.0 + 1.281552 * deviation, norm.cdf(0.5 / deviation)]
+        assert row == pytest.approx(expected, rel=5e-3)
+
+
+def test_search_over_machines_is_checked(tmp_path):
+    file = tmp_path / "wrong.toml"
+    good = HEAD + ALLOCATION + SUM + '[algorithm]\nname = "grg"\n'
+    for text, problem in (
+        (good, 'scattering value "a"'),
+        (good.replace("scatter.b.factor", "scatter.c.factor"), '"scatter.c.factor" is unknown'),
+        (good + 'derivatives = "sensitivities"\n', "over_scatter"),
+        (good.replace("at_most = 5.5", "at_most = 5.5\nover_scatter = {}"), "a number between 0 and 1"),
+    ):
+        file.write_text(text)
+        with pytest.raises(InputError, match=problem):
+            load_study(file)
 
 
 # -- the store ---------------------------------------------------------------------------------------------------------
