@@ -25,7 +25,7 @@ def format_tolerances(study: Study, result: dict[str, Any]) -> str:
     >>> study = optim.load_study(optim.find_study("slidercrank_tolerances"))
     >>> result = optim.tolerances(study, samples=64)
     >>> optim.format_tolerances(study, result).splitlines()[0]
-    'Slider-crank with three fits: transmitted shocks and stroke'
+    'Slider-crank with three fits: films and tilt of the slider'
     """
     found, confidence = result["yield"], result["algorithm"]["confidence"]
     lines = [

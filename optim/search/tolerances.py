@@ -44,7 +44,7 @@ _CHAOTIC = 0.01  # share of the variance that the change causes above which deri
 class Sampling(Table):
     """Settings of a study of tolerances."""
 
-    samples: Annotated[int, Field(ge=2, le=10**7)] = Field(1024, description="machines, at most")
+    samples: Annotated[int, Field(ge=2, le=10**6)] = Field(1024, description="machines, at most")
     sequence: Literal["sobol", "random"] = Field("sobol", description="points of a scrambled Sobol sequence, or random")
     confidence: Annotated[float, Field(gt=0.5, lt=1)] = Field(0.95, description="of the intervals")
     width: Positive | None = Field(None, description="stop where the interval of the yield is narrower [1]")
