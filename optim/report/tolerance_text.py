@@ -100,8 +100,8 @@ def _shares(entry: dict[str, Any]) -> list[str]:
 def _contributions(result: dict[str, Any]) -> list[str]:
     """Format the yields of halved tolerances."""
     now = result["yield"]["value"]
-    if now == 1.0:
-        return ["", "all machines meet the limits"]
+    if now in (0.0, 1.0):
+        return ["", "all machines meet the limits" if now else "no machine meets all limits"]
     return [
         "",
         *(
