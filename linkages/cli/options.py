@@ -38,6 +38,9 @@ _WRITTEN = {
         "starts.json", "result.json", "fitted.toml", "fit.png", "correlation.png", "windows.png", "profiles.png",
     ),
     "identify --plan": ("plan.json",),
+    "tolerances": (
+        "tolerances.json", "study.sqlite", "histograms.png", "contributions.png", "influence.png",
+    ),
     "sensitivity": ("sensitivity.json", "details.json", "tornado.png"),
     "study sensitivity": ("sensitivity.json", "sobol.png", "one_at_a_time.png"),
 }  # fmt: skip

@@ -8,7 +8,7 @@ from pathlib import Path
 from linkages import InputError
 from linkages.cli.options import add_out, add_pictures, output_folder, print_results
 from linkages.input.files.writing import write_json
-from optim.cli.optimise import seeds_of
+from optim.cli.seeds import seeds_of
 
 HELP = "show or export what an optimisation has computed; which variables matter"
 

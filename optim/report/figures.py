@@ -54,7 +54,7 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
             ax.step(count, sign * best[:, k], where="post", color=_BEST, label="best")
             if np.isfinite(value := nominal.objectives[0, k]):
                 ax.axhline(sign * value, color=_NOMINAL, linestyle="--", label=named)
-            ax.set_ylabel(_label(study, name))
+            ax.set_ylabel(label_of(study, name))
             ax.ticklabel_format(axis="y", useOffset=False)
         axes[0].set_title(title)
         axes[0].legend()
@@ -86,7 +86,7 @@ def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> N
     True
     """
     names = list(study.file.objectives)
-    labels = [_label(study, name) for name in names]
+    labels = [label_of(study, name) for name in names]
     front = _objectives(result["front"], names)
     marked = "compromise" if pareto.knee(front * study.signs) is None else "knee"
     points = [
@@ -158,7 +158,7 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
             for place, row in zip(places, rows, strict=True):
                 if row["inert"]:
                     ax.text(0.02, place, "inert", va="center", color="0.35")
-            ax.set_title(_label(study, name), fontsize=9)
+            ax.set_title(label_of(study, name), fontsize=9)
             ax.set_xlabel("share of the variance [1]")
             ax.set_xlim(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1]))
         axes[0].set_yticks(places, study.names)
@@ -188,7 +188,7 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
     with png(path, 0.8 + 1.8 * shape[1], 0.6 + 1.9 * shape[0]) as figure:
         axes = figure.subplots(*shape, sharex="col", sharey="row", squeeze=False)
         for line, (name, entry) in zip(axes, quantities.items(), strict=True):
-            line[0].set_ylabel(_label(study, name))
+            line[0].set_ylabel(label_of(study, name))
             for k, (ax, row) in enumerate(zip(line, entry["variables"].values(), strict=True)):
                 grid = report["grid"][study.paths[k]]
                 ax.plot(grid, np.array(row["one_at_a_time"], dtype=float), color=_TOTAL)
@@ -201,7 +201,7 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
         figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize=10)
 
 
-def _label(study: Study, name: str) -> str:
+def label_of(study: Study, name: str) -> str:
     """Name of an objective or constraint, with its unit as figures write it."""
     text, bracket, unit = study.label(name).rpartition(" [")
     return f"{text} [{typeset(unit)}" if bracket else unit
