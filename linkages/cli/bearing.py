@@ -102,10 +102,10 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "bearing.json", content)
         if not options.no_plots and point.film is not None:
             from linkages.show.plots.bearings import chart_figure, pressure_figure
-            from linkages.show.plots.style import write_png
+            from linkages.show.plots.style import write_figure
 
-            write_png(pressure_figure(point), folder / "bearing_pressure.png")
-            write_png(chart_figure(point, chart(point.case, progress_bar("chart"))), folder / "bearing_chart.png")
+            write_figure(pressure_figure(point), folder / "bearing_pressure")
+            write_figure(chart_figure(point, chart(point.case, progress_bar("chart"))), folder / "bearing_chart")
     print_results(options, format_bearing(point, content), out)
     return 0
 

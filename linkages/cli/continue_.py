@@ -88,11 +88,11 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "branches.json", content(found, units), None)
         if not options.no_plots:
             from linkages.show.plots.attractors import branches_figure
-            from linkages.show.plots.style import axis_label, engineering, write_png
+            from linkages.show.plots.style import axis_label, engineering, write_figure
 
             shown, factor = engineering(value_unit(path), max(abs(low), abs(high)))
             figure = branches_figure(found, units, axis_label(path, shown), factor, points)
-            write_png(figure, folder / "branches.png")
+            write_figure(figure, folder / "branches")
     print_results(options, format_branches(found, units), out)
     if not whole:
         print("interrupted; the results up to then are written", file=sys.stderr)

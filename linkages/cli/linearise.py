@@ -56,9 +56,9 @@ def run(options: argparse.Namespace) -> int:
         found.save(folder / "linear.npz")
         if not options.no_plots and response.size:
             from linkages.show.plots.linear_figures import bode_figure
-            from linkages.show.plots.style import write_png
+            from linkages.show.plots.style import write_figure
 
-            write_png(bode_figure(found, frequencies, response), folder / "bode.png")
+            write_figure(bode_figure(found, frequencies, response), folder / "bode")
     print_results(options, format_model(result), out)
     return 0
 

@@ -39,11 +39,11 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
         write_json(folder / "modes.json", result)
         if not options.no_plots:
             from linkages.show.plots.linear_figures import frequencies_figure, shapes_figure
-            from linkages.show.plots.style import write_png
+            from linkages.show.plots.style import write_figure
 
-            write_png(shapes_figure(found, count), folder / "mode_shapes.png")
+            write_figure(shapes_figure(found, count), folder / "mode_shapes")
             if over is not None:
-                write_png(frequencies_figure(over), folder / "mode_frequencies.png")
+                write_figure(frequencies_figure(over), folder / "mode_frequencies")
     print_results(options, format_modes(result), out)
     return 0
 

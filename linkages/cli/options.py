@@ -6,12 +6,14 @@ import argparse
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
 from linkages.input.files.unit_conversion import is_quantity, read, read_either, si
 from linkages.input.files.writing import OutputFolder
+from linkages.show.plots.presentation import FORMATS, STYLES, presented
 
 if TYPE_CHECKING:
     from linkages.input.model.experiment import Experiment
@@ -26,6 +28,7 @@ _WRITTEN = {
         "drawing.png", "drawing.svg", "report.html", "loads.csv",
     ),
     "compare": ("compare.json", "warnings.json"),
+    "overlay": ("overlay.json", "overlay.png"),
     "sweep": ("sweep.json", "sweep.csv", "sweep.parquet", "sweep.png", "map_*.png", "rows"),
     "continue": ("branches.json", "branches.png"),
     "wear": ("wear.json", "wear_*.png", "wear.html", "report.html", "blocks"),
@@ -113,8 +116,12 @@ def add_cluster(parser: argparse.ArgumentParser) -> None:
 
 
 def add_pictures(parser: argparse.ArgumentParser, animation: bool = False) -> None:
-    """Add ``--no-plots``, and ``--no-animation`` to a command that writes one."""
+    """Add ``--no-plots``, the options of figures, and ``--no-animation`` to a command that writes one."""
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
+    group = parser.add_argument_group("figures")
+    group.add_argument("--format", choices=FORMATS, help="default: png")
+    group.add_argument("--size", metavar="SIZE", help="width and height, such as 85x60mm, or the width alone")
+    group.add_argument("--style", choices=STYLES, help="print has small text, thin lines, 300 dpi; default: screen")
     if animation:
         parser.add_argument("--no-animation", action="store_true", help="write no animation")
 
@@ -182,6 +189,11 @@ def set_values(options: argparse.Namespace) -> dict[str, str | float]:
     return values
 
 
+def as_presented(options: argparse.Namespace) -> AbstractContextManager[None]:
+    """Return the context of a command that shows its results as its options say."""
+    return presented(**{name: getattr(options, name, None) for name in ("format", "size", "style")})
+
+
 def written(out: Path, names: Iterable[str]) -> str:
     """List the files written into the folder of results."""
     return f"written to {out}{os.sep}: {', '.join(names)}"
@@ -211,7 +223,12 @@ def output_folder(options: argparse.Namespace, name: str, command: str) -> Outpu
     if others and not options.force:
         problem = f"holds results of `linkages {others[0]}`; give another folder, or --force to replace them"
         raise InputError("--out", str(out), problem)
-    stale = {name for owner in (command, *others) for name in _WRITTEN[owner]}
+    stale = {
+        f"{name.removesuffix('.png')}.{kind}" if name.endswith(".png") else name
+        for owner in (command, *others)
+        for name in _WRITTEN[owner]
+        for kind in FORMATS
+    }
     return OutputFolder(out, sorted(stale - set(_KEPT.get(command, ()))))
 
 

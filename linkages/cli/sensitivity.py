@@ -54,9 +54,9 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "details.json", details)
         if not options.no_plots:
             from linkages.show.plots.linear_figures import tornado_figure
-            from linkages.show.plots.style import write_png
+            from linkages.show.plots.style import write_figure
 
-            write_png(tornado_figure(found), folder / "tornado.png")
+            write_figure(tornado_figure(found), folder / "tornado")
     print_results(options, format_sensitivities(found, system), out)
     return 0
 

@@ -89,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
         write_tables((path,), pairs, units, True, folder)
         write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
-            _draw(result, units, folder / "sweep.png")
+            _draw(result, units, folder / "sweep")
     print_results(options, format_sweep(result, units), out)
     failed = [point for point in result.points if point.status not in (Status.OK, Status.INTERRUPTED)]
     for point in failed:
@@ -117,7 +117,7 @@ def _draw(result: Sweep, units: dict[str, str], path: Path) -> None:
     """Draw small panels of the peaks where every motion repeats in each revolution, else the bifurcation diagram."""
     from linkages.input.model.experiment import value_unit
     from linkages.show.plots.attractors import bifurcation_figure
-    from linkages.show.plots.style import axis_label, engineering, write_png
+    from linkages.show.plots.style import axis_label, engineering, write_figure
     from linkages.show.plots.swept import peaks_figure
 
     if all(_repeats(point, name) for point in result.points for name in result.names):
@@ -125,7 +125,7 @@ def _draw(result: Sweep, units: dict[str, str], path: Path) -> None:
     else:
         shown, factor = engineering(value_unit(result.path), max(abs(point.value) for point in result.points))
         figure = bifurcation_figure(result, units, axis_label(result.path, shown), scale=factor)
-    write_png(figure, path)
+    write_figure(figure, path)
 
 
 def _repeats(point: SweepPoint, name: str) -> bool:

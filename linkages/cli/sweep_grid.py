@@ -52,12 +52,12 @@ def run_grid(options: argparse.Namespace, ranges: Ranges) -> int:
         write_tables(found.paths, pairs, units, False, folder)
         write_json(folder / "sweep.json", _content(found, units, limits), None)
         if not options.no_plots:
-            from linkages.show.plots.style import write_png
+            from linkages.show.plots.style import write_figure
             from linkages.show.plots.swept import map_figure
 
             for name in names:
                 figure = map_figure(found, name, units[name], limits.get(name))
-                write_png(figure, folder / f"map_{file_name(name)}.png")
+                write_figure(figure, folder / f"map_{file_name(name)}")
     print_results(options, format_grid(found, units, limits), out)
     failed: dict[Status, list[tuple[float, float]]] = {}
     for pair, point in pairs:

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
-from linkages.cli.options import add_cluster, add_out, output_folder, written
+from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
+from linkages.show.plots.presentation import presentation
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -33,7 +34,7 @@ EXAMPLES = """examples:
 """
 
 STORE, RESULT, TABLE = "study.sqlite", "result.json", "results.csv"
-FIGURE, FRONT = "convergence.png", "front.png"
+FIGURE, FRONT = "convergence", "front"
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="compare derivatives by sensitivities with differences of designs, at the start and at the optimum",
     )
-    parser.add_argument("--no-plots", action="store_true", help="draw no figures")
+    add_pictures(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -153,7 +154,7 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
     from optim.search.optimise import optimise
 
     study = job.study
-    figure = None if options.no_plots else job.folder / FIGURE
+    figure = None if options.no_plots else job.folder / f"{FIGURE}.{presentation().format}"
     observe = Observer(study, job.seed, figure)
     evaluator = Evaluator(study, executor, 2 * workers, options.threads, progress=observe.runs)
     checks: dict[str, Any] = {}
@@ -177,7 +178,7 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
     if result["front"] and not options.no_plots:
         from optim.report.figures import write_pareto_front
 
-        write_pareto_front(study, result, job.folder / FRONT)
+        write_pareto_front(study, result, job.folder / f"{FRONT}.{presentation().format}")
     print(format_result(study, result) + "\n")
     if options.verify:
         from optim.search.verification import format_verification, verify

@@ -8,6 +8,7 @@ from pathlib import Path
 from linkages import InputError
 from linkages.cli.options import add_out, add_pictures, output_folder, print_results
 from linkages.input.files.writing import write_json
+from linkages.show.plots.presentation import presentation
 from optim.cli.optimise import seeds_of
 
 HELP = "show or export what an optimisation has computed; which variables matter"
@@ -80,7 +81,7 @@ def _sensitivity(options: argparse.Namespace) -> int:
         if not options.no_plots:
             from optim.report.figures import write_indices, write_one_at_a_time
 
-            write_indices(study, report, folder / "sobol.png")
-            write_one_at_a_time(study, report, folder / "one_at_a_time.png")
+            write_indices(study, report, folder / f"sobol.{presentation().format}")
+            write_one_at_a_time(study, report, folder / f"one_at_a_time.{presentation().format}")
     print_results(options, format_sensitivity(study, report), out)
     return 0
