@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, nearest
-from linkages.cli.options import add_out, add_pictures, number, output_folder, print_results
+from linkages.cli.options import add_out, add_pictures, number, output_folder, print_results, record
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
 
@@ -106,8 +106,22 @@ def run(options: argparse.Namespace) -> int:
 
             write_figure(pressure_figure(point), folder / "bearing_pressure")
             write_figure(chart_figure(point, chart(point.case, progress_bar("chart"))), folder / "bearing_chart")
-    print_results(options, format_bearing(point, content), out)
+        question = "Where does the journal settle under its load, and is this place stable?"
+        table = format_bearing(point, content)
+        record(options, folder, "Journal bearing", question, _answer(content), table)
+    print_results(options, table, out)
     return 0
+
+
+def _answer(content: dict[str, Any]) -> list[str]:
+    """Tell the place of the journal, the power, and the stability."""
+    ratio, film = content["eccentricity_ratio"], 1e6 * content["least_film"]
+    speed = content["threshold_speed"]
+    stable = "stable at every speed" if speed is None else f"stable up to {speed:.4g} rad/s"
+    return [
+        f"The journal settles at {ratio:.4g} of the clearance from the centre; {film:.4g} µm of oil remain.",
+        f"Friction takes {content['power']:.4g} W; a rigid journal is {stable}.",
+    ]
 
 
 def format_bearing(point: BearingPoint, content: dict[str, Any]) -> str:

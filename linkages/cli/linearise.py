@@ -6,8 +6,8 @@ import argparse
 import math
 from typing import TYPE_CHECKING, Any
 
-from linkages.base.errors import InputError
-from linkages.cli.options import add_experiment, add_names, load_system, output_folder, print_results, seconds
+from linkages.base.errors import InputError, listed
+from linkages.cli.options import add_experiment, add_names, load_system, output_folder, print_results, record, seconds
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
@@ -59,7 +59,11 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.style import write_figure
 
             write_figure(bode_figure(found, frequencies, response), folder / "bode")
-    print_results(options, format_model(result), out)
+        table = format_model(result)
+        what = f"{listed(result['outputs'])} to {listed(result['inputs'] or ['a disturbed state'])}"
+        question = f"How do small motions about the {_where(result)} respond: {what}?"
+        record(options, folder, title, question, _answer(result), table)
+    print_results(options, table, out)
     return 0
 
 
@@ -81,9 +85,8 @@ def content(title: str, found: StateSpace) -> dict[str, Any]:
 
 def format_model(result: dict[str, Any]) -> str:
     """Format the content of ``linear.json`` as lines of text."""
-    where = "equilibrium" if result["at_rest"] else "state in motion"
     lines = [
-        f"{result['title']}: linear model at t = {result['time']:g} s, {where}",
+        f"{result['title']}: linear model at t = {result['time']:g} s, {_where(result)}",
         f"states: {', '.join(result['states'])}",
         f"inputs: {', '.join(result['inputs']) or 'none'}",
         f"outputs: {', '.join(result['outputs'])}",
@@ -105,6 +108,21 @@ def format_model(result: dict[str, Any]) -> str:
     if result["error"] > _ERROR:
         lines += ["", f"warning: C and D have a relative error of {result['error']:.1g}: an output is not smooth here"]
     return "\n".join(lines)
+
+
+def _where(result: dict[str, Any]) -> str:
+    return "equilibrium" if result["at_rest"] else "state in motion"
+
+
+def _answer(result: dict[str, Any]) -> list[str]:
+    """Tell the stability of a model, and its lowest frequency."""
+    poles = [complex(*pole) for pole in result["poles"]]
+    slowest = max((pole.real for pole in poles), default=0.0)
+    kind = "unstable: a disturbance grows" if slowest > 0.0 else "stable: the slowest disturbance decays"
+    said = [f"The linear model is {kind} by a factor of e in {1.0 / abs(slowest):.4g} s."] if slowest else []
+    if ringing := [abs(pole) for pole in poles if pole.imag]:
+        said.append(f"Its lowest natural frequency is {min(ringing) / (2.0 * math.pi):.4g} Hz.")
+    return said or ["The linear model neither decays nor grows."]
 
 
 def _usual(found: StateSpace) -> tuple[float, float, int]:

@@ -57,6 +57,7 @@ def _run(words: list[str]) -> int:
     if words[0] not in first:
         raise InputError("linkages", words[0], f"is unknown; {nearest(words[0], first)}")
     options = command_line.parse_args(words)
+    options.words = words
     be_quiet(options)
     return execute(known[options.command].run, options)
 

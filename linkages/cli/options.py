@@ -7,12 +7,13 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
 from linkages.input.files.unit_conversion import is_quantity, read, read_either, si
-from linkages.input.files.writing import OutputFolder
+from linkages.input.files.writing import OutputFolder, write_json
 from linkages.show.plots.presentation import FORMATS, STYLES, presented
 
 if TYPE_CHECKING:
@@ -25,13 +26,13 @@ _WRITTEN = {
         "summary.json", "trajectory.npz", "ideal.npz", "trajectory.csv", "trajectory.mat", "trajectory.parquet",
         "trajectory.nc", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "guides.png", "impacts.png",
         "joint_forces.png", "drive_torques.png", "measured.png", "measured.npz", "animation.html", "drawing.html",
-        "drawing.png", "drawing.svg", "report.html", "loads.csv",
+        "drawing.png", "drawing.svg", "loads.csv",
     ),
     "compare": ("compare.json", "warnings.json"),
     "overlay": ("overlay.json", "overlay.png"),
     "sweep": ("sweep.json", "sweep.csv", "sweep.parquet", "sweep.png", "map_*.png", "rows"),
     "continue": ("branches.json", "branches.png"),
-    "wear": ("wear.json", "wear_*.png", "wear.html", "report.html", "blocks"),
+    "wear": ("wear.json", "wear_*.png", "wear.html", "blocks"),
     "modes": ("modes.json", "animation.html", "*.png"),
     "linearise": ("linear.json", "linear.npz", "bode.png"),
     "bearing": ("bearing.json", "bearing_chart.png", "bearing_pressure.png"),
@@ -199,6 +200,16 @@ def written(out: Path, names: Iterable[str]) -> str:
     return f"written to {out}{os.sep}: {', '.join(names)}"
 
 
+def record(options: argparse.Namespace, folder: Path, title: str, question: str, answer: list[str], table: str) -> None:
+    """Write ``record.json`` for ``linkages report``: question, answer, table, command line without its folder."""
+    from linkages.input.files.versions import versions
+
+    given = {"title": title, "question": question, "answer": answer, "table": table}
+    pairs = pairwise(["", *options.words])
+    words = [word for before, word in pairs if "--out" not in (before, word) and not word.startswith("--out=")]
+    write_json(folder / "record.json", given | {"words": words, "versions": versions()})
+
+
 def print_results(options: argparse.Namespace, table: str, out: OutputFolder) -> None:
     """Print the table of a command and the names of its files, unless it is quiet."""
     if not getattr(options, "quiet", False):
@@ -226,7 +237,7 @@ def output_folder(options: argparse.Namespace, name: str, command: str) -> Outpu
     stale = {
         f"{name.removesuffix('.png')}.{kind}" if name.endswith(".png") else name
         for owner in (command, *others)
-        for name in _WRITTEN[owner]
+        for name in (*_WRITTEN[owner], "record.json", "report.html")
         for kind in FORMATS
     }
     return OutputFolder(out, sorted(stale - set(_KEPT.get(command, ()))))

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.base.errors import InputError, nearest
-from linkages.cli.options import add_names, add_out, add_pictures, output_folder, print_results, seconds
+from linkages.base.errors import InputError, listed, nearest
+from linkages.cli.options import add_names, add_out, add_pictures, output_folder, print_results, record, seconds
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
@@ -57,7 +57,11 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.style import write_figure
 
             write_figure(overlay_figure(runs, names), folder / "overlay")
-    print_results(options, format_peaks(found, units), out)
+        table = format_peaks(found, units)
+        question = f"What are the peaks of {listed(names)} in {listed(runs)}?"
+        answer = [_answer(name, units[name], of_runs) for name, of_runs in found.items()]
+        record(options, folder, "Runs in one figure", question, answer, table)
+    print_results(options, table, out)
     return 0
 
 
@@ -98,6 +102,11 @@ def _unit(name: str, runs: dict[str, Trajectory]) -> str:
         said = ", ".join(f"[{unit}] in {label}" for label, unit in units.items())
         raise InputError("--output", name, f"is {said}; overlay runs where it has one unit")
     return next(iter(units.values()))
+
+
+def _answer(name: str, unit: str, found: dict[str, dict[str, float]]) -> str:
+    run = max(found, key=lambda run: found[run]["peak"])
+    return f"The largest peak of {name} is {found[run]['peak']:.4g} {unit}, in {run}."
 
 
 def format_peaks(peaks: dict[str, dict[str, Any]], units: dict[str, str]) -> str:

@@ -7,7 +7,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import counted
-from linkages.base.errors import InputError, Status
+from linkages.base.errors import InputError, Status, listed
 from linkages.cli.options import (
     add_cluster,
     add_drive,
@@ -19,11 +19,12 @@ from linkages.cli.options import (
     output_names,
     path_and_parts,
     print_results,
+    record,
     value_of,
 )
 from linkages.cli.progress import stages
 from linkages.cli.sweep_grid import run_grid
-from linkages.cli.sweep_tables import entry, some, statistics, write_tables
+from linkages.cli.sweep_tables import entry, extremes_said, some, statistics, write_tables
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
@@ -90,7 +91,10 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
             _draw(result, units, folder / "sweep")
-    print_results(options, format_sweep(result, units), out)
+        table, title = format_sweep(result, units), system.experiment.title or system.experiment.source.stem
+        question = f"How do the peaks of {listed(names)} change with {path} from {values[0]:.5g} to {values[-1]:.5g}?"
+        record(options, folder, title, question, _answer(result, units), table)
+    print_results(options, table, out)
     failed = [point for point in result.points if point.status not in (Status.OK, Status.INTERRUPTED)]
     for point in failed:
         print(f"{path} = {point.value:g}: {point.status.value}; {point.status.remedy}", file=sys.stderr)
@@ -126,6 +130,19 @@ def _draw(result: Sweep, units: dict[str, str], path: Path) -> None:
         shown, factor = engineering(value_unit(result.path), max(abs(point.value) for point in result.points))
         figure = bifurcation_figure(result, units, axis_label(result.path, shown), scale=factor)
     write_figure(figure, path)
+
+
+def _answer(result: Sweep, units: dict[str, str]) -> list[str]:
+    """Tell the extreme peaks of each output, and where the motion does not repeat in each revolution."""
+    said = [
+        extremes_said(name, units[name], {f"{point.value:.5g}": point.mean_peak(name) for point in result.points})
+        for name in result.names
+    ]
+    other = [point.value for point in result.points if not all(_repeats(point, name) for name in result.names)]
+    if other:
+        where = f"at {counted(len(other), 'value')} from {min(other):.5g} to {max(other):.5g}"
+        said.append(f"The motion does not repeat in each revolution {where}.")
+    return said
 
 
 def _repeats(point: SweepPoint, name: str) -> bool:

@@ -9,10 +9,10 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import counted
-from linkages.base.errors import InputError, Status, nearest
-from linkages.cli.options import load_system, number, output_folder, output_names, print_results
+from linkages.base.errors import InputError, Status, listed, nearest
+from linkages.cli.options import load_system, number, output_folder, output_names, print_results, record
 from linkages.cli.progress import stages
-from linkages.cli.sweep_tables import entry, some, write_tables
+from linkages.cli.sweep_tables import entry, extremes_said, some, write_tables
 from linkages.input.files.writing import file_name, write_json
 
 if TYPE_CHECKING:
@@ -58,7 +58,10 @@ def run_grid(options: argparse.Namespace, ranges: Ranges) -> int:
             for name in names:
                 figure = map_figure(found, name, units[name], limits.get(name))
                 write_figure(figure, folder / f"map_{file_name(name)}")
-    print_results(options, format_grid(found, units, limits), out)
+        table, title = format_grid(found, units, limits), system.experiment.title or system.experiment.source.stem
+        question = f"How do the peaks of {listed(names)} change with {path} and {other_path}?"
+        record(options, folder, title, question, [_answer(found, name, units[name]) for name in names], table)
+    print_results(options, table, out)
     failed: dict[Status, list[tuple[float, float]]] = {}
     for pair, point in pairs:
         if point.status not in (Status.OK, Status.INTERRUPTED):
@@ -72,6 +75,11 @@ def run_grid(options: argparse.Namespace, ranges: Ranges) -> int:
         print(f"interrupted; the sections of {done} of {of} are written; the same command continues", file=sys.stderr)
         return 130
     return int(bool(failed))
+
+
+def _answer(found: Grid, name: str, unit: str) -> str:
+    places = [f"{a:.5g} and {b:.5g}" for a in found.values[0] for b in found.values[1]]
+    return extremes_said(name, unit, dict(zip(places, found.peaks(name).ravel().tolist(), strict=True)))
 
 
 def read_limits(texts: Sequence[str], units: Mapping[str, str]) -> dict[str, float]:

@@ -85,6 +85,16 @@ def columns(section: Section) -> dict[str, dict[str, list[float]]]:
     return {name: {kind: values[name].tolist() for kind, values in kinds.items()} for name in section.strobe}
 
 
+def extremes_said(name: str, unit: str, peaks: Mapping[str, float]) -> str:
+    """Tell the smallest and the largest peak of an output, and the places of both."""
+    known = {place: peak for place, peak in peaks.items() if peak == peak}
+    if not known:
+        return f"No run gives a peak of {name}."
+    low, high = min(known, key=known.__getitem__), max(known, key=known.__getitem__)
+    said = f"largest, {known[high]:.4g} {unit}, at {high}, and smallest, {known[low]:.4g} {unit}, at {low}"
+    return f"The mean peak of {name} is {said}."
+
+
 def some(count: int, most: int) -> list[int]:
     """Return at most so many indices, evenly spaced from the first to the last."""
     return sorted({round(k * (count - 1) / (most - 1)) for k in range(most)}) if count > most else list(range(count))

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
-from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, written
+from linkages.base.errors import listed
+from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 from linkages.show.plots.presentation import presentation
@@ -96,7 +97,9 @@ def run(options: argparse.Namespace) -> int:
         from optim.report.result import format_table, write_table
 
         write_table(results, root / TABLE)
-        print(format_table(results) + "\n")
+        table = format_table(results)
+        record(options, root, "Several studies", "Which designs are best?", ["The table lists every run."], table)
+        print(table + "\n")
     print(written(root, sorted(p.name for p in root.iterdir() if p.name[0] != "." and p.suffix != ".lock")))
     return 0
 
@@ -150,7 +153,7 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
 
     from optim.evaluate.evaluator import Evaluator
     from optim.report.observe import Observer
-    from optim.report.result import format_result
+    from optim.report.result import format_result, result_answer
     from optim.search.optimise import optimise
 
     study = job.study
@@ -179,7 +182,10 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
         from optim.report.figures import write_pareto_front
 
         write_pareto_front(study, result, job.folder / f"{FRONT}.{presentation().format}")
-    print(format_result(study, result) + "\n")
+    table = format_result(study, result)
+    question = f"Which design is best: {listed(study.label(name) for name in result['best']['objectives'])}?"
+    record(options, job.folder, study.title, question, result_answer(study, result), table)
+    print(table + "\n")
     if options.verify:
         from optim.search.verification import format_verification, verify
 
