@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import zlib
 
 import numpy as np
@@ -12,6 +13,18 @@ import linkages
 from linkages.cli.main import main
 from linkages.plots import overlay_figure, presented, write_figures
 
+SLIDER = """<sdf version="1.9"><model name="p"><link name="block"><inertial><mass>2</mass>
+<inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link><joint name="guide" type="prismatic">
+<parent>world</parent><child>block</child><axis><xyz>0 1 0</xyz></axis></joint></model></sdf>"""
+HUNG = """mechanism = "p.sdf"
+duration = 1.0
+gravity = [0.0, -9.81, 0.0]
+[springs.hook]
+point = "block"
+anchor = [0.0, 1.0]
+stiffness = 400.0
+free_length = 1.0
+"""
 POINT = 72.0 / 25.4  # points in a millimetre
 
 
@@ -136,3 +149,81 @@ def test_wrong_overlays_are_refused_in_one_line(arguments, said, runs, tmp_path,
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert said in error
+
+
+UNITS = "mm, deg, r/min, kN, mm/s2"
+
+
+def _row(table, name):
+    """Numbers of the first line of a table that begins with a name."""
+    line = next(line for line in table.splitlines() if line.startswith(name))
+    return [float(word) for word in line.removeprefix(name).split() if re.fullmatch(r"[-+\d.e]+", word)]
+
+
+def test_tables_figures_and_pages_have_the_units_of_the_option(study, tmp_path, capsys):
+    run = ["simulate", "slider_crank_dry.toml", "--duration", "0.004", "--no-animation", "--no-error-estimate"]
+    assert main([*run, "--out", str(tmp_path / "si"), "--no-plots"]) == 0
+    si = capsys.readouterr().out
+    assert main([*run, "--out", str(tmp_path / "mm"), "--units", UNITS, "--format", "svg"]) == 0
+    other = capsys.readouterr().out
+    names = {"slider.x [m]": ("slider.x [mm]", 1e3), "slider.ax [m/s2]": ("slider.ax [mm/s2]", 1e3)}
+    for name, (shown, factor) in names.items():
+        assert _row(other, shown) == pytest.approx(np.multiply(_row(si, name), factor), rel=2e-4)
+    assert "joint force [kN]" in other
+    assert re.search(r"the largest joint force is [\d.]+ kN", other)
+    summaries = [json.loads((tmp_path / name / "summary.json").read_text()) for name in ("si", "mm")]
+    assert summaries[0]["outputs"] == summaries[1]["outputs"]
+    assert ">slider: position x [mm]<" in (tmp_path / "mm" / "output_slider.x.svg").read_text()
+    assert main(["report", str(tmp_path / "mm"), "--units", UNITS]) == 0
+    page = (tmp_path / "mm" / "report.html").read_text(encoding="utf-8")
+    assert "slider.ax [mm/s²]" in page
+    assert '"name": "slider.x", "unit": "mm"' in page
+    assert main(["export", str(tmp_path / "mm"), "--to", "csv", "--units", UNITS]) == 0
+    head, first, *_ = (tmp_path / "mm" / "trajectory.csv").read_text().splitlines()
+    column = head.split(",").index("slider.x [mm]")
+    run = linkages.load_trajectory(tmp_path / "mm" / "trajectory.npz")
+    assert float(first.split(",")[column]) == pytest.approx(1e3 * run["slider.x"][0], rel=1e-15)
+
+
+def test_the_units_of_an_experiment(tmp_path, capsys):
+    text = linkages.find_file("four_bar_dry.toml").read_text(encoding="utf-8")
+    shutil.copy(linkages.find_file("four_bar.sdf"), tmp_path)
+    (tmp_path / "mine.toml").write_text(f'units = "mm/s2, r/min"\n{text}')
+    words = ["simulate", str(tmp_path / "mine.toml"), "--duration", "1e-3", "--no-plots", "--no-animation"]
+    assert main([*words, "--out", str(tmp_path / "out")]) == 0
+    assert "[mm/s2]" in capsys.readouterr().out
+    (tmp_path / "mine.toml").write_text(f'units = "mm/s2, apples"\n{text}')
+    assert main([*words, "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith('error: mine.toml: units: has "apples"; give units of')
+
+
+def test_a_sweep_in_other_units(tmp_path, capsys):
+    vary = ["--vary", "joints.B.clearance=1e-4:2e-4:2", "--revolutions", "1", "--transient", "0", "--no-plots"]
+    words = ["sweep", "slider_crank_dry.toml", *vary, "--output", "B.force", "--units", "mm,kN", "--out", str(tmp_path)]
+    assert main(words) == 0
+    table = capsys.readouterr().out
+    written = json.loads((tmp_path / "sweep.json").read_text())
+    peaks = [max(point["outputs"]["B.force"]["max"]) for point in written["points"]]
+    assert _row(table, "0.1 ") == pytest.approx([1e-3 * peaks[0]], rel=1e-4)
+    head, line, *_ = (tmp_path / "sweep.csv").read_text().splitlines()
+    row = dict(zip(head.split(","), line.split(","), strict=True))
+    assert float(row["joints.B.clearance [mm]"]) == pytest.approx(0.1, rel=1e-15)
+    assert float(row["B.force.max [kN]"]) == pytest.approx(1e-3 * peaks[0], rel=1e-15)
+
+
+def test_the_operating_point_is_in_the_table_of_a_linear_model(tmp_path, capsys):
+    """A slider hangs from a spring: its deflection at rest is m g / k."""
+    (tmp_path / "p.sdf").write_text(SLIDER)
+    (tmp_path / "p.toml").write_text(HUNG)
+    words = ["linearise", str(tmp_path / "p.toml"), "--equilibrium", "--output", "block.y", "--units", "mm"]
+    assert main([*words, "--no-plots", "--out", str(tmp_path / "out")]) == 0
+    assert _row(capsys.readouterr().out, "block.y [mm]") == pytest.approx([-1e3 * 2.0 * 9.81 / 400.0], rel=1e-5)
+
+
+@pytest.mark.parametrize("units", ["mm, um", "apples", "mm,", "m m", "1"])
+def test_wrong_units_are_refused_in_one_line(units, runs, capsys):
+    assert main(["report", str(runs / "seven_bar"), "--units", units]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert error.startswith("error: --units: ")

@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, nearest
-from linkages.cli.options import add_out, add_pictures, number, output_folder, print_results, record
+from linkages.cli.options import add_out, add_pictures, add_units, number, output_folder, print_results, record
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
 
@@ -56,6 +56,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cavity-pressure", default="0", metavar="P", help="gauge, at most 0; default: 0 [Pa]")
     parser.add_argument("--tilt", default="0, 0", metavar="A, B", help="slope of the journal along and across the load")
     parser.add_argument("--mass", metavar="M", help="of the journal, for the threshold speed; default: load/g [kg]")
+    add_units(parser)
     add_pictures(parser)
     add_out(parser)
 
@@ -126,12 +127,16 @@ def _answer(content: dict[str, Any]) -> list[str]:
 
 def format_bearing(point: BearingPoint, content: dict[str, Any]) -> str:
     """Format an operating point as a table."""
+    from linkages.show.plots.presentation import shown
+
     case = point.case
     rule = f", cavitation {content['cavitation']}" if content["cavitation"] else ""
     lines = [f"journal bearing, L/D {case.length / case.diameter:.4g}, {case.film} film{rule}", ""]
 
     def row(name: str, value: float | None, unit: str, none: str = "-") -> str:
-        return f"{name:24s}{none if value is None else f'{value:.5g}':>14s}  {unit}"
+        si, comma, more = unit.partition(",")
+        label, factor = shown(si)
+        return f"{name:24s}{none if value is None else f'{factor * value:.5g}':>14s}  {label}{comma}{more}"
 
     lines += [
         row("Sommerfeld number", content["sommerfeld"], "-"),

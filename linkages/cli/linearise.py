@@ -7,7 +7,16 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, listed
-from linkages.cli.options import add_experiment, add_names, load_system, output_folder, print_results, record, seconds
+from linkages.cli.options import (
+    add_experiment,
+    add_names,
+    add_units,
+    load_system,
+    output_folder,
+    print_results,
+    record,
+    seconds,
+)
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
@@ -27,6 +36,7 @@ _SHOWN = 20  # most poles in the table
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     add_experiment(parser)
+    add_units(parser)
     parser.add_argument("--time", type=seconds, default=0.0, metavar="SECONDS", help="time of the state; default: 0")
     parser.add_argument("--equilibrium", action="store_true", help="find an equilibrium near the state of that time")
     add_names(parser, "--input", "DRIVE.torque, TORQUE.torque, FORCE.fx, FORCE.fy; may be repeated; default: all")
@@ -91,6 +101,8 @@ def format_model(result: dict[str, Any]) -> str:
         f"inputs: {', '.join(result['inputs']) or 'none'}",
         f"outputs: {', '.join(result['outputs'])}",
         "",
+        *_operating_point(result),
+        "",
         f"{'pole [1/s]':>28s}{'frequency [Hz]':>17s}{'damping [1]':>14s}",
     ]
     upper = [complex(*pole) for pole in result["poles"] if pole[1] >= 0.0]
@@ -108,6 +120,17 @@ def format_model(result: dict[str, Any]) -> str:
     if result["error"] > _ERROR:
         lines += ["", f"warning: C and D have a relative error of {result['error']:.1g}: an output is not smooth here"]
     return "\n".join(lines)
+
+
+def _operating_point(result: dict[str, Any]) -> list[str]:
+    """Format the outputs, then the states, at the operating point."""
+    from linkages.show.plots.presentation import shown
+
+    lines = [f"{'operating point':36s}{'value':>14s}"]
+    for name, one in result["outputs"].items():
+        unit, factor = shown(one["unit"])
+        lines.append(f"{f'{name} [{unit}]':36s}{factor * one['value']:14.6g}")
+    return lines + [f"{f'state {name}':36s}{value:14.6g}" for name, value in result["states"].items()]
 
 
 def _where(result: dict[str, Any]) -> str:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from linkages.base.errors import InputError
 from linkages.input.files.unit_conversion import is_quantity, read, read_either, si
 from linkages.input.files.writing import OutputFolder, write_json
-from linkages.show.plots.presentation import FORMATS, STYLES, presented
+from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
 
 if TYPE_CHECKING:
     from linkages.input.model.experiment import Experiment
@@ -99,6 +99,12 @@ def add_names(parser: argparse.ArgumentParser, option: str, meaning: str) -> Non
     parser.add_argument(option, action="append", metavar="NAME", help=meaning)
 
 
+def add_units(parser: argparse.ArgumentParser) -> None:
+    """Add ``--units``."""
+    meaning = "units of tables, figures and pages instead of SI units, such as mm,deg,r/min; JSON and NPZ keep SI units"
+    parser.add_argument("--units", metavar="UNITS", help=meaning)
+
+
 def add_number(parser: argparse.ArgumentParser, option: str, default: float, metavar: str, meaning: str) -> None:
     """Add an option with a number of the type of its default."""
     text = f"{meaning}; default: %(default)s"
@@ -152,6 +158,8 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
     worn = _worn_values(options.worn) if getattr(options, "worn", None) else {}
     values = {**(defaults or {}), **worn, **set_values(options)}
     system = load(find_file(options.file, ".toml"), values, COMMAND_LINE)
+    if getattr(options, "units", None) is None:
+        show_in(system.experiment.units, (system.experiment.source, "units"))
     if getattr(options, "ideal", False):
         ideal = {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}
         return system.replaced(ideal, COMMAND_LINE)
@@ -192,7 +200,7 @@ def set_values(options: argparse.Namespace) -> dict[str, str | float]:
 
 def as_presented(options: argparse.Namespace) -> AbstractContextManager[None]:
     """Return the context of a command that shows its results as its options say."""
-    return presented(**{name: getattr(options, name, None) for name in ("format", "size", "style")})
+    return presented(**{name: getattr(options, name, None) for name in ("format", "size", "style", "units")})
 
 
 def written(out: Path, names: Iterable[str]) -> str:

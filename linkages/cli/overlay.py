@@ -7,7 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, listed, nearest
-from linkages.cli.options import add_names, add_out, add_pictures, output_folder, print_results, record, seconds
+from linkages.cli.options import (
+    add_names,
+    add_out,
+    add_pictures,
+    add_units,
+    output_folder,
+    print_results,
+    record,
+    seconds,
+)
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
@@ -27,6 +36,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_names(parser, "--output", "output, see `linkages keys`; a panel of the figure; may be repeated")
     parser.add_argument("--from", type=seconds, metavar="SECONDS", help="without the times before; default: all")
     parser.add_argument("--to", type=seconds, metavar="SECONDS", help="without the times after; default: all")
+    add_units(parser)
     add_pictures(parser)
     add_out(parser)
 
@@ -111,14 +121,17 @@ def _answer(name: str, unit: str, found: dict[str, dict[str, float]]) -> str:
 
 def format_peaks(peaks: dict[str, dict[str, Any]], units: dict[str, str]) -> str:
     """Format the peak of each output in each run as lines of text."""
+    from linkages.show.plots.presentation import shown
+
     width = max(24, *(2 + len(label) for found in peaks.values() for label in found))
     lines = []
     for name, found in peaks.items():
-        label = f"{name} [{units[name]}]" if units[name] else name
+        unit, factor = shown(units[name])
+        label = f"{name} [{unit}]" if unit else name
         lines += [f"{label:{width}s}{'peak':>14s}{'at [s]':>14s}{'peak over first':>18s}"]
         first = next(iter(found.values()))["peak"]
         for run, one in found.items():
-            cells = "".join(f"{one[key]:14.6g}" for key in ("peak", "time"))
+            cells = f"{factor * one['peak']:14.6g}{one['time']:14.6g}"
             lines.append(f"  {run:{width - 2}s}{cells}" + (f"{one['peak'] / first:18.4g}" if first else f"{'-':>18s}"))
         lines.append("")
     return "\n".join(lines[:-1])

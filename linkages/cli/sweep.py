@@ -14,6 +14,7 @@ from linkages.cli.options import (
     add_experiment,
     add_number,
     add_outputs,
+    add_units,
     load_system,
     output_folder,
     output_names,
@@ -51,6 +52,7 @@ _MOST = 1e6  # largest number of values
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     add_experiment(parser, lasting=False)
+    add_units(parser)
     meaning = "N values of a variable, evenly spaced; given twice: a grid of values"
     parser.add_argument("--vary", action="append", required=True, metavar="PATH=LO:HI:N", help=meaning)
     add_number(parser, "--revolutions", 20, "N", "recorded revolutions")
@@ -165,23 +167,26 @@ def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
 def format_sweep(result: Sweep, units: dict[str, str]) -> str:
     """Format the peaks of at most a dozen values as lines of text, with the horizon of reproducible digits."""
     from linkages.input.model.experiment import value_unit
+    from linkages.show.plots.presentation import shown, shown_unit
 
     count = len(result.points)
-    shown = some(count, 12)
+    few = some(count, 12)
     width = max(16, *(len(name) + len(units[name]) + 5 for name in result.names))
-    heads = [f"{f'{name} [{units[name]}]':>{width + 12}s}" for name in result.names]
+    heads = [f"{f'{name} [{shown_unit(units[name])}]':>{width + 12}s}" for name in result.names]
     several = any(point.section is not None and len(point.section.times) > 1 for point in result.points)
     spread = ": mean ± standard deviation over the revolutions" if several else ""
     si = value_unit(result.path)
-    variable = f"{result.path} [{si}]" if si else result.path
+    unit, scale = shown(si)
+    variable = f"{result.path} [{unit}]" if si else result.path
     first = max(22, len(variable) + 2)
     lines = [f"{result.path}: {counted(count, 'value')}; peak of a revolution{spread}", ""]
     lines.append("".join([f"{variable:{first}s}", *heads]))
-    for k in shown:
+    for k in few:
         point = result.points[k]
-        line = f"{point.value:<{first}.6g}"
+        line = f"{scale * point.value:<{first}.6g}"
         for name in result.names:
-            row = statistics(point, name)
+            factor = shown(units[name])[1]
+            row = {key: factor * value for key, value in statistics(point, name).items()}
             spread = f"± {row['peak_std']:.2g}" if row["peak_std"] == row["peak_std"] else ""
             line += f"{row['peak_mean']:{width}.5g} {spread:11s}"
         lines.append(line + ("" if point.status is Status.OK else f"  {point.status.value}"))

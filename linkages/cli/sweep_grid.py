@@ -111,28 +111,41 @@ def format_grid(found: Grid, units: Mapping[str, str], limits: Mapping[str, floa
     import numpy as np
 
     from linkages.input.model.experiment import value_unit
+    from linkages.show.plots.presentation import shown, shown_unit
 
-    down, across = (f"{path} [{si}]" if (si := value_unit(path)) else path for path in found.paths)
+    down, across = (f"{path} [{shown_unit(si)}]" if (si := value_unit(path)) else path for path in found.paths)
     firsts, seconds = (some(len(those), most) for those, most in zip(found.values, _SHOWN, strict=True))
     size = " x ".join(str(len(those)) for those in found.values)
+    ups, rights = (_scaled(path, those) for path, those in zip(found.paths, found.values, strict=True))
     lines = [f"{down} downwards, {across} to the right: {size} values; mean of the revolutions' peaks"]
     for name in found.names:
-        peaks = found.peaks(name)
-        lines += ["", f"{name} [{units[name]}]", " " * 12 + "".join(f"{found.values[1][k]:>11.5g}" for k in seconds)]
+        unit, factor = shown(units[name])
+        peaks = factor * found.peaks(name)
+        lines += ["", f"{name} [{unit}]", " " * 12 + "".join(f"{rights[k]:>11.5g}" for k in seconds)]
         for k in firsts:
             cells = "".join(f"{peaks[k, j]:>11.5g}" if peaks[k, j] == peaks[k, j] else f"{'-':>11s}" for j in seconds)
-            lines.append(f"{found.values[0][k]:>12.5g}{cells}")
+            lines.append(f"{ups[k]:>12.5g}{cells}")
         if not np.isnan(peaks).all():
             for what, at in (("largest", np.nanargmax(peaks)), ("smallest", np.nanargmin(peaks))):
                 lines.append(_place(found, peaks, what, int(at)))
         if name in limits:
-            above, known = int((peaks > limits[name]).sum()), int((~np.isnan(peaks)).sum())
-            lines.append(f"above the limit of {limits[name]:.5g}: {above} of {counted(known, 'pair')}")
+            limit = factor * limits[name]
+            above, known = int((peaks > limit).sum()), int((~np.isnan(peaks)).sum())
+            lines.append(f"above the limit of {limit:.5g}: {above} of {counted(known, 'pair')}")
     return "\n".join(lines)
 
 
 def _place(found: Grid, peaks: Any, what: str, at: int) -> str:
     """Tell an extreme of the peaks and the pair of values where it is."""
     k, j = divmod(at, len(found.values[1]))
-    (path, other_path), (values, other_values) = found.paths, found.values
+    path, other_path = found.paths
+    values, other_values = _scaled(path, found.values[0]), _scaled(other_path, found.values[1])
     return f"{what}: {peaks[k, j]:.5g} at {path} = {values[k]:.5g}, {other_path} = {other_values[j]:.5g}"
+
+
+def _scaled(path: str, values: Sequence[float]) -> list[float]:
+    """Return the values of a variable in the shown unit."""
+    from linkages.input.model.experiment import value_unit
+    from linkages.show.plots.presentation import shown
+
+    return [shown(value_unit(path))[1] * value for value in values]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
-from linkages.show.plots.presentation import presentation
+from linkages.show.plots.presentation import presentation, shown
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -113,6 +113,9 @@ def save_figure(figure: Figure, path: Path, format: str) -> None:
 
 def engineering(unit: str, largest: float) -> tuple[str, float]:
     """Return the most readable unit for values up to a magnitude, and the factor from the SI unit."""
+    if unit in presentation().units:
+        name, factor = shown(unit)
+        return typeset(name), factor
     for prefix, factor in _PREFIXED.get(unit, ()):
         if largest * factor >= 1.0:
             return f"{prefix}{typeset(unit)}", factor
@@ -121,7 +124,9 @@ def engineering(unit: str, largest: float) -> tuple[str, float]:
 
 def readable(unit: str, largest: float) -> tuple[str, float]:
     """Return unit and factor of values over time as `engineering`, but of angles in degrees."""
-    return ("deg", 180.0 / math.pi) if unit == "rad" and largest >= _SMALL else engineering(unit, largest)
+    if unit == "rad" and largest >= _SMALL and unit not in presentation().units:
+        return "deg", 180.0 / math.pi
+    return engineering(unit, largest)
 
 
 def round_length(most: float) -> tuple[float, str]:

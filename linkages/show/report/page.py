@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -16,6 +17,7 @@ from linkages.results.trajectory import load_trajectory
 from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
 from linkages.show.report import answer, page_tables, words
 from linkages.show.report.result_folder import FIGURES, PICTURES, Results
+from linkages.show.report.units import as_shown
 
 
 def write_report(results: Results, path: Path) -> None:
@@ -48,6 +50,7 @@ def render(results: Results) -> str:
         answer=answer,
         words=words,
         tables=page_tables,
+        shown=replace(results, summary=as_shown(results.summary)),
         drawing=data_uri(results.drawing) if results.drawing else None,
         figures=[_figure(path) for path in results.figures],
         versions=[f"{k}=={v}" for k, v in versions.items() if k not in elsewhere],
