@@ -95,6 +95,7 @@ class Experiment(Brief, Table):
 
     mechanism: str = Field(description="SDFormat file, relative to this file")
     title: str = Field("", description="one line for tables and figures")
+    units: str = Field("", description="units of tables and figures, such as mm, deg, r/min; default: SI units")
     duration: Positive = Field(description="simulated time [s]")
     gravity: _Vector = Field([0.0, 0.0, 0.0], description="gravity, world axes [m/s2]")
     start: Literal["centred", "equilibrium"] = Field(
