@@ -13,7 +13,7 @@ from optim.report.figures import png
 
 
 def write_identification(found: Mapping[str, Any], folder: Path, form: str = "png") -> None:
-    """Write ``fit.png``, ``correlation.png``, ``windows.png`` and, if they are known, ``profiles.png``, or another form."""
+    """Write ``fit``, ``correlation``, ``windows`` and, if they are known, ``profiles``, as PNG or in another form."""
     _write_fit(found, folder / f"fit.{form}")
     _write_correlation(found, folder / f"correlation.{form}")
     if len(found["history"]) > 1:
