@@ -31,7 +31,7 @@ infinite, and no engine reports it. Drives, forces and torques also take their s
 
 ## All keys
 
-Examples: [loads](loads.md), [gears, stops, lines and friction](constraints.md), [flexible links](flexible.md), [grooves, heat, tilt](bearing.md),
+Examples: [loads](loads.md), [gears, backlash, stops, lines and friction](constraints.md), [flexible links](flexible.md), [grooves, heat, tilt](bearing.md),
 [part of a run that tables report](outputs.md#the-steady-cycle), [wear](wear.md).
 
 """

@@ -188,12 +188,18 @@ class Assessment(Brief):
     @cached_property
     def sound(self) -> Soundness:
         """Return where numbers of the run have no meaning."""
-        return Soundness.of_run(self.system, self.run)
+        return Soundness.of_run(self.system, self._early(self.run))
 
     @cached_property
     def ideal_sound(self) -> Soundness:
         """Return where numbers of the ideal motion have no meaning."""
-        return Soundness.of_ideal(self.system, self.ideal)
+        return Soundness.of_ideal(self.system, self._early(self.ideal))
+
+    def _early(self, motion: Trajectory) -> Trajectory:
+        """Return the first part of a long motion that repeats itself, whose samples are close to each other."""
+        if self.repeating is None or motion.time[-1] <= self.repeating.settled:
+            return motion
+        return motion.within(float(motion.time[0]), self.repeating.settled)
 
     @cached_property
     def meaningless(self) -> frozenset[str]:
@@ -220,8 +226,8 @@ class Assessment(Brief):
 
 
 def touching(system: System) -> list[str]:
-    """Return the contacts that can touch: joints, corners of guides, prismatic stops, points at lines."""
-    turning = system.ends["kind"] == STOP  # revolute stops give a torque
+    """Return the contacts that can touch: joints, corners of guides, flanks, prismatic stops, points at lines."""
+    turning = (system.ends["kind"] == STOP) & (system.ends["ratio"] == 0.0)  # revolute stops give a torque
     able = system.touching & ~turning
     return [label for (_, label), one in zip(system.contacts, able, strict=True) if one]
 
@@ -229,7 +235,7 @@ def touching(system: System) -> list[str]:
 def _judged(system: System) -> list[str]:
     """Return the columns that a singular position can make meaningless: outputs, and peaks except of loads."""
     experiment = system.experiment
-    bounded = {name for table, name in experiment.named if table != "gears"}
+    bounded = {name for _, name in experiment.named if name not in experiment.closed}
     peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]
     return [*experiment.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
 

@@ -63,7 +63,8 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
             exact = numbers(system, ideal_run.within(start, end), assessment.ideal_meaningless)
         found["difference"] = _differences(assessment, exact, start, end)
         windows[name] = {"from": start, "to": end, **found, "ideal": exact}
-    quality, experiment = system.assembly.quality, system.experiment
+    quality, experiment, tree = system.assembly.quality, system.experiment, system.tree
+    carrying = {edge.joint for edge in tree.edges.values()}
     return {
         "engine": assessment.engine,
         "duration": float(run.time[-1]),
@@ -71,9 +72,9 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
         "mechanism": {
             "name": system.mechanism.name,
             "mobility": system.assembly.mobility,
-            "driven": [*system.tree.driven, *system.tree.powered],
+            "driven": [*tree.driven, *tree.powered],
             "joints": {joint.name: [joint.parent, joint.child] for joint in system.mechanism.joints},
-            "cut": {"play": list(system.tree.play), "ideal": list(system.tree.loops)},
+            "cut": {"play": [name for name in tree.play if name not in carrying], "ideal": list(tree.loops)},
             "quality": None if np.isnan(quality) else quality,
             "loop_error": run.provenance.get("loop_error", 0.0),
         },
