@@ -196,20 +196,15 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
 
 def _worn_values(path: Path) -> dict[str, Any]:
-    """Return the worn profiles of a ``wear.json``, with their coefficients, by dotted path of the experiment."""
-    from linkages.results.shape import WearContent
-    from linkages.show.report.result_folder import read_json
+    """Return the key `worn` of each joint of a ``wear.json``, by dotted path of the experiment."""
+    from linkages.input.model.worn import read_worn
 
-    values: dict[str, Any] = {}
-    found = read_json(path, WearContent, "give a wear.json that `linkages wear` wrote")
-    for name, joint in found["joints"].items():
-        values[f"joints.{name}.wear.coefficient"] = joint["coefficient"]
-        for side in ("bearing", "journal"):
-            if side in joint:
-                depths = [depth for _, depth in joint[side]["profile"]]
-                values[f"joints.{name}.wear.nodes"] = len(depths)
-                values[f"joints.{name}.wear.{side}_depth"] = depths
-    return values
+    try:
+        return {f"joints.{name}.worn": repr(str(path.absolute())) for name in read_worn(path)}
+    except InputError:
+        raise
+    except ValueError as problem:
+        raise InputError("--worn", "", str(problem)) from None
 
 
 def set_values(options: argparse.Namespace) -> dict[str, str | float]:
