@@ -17,7 +17,12 @@ from linkages.results.assessment import touching
 #: Films only: seconds to simulate, a revolution; how Drake's own error is a few times 1e-7 at most.
 IMPLICIT = {"solver.accuracy": 1e-10}
 EXPLICIT = {"solver.accuracy": 1e-9, "solver.integrator": "dormand_prince_5_4"}  # this film is not stiff
-SMOOTH = {"seven_bar": (1.0, IMPLICIT), "seven_bar_rig": (1.0, IMPLICIT), "slider_crank_lubricated": (0.012, EXPLICIT)}
+SMOOTH = {
+    "seven_bar": (1.0, IMPLICIT),
+    "seven_bar_rig": (1.0, IMPLICIT),
+    "slider_crank_lubricated": (0.012, EXPLICIT),
+    "slider_crank_main_bearing": (0.012, IMPLICIT),
+}
 
 #: Films whose force jumps, where eqs. (12)-(13) begin: seconds, Drake's accuracy.
 JUMPING = {"seven_bar_paper": (0.02, 1e-9)}
