@@ -9,6 +9,7 @@ Each folder imports only from those above it (`algorithms` and `problem` do not 
 | evaluate   | designs -> runs -> objectives and constraints                                 |
 | store      | the file that keeps every evaluation                                          |
 | search     | a study solved, resumed, verified; which variables matter                     |
+| identify   | values that explain measurements, and their certainty                         |
 | report     | text, tables, figures                                                         |
 | cli        | ``linkages optimise``, ``linkages tolerances`` and ``linkages study``         |
 
@@ -47,6 +48,10 @@ if TYPE_CHECKING:
     from optim.evaluate.evaluator import Evaluator, Screened
     from optim.evaluate.gradients import Gradients
     from optim.evaluate.limits import problem_of
+    from optim.identify.identify import identify
+    from optim.identify.load import Identification, load_identification
+    from optim.identify.plan import format_plan, plan
+    from optim.identify.writing import format_identification
     from optim.problem.load import find_study, load_study
     from optim.problem.study import OperatingPoint, Study
     from optim.report.export import export
@@ -72,6 +77,10 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "evaluate.evaluator": ("Evaluator", "Screened"),
         "evaluate.gradients": ("Gradients",),
         "evaluate.limits": ("problem_of",),
+        "identify.identify": ("identify",),
+        "identify.load": ("Identification", "load_identification"),
+        "identify.plan": ("format_plan", "plan"),
+        "identify.writing": ("format_identification",),
         "problem.load": ("find_study", "load_study"),
         "problem.study": ("OperatingPoint", "Study"),
         "report.export": ("export",),

@@ -30,6 +30,7 @@ _FUNCTIONALS: dict[str, Callable[[dict[str, Array], Array], Array]] = {
     "max": lambda x, span: x["maximum"],
     "min": lambda x, span: x["minimum"],
     "range": lambda x, span: x["maximum"] - x["minimum"],
+    "fluctuation": lambda x, span: (x["maximum"] - x["minimum"]) / np.abs(x["mean"]),
     "mean": lambda x, span: x["mean"],
     "rms": lambda x, span: x["rms"],
     "integral": lambda x, span: x["mean"] * span,

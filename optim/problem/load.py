@@ -26,13 +26,13 @@ from optim.problem.schema import LIFE, PointTable, ScatterTable, StudyFile, Stud
 from optim.problem.study import Array, OperatingPoint, Study
 
 
-def studies_folder() -> Path:
-    """Folder of the shipped studies."""
-    return Path(__file__).resolve().parents[1] / "studies"
-
-
 def find_study(name: str | Path) -> Path:
-    """Return the file as given if it exists, else a shipped study of that name, else the path as given.
+    """Return the file as given if it exists, else the shipped study of this name; its suffix may be left out.
+
+    Raises
+    ------
+    InputError
+        If neither exists; the message names the most similar existing file.
 
     Examples
     --------
@@ -40,10 +40,7 @@ def find_study(name: str | Path) -> Path:
     >>> optim.find_study("sevenbar_force").name
     'sevenbar_force.toml'
     """
-    path = Path(name)
-    shipped = studies_folder() / f"{path.stem}.toml"
-    bare = path.parent in (Path(), Path("optim/studies"))
-    return shipped if bare and not path.exists() and shipped.exists() else path
+    return find_file(name, ".toml")
 
 
 def load_study(path: str | Path) -> Study:

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, model_validator
 from linkages.input.files.formula import CONSTANTS, FUNCTIONS
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table
 
-FunctionalName = Literal["peak", "max", "min", "range", "mean", "rms", "integral"]
+FunctionalName = Literal["peak", "max", "min", "range", "fluctuation", "mean", "rms", "integral"]
 Aggregate = Literal["max", "mean", "min"]
 
 #: Prefix of the name of a service life in the outputs of terms.
@@ -133,7 +133,9 @@ class PointTable(Table):
 class Term(Table):
     """A functional of one output."""
 
-    functional: FunctionalName = Field(description="peak: largest magnitude; range: max - min; integral over time")
+    functional: FunctionalName = Field(
+        description="peak: largest magnitude; range: max - min; fluctuation: range/|mean|; integral over time"
+    )
     output: str = Field(
         description="an output (slider7.ax, A.force, O1.torque; see Outputs), + .jitter: less the ideal linkage's;"
         " of the ideal linkage, without a run: ideal.NAME, ideal.JOINT.turning_rate; cycles of a life: life.NAME"
