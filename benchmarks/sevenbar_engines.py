@@ -1,10 +1,9 @@
 """Compare wall time and orbit error of several codes on the seven-bar: ``python benchmarks/sevenbar_engines.py``.
 
 The benchmark simulates the first second of ``seven_bar_fast.toml`` with several tolerances (or numbers of steps) of
-each code. It prints the wall time per simulated second and the orbit error: the largest distance of a journal from its
+each code, and prints the wall time per simulated second and the orbit error: the largest distance of a journal from its
 position in a solution at 1e-10, over the code's output times (200 or more), relative to the largest eccentricity. A
-second table compares the codes at equal error; it interpolates between points of a code on log-log axes and never
-extrapolates.
+table compares the codes at equal error; it interpolates between lines of a code on log-log axes and never extrapolates.
 
 | code          | description                                                                              |
 |---------------|------------------------------------------------------------------------------------------|
@@ -201,10 +200,7 @@ For readers who compare simulation codes: computing time of several codes at equ
 {about}
 ## At equal error
 
-{markdown(equal_errors(lines))}
-## All lines
-
-{markdown(all_lines(lines))}"""
+{markdown(equal_errors(lines))}"""
 
 
 def main() -> None:

@@ -39,10 +39,21 @@ _WRITTEN = {
     "bearing": ("bearing.json", "bearing_chart.png", "bearing_pressure.png"),
     "draw": ("drawing.html", "drawing.png", "drawing.svg"),
     "optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png"),
+    "identify": (
+        "starts.json", "result.json", "fitted.toml", "fit.png", "correlation.png", "windows.png", "profiles.png",
+    ),
+    "identify --plan": ("plan.json",),
+    "tolerances": (
+        "tolerances.json", "study.sqlite", "histograms.png", "contributions.png", "influence.png",
+    ),
     "sensitivity": ("sensitivity.json", "details.json", "tornado.png"),
     "study sensitivity": ("sensitivity.json", "sobol.png", "one_at_a_time.png"),
 }  # fmt: skip
-_KEPT = {"wear": ("blocks",), "sweep": ("rows",)}  # kept from an earlier run, which a new one continues
+_KEPT = {
+    "wear": ("blocks",),
+    "sweep": ("rows",),
+    "identify": ("starts.json",),
+}  # kept from an earlier run, which a new one continues
 
 
 def add_file(parser: argparse.ArgumentParser) -> None:

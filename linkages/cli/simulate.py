@@ -92,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
         if not options.no_error_estimate:
             result = estimate_error(result, progress)
         summary |= judge(result, summary)
-        for line in [*format_judgement(summary), "", *answer(summary)]:
+        for line in [*format_judgement(summary), "", *answer(summary, str(options.file))]:
             say(line)
         if options.verbose:
             say(f"\n{_details(result, summary)}")

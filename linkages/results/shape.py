@@ -80,6 +80,7 @@ class _Drive(_Entry):
     torque: _Peak
     unit: str
     work: _Number
+    fluctuation: Finite | None = None
 
 
 class _Load(_Entry):

@@ -15,6 +15,7 @@ from linkages.cli.options import add_cluster, add_out, add_pictures, output_fold
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 from linkages.show.plots.presentation import presentation
+from optim.cli.seeds import seeds_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -79,6 +80,8 @@ def run(options: argparse.Namespace) -> int:
     """Solve every study with every seed; returns the exit status."""
     if options.threads is not None and options.threads < 1:
         raise InputError("--threads", str(options.threads), "must be at least 1")
+    if (code := _tolerances(options)) is not None:
+        return code
     root, jobs = _jobs(options)
     results: list[dict[str, Any]] = []
     with ExitStack() as stack:
@@ -102,6 +105,23 @@ def run(options: argparse.Namespace) -> int:
         print(table + "\n")
     print(written(root, sorted(p.name for p in root.iterdir() if p.name[0] != "." and p.suffix != ".lock")))
     return 0
+
+
+def _tolerances(options: argparse.Namespace) -> int | None:
+    """Run a study of tolerances, which is no search; returns the exit status, or None for other studies."""
+    from linkages.input.files.toml import read_toml
+    from optim.cli import tolerances
+    from optim.problem.load import find_study
+    from optim.problem.schema import SAMPLING
+
+    tables = [read_toml(find_study(file))[0].get("algorithm") for file in options.files]
+    sampling = [isinstance(table, dict) and table.get("name") == SAMPLING for table in tables]
+    if not any(sampling):
+        return None
+    if len(sampling) > 1 or options.seeds or options.start or options.check or options.verify:
+        problem = "is a study of tolerances; give it alone, without --seeds, --start, --check and --verify"
+        raise InputError("command line", options.files[sampling.index(True)], problem)
+    return tolerances.run(argparse.Namespace(**vars(options), file=options.files[0], samples=None))
 
 
 def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
@@ -132,19 +152,6 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
         with errors_of_writing(job.folder):
             job.folder.mkdir(parents=True, exist_ok=True)
     return root, jobs
-
-
-def seeds_of(options: argparse.Namespace, study: Study) -> range:
-    """Return the seeds of the command line, or else the study's; InputError if one is out of its range."""
-    first = last = study.file.seed if options.seed is None else options.seed
-    if options.seeds is not None:
-        a, colon, b = options.seeds.partition(":")
-        if not (colon and a.isdecimal() and b.isdecimal() and int(a) <= int(b)):
-            raise InputError("--seeds", options.seeds, "write A:B, for instance 1:10")
-        first, last = int(a), int(b)
-    if not 0 <= first <= last < 2**32:
-        raise InputError("--seed", str(first), "must be between 0 and 2^32 - 1")
-    return range(first, last + 1)
 
 
 def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, workers: int) -> dict[str, Any]:

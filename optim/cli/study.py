@@ -10,7 +10,7 @@ from linkages import InputError
 from linkages.cli.options import add_out, add_pictures, output_folder, print_results, record
 from linkages.input.files.writing import write_json
 from linkages.show.plots.presentation import presentation
-from optim.cli.optimise import seeds_of
+from optim.cli.seeds import seeds_of
 
 if TYPE_CHECKING:
     from optim.problem.study import Study

@@ -28,7 +28,7 @@ _FIRST, _TOTAL = COLORS[5], COLORS[0]
 
 
 @contextmanager
-def _drawn(
+def png(
     path: Path, width: float, height: float, layout: Literal["constrained"] | None = "constrained"
 ) -> Iterator[Figure]:
     """Give a figure of this size [inches] to draw in, and write it."""
@@ -46,7 +46,7 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
     """
     named = "nominal" if nominal.violation[0] <= FEASIBLE else "nominal, violates constraints"
     names = list(study.file.objectives)
-    with _drawn(path, 5.5, 1.2 + 2.0 * len(names), layout=None) as figure:
+    with png(path, 5.5, 1.2 + 2.0 * len(names), layout=None) as figure:
         axes = stacked_axes(figure, [1.0] * len(names))
         count = [row.evaluations for row in iterations]
         best = np.array([row.best_feasible for row in iterations])
@@ -54,7 +54,7 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
             ax.step(count, sign * best[:, k], where="post", color=_BEST, label="best")
             if np.isfinite(value := nominal.objectives[0, k]):
                 ax.axhline(sign * value, color=_NOMINAL, linestyle="--", label=named)
-            ax.set_ylabel(_label(study, name))
+            ax.set_ylabel(label_of(study, name))
             ax.ticklabel_format(axis="y", useOffset=False)
         axes[0].set_title(title)
         axes[0].legend()
@@ -86,7 +86,7 @@ def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> N
     True
     """
     names = list(study.file.objectives)
-    labels = [_label(study, name) for name in names]
+    labels = [label_of(study, name) for name in names]
     front = _objectives(result["front"], names)
     marked = "compromise" if pareto.knee(front * study.signs) is None else "knee"
     points = [
@@ -100,7 +100,7 @@ def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> N
     pairs = list(itertools.combinations(range(len(names)), 2))
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)
-    with _drawn(path, 3.4 * columns, 0.9 + 2.8 * rows) as figure:
+    with png(path, 3.4 * columns, 0.9 + 2.8 * rows) as figure:
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for ax, (i, j) in zip(axes, pairs, strict=False):
             for which, at, look in points:
@@ -143,7 +143,7 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
     """
     quantities = report["quantities"]
     places = np.arange(len(study.names))
-    with _drawn(path, 1.6 + 2.6 * len(quantities), 1.2 + 0.42 * len(places)) as figure:
+    with png(path, 1.6 + 2.6 * len(quantities), 1.2 + 0.42 * len(places)) as figure:
         axes = figure.subplots(1, len(quantities), sharey=True, squeeze=False)[0]
         for ax, (name, entry) in zip(axes, quantities.items(), strict=True):
             rows = entry["variables"].values()
@@ -158,7 +158,7 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
             for place, row in zip(places, rows, strict=True):
                 if row["inert"]:
                     ax.text(0.02, place, "inert", va="center", color="0.35")
-            ax.set_title(_label(study, name), fontsize="medium")
+            ax.set_title(label_of(study, name), fontsize="medium")
             ax.set_xlabel("share of the variance [1]")
             ax.set_xlim(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1]))
         axes[0].set_yticks(places, study.names)
@@ -185,10 +185,10 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
     """
     quantities = report["quantities"]
     shape = len(quantities), len(study.names)
-    with _drawn(path, 0.8 + 1.8 * shape[1], 0.6 + 1.9 * shape[0]) as figure:
+    with png(path, 0.8 + 1.8 * shape[1], 0.6 + 1.9 * shape[0]) as figure:
         axes = figure.subplots(*shape, sharex="col", sharey="row", squeeze=False)
         for line, (name, entry) in zip(axes, quantities.items(), strict=True):
-            line[0].set_ylabel(_label(study, name))
+            line[0].set_ylabel(label_of(study, name))
             for k, (ax, row) in enumerate(zip(line, entry["variables"].values(), strict=True)):
                 grid = report["grid"][study.paths[k]]
                 ax.plot(grid, np.array(row["one_at_a_time"], dtype=float), color=_TOTAL)
@@ -201,7 +201,7 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
         figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize="medium")
 
 
-def _label(study: Study, name: str) -> str:
+def label_of(study: Study, name: str) -> str:
     """Name of an objective or constraint, with its unit as figures write it."""
     text, bracket, unit = study.label(name).rpartition(" [")
     return f"{text} [{typeset(unit)}" if bracket else unit

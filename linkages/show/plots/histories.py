@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from linkages.input.files.writing import file_name
-from linkages.results.assessment import TAKEN_UP, Assessment
+from linkages.results.assessment import Assessment
 from linkages.results.outputs.registry import unit
 from linkages.show.plots.journals import contacts_figure, guides_figure, orbits_figure
 from linkages.show.plots.pages import drawn_errors, resolved
@@ -157,7 +157,7 @@ def _compare(
             continue
         bottom = next(panels)
         difference = resolved(apart[name], error)
-        low, high = _limits_after_start(apart.time, difference)
+        low, high = _limits(difference[apart.time >= assessment.counted_from])
         drawn, factor = _shown(assessment, name, np.array([low, high]))
         bottom.plot(apart.time, factor * difference, color="0.25", lw=0.8)
         bottom.set(ylabel=f"difference\n[{drawn}]", ylim=(factor * low, factor * high))
@@ -180,10 +180,9 @@ def _shown(assessment: Assessment, name: str, values: np.ndarray) -> tuple[str, 
     return readable(unit(assessment.system, name), float(np.abs(values).max()))
 
 
-def _limits_after_start(times: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """Return axis limits without the very start."""
-    settled = values[times >= times[0] + TAKEN_UP * np.ptp(times)]
-    low, high = float(settled.min()), float(settled.max())
+def _limits(values: np.ndarray) -> tuple[float, float]:
+    """Return axis limits around values."""
+    low, high = float(values.min()), float(values.max())
     margin = 0.08 * (high - low) or 1.0
     return low - margin, high + margin
 

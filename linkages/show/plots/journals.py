@@ -26,7 +26,7 @@ _PHASES = {
 }
 
 # marks of a journal, and of a guide's corners
-_MARKS = {"": "o", "corner1": "o", "corner2": "s", "corner3": "^", "corner4": "D"}
+_MARKS = {"": "o", "upper": "o", "lower": "s", "corner1": "o", "corner2": "s", "corner3": "^", "corner4": "D"}
 _AROUND = 1.15  # axis limit over the drawn range
 _CHORD = 0.05  # distance of points of a drawn orbit over the clearance
 _MOST_SEGMENTS = 2000  # most refined segments of a drawn orbit
@@ -127,10 +127,12 @@ def contacts_figure(assessment: Assessment) -> Figure:
     run = assessment.run
     for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
         kind_of = "joint" if name in assessment.system.mechanism.joint else "contact"
+        mesh = assessment.system.experiment.slack.get(name)
+        units = ("N m", "rad/s") if mesh is not None and mesh.backlash and mesh.backlash.play else ("N", "m/s")
         force.set_title(f"{kind_of} {name}", loc="left", fontsize="medium")
         corners = [label.partition(".")[2] for label in labels]
         own = [[row for row in assessment.contacts if row.joint == label] for label in labels]
-        for axis, quantity, si in ((force, "peak_force", "N"), (speed, "approach_speed", "m/s")):
+        for axis, quantity, si in zip((force, speed), ("peak_force", "approach_speed"), units, strict=True):
             unit, factor = engineering(si, max(getattr(row, quantity) for rows in own for row in rows))
             for label, corner, rows in zip(labels, corners, own, strict=True):
                 start, height = np.array([(row.start, factor * getattr(row, quantity)) for row in rows]).T

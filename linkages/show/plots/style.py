@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
+from linkages.input.model.functions import OF_OWN
 from linkages.show.plots.presentation import presentation, shown
 
 if TYPE_CHECKING:
@@ -139,7 +140,7 @@ def round_length(most: float) -> tuple[float, str]:
 def asked_points(outputs: Iterable[str]) -> list[str]:
     """Return the distinct points with reported translational outputs."""
     parts = (name.rpartition(".") for name in outputs)
-    return list(dict.fromkeys(point for point, _, what in parts if what not in ("angle", "omega", "alpha")))
+    return list(dict.fromkeys(point for point, _, what in parts if what not in ("angle", "omega", "alpha", *OF_OWN)))
 
 
 def typeset(unit: str) -> str:

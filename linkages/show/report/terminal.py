@@ -76,6 +76,10 @@ def format_table(summary: dict[str, Any]) -> str:
             rows += [("", ""), row(kind.removesuffix("s"), ("ideal peak", "peak", f"work [{shown_unit('J')}]", ""))]
         for label, key, value, exact in words.effort_rows(shown, kind):
             rows.append(row(label, (exact["peak"], value["peak"], value["work"], ""), key))
+    for name, value in shown["drives"].items():
+        if value.get("fluctuation") is not None:
+            exact = ideal["drives"][name].get("fluctuation")
+            rows.append(row(f"{name} speed fluctuation [1]", (exact, value["fluctuation"], "", "")))
     if "links" in shown:
         rows += [("", ""), row("flexible link", ("rigid peak", "peak", "at [s]", f"place [{shown_unit('m')}]"))]
     for column, rigid, value in words.link_rows(shown):

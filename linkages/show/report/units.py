@@ -6,12 +6,15 @@ from copy import deepcopy
 from typing import Any
 
 from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES
+from linkages.input.model.functions import OF_OWN
 from linkages.show.plots.presentation import shown
 
 
 def output_unit(name: str) -> str:
-    """Return the SI unit of an output of a link or frame: "m/s2"."""
-    return (QUANTITIES | BENDING_QUANTITIES)[name.rpartition(".")[2]].rpartition("[")[2].rstrip("]")
+    """Return the SI unit of an output of a link, frame, motor or controller: "m/s2"."""
+    quantity = name.rpartition(".")[2]
+    known = (QUANTITIES | BENDING_QUANTITIES).get(quantity)
+    return OF_OWN.get(quantity, "SI") if known is None else known.rpartition("[")[2].rstrip("]")
 
 
 def as_shown(summary: dict[str, Any]) -> dict[str, Any]:

@@ -150,18 +150,24 @@ def commands(results: Results) -> list[str]:
     """Write the commands that repeat the run and this page."""
     summary = results.summary
     out = f"results/{results.folder.resolve().name}"
-    words = ["linkages", "simulate", results.source, "--engine", summary["engine"]]
-    for path in overrides(results):
-        value = reduce(getitem, path.split("."), results.experiment)
-        words += ["--set", f"{path}={toml_value(value)}"]
+    words = simulation(summary, results.source, {})
     if not summary["error"] and summary["status"] == Status.OK.value:
         words.append("--no-error-estimate")
     return [shlex.join([*words, "--out", out]), shlex.join(["linkages", "report", out])]
 
 
-def overrides(results: Results) -> list[str]:
+def simulation(summary: dict[str, Any], file: str, values: dict[str, Any]) -> list[str]:
+    """Write the command that repeats the run of an experiment's file with other values, by dotted path, as words."""
+    given = summary["provenance"]["experiment"]
+    values = {path: reduce(getitem, path.split("."), given) for path in overrides(summary)} | values
+    settings = [word for path, value in values.items() for word in ("--set", f"{path}={toml_value(value)}")]
+    return ["linkages", "simulate", file, "--engine", summary["engine"], *settings]
+
+
+def overrides(summary: dict[str, Any]) -> list[str]:
     """List the dotted paths of the values that were replaced on the command line or in Python."""
-    return [path for path, source in results.sources.items() if source in (ARGUMENT, COMMAND_LINE)]
+    sources = summary["provenance"]["sources"]
+    return [path for path, source in sources.items() if source in (ARGUMENT, COMMAND_LINE)]
 
 
 def experiment_file(results: Results) -> str:
