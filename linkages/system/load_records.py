@@ -37,8 +37,8 @@ def pack_loads(
 ) -> Loads:
     """Pack the loads for `linkages.mechanics.planar.loads`: records, signals, and the functions of forces and torques.
 
-    The quantities are the experiment's, with tables for computed ones. `added` has constants to add to functions, by the
-    functions' index (`LOAD` has it as ``motion``).
+    The quantities are the experiment's, with tables for computed ones. `added` has constants to add to functions, by
+    the functions' index (`LOAD` has it as ``motion``).
     """
     mechanism = tree.mechanism
     records: Records = np.zeros(len(experiment.loads) + len(quantities), types.LOAD)
