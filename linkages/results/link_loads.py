@@ -172,9 +172,11 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
     for k in range(len(system.tree.contacts), len(system.contacts)):
         wrench, end = np.zeros_like(w.wrench), model.ends[k : k + 1]
         add_known_contacts(end, seen.contacts[k : k + 1], w.pose, wrench)
-        yield from _split(seen, system.contacts[k][1], wrench, (end[0]["bearing"], end[0]["journal"]))
+        yield from _split(
+            seen, system.contacts[k][1], wrench, [end[0][key] for key in ("bearing", "journal", "a", "b")]
+        )
     for name, row, size in zip(
-        reversed(system.experiment.gears), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
+        reversed(system.experiment.closed), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
     ):
         wrench = np.zeros_like(w.wrench)
         add_row_wrench(row, w.pose, size, wrench)

@@ -79,6 +79,7 @@ class _Drive(_Entry):
     torque: _Peak
     unit: str
     work: _Number
+    fluctuation: Finite | None = None
 
 
 class _Load(_Entry):
@@ -253,6 +254,17 @@ class _WearBlock(_Entry):
     error: _Number
     peaks: dict[str, Finite]
     joints: dict[str, _WornJoint]
+
+
+class Record(_Entry):
+    """The schema of ``record.json``: what a command was asked and what it found."""
+
+    title: str
+    question: str
+    answer: list[str]
+    table: str
+    words: list[str]
+    versions: dict[str, str]
 
 
 class WearContent(_Entry):

@@ -46,13 +46,14 @@ class StaticSystem(System):
 def static_systems(system: System, times: Sequence[float]) -> list[StaticSystem]:
     """Hold a linkage in the poses of its drives at some times.
 
-    Joints with clearance become ideal, flexible links stay flexible, and loads are evaluated at these times. Friction,
-    stops and unilateral contacts are omitted. InputError if a time [s] other than 0 is given and the prescribed drives
-    do not determine the motion; AssemblyError if the linkage cannot be assembled in one of the poses.
+    Joints with clearance and gears with backlash become ideal, flexible links stay flexible, and loads are evaluated at
+    these times. Friction, stops and unilateral contacts are omitted. InputError if a time [s] other than 0 is given and
+    the prescribed drives do not determine the motion; AssemblyError if the linkage cannot be assembled in one of the
+    poses.
     """
     experiment = system.experiment
     plain: dict[str, object] = {f"joints.{name}": {"model": "ideal"} for name in experiment.joints}
-    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)}
+    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)} | experiment.without_backlash()
     plain |= {"start": "centred", "solver.integrator": "radau_iia_5", "duration": max(experiment.duration, *times, 0.0)}
     ideal = system.replaced(plain)
     at = np.array(times, dtype=np.float64)

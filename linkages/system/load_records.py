@@ -1,8 +1,8 @@
-"""Records of the kernels from applied loads, limit stops, and points at straight lines.
+"""Records of the kernels from applied loads, limits of coordinates, and points at straight lines.
 
-A stop and a point at a line are corners at a wall, like a block's in its slot, or for a revolute joint an angle at a
-limit. The contact kernels offset slot walls by the clearance. Here this length only scales depths, and the wall's
-position compensates for it.
+A stop, a flank of a gear with backlash and a point at a line are corners at a wall, like a block's in its slot, or for
+a revolute joint an angle at a limit. The contact kernels offset slot walls by the clearance. Here this length only
+scales depths, and the wall's position compensates for it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from linkages.mechanics.planar.bodies import make_motion, make_pose
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, load_outputs, state_rates
 from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
-from linkages.system.tree import Tree
+from linkages.system.tree import AT_ONE_JOINT, Tree
 
 #: Scale of contact depths: relative to the linkage's length, for a revolute joint an angle [rad].
 REACH = 1e-3
@@ -215,10 +215,10 @@ def _check_quantities(experiment: Experiment, values: Array, rates: Array) -> No
 
 
 def unilateral_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
-    """Return dry joint models for each stop, then for each point at a line."""
+    """Return dry joint models for each limit, then for each point at a line."""
     models = [
-        _dry(REACH * (1.0 if _turns(tree, stop.joint) else tree.extent), stop.contact, None)
-        for stop in experiment.stops.values()
+        _dry(REACH * (limit.lever if _turns(tree, limit.joint) else tree.extent), limit.contact, None)
+        for limit in experiment.limits.values()
     ]
     models += [_dry(REACH * tree.extent, touch.contact, touch.friction) for touch in experiment.contacts.values()]
     return tuple(models)
@@ -232,13 +232,15 @@ def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None
 def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
     """Make the records of the two ends of each contact, in the same order."""
     records: list[tuple[Any, ...]] = []
-    for stop in experiment.stops.values():
-        joint, side = tree.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0
-        ends = tree.marker(joint.parent, joint.on_parent), tree.marker(joint.child, joint.on_child)
-        if _turns(tree, stop.joint):
-            records.append((types.STOP, *ends, side * joint.sign, 0.0, side * stop.limit - REACH))
+    for limit in experiment.limits.values():
+        (_, *ends, ux, uy), sign = tree.coordinate(limit.joint)
+        if _turns(tree, limit.joint):
+            at = limit.side * sign, 0.0, limit.lever * (limit.side * limit.place - REACH), limit.lever
+            (_, *others, _, _), other = tree.coordinate(limit.other or limit.joint)
+            records.append((types.STOP, *ends, *at, sign * other * limit.ratio, *others))
         else:
-            records.append((types.CORNER, *ends, *(side * joint.direction), side * stop.limit - REACH * tree.extent))
+            place = limit.side * limit.place - REACH * tree.extent
+            records.append((types.CORNER, *ends, limit.side * ux, limit.side * uy, place, *AT_ONE_JOINT))
     for touch in experiment.contacts.values():
         if touch.line is not None:
             frame = tree.mechanism.point[touch.line]
@@ -246,7 +248,8 @@ def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
         else:
             line, angle = (0, *(touch.anchor or ())), touch.angle
         into = np.sin(angle), -np.cos(angle)
-        records.append((types.CORNER, line, tree.named_marker(touch.point), *into, -REACH * tree.extent))
+        point = tree.named_marker(touch.point)
+        records.append((types.CORNER, line, point, *into, -REACH * tree.extent, *AT_ONE_JOINT))
     return np.array(records, types.ENDS)
 
 

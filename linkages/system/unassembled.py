@@ -87,7 +87,7 @@ class Unassembled(Brief):
             tuple(name for name, drive in drives.items() if not drive.prescribed),
             {name: partial(flexible_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
         )
-        return replace(tree, gears=tuple(self.experiment.gears.values()))
+        return replace(tree, gears=tuple(self.experiment.closed.values()), slack=tuple(self.experiment.slack.values()))
 
     @property
     def rotors(self) -> dict[str, float]:
@@ -186,9 +186,9 @@ class Unassembled(Brief):
 
     @cached_property
     def contacts(self) -> tuple[tuple[str, str], ...]:
-        """Return owner and label of each contact: clearance joints (`Tree.contacts`), stops, points at lines."""
-        named = (*self.experiment.stops, *self.experiment.contacts)
-        return (*self.tree.contacts, *((name, name) for name in named))
+        """Return owner and label of each contact: clearance joints (`Tree.contacts`), limits, points at lines."""
+        labels = (*self.experiment.limits, *self.experiment.contacts)
+        return (*self.tree.contacts, *((label.partition(".")[0], label) for label in labels))
 
     @cached_property
     def models(self) -> tuple[JointModel, ...]:
@@ -268,7 +268,7 @@ class Unassembled(Brief):
 
     @cached_property
     def ends(self) -> Records:
-        """Return both ends of each contact: `Tree.ends` with worn profiles, stops, points at lines."""
+        """Return both ends of each contact: `Tree.ends` with worn profiles, limits, points at lines."""
         ends = chained(self.tree.ends, unilateral_ends(self.tree, self.experiment))
         for k, model in enumerate(self.models):
             if model.feed or model.is_tilted or model.is_worn:  # the direction of the bearing matters

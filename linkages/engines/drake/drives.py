@@ -74,7 +74,7 @@ class Drives(LeafSystem):
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
         powers = [self.DeclareVectorInputPort(f"{name}.torque", 1) for name in tree.powered]
-        self._powers = powers
+        self._powers, self._nothing = powers, np.empty(0)
         inputs = (self._state, self._applied, *powers)
         if nz:
             self.DeclareContinuousState(nz)
@@ -109,7 +109,9 @@ class Drives(LeafSystem):
     def _solve(self, context: Context, force: Array) -> Array:
         """Fill in the forces on the plant (nv,), at every evaluation of the derivatives; return the drives' (nd,)."""
         applied, drive, rooms = self._applied.Eval(context), np.empty(len(self.joints)), self._rooms
-        added = np.array([port.Eval(context)[0] if port.HasValue(context) else 0.0 for port in self._powers])
+        added = self._nothing
+        if self._powers:
+            added = np.array([port.Eval(context)[0] if port.HasValue(context) else 0.0 for port in self._powers])
         t, state = context.get_time(), self._whole_state(context)
         self._drive_forces(self._placed, rooms.work, rooms.friction, t, state, applied, added, force, drive)
         return drive

@@ -11,6 +11,7 @@
 | link_tables       | tables of links: flexible or rigid, modes, damping                               |
 | beam_interfaces   | flexible links: interfaces at joints and loads, substructures                    |
 | segment_model     | flexible links as chains of rigid segments with springs                          |
+| editing           | texts of experiments with other values                                           |
 | functions         | formulas and tables of time, positions and speeds                                |
 | recorded_tables   | the part of a table that takes its signal from a data file                       |
 | smoothing         | smooth functions of recorded signals: Fourier series, smoothing splines          |

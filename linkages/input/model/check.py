@@ -130,8 +130,6 @@ class _Check:
     def drive(self, name: str, drive: Drive) -> None:
         if self.mechanism.joint[name].type == "fixed":
             self.refuse("", "a fixed joint cannot be driven")
-        if name in self.experiment.play:
-            self.refuse("", "a joint with clearance cannot be driven; make it ideal")
         if (drive.force, drive.forces) != (None, None) and self.mechanism.joint[name].type == "revolute":
             self.refuse("force", "belongs to a prismatic joint; this one is revolute: give a torque")
         if drive.columns.get("force") and self.mechanism.joint[name].type == "revolute":
@@ -199,11 +197,11 @@ class _Check:
         if math.hypot(*model.offset) + 0.5 * length * slope >= clearance * (1.0 - THINNEST):
             self.refuse("offset", "must leave room for the tilt: an end of the journal touches the bearing")
 
-    def plain(self, contact: ContactTable) -> None:
+    def plain(self, contact: ContactTable, key: str = "contact") -> None:
         """Check the law of a contact other than a journal in a bearing."""
         law = CONTACTS[contact.law]
         if law.conformal or ("stiffness" in law.needs and contact.stiffness is None):
-            self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
+            self.refuse(key, "a corner at a wall needs a power law and its stiffness [N/m^n]")
 
     def flexible(self, name: str, model: LinkModel) -> None:
         """Check that a flexible link has a beam, and enough modes for its interfaces."""
@@ -236,13 +234,19 @@ class _Check:
             self.refuse("joint", f'"{name}" is a fixed joint and cannot move')
         return name
 
-    def gears(self, gear: tables.Gear) -> None:
+    def gears(self, gear: tables.Mesh) -> None:
+        if gear.backlash is not None:
+            if slides := [name for name in gear.joints if name in self.mechanism.joint and self.slides(name)]:
+                self.refuse("backlash", f'needs two revolute joints; "{slides[0]}" is prismatic')
+            self.plain(gear.backlash.contact, "backlash.contact")
         for name in gear.joints:
             self.known("joints", name, self.mechanism.joint)
             if self.mechanism.joint[name].type == "fixed":
                 self.refuse("joints", f'"{name}" is fixed; name revolute or prismatic joints')
             if name in self.experiment.play and self.mechanism.joint[name].type == "prismatic":
                 self.refuse("joints", f'"{name}" has clearance; a rack needs an ideal guide')
+
+    couplings = gears
 
     def stops(self, stop: tables.Stop) -> None:
         self.moving(stop.joint)

@@ -36,6 +36,8 @@ _NONE: _Values = MappingProxyType({})
 
 #: The tables of applied loads, in the order in which the loads are packed.
 LOADS = ("forces", "torques", "springs", "torsion_springs", "frictions", "motors")
+#: The other tables of named elements.
+OTHERS = ("gears", "couplings", "stops", "contacts")
 
 #: The tables that define quantities for formulas.
 DEFINING = ("states", "motors", "controllers")
@@ -93,6 +95,7 @@ class Experiment(Brief, Table):
 
     mechanism: str = Field(description="SDFormat file, relative to this file")
     title: str = Field("", description="one line for tables and figures")
+    units: str = Field("", description="units of tables and figures, such as mm, deg, r/min; default: SI units")
     duration: Positive = Field(description="simulated time [s]")
     gravity: _Vector = Field([0.0, 0.0, 0.0], description="gravity, world axes [m/s2]")
     start: Literal["centred", "equilibrium"] = Field(
@@ -115,6 +118,7 @@ class Experiment(Brief, Table):
     motors: dict[str, Motor] = Field({}, description="motors that turn revolute joints, by name")
     controllers: dict[str, Controller] = Field({}, description="controllers by name; their outputs are for formulas")
     gears: dict[str, tables.Gear] = Field({}, description="gears and belts between joints, by name")
+    couplings: dict[str, tables.Coupling] = Field({}, description="couplings of coaxial shafts by name")
     stops: dict[str, tables.Stop] = Field({}, description="stops of joints by name")
     contacts: dict[str, tables.LineContact] = Field({}, description="contacts of points with straight lines, by name")
     data: DataTable | None = Field(None, description="measured curves for comparison with computed ones")
@@ -139,7 +143,7 @@ class Experiment(Brief, Table):
             clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
             rows[f"model of {name}"] = f"{joint.model}{clearance}"
         tables = {"links": self.links} | {
-            name: getattr(self, name) for name in (*LOADS, "states", "controllers", "gears", "stops", "contacts")
+            name: getattr(self, name) for name in (*LOADS, "states", "controllers", *OTHERS)
         }
         rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
         rows["outputs"] = ", ".join(self.outputs) or "none"
@@ -202,8 +206,8 @@ class Experiment(Brief, Table):
 
     @property
     def can_touch(self) -> bool:
-        """Whether anything can be in contact: in dry or mixed joints, at limit stops, or of points with lines."""
-        return bool(self.stops or self.contacts) or any(self.joints[name].can_touch for name in self.play)
+        """Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines."""
+        return bool(self.limits or self.contacts) or any(self.joints[name].can_touch for name in self.play)
 
     @property
     def flexible(self) -> tuple[str, ...]:
@@ -237,9 +241,39 @@ class Experiment(Brief, Table):
 
     @property
     def named(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each named element: loads, gears, stops, contacts."""
-        others = tuple((table, name) for table in ("gears", "stops", "contacts") for name in getattr(self, table))
-        return self.loads + others
+        """Return table and name of each named element: loads, gears, couplings, stops, contacts."""
+        return self.loads + tuple((table, name) for table in OTHERS for name in getattr(self, table))
+
+    @property
+    def meshes(self) -> dict[str, tables.Mesh]:
+        """Return the gears and couplings by name."""
+        return {**self.gears, **self.couplings}
+
+    @property
+    def closed(self) -> dict[str, tables.Mesh]:
+        """Return the gears and couplings without backlash."""
+        return {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is None}
+
+    @property
+    def slack(self) -> dict[str, tables.Mesh]:
+        """Return the gears and couplings with backlash."""
+        return {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is not None}
+
+    @property
+    def limits(self) -> dict[str, tables.Limit]:
+        """Return the contacts at limits of coordinates by label: stops, then the flanks of gears with backlash."""
+        found = {name: stop.as_limit for name, stop in self.stops.items()}
+        flanks = {f"{name}.{side}": one for name, mesh in self.slack.items() for side, one in mesh.flanks.items()}
+        return found | flanks
+
+    def without_backlash(self) -> dict[str, Any]:
+        """Return the tables of gears and couplings without backlash; only those that change."""
+        tables = {table: getattr(self, table) for table in ("gears", "couplings")}
+        return {
+            table: {name: mesh.model_dump(exclude_unset=True, exclude={"backlash"}) for name, mesh in meshes.items()}
+            for table, meshes in tables.items()
+            if self.slack.keys() & meshes.keys()
+        }
 
     def value(self, path: str) -> float:
         """Return the number at a dotted path; InputError if there is none."""
@@ -274,13 +308,13 @@ class Experiment(Brief, Table):
         return result
 
     def ideal(self) -> Experiment:
-        """Return the experiment with every joint ideal and every link rigid."""
+        """Return the experiment with every joint and gear ideal and every link rigid."""
         perfect = {
             "joints": {name: {"model": "ideal"} for name in self.joints},
             "links": {name: {"model": "rigid"} for name in self.links},
             "outputs": [name for name in self.outputs if name.rpartition(".")[2] not in BENDING_QUANTITIES],
         }
-        data = self.model_dump(exclude_unset=True) | perfect
+        data = self.model_dump(exclude_unset=True) | perfect | self.without_backlash()
         return experiment_of(self._source, data, self._sources)
 
 

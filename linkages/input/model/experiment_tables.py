@@ -519,4 +519,7 @@ class SolverTable(Table):
     max_step: Positive | None = Field(
         None, description="largest step; default on Drake 2e-3, with possible contacts 2e-5; compiled engine: none [s]"
     )
+    max_steps: Annotated[int, Field(ge=1, le=5_000_000)] | None = Field(
+        None, description="largest number of steps; a run that needs more ends there; default: 5,000,000 [1]"
+    )
     stabilisation: NonNegative = Field(50.0, description="Drake: decay rate of drive and loop errors [1/s]")

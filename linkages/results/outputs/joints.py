@@ -85,14 +85,14 @@ def _passed(name: str, unit: str) -> dict[str, Declaration]:
 
 
 def turns(system: System, table: str, name: str) -> bool:
-    """Tell whether a stop, friction, gear or spring gives a torque; the second joint of a gear counts."""
+    """Tell whether a stop, friction, gear or spring gives a torque; the second joint of a gear or coupling counts."""
     element = getattr(system.experiment, table)[name]
-    joint = element.joints[1] if table == "gears" else element.joint
+    joint = element.joints[1] if table in ("gears", "couplings", "meshes") else element.joint
     return joint is None or system.mechanism.joint[joint].type == "revolute"
 
 
 def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
-    """List the stops, frictions, gears or torsion springs that give a torque, or a force."""
+    """List the stops, frictions, gears and couplings (meshes) or torsion springs that give a torque, or a force."""
     return lambda system: [name for name in getattr(system.experiment, table) if turns(system, table, name) is turning]
 
 
@@ -113,12 +113,13 @@ def _at_load(system: System, name: str) -> Element:
 
 
 def _at_gear(system: System, name: str) -> Element:
-    gears = system.experiment.gears
-    sign = system.tree.coordinate(gears[name].joints[1])[1]
-    return Element(list(gears).index(name) - len(gears), constant=sign)
+    experiment, tree = system.experiment, system.tree  # with backlash: row of the ideal linkage
+    gears, after = (experiment.closed, 0) if name in experiment.closed else (experiment.slack, len(tree.loop_rows))
+    sign = tree.coordinate(gears[name].joints[1])[1]
+    return Element(list(gears).index(name) - len(gears) - after, constant=sign)
 
 
-#: Joints, drives, applied loads, gears.
+#: Joints, drives, applied loads, gears and couplings.
 FORCES = (
     Owner("JOINT", lambda system: system.mechanism.joint, _at_joint, _OF_JOINT),
     Owner("DRIVE", _drives, _at_drive, _OF_DRIVE),
@@ -139,6 +140,6 @@ FORCES = (
     Owner("MOTOR", lambda system: system.experiment.motors, _at_load, _values(torque=_OF_MOTOR)),
     Owner("FRICTION (revolute)", of_joints("frictions", True), _at_load, _values(torque=f"{_OF_FRICTION} [N m]")),
     Owner("FRICTION (prismatic)", of_joints("frictions", False), _at_load, _values(force=f"{_OF_FRICTION} [N]")),
-    Owner("GEAR (revolute)", of_joints("gears", True), _at_gear, _passed("torque", "N m")),
-    Owner("GEAR (prismatic)", of_joints("gears", False), _at_gear, _passed("force", "N")),
+    Owner("GEAR (revolute)", of_joints("meshes", True), _at_gear, _passed("torque", "N m")),
+    Owner("GEAR (prismatic)", of_joints("meshes", False), _at_gear, _passed("force", "N")),
 )  # fmt: skip

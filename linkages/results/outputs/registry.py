@@ -124,7 +124,8 @@ def table() -> Iterator[tuple[str, str, str]]:
     for owner in (*OWNERS, COORDINATES):
         label, _, kind = owner.label.removesuffix(")").partition(" (")
         for name, quantity in owner.quantities.items():
-            kinds.setdefault((label, name, quantity), []).append(kind)
+            found = kinds.setdefault((label, name, quantity), [])
+            found += [kind] if kind not in found else []
     for (label, name, quantity), found in kinds.items():
         also = f" or {quantity.prismatic}" if quantity.prismatic else ""
         shown = f"{label} ({', '.join(found)})" if found[0] else label

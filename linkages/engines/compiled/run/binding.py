@@ -204,18 +204,19 @@ def run(
 def integrate(job: Job, stop: Indices, reached: Array) -> Record:
     """Run a job from its start, as `linkages.engines.compiled.simulation.simulate` does.
 
-    The run pauses after every `WINDOW` steps: it writes the time into ``reached`` (1,), and ends there, as paused, if
-    its steps are spent. It ends after the present step as soon as ``stop`` (1,) is set.
+    The run pauses after every `WINDOW` steps, or fewer if it may have fewer: it writes the time into ``reached`` (1,),
+    and ends there, as paused, if its steps are spent. It ends after the present step as soon as ``stop`` (1,) is set.
     """
     limits, before = job.limits, 0.0
-    record = run(job, job.kinks, False, 0.0, job.start, 0.0, WINDOW, limits[END], stop)
+    window = min(WINDOW, int(limits[MOST]))
+    record = run(job, job.kinks, False, 0.0, job.start, 0.0, window, limits[END], stop)
     while record.status == PAUSED and not stop[0]:
         last = len(record.times) - 1
         t, y = record.times[last], record.states[last]
         if record.steps >= limits[MOST] or t - before < limits[LEAST]:
             break
         before = reached[0] = t
-        record = joined(record, run(job, job.kinks, False, t, y, record.next_step, WINDOW, limits[END], stop))
+        record = joined(record, run(job, job.kinks, False, t, y, record.next_step, window, limits[END], stop))
     return record
 
 

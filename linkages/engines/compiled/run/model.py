@@ -157,7 +157,7 @@ def error_scale(system: System) -> Array:
     length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`).
     """
     tree = system.tree
-    units = np.where(system.ends["kind"] == STOP, tree.extent, 1.0)
+    units = np.where(system.ends["kind"] == STOP, tree.extent / system.ends["lever"], 1.0)
     lengths = [
         (_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) * unit
         for joint, unit in zip(system.models, units, strict=True)

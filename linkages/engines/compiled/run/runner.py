@@ -15,7 +15,7 @@ from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.by_reference import packed
 from linkages.base.signals import arrival, deferred
 from linkages.engines.compiled.run.binding import JAMMED, LEFT, OPEN, check, evaluate, run
-from linkages.engines.compiled.run.job import END, Job, make_given, make_job
+from linkages.engines.compiled.run.job import END, Given, Job, make_given, make_job
 from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.model import Equations, error_scale, make_memory
 from linkages.engines.compiled.run.replay import Steps
@@ -62,20 +62,22 @@ class Runner:
         Whether the integration method is implicit.
     tolerance : (ny,) array
         Tolerance of each entry of the state, per step.
+    job : Job
+        Its numbers (by default without outputs), and the arrays to work on.
     memory, modes : (nc, 2 or more) and (nc,) arrays
         Memory of the contacts, and whether they touch; see `linkages.engines.compiled.run.model.Work`; `run` keeps both
         up to date.
     """
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: System, given: Given | None = None) -> None:
         self.system = system
-        self._given = given = make_given(system, pack(system, ()), np.zeros((0, 2)))
+        self._given = given = given or make_given(system, pack(system, ()), np.zeros((0, 2)))
         self.model, self.start, self.implicit = given.model, given.start, given.implicit
         self.tolerance, self.scale = given.tolerance, error_scale(system)
         expect_run(system, "compiled")
         self._kinks = given.kinks, kinks(system)
         self.memory, self.modes = make_memory(self.model), np.full(len(self.model.ends), -1)
-        self._job = packed(make_job(given, self.memory, self.modes))
+        self.job = packed(make_job(given, self.memory, self.modes))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the system and the contacts' memory; addresses hold in one process only."""
@@ -94,7 +96,7 @@ class Runner:
         stop, end = np.frombuffer(arrival(), np.int64, 1), float(self._given.limits[END]) if end is None else end
         with deferred():
             record = run(
-                self._job, self._kinks[differentiated], differentiated and self.implicit, t, y, first, most, end, stop
+                self.job, self._kinks[differentiated], differentiated and self.implicit, t, y, first, most, end, stop
             )
         if (
             record.status == PAUSED
