@@ -11,6 +11,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from shipped import run as run_shipped
 from shipped import shipped
 
+import linkages
 import linkages.engines.drake.clearance as clearance_module
 from linkages import InputError, Status, simulate
 from linkages.base.errors import RunError
@@ -283,3 +284,11 @@ def test_an_element_with_a_prefix_in_a_visual_is_passed_on(system_of):
     system = system_of(four_bar().replace("</inertial>", f"</inertial>{sphere}", 1), "duration = 0.001\n")
     assert own in tree_sdf(system.tree)
     assert simulate(system, "drake").status is Status.OK
+
+
+def test_an_integrator_at_its_longest_step_is_renewed():
+    """The last step exceeds the longest one by rounding; Drake would reject it as the first step of a renewed matrix."""
+    changes = {"duration": 0.1, "solver.accuracy": 1e-3, "solver.max_step": 1e-3}
+    run = simulate(linkages.load(linkages.find_file("seven_bar.toml"), changes), "drake")
+    assert run.status is Status.OK
+    assert np.diff(run.time).max() == pytest.approx(1e-3)  # reached
