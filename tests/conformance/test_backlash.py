@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from shipped import shipped
 
 from linkages import InputError, assess, impacts, load, simulate, simulate_batch, summarize
+from linkages.show.report.answer import answer
 
 J1, J2, K, PLAY, SPEED = 0.2, 0.05, 1e4, 0.02, 2.0
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-11\nmax_step = 1e-3\n"
@@ -113,7 +114,14 @@ def test_results_of_a_coupling_beside_its_ideal(system_of):
     push, speed = ideal / K, 10.0 / J1 * start
     assert first.peak_penetration == pytest.approx(push + np.hypot(push, speed / swing), rel=1e-8)
     summary = summarize(found)
-    assert summary["loads"]["mesh"]["torque"]["peak"] == pytest.approx(K * first.peak_penetration, rel=1e-8)
+    entry = summary["loads"]["mesh"]
+    assert entry["torque"]["peak"] == pytest.approx(K * first.peak_penetration, rel=1e-8)
+    assert entry["impacts"] == len(found.contacts)
+    touching = sum(row.duration for row in found.contacts)
+    assert entry["contact_fraction"] == pytest.approx(touching / 0.05, rel=1e-9)
+    assert entry["impacts"] == 1
+    told = "All joints are ideal; the flanks of mesh touch once and are in contact for "
+    assert answer(summary, "machine.toml")[0].startswith(told)
 
 
 # -- limit cycles ------------------------------------------------------------------------------------------------------
