@@ -93,6 +93,8 @@ class LinearisationPoint:
 
         RunError if none is found, or a journal lies outside its film in the one that is found.
         """
+        if self.system.experiment.own_states:
+            raise RunError("no equilibrium is searched for with additional states; give a time of a run instead")
         start = self.y.copy()
         ends = []
         for step_of in (newton_step, falling_step):
@@ -140,5 +142,5 @@ def falling_step(slope: Array, acceleration: Array) -> Array:
     """Return a step along the accelerations, Newton's near a stable equilibrium: all eigenvalues count as stable."""
     values, vectors = np.linalg.eig(slope)
     parts = np.linalg.solve(vectors, acceleration)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         return (vectors @ (parts / np.maximum(np.abs(values), _FLAT))).real

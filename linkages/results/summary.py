@@ -10,7 +10,7 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.errors import Status
 from linkages.input.files.versions import versions
-from linkages.results.assessment import TAKEN_UP, Assessment
+from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.extremes import peaks
 from linkages.results.peak_errors import errors
@@ -112,7 +112,7 @@ def _differences(assessment: Assessment, ideal: dict[str, Any], start: float, en
         return {}
     apart, unknown = assessment.difference, assessment.meaningless | assessment.ideal_meaningless
     names = [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
-    begin = max(start, float(apart.time[0] + TAKEN_UP * np.ptp(apart.time)))
+    begin = max(start, assessment.taken_up)
     if begin >= (last := min(end, float(apart.time[-1]))):
         return {}
     found = peaks(apart.within(begin, last), [name for name in names if name in apart and name not in unknown])

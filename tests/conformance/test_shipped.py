@@ -21,6 +21,7 @@ SMOOTH = {
     "seven_bar": (1.0, IMPLICIT),
     "seven_bar_rig": (1.0, IMPLICIT),
     "slider_crank_lubricated": (0.012, EXPLICIT),
+    "slider_crank_motor": (0.1, IMPLICIT),
     "slider_crank_main_bearing": (0.012, IMPLICIT),
 }
 
@@ -213,7 +214,7 @@ def test_first_two_impacts_are_alike(name):
     np.testing.assert_allclose(ours, theirs, rtol=1e-5)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "slider_crank_motor"])  # a motor turns it
 def test_ideal_linkages_move_by_their_kinematics(name):
     """Loops integrated and projected, against each instant's closure and inverse dynamics."""
     system = shipped(name)

@@ -11,14 +11,15 @@ A caller contains no code of an external function. It finds the address by one o
 from __future__ import annotations
 
 import ctypes
+import gc
 import hashlib
 import importlib
 import inspect
 import math
 import pickle
 import uuid
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import cache, partial
 from types import FunctionType
 from typing import Any, cast
@@ -126,7 +127,7 @@ def _compile(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
     renamed = FunctionType(*(getattr(function, f"__{part}__") for part in _PARTS))
     renamed.__module__, renamed.__kwdefaults__ = function.__module__, function.__kwdefaults__
     renamed.__qualname__ = f"{function.__qualname__}.{name or uuid.uuid4().hex}"  # numba's symbols are made of it
-    with deferred() as interrupts:
+    with deferred() as interrupts, _rare_collections():
         _interrupts.append(interrupts)
         try:
             stored = Stored(counts=_makes_arrays(function))
@@ -143,6 +144,17 @@ def _compile(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
 
 
 _PARTS = "code", "globals", "name", "defaults", "closure"
+
+
+@contextmanager
+def _rare_collections() -> Iterator[None]:
+    """Have Python look for cycles rarely, which takes a tenth of a compilation; few of its many objects are in any."""
+    often, *others = gc.get_threshold()
+    gc.set_threshold(often and max(often, 20_000), *others)
+    try:
+        yield
+    finally:
+        gc.set_threshold(often, *others)
 
 
 def _makes_arrays(function: Any, callers: frozenset[Any] = frozenset()) -> bool:
