@@ -11,7 +11,7 @@ table compares the codes at equal error; it interpolates between lines of a code
 | drake         | `linkages.engines.drake`, radau3                                                         |
 | paper         | 18 absolute coordinates, Baumgarte (tests/paper_formulation.py), SciPy's Radau and LSODA |
 | kernels-lsoda | SciPy's LSODA (odeint) on this package's right-hand side, compiled, drives eliminated    |
-| exudyn        | Exudyn, see sevenbar_exudyn.py; optional                                                 |
+| exudyn        | Exudyn, the film as user function in Python, see sevenbar_exudyn.py; optional            |
 
 Times are medians of ``--repeat`` rounds. Each round runs every line once, so a disturbance of the machine affects all
 codes alike. Timing covers the integration from the initial state, not the set-up (about a millisecond for `compiled`)
