@@ -4,7 +4,8 @@ Machines without films, contacts and user functions: the six-bar with ideal join
 over 1 s, and a hanging zigzag chain of ten bars, released from rest, over 1 s. Exudyn (``pip install exudyn``) as in
 sevenbar_exudyn.py; LSODA (`odeint`) calls this package's compiled right-hand side from Python. The error is the largest
 distance of the last link's centre of mass from that at an accuracy of 1e-12, over the range of its path, at 200 times.
-CPU times are medians of turns, without set-up; at equal error, by interpolation between the points of a code.
+CPU times are medians of turns, without set-up; at equal error, by interpolation between the points of a code. The
+flexible slider-crank is on [its own page](flexible_theory.md).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from batch import markdown
 from growth import chain
 from scipy.integrate import odeint
 from sevenbar_engines import Line, wall_at
@@ -30,9 +32,10 @@ from linkages.mechanics.planar.kinematics import body_states
 sys.exudynFast = True
 DURATION = 1.0
 TIMES = np.linspace(0.0, DURATION, 201)
-ACCURACIES, STEPS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9), (500, 1000, 2000, 4000, 8000, 16000, 32000)
+ACCURACIES = tuple(10.0**-k for k in range(2, 10))
+STEPS = (500, 1000, 2000, 4000, 8000, 16000, 32000, 64000)
 LEVELS = (1e-3, 1e-4, 1e-5)
-BEGIN = "\n## Ideal linkages\n"
+BEGIN, COMMAND = "\n## Ideal linkages\n", "`python benchmarks/ideal_exudyn.py`."
 
 
 def six_bar(folder):
@@ -144,21 +147,22 @@ def main() -> None:
     parser.add_argument("--page", type=Path)
     options = parser.parse_args()
     codes = ("compiled", "LSODA", "Exudyn")
-    rows = [["machine, CPU [ms/s] at an error of", *codes], ["---"] * 4]
+    rows = [["machine, CPU [ms/s] at an error of", *codes]]
     with tempfile.TemporaryDirectory() as folder:
         for name, make in MACHINES.items():
             print(name)
             lines = measured(make(Path(folder)), options.repeat)
             for level in LEVELS:
                 walls = [1e3 * wall_at(level, [line for line in lines if line.code == code]) for code in codes]
-                rows.append([f"{name}, {level:.0e}", *(f"{wall:.3g} ({wall / walls[0]:.0f} x)" for wall in walls)])
-    text = "\n".join(f"| {' | '.join(row)} |" for row in rows)
+                cells = (f"{wall:{'.3g' if wall < 1e3 else '.0f'}} ({wall / walls[0]:.0f} x)" for wall in walls)
+                rows.append([f"{name}, {level:.0e}", *cells])
+    text = markdown(rows)
     print(text)
     if options.page:
         page, _, rest = options.page.read_text(encoding="utf-8").partition(BEGIN)
         rest = "".join(rest.partition("\n## ")[1:])
         about = __doc__.partition("\n\n")[2].replace("``", "`").strip()
-        options.page.write_text(f"{page.rstrip()}\n{BEGIN}\n{about}\n\n{text}\n{rest}", encoding="utf-8")
+        options.page.write_text(f"{page.rstrip()}\n{BEGIN}\n{COMMAND} {about}\n\n{text}{rest}", encoding="utf-8")
 
 
 if __name__ == "__main__":

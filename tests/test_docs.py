@@ -98,7 +98,7 @@ def test_what_the_laws_cite_is_among_the_references():
 
 
 def test_the_reason_for_each_dependency_is_given():
-    text = (DOCS / "architecture.md").read_text(encoding="utf-8").partition("## Dependencies")[2]
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("## Dependencies")[2]
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     project = declared["project"]
     groups = (declared["build-system"]["requires"], project["dependencies"], *project["optional-dependencies"].values())

@@ -90,8 +90,9 @@ def test_command_of_a_task_runs(folder, command, monkeypatch, capsys):
         with pytest.raises(SystemExit, match="0"):
             main([*words, "--help"])
         return
-    if words[0] in ("report", "export") and not (folder / "results" / "my").is_dir():
-        assert main(["simulate", "my.toml", "--no-plots", "--no-animation", "--quiet"]) == 0
+    for name in (word.removeprefix("results/") for word in words if word.startswith("results/")):
+        if not (folder / "results" / name).is_dir():
+            assert main(["simulate", f"{name}.toml", "--no-plots", "--no-animation", "--quiet"]) == 0
     assert main([*words, *SHORT.get(words[0], "").split()]) == 0, capsys.readouterr().err
 
 

@@ -10,6 +10,7 @@
 | sweep_tables  | tables and files of sweeps                                            |
 | continue_     | ``linkages continue``: branches of periodic motions                   |
 | wear          | ``linkages wear``: profiles and clearance over the service life       |
+| overlay       | ``linkages overlay``: several runs in one figure                      |
 | report        | ``linkages report``: one HTML page from a folder of results           |
 | export        | ``linkages export``: a trajectory for other programs                  |
 | bearing       | ``linkages bearing``: a journal bearing under a static load           |
@@ -41,7 +42,20 @@ from importlib.metadata import entry_points
 from typing import Any
 
 _OWN = (
-    *("simulate", "compare", "sweep", "continue", "wear", "report", "export", "bearing", "draw", "new", "import"),
+    *(
+        "simulate",
+        "compare",
+        "sweep",
+        "continue",
+        "wear",
+        "overlay",
+        "report",
+        "export",
+        "bearing",
+        "draw",
+        "new",
+        "import",
+    ),
     *("modes", "linearise", "sensitivity", "play", "keys", "doctor", "completion"),
 )
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
-from linkages.cli.options import add_names, possible_folder, seconds, written
+from linkages.cli.options import add_names, add_units, possible_folder, seconds, written
 from linkages.input.files.table_formats import FORMATS
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_mutually_exclusive_group(required=True)
     group.add_argument("--to", choices=tuple(FORMATS), help="format of the trajectory")
     group.add_argument("--loads", action="store_true", help="balanced loads of each link: loads.csv, LINK.inp")
+    add_units(parser)
     add_names(parser, "--link", "link with --loads; may be repeated; default: all")
     default = "the largest force of each joint of the links"
     meaning = f"time, or peak:OUTPUT for the time of an output's largest magnitude; may be repeated; default: {default}"
@@ -51,16 +52,19 @@ def run(options: argparse.Namespace) -> int:
             raise InputError(f"--{name}", "", "goes with --loads; leave it out")
     from linkages.input.files.writing import whole
     from linkages.results.trajectory import load_trajectory
+    from linkages.show.plots.presentation import shown
 
     source = options.folder / "trajectory.npz"
     if not source.exists():
         problem = "has no trajectory.npz" if options.folder.is_dir() else "is not a folder"
         raise InputError(str(options.folder), "", f"{problem}; give the --out folder of `linkages simulate`")
     run = load_trajectory(source)
+    columns = {name: shown(run.units.get(name, ""))[1] * column for name, column in run.columns.items()}
+    units = {name: shown(si)[0] for name, si in run.units.items()}
     write, end = FORMATS[options.to]
     path = options.out or options.folder / f"trajectory{end}"
     with whole(path) as partial:
-        write(partial, run.columns, run.units, run.about)
+        write(partial, columns, units, run.about)
     print(f"written: {path}, {len(run.columns)} columns of {len(run.time)} steps, {path.stat().st_size / 1e6:.1f} MB")
     return 0
 

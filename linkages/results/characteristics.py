@@ -112,7 +112,7 @@ def peak_columns(system: System) -> list[str]:
 def effort_of(system: System, table: str, name: str) -> str:
     """Return the characteristic quantity of an applied load, gear, stop or contact."""
     along = table in ("frictions", "gears", "couplings", "stops", "torsion_springs")
-    return "torque" if table == "torques" or (along and turns(system, table, name)) else "force"
+    return "torque" if table in ("torques", "motors") or (along and turns(system, table, name)) else "force"
 
 
 def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:

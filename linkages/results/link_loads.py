@@ -163,10 +163,10 @@ def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
 def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
     """Yield the forces of applied loads, stops, points at lines, and gears."""
     model, w = seen.model, seen.state
-    values = model.signals, model.load_t, model.load_c, model.load_n
+    values = model.signals, model.states, model.load_t, model.load_c, model.load_n
     for k, (_, name) in enumerate(system.experiment.loads):
         wrench = np.zeros_like(w.wrench)
-        load_wrenches((model.loads[k : k + 1], *values), time, w.pose, w.vel, wrench)
+        load_wrenches((model.loads[k : k + 1], *values), time, w.v, w.pose, w.vel, wrench)
         record = model.loads[k]
         yield from _split(seen, name, wrench, (record["a"], record["b"], record["term"]["a"], record["term"]["b"]))
     for k in range(len(system.tree.contacts), len(system.contacts)):

@@ -256,6 +256,17 @@ class _WearBlock(_Entry):
     joints: dict[str, _WornJoint]
 
 
+class Record(_Entry):
+    """The schema of ``record.json``: what a command was asked and what it found."""
+
+    title: str
+    question: str
+    answer: list[str]
+    table: str
+    words: list[str]
+    versions: dict[str, str]
+
+
 class WearContent(_Entry):
     """The schema of ``wear.json``."""
 

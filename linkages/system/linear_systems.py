@@ -14,6 +14,7 @@ from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions, raised
 from linkages.system.assembly import Assembly
 from linkages.system.deflection import deflected
+from linkages.system.feedforward import with_feedforward
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.load_records import pack_loads
 from linkages.system.system import System
@@ -100,7 +101,7 @@ class Disturbed(System):
     @cached_property
     def loads(self) -> Loads:
         """Return the applied loads as records of the kernels."""
-        return pack_loads(self.tree, self.experiment, self.applied)
+        return pack_loads(self.tree, self.experiment, with_feedforward(self), self.applied)
 
 
 def inputs(system: System) -> dict[str, tuple[str, str, int]]:
@@ -114,7 +115,7 @@ def inputs(system: System) -> dict[str, tuple[str, str, int]]:
         f"{name}.torque": ("N m" if joints[name].type == "revolute" else "N", "efforts", k)
         for k, name in enumerate(system.tree.powered)
     }
-    for (table, name), record in zip(system.experiment.loads, system.loads[0], strict=True):
+    for (table, name), record in zip(system.experiment.loads, system.loads[0], strict=False):  # then quantities
         if table == "forces":
             for k, axis in enumerate("xy"):
                 found[f"{name}.f{axis}"] = ("N", "applied", int(record["motion"]) + k)

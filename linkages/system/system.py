@@ -19,10 +19,13 @@ from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inert
 from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
+from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.record_types import BEAM, STATION, STATION_MODE
 from linkages.system.assembly import Assembly, assemble, balanced, independent
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
+from linkages.system.feedforward import with_feedforward
+from linkages.system.load_records import pack_loads
 from linkages.system.tree import Tree
 from linkages.system.unassembled import Unassembled
 
@@ -171,8 +174,13 @@ class System(Unassembled):
 
     @property
     def determinate(self) -> bool:
-        """Check whether the prescribed drives alone determine the ideal motion."""
-        return self.assembly.mobility == len(self.tree.driven)
+        """Check whether the prescribed drives alone determine the ideal motion, and no states its forces."""
+        return self.assembly.mobility == len(self.tree.driven) and not self.experiment.own_states
+
+    @cached_property
+    def loads(self) -> Loads:
+        """Return the applied loads as records of the kernels."""
+        return pack_loads(self.tree, self.experiment, with_feedforward(self))
 
     # -- arrays of the kernels ---------------------------------------------------------------------------------
 

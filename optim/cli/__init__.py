@@ -3,7 +3,7 @@
 | module     | responsibility                                                                 |
 |------------|--------------------------------------------------------------------------------|
 | optimise   | ``linkages optimise``: solve design studies                                    |
-| identify   | ``linkages identify``: values that explain measurements, plans of measurements |
+| identify   | ``linkages identify``: values that explain measurements, plans                 |
 | tolerances | ``linkages tolerances``: yields by tolerances                                  |
 | study      | ``linkages study show``, ``export``, ``sensitivity``                           |
 | seeds      | seeds of a command line                                                        |

@@ -6,12 +6,13 @@ import argparse
 import sys
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
-from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, print_results
+from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, print_results, record
 from linkages.cli.progress import silence
 from linkages.input.files.writing import write_json
+from linkages.show.plots.presentation import presentation
 
 if TYPE_CHECKING:
     from optim.identify.load import Identification
@@ -60,7 +61,10 @@ def _plan(task: Identification, options: argparse.Namespace) -> int:
     with out as folder:
         found = plan(task, _show)
         write_json(folder / "plan.json", found)
-    print_results(options, format_plan(found), out)
+        table = format_plan(found)
+        question = "Which sensors would determine the unknowns best?"
+        record(options, folder, found["title"], question, [table.splitlines()[-1].capitalize() + "."], table)
+    print_results(options, table, out)
     return 0
 
 
@@ -90,6 +94,21 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
         if not options.no_plots:
             from optim.report.identification import write_identification
 
-            write_identification(found, folder)
-    print_results(options, format_identification(found), out)
+            write_identification(found, folder, presentation().format)
+        table = format_identification(found)
+        question = "Which values explain the measurements, and how certain are they?"
+        record(options, folder, found["title"], question, _answer(found), table)
+    print_results(options, table, out)
     return 0
+
+
+def _answer(found: dict[str, Any]) -> list[str]:
+    """Tell each unknown with its interval, and each warning."""
+    said = []
+    for name, one in found["parameters"].items():
+        if one["identifiable"]:
+            low, high = one["interval"]
+            said.append(f"{name} is {one['value']:.4g} {one['unit']}, in 95 % of cases {low:.4g} to {high:.4g}.")
+        else:
+            said.append(f"{name} is not identifiable from these measurements.")
+    return said + [f"{warning[0].upper()}{warning[1:]}." for warning in found["warnings"]]

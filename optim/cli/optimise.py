@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
-from linkages.cli.options import add_cluster, add_out, output_folder, written
+from linkages.base.errors import listed
+from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
+from linkages.show.plots.presentation import presentation
 from optim.cli.seeds import seeds_of
 
 if TYPE_CHECKING:
@@ -34,7 +36,7 @@ EXAMPLES = """examples:
 """
 
 STORE, RESULT, TABLE = "study.sqlite", "result.json", "results.csv"
-FIGURE, FRONT = "convergence.png", "front.png"
+FIGURE, FRONT = "convergence", "front"
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="compare derivatives by sensitivities with differences of designs, at the start and at the optimum",
     )
-    parser.add_argument("--no-plots", action="store_true", help="draw no figures")
+    add_pictures(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -98,7 +100,9 @@ def run(options: argparse.Namespace) -> int:
         from optim.report.result import format_table, write_table
 
         write_table(results, root / TABLE)
-        print(format_table(results) + "\n")
+        table = format_table(results)
+        record(options, root, "Several studies", "Which designs are best?", ["The table lists every run."], table)
+        print(table + "\n")
     print(written(root, sorted(p.name for p in root.iterdir() if p.name[0] != "." and p.suffix != ".lock")))
     return 0
 
@@ -156,11 +160,11 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
 
     from optim.evaluate.evaluator import Evaluator
     from optim.report.observe import Observer
-    from optim.report.result import format_result
+    from optim.report.result import format_result, result_answer
     from optim.search.optimise import optimise
 
     study = job.study
-    figure = None if options.no_plots else job.folder / FIGURE
+    figure = None if options.no_plots else job.folder / f"{FIGURE}.{presentation().format}"
     observe = Observer(study, job.seed, figure)
     evaluator = Evaluator(study, executor, 2 * workers, options.threads, progress=observe.runs)
     checks: dict[str, Any] = {}
@@ -184,8 +188,11 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
     if result["front"] and not options.no_plots:
         from optim.report.figures import write_pareto_front
 
-        write_pareto_front(study, result, job.folder / FRONT)
-    print(format_result(study, result) + "\n")
+        write_pareto_front(study, result, job.folder / f"{FRONT}.{presentation().format}")
+    table = format_result(study, result)
+    question = f"Which design is best: {listed(study.label(name) for name in result['best']['objectives'])}?"
+    record(options, job.folder, study.title, question, result_answer(study, result), table)
+    print(table + "\n")
     if options.verify:
         from optim.search.verification import format_verification, verify
 

@@ -1,4 +1,4 @@
-"""Figures of an optimisation and of a sensitivity analysis, as PNG files that are written whole or not at all."""
+"""Figures of an optimisation and of a sensitivity analysis, as files that are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from linkages.input.files.writing import whole
 from linkages.input.model.experiment import value_unit
-from linkages.show.plots.style import COLORS, axis_label, figure_style, stacked_axes, typeset, write_png
+from linkages.show.plots.style import COLORS, axis_label, figure_style, save_figure, stacked_axes, typeset
 from optim.algorithms import pareto
 from optim.algorithms.nlp import Values
 from optim.evaluate.limits import FEASIBLE
@@ -36,7 +36,7 @@ def png(
         figure = Figure(figsize=(width, height), layout=layout)
         yield figure
         with whole(path) as partial:
-            write_png(figure, partial)
+            save_figure(figure, partial, path.suffix[1:] or "png")
 
 
 def write_convergence(study: Study, title: str, iterations: Sequence[Iteration], nominal: Values, path: Path) -> None:
@@ -63,7 +63,7 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
 
 
 def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
-    """Draw the Pareto front of several objectives, two at a time, as a PNG file.
+    """Draw the Pareto front of several objectives, two at a time.
 
     The knee (of a Pareto front without one, the compromise), the nominal and the reference designs are marked.
 
@@ -113,7 +113,7 @@ def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> N
             ax.ticklabel_format(useOffset=False, scilimits=(-3, 4))
         for ax in axes[len(pairs) :]:
             ax.set_visible(False)
-        figure.suptitle(f"{study.title}: {len(front)} designs", fontsize=10)
+        figure.suptitle(f"{study.title}: {len(front)} designs", fontsize="medium")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=6)
 
 
@@ -121,7 +121,7 @@ write_front = write_pareto_front  # its earlier name
 
 
 def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
-    """Draw Sobol's indices of every quantity with their 95 % confidence intervals, as a PNG file.
+    """Draw Sobol's indices of every quantity with their 95 % confidence intervals.
 
     Parameters
     ----------
@@ -158,17 +158,17 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
             for place, row in zip(places, rows, strict=True):
                 if row["inert"]:
                     ax.text(0.02, place, "inert", va="center", color="0.35")
-            ax.set_title(label_of(study, name), fontsize=9)
+            ax.set_title(label_of(study, name), fontsize="medium")
             ax.set_xlabel("share of the variance [1]")
             ax.set_xlim(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1]))
         axes[0].set_yticks(places, study.names)
         axes[0].invert_yaxis()
-        figure.suptitle(f"{report['title']}\nSobol's indices, bars of 95 % confidence", fontsize=9)
+        figure.suptitle(f"{report['title']}\nSobol's indices, bars of 95 % confidence", fontsize="medium")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
 
 
 def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> None:
-    """Draw every quantity over each variable between its bounds, the others nominal, as a PNG file.
+    """Draw every quantity over each variable between its bounds, the others nominal.
 
     The report is the content of ``sensitivity.json``.
 
@@ -198,7 +198,7 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
         for ax, name, value in zip(axes[-1], study.names, study.paths, strict=True):
             unit = value_unit(value)
             ax.set_xlabel(axis_label(f"{name}\n", "" if unit == "1" else typeset(unit)))  # a power of ten follows
-        figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize=10)
+        figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize="medium")
 
 
 def label_of(study: Study, name: str) -> str:

@@ -12,14 +12,14 @@ from linkages.show.plots.style import COLORS
 from optim.report.figures import png
 
 
-def write_identification(found: Mapping[str, Any], folder: Path) -> None:
-    """Write ``fit.png``, ``correlation.png``, ``windows.png`` and, if they are known, ``profiles.png``."""
-    _write_fit(found, folder / "fit.png")
-    _write_correlation(found, folder / "correlation.png")
+def write_identification(found: Mapping[str, Any], folder: Path, form: str = "png") -> None:
+    """Write ``fit``, ``correlation``, ``windows`` and, if they are known, ``profiles``, as PNG or in another form."""
+    _write_fit(found, folder / f"fit.{form}")
+    _write_correlation(found, folder / f"correlation.{form}")
     if len(found["history"]) > 1:
-        _write_windows(found, folder / "windows.png")
+        _write_windows(found, folder / f"windows.{form}")
     if any("profile" in one for one in found["parameters"].values()):
-        _write_profiles(found, folder / "profiles.png")
+        _write_profiles(found, folder / f"profiles.{form}")
 
 
 def _write_fit(found: Mapping[str, Any], path: Path) -> None:

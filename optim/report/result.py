@@ -79,6 +79,24 @@ def format_result(study: Study, result: ResultFile) -> str:
     return "\n".join(lines)
 
 
+def result_answer(study: Study, result: ResultFile) -> list[str]:
+    """Tell in sentences how the best design changes the objectives, and which variables are at their bounds."""
+    best, nominal = result["best"], result["nominal"]
+    said = []
+    for name, value in best["objectives"].items():
+        before = nominal["objectives"][name]
+        if value is not None:
+            change = f", {_change(before, value).strip()} against the nominal design" if before else ""
+            said.append(f"{study.label(name)} becomes {value:.5g}{change}.")
+    bounds = zip(study.paths, study.lower, study.upper, strict=True)
+    ends = [path for path, low, high in bounds if not low < best["variables"][path] < high]
+    if ends:
+        said.append(f"At a bound: {', '.join(ends)}.")
+    if not best["feasible"]:
+        said.append("No design satisfies all constraints; this one violates them least.")
+    return said
+
+
 def format_table(results: Sequence[ResultFile]) -> str:
     """Format results as lines of text: a line for each run, and the spread over seeds for each study."""
     lines = []

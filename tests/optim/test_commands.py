@@ -86,6 +86,7 @@ def test_optimise(file, tmp_path, capsys):
     assert command("optimise", file, "--out", tmp_path / "out", "--seed", 3) == 0
     assert sorted(p.name for p in (tmp_path / "out").iterdir() if not p.name.endswith(".lock")) == [
         "convergence.png",
+        "record.json",
         "result.json",
         "study.sqlite",
     ]

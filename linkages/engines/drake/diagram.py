@@ -17,7 +17,7 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource
 from linkages.base.errors import InputError, Status
 from linkages.engines.budget import Budget
 from linkages.engines.drake.clearance import BristledJoints, ClearanceJoints
-from linkages.engines.drake.drives import Drives
+from linkages.engines.drake.drives import Drives, StatefulDrives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
 from linkages.engines.drake.steps import StepControl, drives_of, is_collapse
 from linkages.input.model.capabilities import Analysis
@@ -67,6 +67,8 @@ class Linkage:
         self.plant.SetVelocities(context, v)
         if self.clearance is not None:
             self.clearance.begin(self.clearance.GetMyMutableContextFromRoot(root))
+        if isinstance(self.drives, StatefulDrives):
+            self.drives.begin(self.drives.GetMyMutableContextFromRoot(root))
 
     def advance(
         self, simulator: Simulator, until: float, progress: TimeReport | None = None, limit: int | None = None
@@ -191,7 +193,8 @@ def add_linkage(
         builder.Connect(state, clearance.get_input_port(0))
     direct = clearance.GetOutputPort("evaluation") if clearance is not None and not external else None
     extra = direct.size() - plant.num_velocities() if direct is not None else 0
-    drives = builder.AddNamedSystem(_named(name, "drives"), Drives(system, place, extra))
+    kind_of_drives = StatefulDrives if system.experiment.own_states else Drives
+    drives = builder.AddNamedSystem(_named(name, "drives"), kind_of_drives(system, place, extra))
     builder.Connect(state, drives.GetInputPort("state"))
     builder.Connect(drives.get_force_output_port(), plant.get_applied_generalized_force_input_port())
     if direct is not None:

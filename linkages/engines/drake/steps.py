@@ -28,6 +28,7 @@ from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.system import System
 
+_FIRST = 1e-3  # first step after a sample at the start, over the longest one
 _SMALLEST = 1e-9  # step over the longest one below which the run has collapsed
 _EVENT_ACCURACY = 1e-3  # tolerance of contact times over the accuracy
 _SHRUNK = 0.5  # ratio of successive steps below which an implicit integrator is restarted
@@ -92,6 +93,11 @@ class StepControl:
         """Begin at the state of the simulator's context, with a given first step [s]."""
         self._time, self._accuracy = self.simulator.get_context().get_time(), accuracy
         self._restart(first)
+
+    def begin_again(self) -> None:
+        """Begin again at the context's state, which has changed, with steps of the last size."""
+        self._state = self.simulator.get_context().get_continuous_state_vector().CopyToVector()
+        self._restart(self._step or _FIRST * self.largest)
 
     def advance(self, end: float) -> None:
         """Advance to a time [s], or until the monitor ends the run.

@@ -23,8 +23,10 @@ from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leav
 from linkages.input.files.unit_conversion import read
 from linkages.input.model import load_tables as tables
 from linkages.input.model.experiment_tables import Drive, JointModel, RunWindow, SolverTable
+from linkages.input.model.functions import Quantity
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.recorded_tables import DataTable, FromFile
+from linkages.input.model.state_tables import Controller, Motor, State
 
 #: Origins of replaced values, shown as their source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
@@ -33,9 +35,12 @@ _Values = Mapping[str, Any]
 _NONE: _Values = MappingProxyType({})
 
 #: The tables of applied loads, in the order in which the loads are packed.
-LOADS = ("forces", "torques", "springs", "torsion_springs", "frictions")
+LOADS = ("forces", "torques", "springs", "torsion_springs", "frictions", "motors")
 #: The other tables of named elements.
 OTHERS = ("gears", "couplings", "stops", "contacts")
+
+#: The tables that define quantities for formulas.
+DEFINING = ("states", "motors", "controllers")
 
 #: Outputs of a link or frame, in plane axes, with units.
 QUANTITIES = {
@@ -90,6 +95,7 @@ class Experiment(Brief, Table):
 
     mechanism: str = Field(description="SDFormat file, relative to this file")
     title: str = Field("", description="one line for tables and figures")
+    units: str = Field("", description="units of tables and figures, such as mm, deg, r/min; default: SI units")
     duration: Positive = Field(description="simulated time [s]")
     gravity: _Vector = Field([0.0, 0.0, 0.0], description="gravity, world axes [m/s2]")
     start: Literal["centred", "equilibrium"] = Field(
@@ -108,6 +114,9 @@ class Experiment(Brief, Table):
     springs: dict[str, tables.Spring] = Field({}, description="springs and dampers between two points, by name")
     torsion_springs: dict[str, tables.TorsionSpring] = Field({}, description="torsion springs and dampers by name")
     frictions: dict[str, tables.JointFriction] = Field({}, description="friction in ideal joints, by name")
+    states: dict[str, State] = Field({}, description="additional states by name, for formulas")
+    motors: dict[str, Motor] = Field({}, description="motors that turn revolute joints, by name")
+    controllers: dict[str, Controller] = Field({}, description="controllers by name; their outputs are for formulas")
     gears: dict[str, tables.Gear] = Field({}, description="gears and belts between joints, by name")
     couplings: dict[str, tables.Coupling] = Field({}, description="couplings of coaxial shafts by name")
     stops: dict[str, tables.Stop] = Field({}, description="stops of joints by name")
@@ -133,7 +142,9 @@ class Experiment(Brief, Table):
         for name, joint in self.joints.items():
             clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
             rows[f"model of {name}"] = f"{joint.model}{clearance}"
-        tables = {"links": self.links} | {name: getattr(self, name) for name in (*LOADS, *OTHERS)}
+        tables = {"links": self.links} | {
+            name: getattr(self, name) for name in (*LOADS, "states", "controllers", *OTHERS)
+        }
         rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
         rows["outputs"] = ", ".join(self.outputs) or "none"
         return f"{self.title or self.source.stem}; {self.source.name}, {self.duration:g} s", rows
@@ -205,8 +216,22 @@ class Experiment(Brief, Table):
 
     @property
     def loads(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each applied load: forces, torques, springs, torsion springs."""
+        """Return table and name of each applied load: forces, torques, springs, torsion springs, frictions, motors."""
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
+
+    @cached_property
+    def quantities(self) -> dict[str, Quantity]:
+        """Return the states, and the formulas of motors and controllers, by the names that formulas have for them."""
+        found: dict[str, Quantity] = {}
+        for table in DEFINING:
+            for name, one in getattr(self, table).items():
+                found |= one.quantities(name)
+        return found
+
+    @property
+    def own_states(self) -> dict[str, Quantity]:
+        """Return the additional states, in the order of the state vector."""
+        return {name: one for name, one in self.quantities.items() if one.is_state}
 
     @property
     def from_files(self) -> dict[str, FromFile]:
@@ -270,7 +295,8 @@ class Experiment(Brief, Table):
             key: valid[key] if names is True else getattr(self, key) | valid[key] for key, names in changed.items()
         }
         result = self.model_copy(update=values)
-        result.__dict__.pop("sdf_overrides", None)
+        for key in ("sdf_overrides", "quantities"):
+            result.__dict__.pop(key, None)
 
         def stays(path: str) -> bool:
             key, _, rest = path.partition(".")

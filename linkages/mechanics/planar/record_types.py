@@ -82,8 +82,8 @@ ENDS = record_type(
     b=MARKER,
 )
 
-#: Kinds of applied load.
-FORCE, PUSH, SPRING, COORDINATE_SPRING = 0, 1, 2, 3
+#: Kinds of applied load. A quantity is a function of time, signals and states, without a force.
+FORCE, PUSH, SPRING, COORDINATE_SPRING, QUANTITY = 0, 1, 2, 3, 4
 
 #: A position or speed that a load depends on: ``scale`` times a term's value less ``offset``, or times its rate.
 SIGNAL = record_type(
@@ -91,6 +91,13 @@ SIGNAL = record_type(
     scale="f8",
     offset="f8",
     rate="i8",  # 1 for the rate
+)
+
+#: An additional state: the function that gives its rate or, with a sampling period, its next
+#: value.
+STATE = record_type(
+    function="i8",
+    period="f8",  # [s]; 0: continuous
 )
 
 #: A flexible link, or a substructure of one, for its internal forces and deflection.

@@ -11,6 +11,7 @@ from linkages.input.files.magnitudes import rounded
 from linkages.show.plots.style import engineering
 from linkages.show.report import words
 from linkages.show.report.result_folder import Results
+from linkages.show.report.units import output_unit
 
 _MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
 _SAME = 1e-4  # relative change that is neglected
@@ -90,7 +91,7 @@ def _effect(shown: dict[str, Any]) -> str:
     for name in [*shown.get("difference", {})][:1]:
         largest, part = shown["difference"][name]["peak"], words.percent(shown["difference"][name]["share"])
         of = "" if part == "-" else f" ({part} of its range)" if part.endswith("%") else f" ({part} its range)"
-        said.append(f"{name} differs by up to {_measured(largest, words.output_unit(name))}{of}")
+        said.append(f"{name} differs by up to {_measured(largest, output_unit(name))}{of}")
     peaks = {
         name: (value["peak"], shown["ideal"]["outputs"][name]["peak"])
         for name, value in shown["outputs"].items()

@@ -25,7 +25,9 @@ FIGURES = {
     "joint_forces": "Magnitudes of the joint forces, ideal joints and clearance; below: their difference.",
     "drive_torques": "Torques (forces) of the drives, ideal joints and clearance; below: their difference.",
 }
-_HINT = "give the --out folder of `linkages simulate`"
+#: Endings of figures that a page can contain, and their media types.
+PICTURES = {".png": "image/png", ".svg": "image/svg+xml"}
+_HINT = "give the --out folder of a command"
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Results:
 
     folder: Path
     summary: dict[str, Any]  # ``summary.json``
-    figures: tuple[Path, ...]  # PNG files, in the order of the page
+    figures: tuple[Path, ...]  # PNG and SVG files, in the order of the page
     animation: str | None  # the page of the animation
     drawing: Path | None
     impacts: tuple[Impact, ...] | None  # all contacts; None if no joint can touch
@@ -87,7 +89,7 @@ def load_results(folder: str | Path) -> Results:
     summary = read_json(folder / "summary.json", Summary, _HINT)
     first = [*(f"output_{file_name(name)}" for name in summary["outputs"]), *FIGURES]
     order = {stem: k for k, stem in enumerate(first)}
-    found = (path for path in folder.glob("*.png") if path.stem != "drawing")
+    found = (path for path in folder.iterdir() if path.suffix in PICTURES and path.stem != "drawing")
     figures = tuple(sorted(found, key=lambda path: (order.get(path.stem, len(order)), path.name)))
     drawing, impacts = folder / "drawing.svg", _impacts(folder)
     animation = read_page(folder / "animation.html")

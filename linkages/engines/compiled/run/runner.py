@@ -22,6 +22,7 @@ from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.sampling import tabulate_run
 from linkages.engines.methods import expect_run
 from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Record
+from linkages.mechanics.planar.arrays import size_of
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.outputs.columns import Columns, whole_columns
 from linkages.results.outputs.registry import names as all_names
@@ -106,8 +107,11 @@ class Runner:
         return record
 
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
-        """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""
-        nt, nc, n = len(times), len(self.model.ends), len(self.model.free) + len(self.model.driven)
+        """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run.
+
+        Additional states follow the rates, their rates the accelerations, and zeros the coordinates.
+        """
+        nt, nc, n = len(times), len(self.model.ends), size_of(self.model)
         out = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH))
         with _table(self.system, ()).lent() as job:
             evaluate(job, packed(steps), np.asarray(times, dtype=np.float64), *out)

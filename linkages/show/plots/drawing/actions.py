@@ -243,9 +243,10 @@ def strongest(system: System) -> Mapping[str, Array]:
     except AssemblyError:  # drawn in the file's pose, with gaps in red
         return {}
     pose, vel = state_tables(ideal.tree.bodies, q, v)
-    values = np.empty((len(q), len(ideal.experiment.loads), len(LOAD_OUTPUTS)))
+    values = np.empty((len(q), len(ideal.loads[0]), len(LOAD_OUTPUTS)))
     for k, time in enumerate(times):
-        load_outputs(ideal.loads, np.zeros(len(ideal.loads[0])), time, pose[k], vel[k], values[k])
+        rates = np.concatenate([v[k], ideal.start_states])
+        load_outputs(ideal.loads, np.zeros(len(ideal.loads[0])), time, rates, pose[k], vel[k], values[k])
     found = {}
     for k, (table, name) in enumerate(ideal.experiment.loads):
         parts = values[:, k, : {"forces": 2, "torques": 1}.get(table, 0)]
