@@ -29,6 +29,16 @@ A drive has one of `speed` (optionally with `ramp`, a smooth start), `times` wit
 has `force`, or `times` with `forces`, and m instead of rad. A formula of the motion must be smooth: at a jump of its rate the drive force would be
 infinite, and no engine reports it. Drives, forces and torques also take their signal [from a data file](recorded.md).
 
+### Clearance in a driven joint
+
+A driven joint may have clearance, with every model of other joints: give it both tables, `drives.O` and `joints.O`.
+
+- **Revolute joint.** The drive turns the child relative to the parent, or applies a torque. It acts on both as a pure couple, `O.torque`. The journal's
+  centre moves freely in the bearing: `O.force` and `O.ex` are those of film and contact.
+- **Prismatic joint.** The drive moves the middle of the block along the slot, or applies a force through this middle along the slot. The block moves
+  across the slot and tilts.
+- `O.power` is the drive's power, `O.contact_power` that of film and contact.
+
 ## All keys
 
 Examples: [loads](loads.md), [gears, backlash, stops, lines and friction](constraints.md), [flexible links](flexible.md), [grooves, heat, tilt](bearing.md),

@@ -1,6 +1,6 @@
-"""Independent model of a slider-crank and a four-bar whose driven crank has clearance in its main bearing.
+"""Machines with clearance in driven joints, and independent models of some.
 
-The machines of `machines` with a bearing in O. All bodies have absolute coordinates x, y, angle of their mass centres;
+A slider-crank and a four-bar have clearance in the main bearing O of the driven crank. All bodies have absolute coordinates x, y, angle of their mass centres;
 pins, guide and drive are constraints with Lagrange multipliers. The journal's centre (x, y), and for a drive by torque
 the crank's angle, are integrated; the other positions follow in closed form, so that no constraint drifts.
 """
@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import contact_events
+import guide_model
 import numpy as np
-from machines import circle_intersection, four_bar, joint, slider_crank
+from machines import bar, circle_intersection, four_bar, joint, model, slider_crank, solid
 from paper_formulation import LENGTH, RADIUS, Data
 from scipy.integrate import solve_ivp
 
@@ -157,3 +158,93 @@ class DrivenCrank:
         return contact_events.contacts(
             rates, depths, loads, self.start, duration, rtol=1e-12, max_step=1e-4, samples=1000
         )
+
+
+SLOT = "<linkages:slot><linkages:length>0.04</linkages:length><linkages:height>0.028</linkages:height></linkages:slot>"
+#: A block, driven along its slot, with its mass centre beside the slot's middle.
+BLOCK_MASS, BLOCK_INERTIA, CENTRE = 0.14, 1e-4, (0.006, 0.003)
+BLOCK = model(
+    "block",
+    solid("block", BLOCK_MASS, BLOCK_INERTIA, centre=f"{CENTRE[0]} {CENTRE[1]} 0 0 0 0")
+    + joint("P", "world", "block", "prismatic", "1 0 0", inner=SLOT),
+)
+
+
+@dataclass
+class DrivenBlock:
+    """The block in its slot: corners and laws of `guide_model`; its drive: (place, speed, acceleration), or a force."""
+
+    motion: object = None
+    force: float = 0.0
+    speed: float = 0.0
+
+    def corners(self, t, state):
+        """Arm from the block's middle, side, penetration, its rate, speed along the wall of each corner."""
+        n = len(state) // 2
+        along = self.motion(t)[1] if self.motion else state[3]
+        (y, turn), (y_rate, rate) = state[n - 2 : n], state[2 * n - 2 :]
+        for x, side in guide_model.CORNERS:
+            arm = x * guide_model.HALF_LENGTH * unit(turn) + side * guide_model.HALF_HEIGHT * normal(turn)
+            depth = side * (y + arm[1]) - guide_model.HALF_HEIGHT - guide_model.CLEARANCE
+            yield arm, side, depth, side * (y_rate + rate * arm[0]), along - rate * arm[1]
+
+    def forces(self, t, state, approach):
+        """Arm and force of each corner."""
+        r, mu = guide_model.RESTITUTION, guide_model.FRICTION
+        for k, (arm, side, depth, closing, speed) in enumerate(self.corners(t, state)):
+            load = 0.0
+            if approach[k] is not None and depth > 0.0:
+                damping = 1 + 8 * (1 - r) / (5 * r) * np.clip(closing / max(approach[k], 1e-6), -1, 1)
+                load = max(guide_model.STIFFNESS * depth**1.5 * damping, 0.0)
+            yield arm, np.array([-mu * np.tanh(speed / guide_model.V_1) * load, -side * load])
+
+    def rates(self, t, state, approach):
+        """Newton and Euler about the mass centre; the drive's force acts along the slot through the block's middle."""
+        n, m = len(state) // 2, BLOCK_MASS
+        turn, rate = state[n - 1], state[-1]
+        r = CENTRE[0] * unit(turn) + CENTRE[1] * normal(turn)
+        total, moment = m * rate**2 * r + np.array([0.0, m * GRAVITY]), 0.0
+        for arm, force in self.forces(t, state, approach):
+            total = total + force
+            moment += (arm[0] - r[0]) * force[1] - (arm[1] - r[1]) * force[0]
+        # unknown: acceleration along the slot, or the drive's force; acceleration across; angular acceleration
+        matrix = np.array([[m, 0.0, -m * r[1]], [0.0, m, m * r[0]], [0.0, 0.0, BLOCK_INERTIA]])
+        right = np.array([total[0] + self.force, total[1], moment + r[1] * self.force])
+        if self.motion:
+            matrix[:, 0] = [-1.0, 0.0, -r[1]]
+            right[0] -= m * self.motion(t)[2]
+        found = np.linalg.solve(matrix, right)
+        return np.concatenate([state[n:], found[3 - n :]])
+
+    def contacts(self, duration):
+        """Contacts of the corners, see `contact_events.contacts`."""
+        start = np.zeros(4) if self.motion else np.array([0.0, 0.0, 0.0, self.speed, 0.0, 0.0])
+
+        def depths(t, state):
+            return np.array([(depth, closing) for _, _, depth, closing, _ in self.corners(t, state)]).T
+
+        def loads(t, state, approach):
+            return [np.hypot(*force) for _, force in self.forces(t, state, approach)]
+
+        return contact_events.contacts(self.rates, depths, loads, start, duration, rtol=1e-11, max_step=2e-5)
+
+
+def cylinder(parent: str, child: str) -> str:
+    """A lever moved by a cylinder and its rod: a driven slider P between two links that move; either has the slot."""
+    hook = 0.2 * unit(1.0) - np.array([0.3, 0.0])
+    body = f"""{bar("lever", 0.3, "__model__", 1.0, mass=0.5)}
+<frame name="foot" attached_to="world"><pose relative_to="__model__">0.3 0 0 0 0 0</pose></frame>
+<frame name="hook" attached_to="lever"><pose>0.2 0 0 0 0 0</pose></frame>
+{bar("cylinder", 0.12, "foot", np.arctan2(hook[1], hook[0]), mass=0.3)}
+<frame name="mouth" attached_to="cylinder"><pose>{np.hypot(*hook) - 0.09} 0 0 0 0 0</pose></frame>
+{bar("rod", 0.09, "mouth")}{joint("F", "world", "cylinder")}{joint("L", "world", "lever")}
+{joint("H", "rod_tip", "hook")}"""
+    slide = joint("P", parent, child, "prismatic", "1 0 0", SLOT).replace("<xyz>", '<xyz expressed_in="cylinder">')
+    return model("cylinder", body + slide)
+
+
+def carried_crank(parent: str, child: str, axis: str, plane: str) -> str:
+    """A crank and a pendulum on a free carriage: a driven pin O with clearance between two links that move."""
+    body = solid("carriage", 0.5, 1e-3) + bar("crank", 0.1, "__model__", 0.3) + bar("tail", 0.08, "crank_tip", 0.8)
+    body += joint("s", "world", "carriage", "prismatic", "1 0 0") + joint("T", "crank_tip", "tail")
+    return model("carried_crank", body + joint("O", parent, child, axis=axis, inner=BEARING), plane)

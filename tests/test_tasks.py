@@ -19,6 +19,7 @@ LINES = [re.findall(r"`([^`]*)`", row) for row in re.findall(r"^\| .*? \| (`(?!l
 #: Options that shorten a command.
 SHORT = {
     "simulate": "--no-plots --no-animation --quiet",
+    "animate": "--seconds 0.2",
     "sweep": "--revolutions 1 --transient 0 --no-plots",
     "continue": "--transient 1 --no-plots",
     "sensitivity": "--no-error-estimate --no-plots",

@@ -18,6 +18,7 @@ from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
 
 if TYPE_CHECKING:
     from linkages.input.model.experiment import Experiment
+    from linkages.results.trajectory import Trajectory
     from linkages.system import System
 
 #: Files of each command, its reports and exports; the first one identifies the command.
@@ -25,8 +26,8 @@ _WRITTEN = {
     "simulate": (
         "summary.json", "trajectory.npz", "ideal.npz", "trajectory.csv", "trajectory.mat", "trajectory.parquet",
         "trajectory.nc", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "guides.png", "impacts.png",
-        "joint_forces.png", "drive_torques.png", "measured.png", "measured.npz", "animation.html", "drawing.html",
-        "drawing.png", "drawing.svg", "loads.csv",
+        "joint_forces.png", "drive_torques.png", "measured.png", "measured.npz", "animation.html", "animation.gif",
+        "animation.mp4", "drawing.html", "drawing.png", "drawing.svg", "loads.csv",
     ),
     "compare": ("compare.json", "warnings.json"),
     "overlay": ("overlay.json", "overlay.png"),
@@ -133,6 +134,34 @@ def add_cluster(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cluster", metavar="ADDRESS", help="run on a Dask cluster, tcp://host:8786")
 
 
+def add_part(parser: argparse.ArgumentParser, default: str) -> None:
+    """Add ``--from`` and ``--to``: a part of a run."""
+    for name, what in (("--from", "before"), ("--to", "after")):
+        meaning = f"without the times {what}; default: {default}"
+        parser.add_argument(name, type=seconds, metavar="SECONDS", help=meaning)
+
+
+def stored_run(folder: Path) -> Trajectory:
+    """Read the run of a folder; InputError if it has none."""
+    from linkages.results.trajectory import load_trajectory
+
+    source = folder / "trajectory.npz"
+    if not source.exists():
+        problem = "has no trajectory.npz" if folder.is_dir() else "is not a folder"
+        raise InputError(str(folder), "", f"{problem}; give the --out folder of `linkages simulate`")
+    return load_trajectory(source)
+
+
+def part_of(run: Trajectory, folder: Path, options: argparse.Namespace) -> Trajectory:
+    """Return the part of a folder's run of `add_part`; InputError if nothing remains."""
+    first, last = float(run.time[0]), float(run.time[-1])
+    asked = getattr(options, "from"), options.to
+    start, end = (at if given is None else given for given, at in zip(asked, (first, last), strict=True))
+    if not max(start, first) < min(end, last):
+        raise InputError("--from", f"{start:g}", f"and --to {end:g} leave nothing of {folder}, {first:g} to {last:g} s")
+    return run.within(max(start, first), min(end, last))
+
+
 def add_pictures(parser: argparse.ArgumentParser, animation: bool = False) -> None:
     """Add ``--no-plots``, the options of figures, and ``--no-animation`` to a command that writes one."""
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
@@ -178,20 +207,15 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
 
 def _worn_values(path: Path) -> dict[str, Any]:
-    """Return the worn profiles of a ``wear.json``, with their coefficients, by dotted path of the experiment."""
-    from linkages.results.shape import WearContent
-    from linkages.show.report.result_folder import read_json
+    """Return the key `worn` of each joint of a ``wear.json``, by dotted path of the experiment."""
+    from linkages.input.model.worn import read_worn
 
-    values: dict[str, Any] = {}
-    found = read_json(path, WearContent, "give a wear.json that `linkages wear` wrote")
-    for name, joint in found["joints"].items():
-        values[f"joints.{name}.wear.coefficient"] = joint["coefficient"]
-        for side in ("bearing", "journal"):
-            if side in joint:
-                depths = [depth for _, depth in joint[side]["profile"]]
-                values[f"joints.{name}.wear.nodes"] = len(depths)
-                values[f"joints.{name}.wear.{side}_depth"] = depths
-    return values
+    try:
+        return {f"joints.{name}.worn": repr(str(path.absolute())) for name in read_worn(path)}
+    except InputError:
+        raise
+    except ValueError as problem:
+        raise InputError("--worn", "", str(problem)) from None
 
 
 def set_values(options: argparse.Namespace) -> dict[str, str | float]:

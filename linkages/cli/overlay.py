@@ -10,12 +10,14 @@ from linkages.base.errors import InputError, listed, nearest
 from linkages.cli.options import (
     add_names,
     add_out,
+    add_part,
     add_pictures,
     add_units,
     output_folder,
+    part_of,
     print_results,
     record,
-    seconds,
+    stored_run,
 )
 from linkages.input.files.writing import write_json
 
@@ -34,8 +36,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="folder that `linkages simulate` wrote")
     add_names(parser, "--output", "output, see `linkages keys`; a panel of the figure; may be repeated")
-    parser.add_argument("--from", type=seconds, metavar="SECONDS", help="without the times before; default: all")
-    parser.add_argument("--to", type=seconds, metavar="SECONDS", help="without the times after; default: all")
+    add_part(parser, "all")
     add_units(parser)
     add_pictures(parser)
     add_out(parser)
@@ -48,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
     names: list[str] = options.output or []
     if not names:
         raise InputError("--output", "", "is missing; name an output, such as B.force")
-    runs = {label: _run(folder, options) for label, folder in _labels(options.folders).items()}
+    runs = {label: part_of(stored_run(folder), folder, options) for label, folder in _labels(options.folders).items()}
     units = {name: _unit(name, runs) for name in names}
     found = {
         name: {
@@ -82,24 +83,6 @@ def _labels(folders: list[Path]) -> dict[str, Path]:
         raise InputError("DIR", "", "a folder is given twice")
     count = next(n for n in range(1, max(map(len, parts)) + 1) if len({part[-n:] for part in parts}) == len(parts))
     return {"/".join(part[-count:]): folder for part, folder in zip(parts, folders, strict=True)}
-
-
-def _run(folder: Path, options: argparse.Namespace) -> Trajectory:
-    """Read the run of a folder, between the times of the options."""
-    from linkages.results.trajectory import load_trajectory
-
-    source = folder / "trajectory.npz"
-    if not source.exists():
-        problem = "has no trajectory.npz" if folder.is_dir() else "is not a folder"
-        raise InputError(str(folder), "", f"{problem}; give the --out folder of `linkages simulate`")
-    run = load_trajectory(source)
-    first, last = float(run.time[0]), float(run.time[-1])
-    start, end = (
-        given if given is not None else at for given, at in ((getattr(options, "from"), first), (options.to, last))
-    )
-    if not max(start, first) < min(end, last):
-        raise InputError("--from", f"{start:g}", f"and --to {end:g} leave nothing of {folder}, {first:g} to {last:g} s")
-    return run.within(max(start, first), min(end, last))
 
 
 def _unit(name: str, runs: dict[str, Trajectory]) -> str:

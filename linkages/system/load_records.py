@@ -38,7 +38,7 @@ def pack_loads(
     """Pack the loads for `linkages.mechanics.planar.loads`: records, signals, and the functions of forces and torques.
 
     The quantities are the experiment's, with tables for computed ones. `added` has constants to add to functions, by
-    the index (`LOAD` has it as ``motion``).
+    the functions' index (`LOAD` has it as ``motion``).
     """
     mechanism = tree.mechanism
     records: Records = np.zeros(len(experiment.loads) + len(quantities), types.LOAD)

@@ -22,6 +22,7 @@ SMOOTH = {
     "seven_bar_rig": (1.0, IMPLICIT),
     "slider_crank_lubricated": (0.012, EXPLICIT),
     "slider_crank_motor": (0.1, IMPLICIT),
+    "slider_crank_main_bearing": (0.012, IMPLICIT),
 }
 
 #: Films whose force jumps, where eqs. (12)-(13) begin: seconds, Drake's accuracy.

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from engines import slow_on_drake
 from machines import joint, model, slider_crank, solid
+from pydrake.systems.analysis import Simulator
 from scipy.integrate import simpson, solve_ivp
 from scipy.linalg import expm
 
-from linkages import InputError, linearise, load, simulate, simulate_batch
+from linkages import InputError, Status, linearise, load, simulate, simulate_batch
+from linkages.engines.drake import build_diagram
 
 FLYWHEEL = model("flywheel", solid("wheel", 1.0, 0.02) + joint("O", "world", "wheel"))
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\n"
@@ -294,3 +296,16 @@ def test_wrong_tables_are_refused_in_one_line(experiment_file, case):
 def test_sampled_states_have_no_derivatives(system_of):
     with pytest.raises(InputError, match=r"controllers\.C\.sample_time: makes sampling instants, which derivatives"):
         simulate(system_of(FLYWHEEL, FREE + CONTROL + "sample_time = 0.01\n"), wrt=["duration"])
+
+
+def test_diagrams_have_continuous_states_but_refuse_sampled_ones(system_of):
+    diagram, linkage = build_diagram(system_of(FLYWHEEL, LAGGING))
+    simulator = Simulator(diagram)
+    linkage.set_initial_state(simulator.get_mutable_context())
+    assert linkage.advance(simulator, 0.1) is Status.OK
+    own = simulator.get_context().get_continuous_state_vector().CopyToVector()[-3:]
+    np.testing.assert_allclose(own[:2], motor_states([0.1])[0, [2, 0]], rtol=1e-4)
+    with pytest.raises(
+        InputError, match=r"controllers\.C\.sample_time: makes sampling instants, which a Drake diagram"
+    ):
+        build_diagram(system_of(FLYWHEEL, FREE + CONTROL + "sample_time = 0.01\n"))

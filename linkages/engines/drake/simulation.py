@@ -34,7 +34,7 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     """Simulate a system with Drake; see `linkages.engines.assessment.simulate`."""
     started = clock.perf_counter()
     expect_run(system, "drake")
-    diagram, linkage = build_diagram(system)
+    diagram, linkage = build_diagram(system, samples=True)
     system, simulator = linkage.system, Simulator(diagram)
     linkage.set_initial_state(simulator.get_mutable_context())
     watch = _Watch(linkage, StepControl(simulator, system), progress)

@@ -15,6 +15,7 @@ class Analysis(StrEnum):
     """What is done with a system; the values are for messages."""
 
     DRAKE = "Drake"
+    DIAGRAM = "a Drake diagram"
     DERIVATIVES = "derivatives"
     PERIODIC = "the return map"
     EXPONENT = "the Lyapunov exponent"
@@ -38,7 +39,7 @@ def _sampled(table: str, experiment: Experiment) -> list[str]:
 
 
 _SAMPLED = "makes sampling instants, which {} cannot follow; make it continuous"
-_SMOOTH = Analysis.DERIVATIVES, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
+_SMOOTH = Analysis.DIAGRAM, Analysis.DERIVATIVES, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
 
 #: The table. A film with history runs on the compiled engine alone: single runs, batches and sweeps, with errors.

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PrivateAttr, create_model
+from pydantic import AfterValidator, Field, PrivateAttr, create_model
 
 from linkages.base.brief import Brief
 from linkages.base.errors import InputError
@@ -27,6 +27,7 @@ from linkages.input.model.functions import Quantity
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.recorded_tables import DataTable, FromFile
 from linkages.input.model.state_tables import Controller, Motor, State
+from linkages.input.model.worn import with_worn
 
 #: Origins of replaced values, shown as their source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
@@ -107,7 +108,9 @@ class Experiment(Brief, Table):
         f" JOINT.{'|'.join(PIN_QUANTITIES)}",
     )
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
-    joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
+    joints: Annotated[dict[str, JointModel], AfterValidator(with_worn)] = Field(
+        {}, description="joint models by name; joints not named are ideal"
+    )
     links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
     forces: dict[str, tables.ForceTable] = Field({}, description="applied forces by name")
     torques: dict[str, tables.Torque] = Field({}, description="applied torques by name")

@@ -389,6 +389,9 @@ class JointModel(LawTable):
     shear_film: Literal["full", "half"] = Field("full", description="extent of the sheared film")
     small_eccentricity: SmallEccentricity | None = Field(None, description="the paper's correction near the centre")
     wear: WearTable | None = Field(None, description="dry and mixed: wear of bearing and journal")
+    worn: str | None = Field(
+        None, description="dry and mixed: wear.json of `linkages wear`, whose profiles this joint has at the start"
+    )
     offset: TwoOf[Finite] = Field(
         [0.0, 0.0],
         description="journal's centre from the bearing's at t = 0, plane axes [m]; guide: offset [m], tilt [rad]",

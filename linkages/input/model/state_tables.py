@@ -187,8 +187,8 @@ class Controller(Table):
     )
     feedforward: str | None = Field(
         None,
-        description='output without an error: a formula, the same, or "ideal-torque": torque (prismatic: force) that'
-        " moves the machine with ideal joints along the reference; default: 0",
+        description='output without an error: a formula, or "ideal-torque": the torque (prismatic: force) that moves'
+        " the machine with ideal joints along the reference; default: 0",
     )
     joint: str | None = Field(None, description="ideal-torque: joint whose coordinate the reference gives over time")
 

@@ -4,6 +4,7 @@
 |---------------|-----------------------------------------------------------------------------|
 | result_folder | a folder written by ``linkages simulate`` -> `Results`, or a one-line error |
 | answer        | the question of a run, its answer in sentences, remarks                     |
+| units         | the numbers of a summary in the units that tables show                      |
 | words         | units, changes, the final motion, commands that repeat the run              |
 | page_tables   | tables: headings and cells, numbers as text                                 |
 | page          | template, style, script and curves over time of a run -> ``report.html``    |

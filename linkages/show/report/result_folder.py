@@ -11,9 +11,12 @@ from typing import Any
 from linkages.base.errors import InputError
 from linkages.input.files.toml import Table, validate
 from linkages.input.files.writing import file_name
+from linkages.input.model.experiment import experiment_of
 from linkages.input.model.experiment_tables import JointModel
+from linkages.input.model.mechanism import load_mechanism
 from linkages.results.impacts import Impact, read_impacts
 from linkages.results.shape import Summary
+from linkages.system import System
 
 #: Figures with their captions, in the order of the page, after the outputs'.
 FIGURES = {
@@ -94,6 +97,16 @@ def load_results(folder: str | Path) -> Results:
     drawing, impacts = folder / "drawing.svg", _impacts(folder)
     animation = read_page(folder / "animation.html")
     return Results(folder, summary, figures, animation, drawing if drawing.is_file() else None, impacts)
+
+
+def recorded_system(results: Results) -> System:
+    """Build the system of a run again from its record; InputError if its files are missing."""
+    path = Path(results.summary["provenance"].get("folder") or ".", results.source)
+    if not path.exists():
+        problem = f"is missing; the run of {results.folder} cannot be repeated without it"
+        raise InputError(str(path), "", problem)
+    experiment = experiment_of(path, results.experiment, results.sources)
+    return System(load_mechanism(experiment.mechanism_path, experiment.sdf_overrides), experiment)
 
 
 def read_json(path: Path, shape: type[Table], hint: str) -> dict[str, Any]:
