@@ -2,8 +2,9 @@
 
 Links of an open chain; loops side by side (four-bar windows, the N-four-bar of IFToMM's benchmarks) and on top of each
 other: right-hand side. Joint forces of the windows at a sample. Chains of 20 links with lubricated joints, and bending
-modes of the shipped flexible slider-crank: integration, per step. The exponent is that of the growth since the line
-before. Processor times are medians; compilation and set-up are not counted.
+modes of the shipped flexible slider-crank: integration, per step. The press with thinner oil: a simulated second. The
+exponent is that of the growth since the line before. Processor times are medians; compilation and set-up are not
+counted.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ LINKS = 20  # of the chain with lubricated joints
 REPEAT = 9
 ROOT = Path(__file__).resolve().parents[1]
 GRAVITY = "gravity = [0.0, -9.81, 0.0]\n"
+VISCOSITIES = ("joints.A.viscosity", "joints.B.viscosity")
 FILM = 'model = "lubricated"\nclearance = 1e-4\nviscosity = 0.1\n'
 
 sys.path.append(str(ROOT / "tests"))
@@ -71,6 +73,17 @@ def tower(folder, n):
 def bending(folder, n):
     """Load the flexible slider-crank with so many bending modes."""
     return load(data_folder() / "slider_crank_flexible.toml", {"links.rod.bending": n, "duration": 0.02})
+
+
+def press(folder, n):
+    """Load the old press with a viscosity of 1/n Pa s: the less, the more its films are loaded."""
+    return load(ROOT / "benchmarks" / "seven_bar_fast.toml", {"duration": 1.0, **dict.fromkeys(VISCOSITIES, 1.0 / n)})
+
+
+def second(system):
+    """Time of a simulated second [us]."""
+    runner = Runner(system)
+    return _median(partial(runner.run, 0.0, runner.start, 0.0, 10**6), 3) / system.experiment.duration
 
 
 def right_hand_side(system):
@@ -119,6 +132,7 @@ CASES = {
         f"lubricated joints of {LINKS} links, step", lambda folder, n: chain(folder, LINKS, n), (1, 2, 5, 10, 20), step
     ),
     "modes": Growth("bending modes, step", bending, (2, 4, 8, 16, 32), step),
+    "second": Growth("load of the press's films, 1 / (Pa s), a simulated second", press, (1, 10, 100, 1000), second),
 }
 
 

@@ -1,10 +1,9 @@
 """Compare wall time and orbit error of several codes on the seven-bar: ``python benchmarks/sevenbar_engines.py``.
 
 The benchmark simulates the first second of ``seven_bar_fast.toml`` with several tolerances (or numbers of steps) of
-each code. It prints the wall time per simulated second and the orbit error: the largest distance of a journal from its
+each code, and prints the wall time per simulated second and the orbit error: the largest distance of a journal from its
 position in a solution at 1e-10, over the code's output times (200 or more), relative to the largest eccentricity. A
-second table compares the codes at equal error; it interpolates between points of a code on log-log axes and never
-extrapolates.
+table compares the codes at equal error; it interpolates between lines of a code on log-log axes and never extrapolates.
 
 | code          | description                                                                              |
 |---------------|------------------------------------------------------------------------------------------|
@@ -12,7 +11,7 @@ extrapolates.
 | drake         | `linkages.engines.drake`, radau3                                                         |
 | paper         | 18 absolute coordinates, Baumgarte (tests/paper_formulation.py), SciPy's Radau and LSODA |
 | kernels-lsoda | SciPy's LSODA (odeint) on this package's right-hand side, compiled, drives eliminated    |
-| exudyn        | Exudyn, see sevenbar_exudyn.py; optional                                                 |
+| exudyn        | Exudyn, the film as user function in Python, see sevenbar_exudyn.py; optional            |
 
 Times are medians of ``--repeat`` rounds. Each round runs every line once, so a disturbance of the machine affects all
 codes alike. Timing covers the integration from the initial state, not the set-up (about a millisecond for `compiled`)
@@ -201,10 +200,7 @@ For readers who compare simulation codes: computing time of several codes at equ
 {about}
 ## At equal error
 
-{markdown(equal_errors(lines))}
-## All lines
-
-{markdown(all_lines(lines))}"""
+{markdown(equal_errors(lines))}"""
 
 
 def main() -> None:

@@ -53,7 +53,7 @@ class Model:
         self.exudyn, self.items = exudyn, items
         self.container = exudyn.SystemContainer()
         self.solver = self.container.AddSystem()
-        self.tree, self.assembly = system.tree, system.assembly
+        self.tree, self.assembly, self.gravity = system.tree, system.assembly, system.gravity[:2]
         mechanism, drives = system.mechanism, system.experiment.drives
         self._add_bodies()
         laws, tables = system.laws, system.tables
@@ -92,6 +92,9 @@ class Model:
             self.nodes[link.name] = number = self.solver.AddNode(node)
             rigid = items.ObjectRigidBody2D(mass=body.mass, inertia=body.inertia, nodeNumber=number)
             self.objects[link.name] = self.solver.AddObject(rigid)
+            if np.any(self.gravity):
+                marker = self.solver.AddMarker(items.MarkerBodyMass(bodyNumber=self.objects[link.name]))
+                self.solver.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=[*self.gravity, 0.0]))
 
     def _point(self, link, drawn):
         index, x, y = self.tree.marker(link, drawn)

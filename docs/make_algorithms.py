@@ -42,7 +42,7 @@ print(result.x[0], result.values.objectives[0, 0], result.status, result.status.
 _RULES = r"""
 Common rules:
 
-- A whole population is evaluated in one call; a gradient by differences is one population of 2 n designs. No design is evaluated twice in a run.
+- A whole population is evaluated in one call; a gradient by differences is one population of 2 n designs, a step of `grg` and its double another. No design is evaluated twice in a run.
 - Failed evaluations are worse than any other and never end a run.
 - Designs are ordered by the rules of feasibility (Deb, [2000](references.md)): feasible before infeasible, then the lower objective, or the lower sum of violations. Several objectives use
   constrained domination.

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from itertools import groupby
 from pathlib import Path
 
 from linkages.input.files.table_keys import described_keys
@@ -28,17 +29,31 @@ A drive has one of `speed` (optionally with `ramp`, a smooth start), `times` wit
 has `force`, or `times` with `forces`, and m instead of rad. A formula of the motion must be smooth: at a jump of its rate the drive force would be
 infinite, and no engine reports it. Drives, forces and torques also take their signal [from a data file](recorded.md).
 
+### Clearance in a driven joint
+
+A driven joint may have clearance, with every model of other joints: give it both tables, `drives.O` and `joints.O`.
+
+- **Revolute joint.** The drive turns the child relative to the parent, or applies a torque. It acts on both as a pure couple, `O.torque`. The journal's
+  centre moves freely in the bearing: `O.force` and `O.ex` are those of film and contact.
+- **Prismatic joint.** The drive moves the middle of the block along the slot, or applies a force through this middle along the slot. The block moves
+  across the slot and tilts.
+- `O.power` is the drive's power, `O.contact_power` that of film and contact.
+
 ## All keys
 
-Examples: [loads](loads.md), [gears, stops, lines and friction](constraints.md), [flexible links](flexible.md), [grooves, heat, tilt](bearing.md),
+Examples: [loads](loads.md), [gears, backlash, stops, lines and friction](constraints.md), [flexible links](flexible.md), [grooves, heat, tilt](bearing.md),
 [part of a run that tables report](outputs.md#the-steady-cycle), [wear](wear.md).
 
 """
 
 
+_FEW = 3  # keys that are written again where another table has them too
+
+
 def lines(pairs: Iterable[tuple[str, str]]) -> str:
-    """Write lines of keys and meanings; a table with the keys of an earlier one refers to it."""
+    """Write lines of keys and meanings; a table with the keys of an earlier one, or several of them, refers to it."""
     found, first, hidden, text = list(pairs), {}, "?", ""
+    shown: list[tuple[str, str, str]] = []  # key, meaning, and the same key of an earlier table
     for path, meaning in found:
         if path.startswith(hidden):
             continue
@@ -46,8 +61,21 @@ def lines(pairs: Iterable[tuple[str, str]]) -> str:
         if inner and first.setdefault(inner, path) != path:
             hidden, meaning = f"{path}.", f"{meaning}; keys of `{first[inner]}`"
         if not re.fullmatch(r"\S+( \S+)? by name", meaning):  # "driven joints by name"
-            text += f"- `{path}`: {meaning}\n"
+            earlier = first.setdefault((path.rpartition(".")[2], meaning), path)
+            shown.append((path, meaning, earlier if earlier != path else ""))
+    for _, group in groupby(shown, lambda key: (key[0].rpartition(".")[0], key[2].rpartition(".")[0])):
+        keys = list(group)
+        if len(keys) > _FEW and keys[0][2]:
+            text += f"- `{_all(path for path, _, _ in keys)}`: as `{_all(earlier for _, _, earlier in keys)}`\n"
+        else:
+            text += "".join(f"- `{path}`: {meaning}\n" for path, meaning, _ in keys)
     return text
+
+
+def _all(paths: Iterable[str]) -> str:
+    """Write neighbouring keys of a table as its first and last one."""
+    names = list(paths)
+    return f"{names[0]}` to `.{names[-1].rpartition('.')[2]}"
 
 
 def markdown() -> str:

@@ -1,4 +1,4 @@
-"""Write the list of keys in docs/study_files.md: ``python docs/make_optimisation.py``."""
+"""Write the lists of keys in docs/study_files.md and docs/identification.md: ``python docs/make_optimisation.py``."""
 
 from __future__ import annotations
 
@@ -7,16 +7,21 @@ from pathlib import Path
 from make_experiment import lines
 
 from linkages.input.files.table_keys import table_keys
+from linkages.input.files.toml import Table
+from optim.identify.schema import IdentificationFile
 from optim.problem.schema import StudyFile
 
-PAGE = Path(__file__).with_name("study_files.md")
+#: Pages, and the files that their lists of keys are of.
+PAGES: dict[str, type[Table]] = {"study_files.md": StudyFile, "identification.md": IdentificationFile}
 MARK = "## All keys\n\n"
 
 
-def page(text: str) -> str:
-    """Return the page with a fresh list."""
-    return text.split(MARK)[0] + MARK + lines(table_keys(StudyFile))
+def page(text: str, name: str = "study_files.md") -> str:
+    """Return a page with a fresh list."""
+    return text.split(MARK)[0] + MARK + lines(table_keys(PAGES[name]))
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    for name in PAGES:
+        file = Path(__file__).with_name(name)
+        file.write_text(page(file.read_text(encoding="utf-8"), name), encoding="utf-8")

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from linkages.base.errors import AssemblyError, InputError, RunError, Status
     from linkages.engines.assessment import assess, ideal, simulate
     from linkages.engines.compiled.batch.batch import Batch, simulate_batch
+    from linkages.engines.compiled.stepping import Stepper
     from linkages.explore.bearing import bearing
     from linkages.explore.bearing_heat import warm_bearing
     from linkages.explore.compare import compare
@@ -78,6 +79,7 @@ _loaded, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "engines.assessment": ("assess", "ideal", "simulate"),
         "engines.compiled.batch.batch": ("Batch", "simulate_batch"),
+        "engines.compiled.stepping": ("Stepper",),
         "base.errors": ("AssemblyError", "InputError", "RunError", "Status"),
         "explore.bearing": ("bearing",),
         "explore.bearing_heat": ("warm_bearing",),

@@ -9,8 +9,9 @@ Each folder imports only from those above it (`algorithms` and `problem` do not 
 | evaluate   | designs -> runs -> objectives and constraints                                 |
 | store      | the file that keeps every evaluation                                          |
 | search     | a study solved, resumed, verified; which variables matter                     |
+| identify   | values that explain measurements, and their certainty                         |
 | report     | text, tables, figures                                                         |
-| cli        | ``linkages optimise`` and ``linkages study``                                  |
+| cli        | ``linkages optimise``, ``linkages tolerances`` and ``linkages study``         |
 
 The path of ``optimise(study)``, in the order of the first calls:
 
@@ -47,14 +48,20 @@ if TYPE_CHECKING:
     from optim.evaluate.evaluator import Evaluator, Screened
     from optim.evaluate.gradients import Gradients
     from optim.evaluate.limits import problem_of
+    from optim.identify.identify import identify
+    from optim.identify.load import Identification, load_identification
+    from optim.identify.plan import format_plan, plan
+    from optim.identify.writing import format_identification
     from optim.problem.load import find_study, load_study
     from optim.problem.study import OperatingPoint, Study
     from optim.report.export import export
     from optim.report.figures import write_front, write_indices, write_one_at_a_time, write_pareto_front
     from optim.report.result import format_result
+    from optim.report.tolerance_text import format_tolerances
     from optim.search.derivative_check import check_derivatives, format_derivative_check
     from optim.search.optimise import Stopped, optimise, start_of
     from optim.search.sensitivity import format_sensitivity, sensitivity
+    from optim.search.tolerances import tolerances
     from optim.search.verification import format_verification, verify
     from optim.store.store import Store, read_store
 
@@ -70,14 +77,20 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "evaluate.evaluator": ("Evaluator", "Screened"),
         "evaluate.gradients": ("Gradients",),
         "evaluate.limits": ("problem_of",),
+        "identify.identify": ("identify",),
+        "identify.load": ("Identification", "load_identification"),
+        "identify.plan": ("format_plan", "plan"),
+        "identify.writing": ("format_identification",),
         "problem.load": ("find_study", "load_study"),
         "problem.study": ("OperatingPoint", "Study"),
         "report.export": ("export",),
         "report.figures": ("write_front", "write_indices", "write_one_at_a_time", "write_pareto_front"),
         "report.result": ("format_result",),
+        "report.tolerance_text": ("format_tolerances",),
         "search.derivative_check": ("check_derivatives", "format_derivative_check"),
         "search.optimise": ("Stopped", "optimise", "start_of"),
         "search.sensitivity": ("format_sensitivity", "sensitivity"),
+        "search.tolerances": ("tolerances",),
         "search.verification": ("format_verification", "verify"),
         "store.store": ("Store", "read_store"),
     },

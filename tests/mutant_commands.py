@@ -47,6 +47,8 @@ LINES = {
     "continue": ("slider_crank_lubricated.toml", "--vary", "drives.O.speed=100:101", "--transient", "1", "--no-plots"),
     "wear": ("slider_crank_wear.toml", "--cycles", "3", *QUIET),
     "report": ("results",),
+    "overlay": ("results", "--output", "B.force", "--no-plots"),
+    "animate": ("results", "--seconds", "0.1"),
     "export": ("results", "--to", "csv"),
     "bearing": (
         *("--diameter", "0.1", "--length", "0.05", "--clearance", "1e-4", "--viscosity", "0.03", "--speed", "100"),

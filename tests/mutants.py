@@ -13,11 +13,10 @@ from typing import Any
 
 from shipped import BENT, NAMES
 
-from linkages.input.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder, studies_folder
 from linkages.input.files.table_keys import table_keys
 from linkages.input.files.toml import leaves
 from linkages.input.model.experiment import Experiment
-from optim.problem.load import studies_folder
 
 MACHINES = [path for path in sorted(data_folder().glob("*.sdf")) if not path.stem.startswith("three_rrr")]
 EXPERIMENTS = [data_folder() / f"{name}.toml" for name in (*NAMES, *BENT)]

@@ -37,7 +37,7 @@ def free_bodies(system: System, times: Array, q: Array, v: Array, a: Array, cont
     for i, t in enumerate(times):
         body_states(tree.bodies, q[i], v[i], pose[i], vel[i])
         body_accelerations(tree.bodies, pose[i], vel[i], v[i], a[i], acc[i])
-        load_wrenches(system.loads, t, pose[i], vel[i], applied[i])
+        load_wrenches(system.loads, t, np.zeros(0), pose[i], vel[i], applied[i])
     known = {} if contacts is None else {name: _of_contacts(tree, name, pose, contacts) for name in tree.play}
     torques = dict(zip(tree.powered, system.torques(times)[0].T, strict=True))
     return joint_reactions(tree, pose, vel, acc, system.gravity, known, torques, applied)

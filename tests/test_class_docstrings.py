@@ -4,10 +4,12 @@ import ast
 import inspect
 import re
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 from test_docs import PUBLIC, ROOT
 
+import linkages
 from linkages.input.files.table_keys import table_keys
 from linkages.input.model.experiment import Experiment
 from linkages.three_rrr.robot import Robot
@@ -15,8 +17,9 @@ from optim.problem.schema import StudyFile
 
 
 def classes_of_the_source():
-    """Class statements of both packages by name."""
+    """Class statements of both packages by name; of two with one name, the public one."""
     files = [path for package in ("linkages", "optim") for path in (ROOT / package).rglob("*.py")]
+    files += [Path(inspect.getfile(linkages.Stepper))]
     statements = [node for path in files for node in ast.parse(path.read_text(encoding="utf-8")).body]
     return {node.name: node for node in statements if isinstance(node, ast.ClassDef)}
 

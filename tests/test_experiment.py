@@ -54,7 +54,6 @@ REFUSED = {
     "offset outside": (GOOD + "offset = [1e-4, 1e-4]\n", {}, "must lie inside the clearance circle"),
     "unknown output": (GOOD.replace("follower.omega", "folower.omega"), {}, 'did you mean "follower"?'),
     "unknown quantity": (GOOD.replace("follower.omega", "follower.omga"), {}, 'did you mean "omega"?'),
-    "driven clearance joint": (GOOD.replace("[drives.O]", "[drives.A]"), {}, "a joint with clearance cannot be driven"),
     "two kinds of drive": (
         GOOD.replace("[joints.A]", "torque = 1.0\nangles=[0.0,1.0]\ntimes=[0.0,1.0]\n[joints.A]"),
         {},

@@ -13,7 +13,7 @@ import optim
 from linkages.cli.main import main
 from linkages.show.plots.histories import forces_figure, output_figure, write_figures
 from linkages.show.plots.linear_figures import bode_figure
-from linkages.show.plots.style import engineering, figure_style, write_png
+from linkages.show.plots.style import engineering, figure_style, write_figure
 
 SHIPPED = (
     "seven_bar", "seven_bar_dry", "seven_bar_mixed", "seven_bar_rig", "four_bar_dry", "five_bar_dry", "six_bar_dry",
@@ -177,7 +177,7 @@ def test_the_figures_of_derivatives_and_of_a_frequency_response(drawn, tmp_path)
 def test_a_picture_has_the_bytes_that_matplotlib_saves(tmp_path):
     study = linkages.assess(linkages.load(linkages.find_file("seven_bar.toml"), {"duration": SHORT}))
     with figure_style():
-        write_png(forces_figure(study), tmp_path / "ours.png")
+        write_figure(forces_figure(study), tmp_path / "ours")
         forces_figure(study).savefig(tmp_path / "theirs.png")
     assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "theirs.png").read_bytes()
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from machines import four_bar
-from test_loads import GOOD, RNG, direction, slope, states, wrenches_along
+from test_loads import GOOD, NO_STATES, RNG, direction, slope, states, wrenches_along
 
 from linkages import InputError, ideal, load, simulate
 from linkages.input.files.formula import FUNCTIONS, parse
@@ -149,7 +149,7 @@ def test_wrenches_are_those_of_the_formulas_as_written(driven):
         expected = drag @ v_tip + jet_force @ v_follower + np.dot(cutting, v_coupler)
         expected += motor * sign * w_follower - 0.1 * abs(w) ** 3
         wrench = np.zeros_like(vel)
-        load_wrenches(system.loads, t, pose, vel, wrench)
+        load_wrenches(system.loads, t, NO_STATES, pose, vel, wrench)
         assert np.sum(wrench * vel) == pytest.approx(expected, rel=1e-10)
 
 

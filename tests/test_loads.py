@@ -18,6 +18,7 @@ from linkages.mechanics.planar.motion import Motions, constant_rate, function_je
 from linkages.mechanics.planar.newton_euler import generalised_force
 
 RNG = np.random.default_rng(7)
+NO_STATES = np.zeros(0)
 
 PLAY = '[joints.A]\nmodel = "lubricated"\nclearance = 1e-4\nviscosity = 0.1\n'
 LOADS = """
@@ -124,10 +125,10 @@ def test_wrenches_do_the_virtual_work_of_the_written_laws(system_of, plane, axis
         expected = push @ moved[:4] + brake * moved[5] + 0.7 * moved[6] - resist @ moved[7:]
         pose, vel = states(tree, q, v)
         wrench, tau = np.zeros_like(vel), np.zeros(tree.size)
-        load_wrenches(loads, t, pose, vel, wrench)
+        load_wrenches(loads, t, NO_STATES, pose, vel, wrench)
         assert np.sum(wrench * states(tree, q, w)[1]) == pytest.approx(expected, rel=1e-9)
         outputs = np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
-        load_outputs(loads, np.zeros(len(loads[0])), t, pose, vel, outputs)
+        load_outputs(loads, np.zeros(len(loads[0])), t, NO_STATES, pose, vel, outputs)
         assert outputs[:, 2].sum() == pytest.approx(np.sum(wrench * vel), rel=1e-12)
         np.testing.assert_allclose(outputs[4:, 0], resist, rtol=1e-9)
         np.testing.assert_allclose(outputs[4:, 1], here[7:], rtol=1e-12)
@@ -145,7 +146,7 @@ def direction(loads, t, pose, vel):
         moved[:, :2] += s * dpose[:, 1:]
         moved[:, 2] += s * dpose[:, 0]
         moved[:, 3:] = np.column_stack([np.cos(moved[:, 2]), np.sin(moved[:, 2])])
-        load_wrenches(loads, t, moved, vel + s * dvel, result)
+        load_wrenches(loads, t, NO_STATES, moved, vel + s * dvel, result)
         return result
 
     return dpose, dvel, wrench
@@ -161,7 +162,7 @@ class Dual(NamedTuple):
 
 @kernel
 def _wrenches_along(loads, t, given):
-    load_wrenches(loads, t, reference(given).pose, reference(given).vel, reference(given).wrench)
+    load_wrenches(loads, t, np.zeros(0), reference(given).pose, reference(given).vel, reference(given).wrench)
 
 
 def wrenches_along(loads, t, pose, vel, dpose, dvel):
@@ -191,7 +192,7 @@ def test_springs_between_links_exert_no_net_force_and_no_net_moment(system_of):
     assert len(inner[0]) == 2
     pose, vel = states(tree, *RNG.normal(size=(2, tree.size)))
     wrench = np.zeros_like(vel)
-    load_wrenches(inner, 0.0, pose, vel, wrench)
+    load_wrenches(inner, 0.0, NO_STATES, pose, vel, wrench)
     size = np.abs(wrench).max()
     assert size > 1e-2
     assert np.abs(wrench[:, 1:].sum(axis=0)).max() < 1e-14 * size
@@ -215,7 +216,7 @@ def test_at_zero_length_the_force_is_the_mean_of_both_sides(system_of, free):
     def wrench(step):
         pose[body, :2] = at + step * vel[body, 1:]
         result = np.zeros_like(vel)
-        load_wrenches(loads, 0.0, pose, vel, result)
+        load_wrenches(loads, 0.0, NO_STATES, pose, vel, result)
         return result[body, 1:]
 
     before, there, after = wrench(-1e-9), wrench(0.0), wrench(1e-9)

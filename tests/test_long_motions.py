@@ -9,6 +9,7 @@ from linkages.cli.main import main
 from linkages.system import ideal_motion
 
 CRANK_ROCKER = four_bar(0.3, 0.1, 0.25, 0.2)
+TURN = 2.0 * np.pi / 10.0
 
 
 @pytest.mark.parametrize("duration", [2001.0, 125664.0])
@@ -34,12 +35,31 @@ def test_a_long_motion_has_the_extremes_of_one_revolution(system_of, monkeypatch
     once = ideal(system_of(CRANK_ROCKER, f"duration = {turn}\n[drives.O]\nspeed = 10.0\n"))["follower.omega"]
     monkeypatch.setattr(ideal_motion, "_MANY", 2000)
     long = ideal(system_of(CRANK_ROCKER, f"duration = {31.0 * turn}\n[drives.O]\nspeed = 10.0\n"))
-    assert len(long.time) == 2001
+    assert len(long.time) == 31 * 65 + 1
     assert long.status is Status.OK
     np.testing.assert_allclose(long["follower.omega"].min(), once.min(), rtol=1e-3)
     np.testing.assert_allclose(long["follower.omega"].max(), once.max(), rtol=1e-3)
     with pytest.raises(InputError, match="is 32 revolutions"):
         IdealMotion(system_of(CRANK_ROCKER, f"duration = {32.0 * turn}\n[drives.O]\nspeed = 10.0\n"))
+
+
+@pytest.mark.parametrize("speed", [10.0, -10.0])
+@pytest.mark.parametrize("turns", [31.0, 30.4])
+def test_a_long_motion_at_constant_speed_repeats_its_first_turn(system_of, monkeypatch, speed, turns):
+    """A drive with a vanishing acceleration is followed all the way."""
+    monkeypatch.setattr(ideal_motion, "_MANY", 2000)
+    end = turns * TURN
+    motion = IdealMotion(system_of(CRANK_ROCKER, f"duration = {end}\n[drives.O]\nspeed = {speed}\n"))
+    followed = IdealMotion(
+        system_of(CRANK_ROCKER, f'duration = {end}\n[drives.O]\nformula = "{speed}*t + 1e-30*t**2"\n')
+    )
+    assert motion.times[-1] == followed.times[-1] == pytest.approx(end)
+    times = np.array([0.0, 0.37, 7.7, 15.31, 25.02]) * TURN
+    for found, expected in zip(motion.states(times), followed.states(times), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+    near = np.clip(np.searchsorted(motion.times, times), 0, len(motion.times) - 1)
+    for column, expected in zip((motion.q, motion.v), followed.states(motion.times[near]), strict=False):
+        np.testing.assert_allclose(column[near], expected, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("start", ["sin", "cos"])
@@ -68,7 +88,6 @@ def test_a_motion_that_starts_beside_a_dead_point_is_followed(system_of):
     assert motion["crank.angle"][-1] == pytest.approx(exact, abs=1e-9)
 
 
-TURN = 2.0 * np.pi / 10.0
 DRIVEN = "[drives.O]\nspeed = 10.0\n"
 
 

@@ -19,6 +19,7 @@ LINES = [re.findall(r"`([^`]*)`", row) for row in re.findall(r"^\| .*? \| (`(?!l
 #: Options that shorten a command.
 SHORT = {
     "simulate": "--no-plots --no-animation --quiet",
+    "animate": "--seconds 0.2",
     "sweep": "--revolutions 1 --transient 0 --no-plots",
     "continue": "--transient 1 --no-plots",
     "sensitivity": "--no-error-estimate --no-plots",
@@ -28,6 +29,7 @@ SHORT = {
     "bearing": "--film short --no-plots",
     "compare": "--accuracy 1e-9",
     "optimise": "--no-verify",
+    "identify": "--no-plots",
 }
 PENDULUM = f"""<link name="rod"><pose>{ZERO}</pose><inertial><pose>0 -0.5 0 0 0 0</pose><mass>1</mass><inertia>
 <ixx>1</ixx><iyy>1</iyy><izz>0.1</izz></inertia></inertial></link><joint name="O" type="revolute"><parent>world</parent>
@@ -64,6 +66,15 @@ def folder(tmp_path_factory):
         '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j" type="continuous">'
         '<parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>'
     )
+    curves = linkages.simulate(linkages.load(folder / "lubricated.toml", {"duration": 0.002}), outputs=["B.force"])
+    table = np.column_stack([curves.time, curves["B.force"]])[1:]
+    np.savetxt(folder / "force.csv", table, delimiter=",", header="time,force", comments="")
+    column = '[data.run.columns.force]\noutput = "B.force"\ndeviation = 1.0'
+    unknown = '[unknowns.viscosity]\npath = "joints.B.viscosity"\nlower = 0.1\nupper = 1.0'
+    candidate = '[plan]\nrate = 1e5\nduration = 0.002\n[plan.candidates.force]\noutput = "B.force"\ndeviation = 1.0'
+    (folder / "fit.toml").write_text(
+        f'experiment = "lubricated.toml"\n[data.run]\nfile = "force.csv"\n{column}\n{unknown}\n{candidate}\n'
+    )
     (folder / "study.toml").write_text((ROOT / ".ci" / "small_study.toml").read_text())
     return folder
 
@@ -80,8 +91,9 @@ def test_command_of_a_task_runs(folder, command, monkeypatch, capsys):
         with pytest.raises(SystemExit, match="0"):
             main([*words, "--help"])
         return
-    if words[0] in ("report", "export") and not (folder / "results" / "my").is_dir():
-        assert main(["simulate", "my.toml", "--no-plots", "--no-animation", "--quiet"]) == 0
+    for name in (word.removeprefix("results/") for word in words if word.startswith("results/")):
+        if not (folder / "results" / name).is_dir():
+            assert main(["simulate", f"{name}.toml", "--no-plots", "--no-animation", "--quiet"]) == 0
     assert main([*words, *SHORT.get(words[0], "").split()]) == 0, capsys.readouterr().err
 
 

@@ -261,6 +261,7 @@ def test_the_command_writes_the_contract(press, tmp_path, capsys):
     )
     assert status == 0
     assert {path.name for path in out.iterdir()} == {
+        "record.json",
         "wear.json",
         "wear_B.png",
         "wear_history.png",

@@ -10,6 +10,8 @@
 | sweep_tables  | tables and files of sweeps                                            |
 | continue_     | ``linkages continue``: branches of periodic motions                   |
 | wear          | ``linkages wear``: profiles and clearance over the service life       |
+| animate       | ``linkages animate``: a run as a GIF or MP4 file                      |
+| overlay       | ``linkages overlay``: several runs in one figure                      |
 | report        | ``linkages report``: one HTML page from a folder of results           |
 | export        | ``linkages export``: a trajectory for other programs                  |
 | bearing       | ``linkages bearing``: a journal bearing under a static load           |
@@ -41,8 +43,8 @@ from importlib.metadata import entry_points
 from typing import Any
 
 _OWN = (
-    *("simulate", "compare", "sweep", "continue", "wear", "report", "export", "bearing", "draw", "new", "import"),
-    *("modes", "linearise", "sensitivity", "play", "keys", "doctor", "completion"),
+    *("simulate", "compare", "sweep", "continue", "wear", "animate", "overlay", "report", "export", "bearing", "draw"),
+    *("new", "import", "modes", "linearise", "sensitivity", "play", "keys", "doctor", "completion"),
 )
 
 

@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, nearest
-from linkages.cli.options import add_out, add_pictures, number, output_folder, print_results
+from linkages.cli.options import add_out, add_pictures, add_units, number, output_folder, print_results, record
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
 
@@ -56,6 +56,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cavity-pressure", default="0", metavar="P", help="gauge, at most 0; default: 0 [Pa]")
     parser.add_argument("--tilt", default="0, 0", metavar="A, B", help="slope of the journal along and across the load")
     parser.add_argument("--mass", metavar="M", help="of the journal, for the threshold speed; default: load/g [kg]")
+    add_units(parser)
     add_pictures(parser)
     add_out(parser)
 
@@ -102,22 +103,40 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "bearing.json", content)
         if not options.no_plots and point.film is not None:
             from linkages.show.plots.bearings import chart_figure, pressure_figure
-            from linkages.show.plots.style import write_png
+            from linkages.show.plots.style import write_figure
 
-            write_png(pressure_figure(point), folder / "bearing_pressure.png")
-            write_png(chart_figure(point, chart(point.case, progress_bar("chart"))), folder / "bearing_chart.png")
-    print_results(options, format_bearing(point, content), out)
+            write_figure(pressure_figure(point), folder / "bearing_pressure")
+            write_figure(chart_figure(point, chart(point.case, progress_bar("chart"))), folder / "bearing_chart")
+        question = "Where does the journal settle under its load, and is this place stable?"
+        table = format_bearing(point, content)
+        record(options, folder, "Journal bearing", question, _answer(content), table)
+    print_results(options, table, out)
     return 0
+
+
+def _answer(content: dict[str, Any]) -> list[str]:
+    """Tell the place of the journal, the power, and the stability."""
+    ratio, film = content["eccentricity_ratio"], 1e6 * content["least_film"]
+    speed = content["threshold_speed"]
+    stable = "stable at every speed" if speed is None else f"stable up to {speed:.4g} rad/s"
+    return [
+        f"The journal settles at {ratio:.4g} of the clearance from the centre; {film:.4g} µm of oil remain.",
+        f"Friction takes {content['power']:.4g} W; a rigid journal is {stable}.",
+    ]
 
 
 def format_bearing(point: BearingPoint, content: dict[str, Any]) -> str:
     """Format an operating point as a table."""
+    from linkages.show.plots.presentation import shown
+
     case = point.case
     rule = f", cavitation {content['cavitation']}" if content["cavitation"] else ""
     lines = [f"journal bearing, L/D {case.length / case.diameter:.4g}, {case.film} film{rule}", ""]
 
     def row(name: str, value: float | None, unit: str, none: str = "-") -> str:
-        return f"{name:24s}{none if value is None else f'{value:.5g}':>14s}  {unit}"
+        si, comma, more = unit.partition(",")
+        label, factor = shown(si)
+        return f"{name:24s}{none if value is None else f'{factor * value:.5g}':>14s}  {label}{comma}{more}"
 
     lines += [
         row("Sommerfeld number", content["sommerfeld"], "-"),

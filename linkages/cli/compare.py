@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from linkages.cli.options import add_experiment, add_number, load_system, output_folder, print_results
+from linkages.cli.options import add_experiment, add_number, load_system, output_folder, print_results, record
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
@@ -43,8 +43,21 @@ def run(options: argparse.Namespace) -> int:
     with out as folder:
         write_json(folder / "compare.json", rows)
         write_json(folder / "warnings.json", result.warnings)
-    print_results(options, format_comparison(result, system), out)
+        table = format_comparison(result, system)
+        title = system.experiment.title or system.experiment.source.stem
+        record(options, folder, title, "Do both engines agree?", _answer(result), table)
+    print_results(options, table, out)
     return report_failures({f"the {engine} run": found for engine, found in result.runs.items()})
+
+
+def _answer(result: Comparison) -> list[str]:
+    """Tell the largest difference of the engines."""
+    if not result.differences:
+        return ["No output can be compared."]
+    name, row = max(result.differences.items(), key=lambda one: one[1].relative)
+    most = f"at most {row.relative:.1e} of their peaks ({name})"
+    said = f"Up to {result.until:.6g} s, outputs of both engines differ by {most}."
+    return [said, *(["Later the motion is chaotic."] if result.parted else [])]
 
 
 def format_comparison(result: Comparison, system: System) -> str:

@@ -8,7 +8,8 @@ import math
 import sys
 from typing import TYPE_CHECKING, Any
 
-from linkages.base.errors import InputError, Status
+from linkages.base.brief import counted
+from linkages.base.errors import InputError, Status, listed
 from linkages.cli.options import (
     add_experiment,
     add_number,
@@ -18,6 +19,7 @@ from linkages.cli.options import (
     output_names,
     path_and_range,
     print_results,
+    record,
     value_of,
 )
 from linkages.cli.progress import stages
@@ -88,15 +90,29 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "branches.json", content(found, units), None)
         if not options.no_plots:
             from linkages.show.plots.attractors import branches_figure
-            from linkages.show.plots.style import axis_label, engineering, write_png
+            from linkages.show.plots.style import axis_label, engineering, write_figure
 
             shown, factor = engineering(value_unit(path), max(abs(low), abs(high)))
             figure = branches_figure(found, units, axis_label(path, shown), factor, points)
-            write_png(figure, folder / "branches.png")
-    print_results(options, format_branches(found, units), out)
+            write_figure(figure, folder / "branches")
+        table, title = format_branches(found, units), system.experiment.title or system.experiment.source.stem
+        question = f"Which periodic motions exist for {path} from {low:g} to {high:g}, and where do they change?"
+        record(options, folder, title, question, _answer(found), table)
+    print_results(options, table, out)
     if not whole:
         print("interrupted; the results up to then are written", file=sys.stderr)
     return 0 if whole else 130
+
+
+def _answer(found: Branches) -> list[str]:
+    """Tell the bifurcations of each branch."""
+    said = []
+    for k, branch in enumerate(found.branches, 1):
+        events = [f"{event.kind} at {event.motion.value:.6g}" for event in branch.events]
+        stable = sum(motion.stable is True for motion in branch.motions)
+        kinds = listed(events) if events else "no bifurcation"
+        said.append(f"Branch {k}: {kinds}; {stable} of {counted(len(branch.motions), 'motion')} are stable.")
+    return said
 
 
 def content(found: Branches, units: dict[str, str]) -> dict[str, Any]:

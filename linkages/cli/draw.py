@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     from linkages.input.model.mechanism import faults_of_values, load_mechanism
     from linkages.show.plots.drawing import draw, page, svg
     from linkages.show.plots.drawing.raster import picture
-    from linkages.show.plots.style import write_png
+    from linkages.show.plots.style import write_figure
     from linkages.system import System, load
 
     file, values = find_file(options.file, ".toml", ".sdf"), set_values(options)
@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
         system = load(file, values, COMMAND_LINE)
     drawing, out = draw(system), output_folder(options, f"{file.stem}_drawing", "draw")
     with out as folder:
-        write_png(picture(drawing), folder / "drawing.png")
+        write_figure(picture(drawing), folder / "drawing")
         (folder / "drawing.svg").write_text(svg(drawing), encoding="utf-8")
         (folder / "drawing.html").write_text(page(drawing), encoding="utf-8")
     facts = [f"  {text}" for text in (*drawing.facts, *drawing.doubts)]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
-from linkages.cli.options import add_names, possible_folder, seconds, written
+from linkages.cli.options import add_names, add_units, possible_folder, seconds, stored_run, written
 from linkages.input.files.table_formats import FORMATS
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_mutually_exclusive_group(required=True)
     group.add_argument("--to", choices=tuple(FORMATS), help="format of the trajectory")
     group.add_argument("--loads", action="store_true", help="balanced loads of each link: loads.csv, LINK.inp")
+    add_units(parser)
     add_names(parser, "--link", "link with --loads; may be repeated; default: all")
     default = "the largest force of each joint of the links"
     meaning = f"time, or peak:OUTPUT for the time of an output's largest magnitude; may be repeated; default: {default}"
@@ -50,17 +51,15 @@ def run(options: argparse.Namespace) -> int:
         if getattr(options, name):
             raise InputError(f"--{name}", "", "goes with --loads; leave it out")
     from linkages.input.files.writing import whole
-    from linkages.results.trajectory import load_trajectory
+    from linkages.show.plots.presentation import shown
 
-    source = options.folder / "trajectory.npz"
-    if not source.exists():
-        problem = "has no trajectory.npz" if options.folder.is_dir() else "is not a folder"
-        raise InputError(str(options.folder), "", f"{problem}; give the --out folder of `linkages simulate`")
-    run = load_trajectory(source)
+    run = stored_run(options.folder)
+    columns = {name: shown(run.units.get(name, ""))[1] * column for name, column in run.columns.items()}
+    units = {name: shown(si)[0] for name, si in run.units.items()}
     write, end = FORMATS[options.to]
     path = options.out or options.folder / f"trajectory{end}"
     with whole(path) as partial:
-        write(partial, run.columns, run.units, run.about)
+        write(partial, columns, units, run.about)
     print(f"written: {path}, {len(run.columns)} columns of {len(run.time)} steps, {path.stat().st_size / 1e6:.1f} MB")
     return 0
 
@@ -93,21 +92,11 @@ def _export_loads(options: argparse.Namespace) -> int:
 def _repeated(folder: Path) -> tuple[System, Trajectory]:
     """Repeat the run of a folder from its record."""
     from linkages.engines.assessment import assess
-    from linkages.input.model.experiment import experiment_of
-    from linkages.input.model.mechanism import load_mechanism
-    from linkages.results.trajectory import load_trajectory
-    from linkages.show.report.result_folder import load_results
-    from linkages.system import System
+    from linkages.show.report.result_folder import load_results, recorded_system
 
     results = load_results(folder)
-    made = results.summary["provenance"]
-    path = Path(made.get("folder") or ".", results.source)
-    if not path.exists():
-        raise InputError(str(path), "", f"is missing; the run of {folder} cannot be repeated without it")
-    experiment = experiment_of(path, results.experiment, results.sources)
-    system = System(load_mechanism(experiment.mechanism_path, experiment.sdf_overrides), experiment)
-    found = assess(system, results.summary["engine"], False)
-    _compare(folder, found.run, load_trajectory(folder / "trajectory.npz"))
+    found = assess(recorded_system(results), results.summary["engine"], False)
+    _compare(folder, found.run, stored_run(folder))
     if found.run.evaluate is None or any(name in found.run for name in _segments(found.system, found.run)):
         raise InputError(str(folder), "summary.json", "has a run that gives no loads; repeat it with --engine compiled")
     return found.system, found.run

@@ -6,8 +6,17 @@ import argparse
 import math
 from typing import TYPE_CHECKING, Any
 
-from linkages.base.errors import InputError
-from linkages.cli.options import add_experiment, add_names, load_system, output_folder, print_results, seconds
+from linkages.base.errors import InputError, listed
+from linkages.cli.options import (
+    add_experiment,
+    add_names,
+    add_units,
+    load_system,
+    output_folder,
+    print_results,
+    record,
+    seconds,
+)
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
@@ -27,6 +36,7 @@ _SHOWN = 20  # most poles in the table
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     add_experiment(parser)
+    add_units(parser)
     parser.add_argument("--time", type=seconds, default=0.0, metavar="SECONDS", help="time of the state; default: 0")
     parser.add_argument("--equilibrium", action="store_true", help="find an equilibrium near the state of that time")
     add_names(parser, "--input", "DRIVE.torque, TORQUE.torque, FORCE.fx, FORCE.fy; may be repeated; default: all")
@@ -56,10 +66,14 @@ def run(options: argparse.Namespace) -> int:
         found.save(folder / "linear.npz")
         if not options.no_plots and response.size:
             from linkages.show.plots.linear_figures import bode_figure
-            from linkages.show.plots.style import write_png
+            from linkages.show.plots.style import write_figure
 
-            write_png(bode_figure(found, frequencies, response), folder / "bode.png")
-    print_results(options, format_model(result), out)
+            write_figure(bode_figure(found, frequencies, response), folder / "bode")
+        table = format_model(result)
+        what = f"{listed(result['outputs'])} to {listed(result['inputs'] or ['a disturbed state'])}"
+        question = f"How do small motions about the {_where(result)} respond: {what}?"
+        record(options, folder, title, question, _answer(result), table)
+    print_results(options, table, out)
     return 0
 
 
@@ -81,12 +95,13 @@ def content(title: str, found: StateSpace) -> dict[str, Any]:
 
 def format_model(result: dict[str, Any]) -> str:
     """Format the content of ``linear.json`` as lines of text."""
-    where = "equilibrium" if result["at_rest"] else "state in motion"
     lines = [
-        f"{result['title']}: linear model at t = {result['time']:g} s, {where}",
+        f"{result['title']}: linear model at t = {result['time']:g} s, {_where(result)}",
         f"states: {', '.join(result['states'])}",
         f"inputs: {', '.join(result['inputs']) or 'none'}",
         f"outputs: {', '.join(result['outputs'])}",
+        "",
+        *_operating_point(result),
         "",
         f"{'pole [1/s]':>28s}{'frequency [Hz]':>17s}{'damping [1]':>14s}",
     ]
@@ -105,6 +120,32 @@ def format_model(result: dict[str, Any]) -> str:
     if result["error"] > _ERROR:
         lines += ["", f"warning: C and D have a relative error of {result['error']:.1g}: an output is not smooth here"]
     return "\n".join(lines)
+
+
+def _operating_point(result: dict[str, Any]) -> list[str]:
+    """Format the outputs, then the states, at the operating point."""
+    from linkages.show.plots.presentation import shown
+
+    lines = [f"{'operating point':36s}{'value':>14s}"]
+    for name, one in result["outputs"].items():
+        unit, factor = shown(one["unit"])
+        lines.append(f"{f'{name} [{unit}]':36s}{factor * one['value']:14.6g}")
+    return lines + [f"{f'state {name}':36s}{value:14.6g}" for name, value in result["states"].items()]
+
+
+def _where(result: dict[str, Any]) -> str:
+    return "equilibrium" if result["at_rest"] else "state in motion"
+
+
+def _answer(result: dict[str, Any]) -> list[str]:
+    """Tell the stability of a model, and its lowest frequency."""
+    poles = [complex(*pole) for pole in result["poles"]]
+    slowest = max((pole.real for pole in poles), default=0.0)
+    kind = "unstable: a disturbance grows" if slowest > 0.0 else "stable: the slowest disturbance decays"
+    said = [f"The linear model is {kind} by a factor of e in {1.0 / abs(slowest):.4g} s."] if slowest else []
+    if ringing := [abs(pole) for pole in poles if pole.imag]:
+        said.append(f"Its lowest natural frequency is {min(ringing) / (2.0 * math.pi):.4g} Hz.")
+    return said or ["The linear model neither decays nor grows."]
 
 
 def _usual(found: StateSpace) -> tuple[float, float, int]:

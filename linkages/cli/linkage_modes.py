@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import cell
-from linkages.cli.options import output_folder, print_results, set_values
+from linkages.cli.options import output_folder, print_results, record, set_values
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
 
@@ -39,12 +39,14 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
         write_json(folder / "modes.json", result)
         if not options.no_plots:
             from linkages.show.plots.linear_figures import frequencies_figure, shapes_figure
-            from linkages.show.plots.style import write_png
+            from linkages.show.plots.style import write_figure
 
-            write_png(shapes_figure(found, count), folder / "mode_shapes.png")
+            write_figure(shapes_figure(found, count), folder / "mode_shapes")
             if over is not None:
-                write_png(frequencies_figure(over), folder / "mode_frequencies.png")
-    print_results(options, format_modes(result), out)
+                write_figure(frequencies_figure(over), folder / "mode_frequencies")
+        table = format_modes(result)
+        record(options, folder, result["title"], "At which frequencies does it vibrate?", _answer(result), table)
+    print_results(options, table, out)
     return 0
 
 
@@ -86,6 +88,15 @@ def content(system: System, found: Modes, over: ModesOver | None, count: int) ->
         }
     values = experiment.model_dump(exclude_unset=True, exclude_none=True) | {"file": experiment.source.name}
     return result | {"provenance": {"versions": versions(), "experiment": values}}
+
+
+def _answer(result: dict[str, Any]) -> list[str]:
+    """Tell the lowest frequency, and unstable modes."""
+    known = [mode["frequency"] for mode in result["modes"] if mode["frequency"] is not None]
+    said = [f"Its lowest natural frequency is {min(known):.5g} Hz."] if known else []
+    if unstable := len(result["modes"]) - len(known):
+        said.append(f"{unstable} of {len(result['modes'])} modes are unstable.")
+    return said
 
 
 def format_modes(result: dict[str, Any]) -> str:

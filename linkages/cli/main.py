@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from linkages.base.errors import InputError, RunError, Status, nearest, shortened
 from linkages.base.signals import interruptible
 from linkages.cli import commands
+from linkages.cli.options import as_presented
 from linkages.cli.progress import be_quiet, heartbeat
 
 if TYPE_CHECKING:
@@ -56,9 +57,16 @@ def _run(words: list[str]) -> int:
     if words[0] not in first:
         raise InputError("linkages", words[0], f"is unknown; {nearest(words[0], first)}")
     options = command_line.parse_args(words)
+    options.words = words
     be_quiet(options)
+    return execute(known[options.command].run, options)
+
+
+def execute(run: Callable[[argparse.Namespace], int], options: argparse.Namespace) -> int:
+    """Run a command and show its results as its options say; return the exit status."""
     try:
-        return known[options.command].run(options)
+        with as_presented(options):
+            return run(options)
     except InputError as problem:
         for name in (problem.where, problem.where.removesuffix("s")):  # the argument inputs is the option --input
             if problem.source == "argument" and name in vars(options):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, Status
-from linkages.cli.options import add_out, add_pictures, add_set, output_folder, print_results
+from linkages.cli.options import add_out, add_pictures, add_set, output_folder, print_results, record
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
 
@@ -105,7 +105,11 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
             from linkages.show.plots.three_rrr.robot_lines import write_animation
 
             write_animation(results, folder / "animation.html")
-    print_results(options, format_table(summary), out)
+        table, lowest = format_table(summary), min((low for low, _ in summary["ranges"]), default=0.0)
+        question = "How stiff is the robot over its motion: frequencies, elastic displacements, stresses?"
+        answer = [f"With held crank roots its lowest natural frequency over the motion is {lowest:.5g} Hz."]
+        record(options, folder, summary["title"], question, answer, table)
+    print_results(options, table, out)
     problems = [f"the comparison with Drake fails: {line}" for line in summary.get("verify", {}).get("failed", ())]
     if results.branch.status is not Status.OK:
         fold, end = results.branch.singularities[-1].time, results.branch.times[-1]

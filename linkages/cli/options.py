@@ -6,15 +6,19 @@ import argparse
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
 from linkages.input.files.unit_conversion import is_quantity, read, read_either, si
-from linkages.input.files.writing import OutputFolder
+from linkages.input.files.writing import OutputFolder, write_json
+from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
 
 if TYPE_CHECKING:
     from linkages.input.model.experiment import Experiment
+    from linkages.results.trajectory import Trajectory
     from linkages.system import System
 
 #: Files of each command, its reports and exports; the first one identifies the command.
@@ -22,22 +26,34 @@ _WRITTEN = {
     "simulate": (
         "summary.json", "trajectory.npz", "ideal.npz", "trajectory.csv", "trajectory.mat", "trajectory.parquet",
         "trajectory.nc", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "guides.png", "impacts.png",
-        "joint_forces.png", "drive_torques.png", "measured.png", "measured.npz", "animation.html", "drawing.html",
-        "drawing.png", "drawing.svg", "report.html", "loads.csv",
+        "joint_forces.png", "drive_torques.png", "measured.png", "measured.npz", "animation.html", "animation.gif",
+        "animation.mp4", "drawing.html", "drawing.png", "drawing.svg", "loads.csv",
     ),
     "compare": ("compare.json", "warnings.json"),
+    "overlay": ("overlay.json", "overlay.png"),
     "sweep": ("sweep.json", "sweep.csv", "sweep.parquet", "sweep.png", "map_*.png", "rows"),
     "continue": ("branches.json", "branches.png"),
-    "wear": ("wear.json", "wear_*.png", "wear.html", "report.html", "blocks"),
+    "wear": ("wear.json", "wear_*.png", "wear.html", "blocks"),
     "modes": ("modes.json", "animation.html", "*.png"),
     "linearise": ("linear.json", "linear.npz", "bode.png"),
     "bearing": ("bearing.json", "bearing_chart.png", "bearing_pressure.png"),
     "draw": ("drawing.html", "drawing.png", "drawing.svg"),
     "optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png"),
+    "identify": (
+        "starts.json", "result.json", "fitted.toml", "fit.png", "correlation.png", "windows.png", "profiles.png",
+    ),
+    "identify --plan": ("plan.json",),
+    "tolerances": (
+        "tolerances.json", "study.sqlite", "histograms.png", "contributions.png", "influence.png",
+    ),
     "sensitivity": ("sensitivity.json", "details.json", "tornado.png"),
     "study sensitivity": ("sensitivity.json", "sobol.png", "one_at_a_time.png"),
 }  # fmt: skip
-_KEPT = {"wear": ("blocks",), "sweep": ("rows",)}  # kept from an earlier run, which a new one continues
+_KEPT = {
+    "wear": ("blocks",),
+    "sweep": ("rows",),
+    "identify": ("starts.json",),
+}  # kept from an earlier run, which a new one continues
 
 
 def add_file(parser: argparse.ArgumentParser) -> None:
@@ -95,6 +111,12 @@ def add_names(parser: argparse.ArgumentParser, option: str, meaning: str) -> Non
     parser.add_argument(option, action="append", metavar="NAME", help=meaning)
 
 
+def add_units(parser: argparse.ArgumentParser) -> None:
+    """Add ``--units``."""
+    meaning = "units of tables, figures and pages instead of SI units, such as mm,deg,r/min; JSON and NPZ keep SI units"
+    parser.add_argument("--units", metavar="UNITS", help=meaning)
+
+
 def add_number(parser: argparse.ArgumentParser, option: str, default: float, metavar: str, meaning: str) -> None:
     """Add an option with a number of the type of its default."""
     text = f"{meaning}; default: %(default)s"
@@ -112,9 +134,41 @@ def add_cluster(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cluster", metavar="ADDRESS", help="run on a Dask cluster, tcp://host:8786")
 
 
+def add_part(parser: argparse.ArgumentParser, default: str) -> None:
+    """Add ``--from`` and ``--to``: a part of a run."""
+    for name, what in (("--from", "before"), ("--to", "after")):
+        meaning = f"without the times {what}; default: {default}"
+        parser.add_argument(name, type=seconds, metavar="SECONDS", help=meaning)
+
+
+def stored_run(folder: Path) -> Trajectory:
+    """Read the run of a folder; InputError if it has none."""
+    from linkages.results.trajectory import load_trajectory
+
+    source = folder / "trajectory.npz"
+    if not source.exists():
+        problem = "has no trajectory.npz" if folder.is_dir() else "is not a folder"
+        raise InputError(str(folder), "", f"{problem}; give the --out folder of `linkages simulate`")
+    return load_trajectory(source)
+
+
+def part_of(run: Trajectory, folder: Path, options: argparse.Namespace) -> Trajectory:
+    """Return the part of a folder's run of `add_part`; InputError if nothing remains."""
+    first, last = float(run.time[0]), float(run.time[-1])
+    asked = getattr(options, "from"), options.to
+    start, end = (at if given is None else given for given, at in zip(asked, (first, last), strict=True))
+    if not max(start, first) < min(end, last):
+        raise InputError("--from", f"{start:g}", f"and --to {end:g} leave nothing of {folder}, {first:g} to {last:g} s")
+    return run.within(max(start, first), min(end, last))
+
+
 def add_pictures(parser: argparse.ArgumentParser, animation: bool = False) -> None:
-    """Add ``--no-plots``, and ``--no-animation`` to a command that writes one."""
+    """Add ``--no-plots``, the options of figures, and ``--no-animation`` to a command that writes one."""
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
+    group = parser.add_argument_group("figures")
+    group.add_argument("--format", choices=FORMATS, help="default: png")
+    group.add_argument("--size", metavar="SIZE", help="width and height, such as 85x60mm, or the width alone")
+    group.add_argument("--style", choices=STYLES, help="print has small text, thin lines, 300 dpi; default: screen")
     if animation:
         parser.add_argument("--no-animation", action="store_true", help="write no animation")
 
@@ -144,6 +198,8 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
     worn = _worn_values(options.worn) if getattr(options, "worn", None) else {}
     values = {**(defaults or {}), **worn, **set_values(options)}
     system = load(find_file(options.file, ".toml"), values, COMMAND_LINE)
+    if getattr(options, "units", None) is None:
+        show_in(system.experiment.units, (system.experiment.source, "units"))
     if getattr(options, "ideal", False):
         ideal = {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}
         return system.replaced(ideal, COMMAND_LINE)
@@ -151,20 +207,15 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
 
 def _worn_values(path: Path) -> dict[str, Any]:
-    """Return the worn profiles of a ``wear.json``, with their coefficients, by dotted path of the experiment."""
-    from linkages.results.shape import WearContent
-    from linkages.show.report.result_folder import read_json
+    """Return the key `worn` of each joint of a ``wear.json``, by dotted path of the experiment."""
+    from linkages.input.model.worn import read_worn
 
-    values: dict[str, Any] = {}
-    found = read_json(path, WearContent, "give a wear.json that `linkages wear` wrote")
-    for name, joint in found["joints"].items():
-        values[f"joints.{name}.wear.coefficient"] = joint["coefficient"]
-        for side in ("bearing", "journal"):
-            if side in joint:
-                depths = [depth for _, depth in joint[side]["profile"]]
-                values[f"joints.{name}.wear.nodes"] = len(depths)
-                values[f"joints.{name}.wear.{side}_depth"] = depths
-    return values
+    try:
+        return {f"joints.{name}.worn": repr(str(path.absolute())) for name in read_worn(path)}
+    except InputError:
+        raise
+    except ValueError as problem:
+        raise InputError("--worn", "", str(problem)) from None
 
 
 def set_values(options: argparse.Namespace) -> dict[str, str | float]:
@@ -182,9 +233,24 @@ def set_values(options: argparse.Namespace) -> dict[str, str | float]:
     return values
 
 
+def as_presented(options: argparse.Namespace) -> AbstractContextManager[None]:
+    """Return the context of a command that shows its results as its options say."""
+    return presented(**{name: getattr(options, name, None) for name in ("format", "size", "style", "units")})
+
+
 def written(out: Path, names: Iterable[str]) -> str:
     """List the files written into the folder of results."""
     return f"written to {out}{os.sep}: {', '.join(names)}"
+
+
+def record(options: argparse.Namespace, folder: Path, title: str, question: str, answer: list[str], table: str) -> None:
+    """Write ``record.json`` for ``linkages report``: question, answer, table, command line without its folder."""
+    from linkages.input.files.versions import versions
+
+    given = {"title": title, "question": question, "answer": answer, "table": table}
+    pairs = pairwise(["", *options.words])
+    words = [word for before, word in pairs if "--out" not in (before, word) and not word.startswith("--out=")]
+    write_json(folder / "record.json", given | {"words": words, "versions": versions()})
 
 
 def print_results(options: argparse.Namespace, table: str, out: OutputFolder) -> None:
@@ -211,7 +277,12 @@ def output_folder(options: argparse.Namespace, name: str, command: str) -> Outpu
     if others and not options.force:
         problem = f"holds results of `linkages {others[0]}`; give another folder, or --force to replace them"
         raise InputError("--out", str(out), problem)
-    stale = {name for owner in (command, *others) for name in _WRITTEN[owner]}
+    stale = {
+        f"{name.removesuffix('.png')}.{kind}" if name.endswith(".png") else name
+        for owner in (command, *others)
+        for name in (*_WRITTEN[owner], "record.json", "report.html")
+        for kind in FORMATS
+    }
     return OutputFolder(out, sorted(stale - set(_KEPT.get(command, ()))))
 
 

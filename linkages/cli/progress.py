@@ -85,7 +85,7 @@ def _compilation(counted: list[int]) -> str:
         return ""
     compiled, _ = counts()
     before, counted[0] = counted[0], compiled
-    return f"compiling, once after an installation: {compiled} kernels" if compiled > before else ""
+    return "compiling, once after an installation" if compiled > before else ""
 
 
 def be_quiet(options: argparse.Namespace) -> None:
@@ -180,7 +180,7 @@ def announce_compilation() -> None:
         if not due:
             silence.say("compiling, once after an installation: up to a minute ...")
         elif now > due:
-            silence.say(f"compiling: {ready} of at most {known} kernels")
+            silence.say(f"compiling, once after an installation: {ready} of at most {known} kernels are ready")
         if now > due:
             due = now + _COMPILING
 

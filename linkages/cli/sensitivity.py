@@ -6,7 +6,8 @@ import argparse
 from typing import TYPE_CHECKING
 
 from linkages.base.brief import cell
-from linkages.cli.options import add_experiment, add_names, load_system, output_folder, print_results
+from linkages.base.errors import listed
+from linkages.cli.options import add_experiment, add_names, load_system, output_folder, print_results, record
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
@@ -54,11 +55,25 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "details.json", details)
         if not options.no_plots:
             from linkages.show.plots.linear_figures import tornado_figure
-            from linkages.show.plots.style import write_png
+            from linkages.show.plots.style import write_figure
 
-            write_png(tornado_figure(found), folder / "tornado.png")
-    print_results(options, format_sensitivities(found, system), out)
+            write_figure(tornado_figure(found), folder / "tornado")
+        table, title = format_sensitivities(found, system), system.experiment.title or system.experiment.source.stem
+        question = f"How do the peaks change with {listed(options.wrt)}?"
+        record(options, folder, title, question, _answer(found), table)
+    print_results(options, table, out)
     return 0
+
+
+def _answer(found: Sensitivities) -> list[str]:
+    """Tell for each peak the value that changes it most."""
+    said = []
+    for key in (key for key in found.numbers if key.endswith(".peak")):
+        shares = {path: share for path in found.values if (share := found.per_cent(path, key)) is not None}
+        if shares:
+            path = max(shares, key=lambda path: abs(shares[path]))
+            said.append(f"{path} larger by 1 % changes {key} by {100.0 * shares[path]:+.3g} %, more than other values.")
+    return said
 
 
 def format_sensitivities(found: Sensitivities, system: System) -> str:

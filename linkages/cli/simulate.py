@@ -8,7 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, Status
-from linkages.cli.options import add_data, add_file, add_pictures, add_settings, load_system, output_folder, written
+from linkages.cli.options import (
+    add_data,
+    add_file,
+    add_pictures,
+    add_settings,
+    add_units,
+    load_system,
+    output_folder,
+    written,
+)
 from linkages.cli.progress import silence, stages
 from linkages.engines import DEFAULT, ENGINES, engine
 from linkages.input.files.writing import write_json
@@ -44,6 +53,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that ``linkages simulate`` and ``run_sevenbar.py`` share."""
     parser.add_argument("--engine", choices=tuple(ENGINES), default=DEFAULT, help="default: %(default)s")
     add_settings(parser)
+    add_units(parser)
     add_data(parser)
     parser.add_argument("--ideal", action="store_true", help="make every joint ideal")
     parser.add_argument("--worn", type=Path, metavar="FILE", help="start with the worn joints of a wear.json")
@@ -82,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
         if not options.no_error_estimate:
             result = estimate_error(result, progress)
         summary |= judge(result, summary)
-        for line in [*format_judgement(summary), "", *answer(summary)]:
+        for line in [*format_judgement(summary), "", *answer(summary, str(options.file))]:
             say(line)
         if options.verbose:
             say(f"\n{_details(result, summary)}")

@@ -7,23 +7,25 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import counted
-from linkages.base.errors import InputError, Status
+from linkages.base.errors import InputError, Status, listed
 from linkages.cli.options import (
     add_cluster,
     add_drive,
     add_experiment,
     add_number,
     add_outputs,
+    add_units,
     load_system,
     output_folder,
     output_names,
     path_and_parts,
     print_results,
+    record,
     value_of,
 )
 from linkages.cli.progress import stages
 from linkages.cli.sweep_grid import run_grid
-from linkages.cli.sweep_tables import entry, some, statistics, write_tables
+from linkages.cli.sweep_tables import entry, extremes_said, some, statistics, write_tables
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
@@ -50,6 +52,7 @@ _MOST = 1e6  # largest number of values
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     add_experiment(parser, lasting=False)
+    add_units(parser)
     meaning = "N values of a variable, evenly spaced; given twice: a grid of values"
     parser.add_argument("--vary", action="append", required=True, metavar="PATH=LO:HI:N", help=meaning)
     add_number(parser, "--revolutions", 20, "N", "recorded revolutions")
@@ -89,8 +92,11 @@ def run(options: argparse.Namespace) -> int:
         write_tables((path,), pairs, units, True, folder)
         write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
-            _draw(result, units, folder / "sweep.png")
-    print_results(options, format_sweep(result, units), out)
+            _draw(result, units, folder / "sweep")
+        table, title = format_sweep(result, units), system.experiment.title or system.experiment.source.stem
+        question = f"How do the peaks of {listed(names)} change with {path} from {values[0]:.5g} to {values[-1]:.5g}?"
+        record(options, folder, title, question, _answer(result, units), table)
+    print_results(options, table, out)
     failed = [point for point in result.points if point.status not in (Status.OK, Status.INTERRUPTED)]
     for point in failed:
         print(f"{path} = {point.value:g}: {point.status.value}; {point.status.remedy}", file=sys.stderr)
@@ -117,7 +123,7 @@ def _draw(result: Sweep, units: dict[str, str], path: Path) -> None:
     """Draw small panels of the peaks where every motion repeats in each revolution, else the bifurcation diagram."""
     from linkages.input.model.experiment import value_unit
     from linkages.show.plots.attractors import bifurcation_figure
-    from linkages.show.plots.style import axis_label, engineering, write_png
+    from linkages.show.plots.style import axis_label, engineering, write_figure
     from linkages.show.plots.swept import peaks_figure
 
     if all(_repeats(point, name) for point in result.points for name in result.names):
@@ -125,7 +131,20 @@ def _draw(result: Sweep, units: dict[str, str], path: Path) -> None:
     else:
         shown, factor = engineering(value_unit(result.path), max(abs(point.value) for point in result.points))
         figure = bifurcation_figure(result, units, axis_label(result.path, shown), scale=factor)
-    write_png(figure, path)
+    write_figure(figure, path)
+
+
+def _answer(result: Sweep, units: dict[str, str]) -> list[str]:
+    """Tell the extreme peaks of each output, and where the motion does not repeat in each revolution."""
+    said = [
+        extremes_said(name, units[name], {f"{point.value:.5g}": point.mean_peak(name) for point in result.points})
+        for name in result.names
+    ]
+    other = [point.value for point in result.points if not all(_repeats(point, name) for name in result.names)]
+    if other:
+        where = f"at {counted(len(other), 'value')} from {min(other):.5g} to {max(other):.5g}"
+        said.append(f"The motion does not repeat in each revolution {where}.")
+    return said
 
 
 def _repeats(point: SweepPoint, name: str) -> bool:
@@ -148,23 +167,26 @@ def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
 def format_sweep(result: Sweep, units: dict[str, str]) -> str:
     """Format the peaks of at most a dozen values as lines of text, with the horizon of reproducible digits."""
     from linkages.input.model.experiment import value_unit
+    from linkages.show.plots.presentation import shown, shown_unit
 
     count = len(result.points)
-    shown = some(count, 12)
+    few = some(count, 12)
     width = max(16, *(len(name) + len(units[name]) + 5 for name in result.names))
-    heads = [f"{f'{name} [{units[name]}]':>{width + 12}s}" for name in result.names]
+    heads = [f"{f'{name} [{shown_unit(units[name])}]':>{width + 12}s}" for name in result.names]
     several = any(point.section is not None and len(point.section.times) > 1 for point in result.points)
     spread = ": mean ± standard deviation over the revolutions" if several else ""
     si = value_unit(result.path)
-    variable = f"{result.path} [{si}]" if si else result.path
+    unit, scale = shown(si)
+    variable = f"{result.path} [{unit}]" if si else result.path
     first = max(22, len(variable) + 2)
     lines = [f"{result.path}: {counted(count, 'value')}; peak of a revolution{spread}", ""]
     lines.append("".join([f"{variable:{first}s}", *heads]))
-    for k in shown:
+    for k in few:
         point = result.points[k]
-        line = f"{point.value:<{first}.6g}"
+        line = f"{scale * point.value:<{first}.6g}"
         for name in result.names:
-            row = statistics(point, name)
+            factor = shown(units[name])[1]
+            row = {key: factor * value for key, value in statistics(point, name).items()}
             spread = f"± {row['peak_std']:.2g}" if row["peak_std"] == row["peak_std"] else ""
             line += f"{row['peak_mean']:{width}.5g} {spread:11s}"
         lines.append(line + ("" if point.status is Status.OK else f"  {point.status.value}"))

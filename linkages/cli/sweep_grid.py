@@ -9,10 +9,10 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import counted
-from linkages.base.errors import InputError, Status, nearest
-from linkages.cli.options import load_system, number, output_folder, output_names, print_results
+from linkages.base.errors import InputError, Status, listed, nearest
+from linkages.cli.options import load_system, number, output_folder, output_names, print_results, record
 from linkages.cli.progress import stages
-from linkages.cli.sweep_tables import entry, some, write_tables
+from linkages.cli.sweep_tables import entry, extremes_said, some, write_tables
 from linkages.input.files.writing import file_name, write_json
 
 if TYPE_CHECKING:
@@ -52,13 +52,16 @@ def run_grid(options: argparse.Namespace, ranges: Ranges) -> int:
         write_tables(found.paths, pairs, units, False, folder)
         write_json(folder / "sweep.json", _content(found, units, limits), None)
         if not options.no_plots:
-            from linkages.show.plots.style import write_png
+            from linkages.show.plots.style import write_figure
             from linkages.show.plots.swept import map_figure
 
             for name in names:
                 figure = map_figure(found, name, units[name], limits.get(name))
-                write_png(figure, folder / f"map_{file_name(name)}.png")
-    print_results(options, format_grid(found, units, limits), out)
+                write_figure(figure, folder / f"map_{file_name(name)}")
+        table, title = format_grid(found, units, limits), system.experiment.title or system.experiment.source.stem
+        question = f"How do the peaks of {listed(names)} change with {path} and {other_path}?"
+        record(options, folder, title, question, [_answer(found, name, units[name]) for name in names], table)
+    print_results(options, table, out)
     failed: dict[Status, list[tuple[float, float]]] = {}
     for pair, point in pairs:
         if point.status not in (Status.OK, Status.INTERRUPTED):
@@ -72,6 +75,11 @@ def run_grid(options: argparse.Namespace, ranges: Ranges) -> int:
         print(f"interrupted; the sections of {done} of {of} are written; the same command continues", file=sys.stderr)
         return 130
     return int(bool(failed))
+
+
+def _answer(found: Grid, name: str, unit: str) -> str:
+    places = [f"{a:.5g} and {b:.5g}" for a in found.values[0] for b in found.values[1]]
+    return extremes_said(name, unit, dict(zip(places, found.peaks(name).ravel().tolist(), strict=True)))
 
 
 def read_limits(texts: Sequence[str], units: Mapping[str, str]) -> dict[str, float]:
@@ -103,28 +111,41 @@ def format_grid(found: Grid, units: Mapping[str, str], limits: Mapping[str, floa
     import numpy as np
 
     from linkages.input.model.experiment import value_unit
+    from linkages.show.plots.presentation import shown, shown_unit
 
-    down, across = (f"{path} [{si}]" if (si := value_unit(path)) else path for path in found.paths)
+    down, across = (f"{path} [{shown_unit(si)}]" if (si := value_unit(path)) else path for path in found.paths)
     firsts, seconds = (some(len(those), most) for those, most in zip(found.values, _SHOWN, strict=True))
     size = " x ".join(str(len(those)) for those in found.values)
+    ups, rights = (_scaled(path, those) for path, those in zip(found.paths, found.values, strict=True))
     lines = [f"{down} downwards, {across} to the right: {size} values; mean of the revolutions' peaks"]
     for name in found.names:
-        peaks = found.peaks(name)
-        lines += ["", f"{name} [{units[name]}]", " " * 12 + "".join(f"{found.values[1][k]:>11.5g}" for k in seconds)]
+        unit, factor = shown(units[name])
+        peaks = factor * found.peaks(name)
+        lines += ["", f"{name} [{unit}]", " " * 12 + "".join(f"{rights[k]:>11.5g}" for k in seconds)]
         for k in firsts:
             cells = "".join(f"{peaks[k, j]:>11.5g}" if peaks[k, j] == peaks[k, j] else f"{'-':>11s}" for j in seconds)
-            lines.append(f"{found.values[0][k]:>12.5g}{cells}")
+            lines.append(f"{ups[k]:>12.5g}{cells}")
         if not np.isnan(peaks).all():
             for what, at in (("largest", np.nanargmax(peaks)), ("smallest", np.nanargmin(peaks))):
                 lines.append(_place(found, peaks, what, int(at)))
         if name in limits:
-            above, known = int((peaks > limits[name]).sum()), int((~np.isnan(peaks)).sum())
-            lines.append(f"above the limit of {limits[name]:.5g}: {above} of {counted(known, 'pair')}")
+            limit = factor * limits[name]
+            above, known = int((peaks > limit).sum()), int((~np.isnan(peaks)).sum())
+            lines.append(f"above the limit of {limit:.5g}: {above} of {counted(known, 'pair')}")
     return "\n".join(lines)
 
 
 def _place(found: Grid, peaks: Any, what: str, at: int) -> str:
     """Tell an extreme of the peaks and the pair of values where it is."""
     k, j = divmod(at, len(found.values[1]))
-    (path, other_path), (values, other_values) = found.paths, found.values
+    path, other_path = found.paths
+    values, other_values = _scaled(path, found.values[0]), _scaled(other_path, found.values[1])
     return f"{what}: {peaks[k, j]:.5g} at {path} = {values[k]:.5g}, {other_path} = {other_values[j]:.5g}"
+
+
+def _scaled(path: str, values: Sequence[float]) -> list[float]:
+    """Return the values of a variable in the shown unit."""
+    from linkages.input.model.experiment import value_unit
+    from linkages.show.plots.presentation import shown
+
+    return [shown(value_unit(path))[1] * value for value in values]

@@ -47,22 +47,27 @@ def write_tables(
     import numpy as np
 
     from linkages.input.model.experiment import value_unit
+    from linkages.show.plots.presentation import presentation, shown, shown_unit
 
     values, points = zip(*rows, strict=True)
-    table: dict[str, Any] = dict(zip(paths, np.array(values).T, strict=True))
+    table: dict[str, Any] = {
+        path: shown(value_unit(path))[1] * column for path, column in zip(paths, np.array(values).T, strict=True)
+    }
     table["status"] = np.array([point.status.value for point in points], dtype=object)
     table["revolutions"] = np.array([0 if point.section is None else len(point.section.times) for point in points])
     if horizons:
         table["horizon"] = np.array([point.horizon for point in points], dtype=np.float64)
-    of_columns = {path: si for path in paths if (si := value_unit(path))}
+    of_columns = {path: shown_unit(si) for path in paths if (si := value_unit(path))}
     for name, si in units.items():
         found = [statistics(point, name) for point in points]
+        unit, factor = shown(si)
         for what in STATISTICS:
-            table[f"{name}.{what}"] = np.array([row[what] for row in found])
-            of_columns[f"{name}.{what}"] = si
+            table[f"{name}.{what}"] = factor * np.array([row[what] for row in found])
+            of_columns[f"{name}.{what}"] = unit
     with open(folder / "sweep.csv", "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(table)
+        named = of_columns if presentation().units else {}  # SI units are not named
+        writer.writerow([f"{name} [{named[name]}]" if name in named else name for name in table])
         for row in zip(*(column.tolist() for column in table.values()), strict=True):
             writer.writerow(["" if cell != cell else cell for cell in row])
     if find_spec("pyarrow"):
@@ -83,6 +88,19 @@ def columns(section: Section) -> dict[str, dict[str, list[float]]]:
     """Return strobes, minima and maxima of each period, by output."""
     kinds = {"strobe": section.strobe, "min": section.low, "max": section.high}
     return {name: {kind: values[name].tolist() for kind, values in kinds.items()} for name in section.strobe}
+
+
+def extremes_said(name: str, unit: str, peaks: Mapping[str, float]) -> str:
+    """Tell the smallest and the largest peak of an output, and the places of both."""
+    from linkages.show.plots.presentation import shown
+
+    unit, factor = shown(unit)
+    known = {place: factor * peak for place, peak in peaks.items() if peak == peak}
+    if not known:
+        return f"No run gives a peak of {name}."
+    low, high = min(known, key=known.__getitem__), max(known, key=known.__getitem__)
+    said = f"largest, {known[high]:.4g} {unit}, at {high}, and smallest, {known[low]:.4g} {unit}, at {low}"
+    return f"The mean peak of {name} is {said}."
 
 
 def some(count: int, most: int) -> list[int]:

@@ -7,7 +7,7 @@ import sys
 from typing import Any
 
 from linkages.base.errors import InputError, Status
-from linkages.cli.options import add_drive, add_experiment, load_system, output_folder, print_results
+from linkages.cli.options import add_drive, add_experiment, load_system, output_folder, print_results, record
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
@@ -60,7 +60,11 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.bearings import write_wear_animation
 
             write_wear_animation(found, folder / "wear.html")
-    print_results(options, format_life(found), out)
+        from linkages.show.report.result_page import WEAR_QUESTION, wear_answer
+
+        table = format_life(found)
+        record(options, folder, found["title"] or found["experiment"], WEAR_QUESTION, wear_answer(found), table)
+    print_results(options, table, out)
     if life.status is Status.OK:
         return 0
     where = f"the calculation ended after {int(life.cycles[-1]):,} of {cycles:,} cycles"

@@ -17,7 +17,7 @@ WINDOW, _HOPELESS = 20_000, 1000.0
 @lru_cache(maxsize=8)  # a run asks twice
 def most(system: System) -> int:
     """Return the largest number of steps of a run of a system."""
-    return min(MOST, ROOM // (8 * (1 + len(names(system)))))
+    return min(system.experiment.solver.max_steps or MOST, ROOM // (8 * (1 + len(names(system)))))
 
 
 def least_advance(duration: float) -> float:

@@ -12,7 +12,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, Status
 from linkages.explore.transmission import DrivenMotion, Transmission, transmissions
 from linkages.input.model.experiment import nothing_done
-from linkages.input.model.load_tables import Gear
+from linkages.input.model.load_tables import Mesh
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar.kinematics import state_tables
 from linkages.system import System
@@ -36,7 +36,7 @@ class Travel:
     together: tuple[str, ...]  # links in a larger group, without a defined transmission angle
 
 
-def movable(mechanism: Mechanism, starts: Mapping[str, float], gears: Mapping[str, Gear] | None = None) -> System:
+def movable(mechanism: Mechanism, starts: Mapping[str, float], gears: Mapping[str, Mesh] | None = None) -> System:
     """Make a system with ideal joints whose drives determine the motion, without loads, with drives at rest.
 
     `starts` are coordinates of driven joints [rad or m]; a joint that the others already move is dropped. If they are
@@ -88,9 +88,11 @@ def travel(system: System, drive: str) -> Travel:
     )
 
 
-def _held(mechanism: Mechanism, gears: Mapping[str, Gear], starts: Mapping[str, float]) -> System:
+def _held(mechanism: Mechanism, gears: Mapping[str, Mesh], starts: Mapping[str, float]) -> System:
     still = {name: {"angle": float(angle), "speed": 0.0} for name, angle in starts.items()}
-    coupled = {name: gear.model_dump() for name, gear in gears.items()}
+    coupled = {
+        name: {"joints": gear.joints, "ratio": gear.ratio, "offset": gear.offset} for name, gear in gears.items()
+    }
     return System(mechanism, nothing_done(mechanism.source, {"drives": still, "gears": coupled}))
 
 

@@ -147,7 +147,8 @@ def sections(
     periods = np.array([period for _, period in cases])
     ends = periods[:, None] * (transient + 1.0 + np.arange(revolutions))
     windows = np.stack([ends - periods[:, None], ends], axis=-1)
-    runs = Runs(Systems([case for case, _ in cases], tuple(names), windows), np.arange(float(len(cases)))[:, None])
+    designs = Systems([case for case, _ in cases], tuple(names), windows)
+    runs = Runs(designs, np.arange(float(len(cases)))[:, None], np.zeros(0))
     interrupted = False
     try:
         runs.make(threads, progress)

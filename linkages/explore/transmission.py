@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
-from linkages.input.model.load_tables import Gear
+from linkages.input.model.load_tables import Mesh
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.mechanics.integrate.peak_search import parabola_top
 from linkages.system import System
@@ -66,7 +66,7 @@ class DrivenMotion(NamedTuple):
 
 
 def dyads(
-    mechanism: Mechanism, driven: Collection[str], gears: Iterable[Gear] = ()
+    mechanism: Mechanism, driven: Collection[str], gears: Iterable[Mesh] = ()
 ) -> tuple[list[Dyad], tuple[str, ...]]:
     """Divide a linkage into dyads, in the order in which they can be solved.
 
@@ -117,7 +117,7 @@ def transmissions(system: System, motion: DrivenMotion) -> tuple[tuple[Transmiss
     The system is from `linkages.explore.range_of_motion.movable`.
     """
     mechanism, experiment = system.mechanism, system.experiment
-    found, rest = dyads(mechanism, list(experiment.drives), experiment.gears.values())
+    found, rest = dyads(mechanism, list(experiment.drives), experiment.meshes.values())
     fixed = _rigid(mechanism, {joint.name for joint in mechanism.joints if joint.type == "fixed"})
     angles = []
     for inner, links, outer in found:

@@ -28,8 +28,7 @@ _COMPARED = 500  # number of times at which the run and the tighter one are comp
 # difference of a film's force from the force of the ideal joint, in parts of the latter
 _CARRIED = 0.1  # within it the film carries the load
 _OVERSHOOT = 0.25  # a larger excess before makes a start-up
-#: Part of a run in which a centred journal takes up its load, in microseconds; differences begin after it.
-TAKEN_UP = 0.005
+_TAKEN_UP = 0.005  # part of a run in which a centred journal takes up its load, in microseconds
 
 
 class Repeating(NamedTuple):
@@ -166,6 +165,18 @@ class Assessment(Brief):
         return {name: (start, min(stop, end)) for name, (start, stop) in asked.items() if start < end}
 
     @property
+    def counted_from(self) -> float:
+        """Return the time from which the reported differences from ideal joints count [s]."""
+        start, _ = self.windows.get(self.reported, (0.0, 0.0))
+        return max(start, self.taken_up) if start < self.difference.time[-1] else self.taken_up
+
+    @property
+    def taken_up(self) -> float:
+        """Return the time at which centred journals have taken up their load [s]."""
+        times = self.difference.time
+        return float(times[0] + _TAKEN_UP * np.ptp(times))
+
+    @property
     def reported(self) -> str:
         """Return the name of the window that tables show first, or "whole"."""
         experiment = self.system.experiment
@@ -177,12 +188,18 @@ class Assessment(Brief):
     @cached_property
     def sound(self) -> Soundness:
         """Return where numbers of the run have no meaning."""
-        return Soundness.of_run(self.system, self.run)
+        return Soundness.of_run(self.system, self._early(self.run))
 
     @cached_property
     def ideal_sound(self) -> Soundness:
         """Return where numbers of the ideal motion have no meaning."""
-        return Soundness.of_ideal(self.system, self.ideal)
+        return Soundness.of_ideal(self.system, self._early(self.ideal))
+
+    def _early(self, motion: Trajectory) -> Trajectory:
+        """Return the first part of a long motion that repeats itself, whose samples are close to each other."""
+        if self.repeating is None or motion.time[-1] <= self.repeating.settled:
+            return motion
+        return motion.within(float(motion.time[0]), self.repeating.settled)
 
     @cached_property
     def meaningless(self) -> frozenset[str]:
@@ -209,8 +226,8 @@ class Assessment(Brief):
 
 
 def touching(system: System) -> list[str]:
-    """Return the contacts that can touch: joints, corners of guides, prismatic stops, points at lines."""
-    turning = system.ends["kind"] == STOP  # revolute stops give a torque
+    """Return the contacts that can touch: joints, corners of guides, flanks, prismatic stops, points at lines."""
+    turning = (system.ends["kind"] == STOP) & (system.ends["ratio"] == 0.0)  # revolute stops give a torque
     able = system.touching & ~turning
     return [label for (_, label), one in zip(system.contacts, able, strict=True) if one]
 
@@ -218,7 +235,7 @@ def touching(system: System) -> list[str]:
 def _judged(system: System) -> list[str]:
     """Return the columns that a singular position can make meaningless: outputs, and peaks except of loads."""
     experiment = system.experiment
-    bounded = {name for table, name in experiment.named if table != "gears"}
+    bounded = {name for _, name in experiment.named if name not in experiment.closed}
     peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]
     return [*experiment.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
 

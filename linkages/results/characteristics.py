@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.results.extremes import extremes, integral, peaks
+from linkages.results.extremes import averages, extremes, integral, peaks
 from linkages.results.impacts import Impact
 from linkages.results.outputs.joints import turns
 from linkages.results.outputs.registry import unit
@@ -58,6 +58,8 @@ def numbers(
         result["joints"][name] = entry
     for name in experiment.drives:
         result["drives"][name] = effort(name, "torque") | {"unit": unit(system, f"{name}.torque")}
+        if name in system.tree.powered and f"{name}.rate" in trajectory:
+            result["drives"][name]["fluctuation"] = _fluctuation(trajectory, f"{name}.rate")
     for table, name in experiment.named:
         result.setdefault("loads", {})[name] = effort(name, effort_of(system, table, name))
     for name in experiment.flexible:
@@ -66,6 +68,12 @@ def numbers(
             for key in ("deflection", "stress"):
                 link[key]["place"] = _at(trajectory, f"{name}.{key}_place", link[key]["time"])
     return result
+
+
+def _fluctuation(trajectory: Trajectory, column: str) -> float | None:
+    """Compute the range of a column over the magnitude of its mean; None where the mean is zero."""
+    top, (mean, _) = extremes(trajectory, [column])[column], averages(trajectory, column)
+    return (top.max - top.min) / abs(mean) if mean else None
 
 
 def _contacts(trajectory: Trajectory, rows: Sequence[Impact]) -> dict[str, Any]:
@@ -103,8 +111,8 @@ def peak_columns(system: System) -> list[str]:
 
 def effort_of(system: System, table: str, name: str) -> str:
     """Return the characteristic quantity of an applied load, gear, stop or contact."""
-    along = table in ("frictions", "gears", "stops", "torsion_springs")
-    return "torque" if table == "torques" or (along and turns(system, table, name)) else "force"
+    along = table in ("frictions", "gears", "couplings", "stops", "torsion_springs")
+    return "torque" if table in ("torques", "motors") or (along and turns(system, table, name)) else "force"
 
 
 def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:

@@ -84,7 +84,8 @@ def joint_heat(system: System, run: Trajectory, name: str, span: tuple[float, fl
         raise AssertionError("a joint with a heat balance has oil")
     heat, now = model.heat.of(model.oil), model.oil.temperature
     part = run.within(*span)
-    power = -integral(part, f"{name}.power") / (span[1] - span[0])
+    column = f"{name}.contact_power"  # of a joint with a drive
+    power = -integral(part, column if column in part else f"{name}.power") / (span[1] - span[0])
     flow = integral(part, f"{name}.flow") / (span[1] - span[0])
     viscosity = heat.viscosity(now)
 

@@ -36,7 +36,8 @@ SUSTAINED = 2.0
 class Impact:
     """One contact of one joint, SI units; made by `impacts`.
 
-    For a stop of a revolute joint lengths and forces are angles and torques. Peaks are over continuous time.
+    For a stop of a revolute joint, and a backlash given as an angle, lengths and forces are angles and torques. Peaks
+    are over continuous time.
 
     Attributes
     ----------
@@ -88,7 +89,8 @@ def impacts(trajectory: Trajectory, joints: Names) -> list[Impact]:
     ----------
     trajectory : Trajectory
     joints : sequence of str
-        Joints that can touch, stops and points at lines; for a guide with clearance its corners, ``GUIDE.corner1``.
+        Joints that can touch, stops and points at lines; for a guide with clearance its corners, ``GUIDE.corner1``;
+        for a gear with backlash its flanks, ``GEAR.upper`` and ``GEAR.lower``.
 
     Returns
     -------
@@ -189,12 +191,15 @@ def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
 
 
 def _with_forces(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
-    """Add ``NAME.normal_force`` of each contact; of stops of revolute joints also ``force`` and ``sliding``."""
-    turning = [name for name in names if f"{name}.force" not in trajectory]
+    """Add ``NAME.normal_force`` of each contact; of revolute stops and flanks also ``force`` and ``sliding``."""
+    turning = [name for name in names if f"{name}.sliding" not in trajectory]
+
+    def effort(columns: Mapping[str, Array], name: str) -> Array:
+        return columns[f"{name}.force" if f"{name}.force" in columns else f"{name}.torque"]
 
     def normal_force(columns: Mapping[str, Array], name: str) -> Array:
         if name in turning:
-            return columns[f"{name}.torque"]
+            return effort(columns, name)
         if f"{name}.ex" not in columns:
             return columns[f"{name}.load"]
         guide, corner, _ = name.rpartition(".corner")
@@ -210,7 +215,7 @@ def _with_forces(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
     def extended(columns: Mapping[str, Array]) -> dict[str, Array]:
         forces = {f"{name}.normal_force": normal_force(columns, name) for name in names}
         for name in turning:
-            forces |= {f"{name}.force": columns[f"{name}.torque"], f"{name}.sliding": np.zeros_like(columns["time"])}
+            forces |= {f"{name}.force": effort(columns, name), f"{name}.sliding": np.zeros_like(columns["time"])}
         return {**columns, **forces}
 
     evaluate = trajectory.evaluate

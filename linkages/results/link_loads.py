@@ -163,18 +163,20 @@ def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
 def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
     """Yield the forces of applied loads, stops, points at lines, and gears."""
     model, w = seen.model, seen.state
-    values = model.signals, model.load_t, model.load_c, model.load_n
+    values = model.signals, model.states, model.load_t, model.load_c, model.load_n
     for k, (_, name) in enumerate(system.experiment.loads):
         wrench = np.zeros_like(w.wrench)
-        load_wrenches((model.loads[k : k + 1], *values), time, w.pose, w.vel, wrench)
+        load_wrenches((model.loads[k : k + 1], *values), time, w.v, w.pose, w.vel, wrench)
         record = model.loads[k]
         yield from _split(seen, name, wrench, (record["a"], record["b"], record["term"]["a"], record["term"]["b"]))
     for k in range(len(system.tree.contacts), len(system.contacts)):
         wrench, end = np.zeros_like(w.wrench), model.ends[k : k + 1]
         add_known_contacts(end, seen.contacts[k : k + 1], w.pose, wrench)
-        yield from _split(seen, system.contacts[k][1], wrench, (end[0]["bearing"], end[0]["journal"]))
+        yield from _split(
+            seen, system.contacts[k][1], wrench, [end[0][key] for key in ("bearing", "journal", "a", "b")]
+        )
     for name, row, size in zip(
-        reversed(system.experiment.gears), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
+        reversed(system.experiment.closed), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
     ):
         wrench = np.zeros_like(w.wrench)
         add_row_wrench(row, w.pose, size, wrench)

@@ -7,8 +7,9 @@ from typing import Annotated, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from linkages.base.errors import Status
-from linkages.input.files.toml import Finite, NonNegative, Table, TwoOf, leaves
+from linkages.input.files.toml import Finite, NonNegative, Table, leaves
 from linkages.input.model.experiment import Experiment
+from linkages.input.model.worn import WornJoint
 
 _Number = Finite | None  # null if meaningless
 _Status = Annotated[str, Field(pattern=f"^({'|'.join(status.value for status in Status)})$")]
@@ -79,6 +80,7 @@ class _Drive(_Entry):
     torque: _Peak
     unit: str
     work: _Number
+    fluctuation: Finite | None = None
 
 
 class _Load(_Entry):
@@ -233,19 +235,12 @@ class Summary(_Numbers):
         return self
 
 
-class _WornPart(_Entry):
-    profile: list[TwoOf[Finite]]
-
-
-class _WornJoint(_Entry):
+class _WornJoint(WornJoint):
     volume: Finite
     depth: Finite
     play: Finite
     clearance: Finite
-    coefficient: Finite
     load_distance: Finite
-    bearing: _WornPart | None = None
-    journal: _WornPart | None = None
 
 
 class _WearBlock(_Entry):
@@ -253,6 +248,17 @@ class _WearBlock(_Entry):
     error: _Number
     peaks: dict[str, Finite]
     joints: dict[str, _WornJoint]
+
+
+class Record(_Entry):
+    """The schema of ``record.json``: what a command was asked and what it found."""
+
+    title: str
+    question: str
+    answer: list[str]
+    table: str
+    words: list[str]
+    versions: dict[str, str]
 
 
 class WearContent(_Entry):

@@ -20,7 +20,8 @@ from linkages.results.trajectory import Trajectory
 _POINTS = 3  # of Gauss's quadrature within a step; one more gives its error
 _SHARES_OF_STEP = 0.1, 0.01, 1e-3  # distances of the values whose parabola gives the time of an extreme
 _VISIBLE = 1e-9  # bend of the parabola in parts of the values, above their rounding
-_EXTREMES = ("minimum", "maximum", "peak", "range")  # peak: largest magnitude; range: maximum less minimum
+#: Peak: largest magnitude; range: maximum less minimum; fluctuation: range over the magnitude of the mean.
+_EXTREMES = ("minimum", "maximum", "peak", "range", "fluctuation")
 
 
 class Wanted(NamedTuple):
@@ -92,6 +93,11 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted], errors: 
             "peak": Found(top.peak, high if sign > 0.0 else -low, top.time, sign),
             "range": Found(top.max - top.min, high - low, top.time),
         }
+        if statistic == "fluctuation":
+            mean = parts[start, end].average(output, "mean", errors)
+            number, size = (top.max - top.min) / abs(mean.number), abs(mean.number)
+            rates_of = (high - low) / size - number / mean.number * mean.rates
+            each[statistic] = Found(number, rates_of, top.time)
         found.append(each[statistic])
     return found
 

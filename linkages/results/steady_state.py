@@ -29,6 +29,7 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
+from linkages.input.model.functions import TIME, inputs_of
 from linkages.results.akima import interpolated
 from linkages.results.divergence import configuration
 from linkages.results.trajectory import Trajectory
@@ -102,7 +103,8 @@ def common_period(system: System) -> float | None:
     """
     experiment = system.experiment
     changing = [load for table, name in experiment.loads if (load := getattr(experiment, table)[name])]
-    if any(getattr(load, "over_time", False) for load in changing):
+    own = [name for one in experiment.quantities.values() for name in inputs_of(one.definition, experiment.quantities)]
+    if TIME in own or any(getattr(load, "over_time", False) for load in changing):
         return None
     frequencies = []
     for name, drive in experiment.drives.items():

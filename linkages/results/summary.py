@@ -10,7 +10,7 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.errors import Status
 from linkages.input.files.versions import versions
-from linkages.results.assessment import TAKEN_UP, Assessment
+from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.extremes import peaks
 from linkages.results.peak_errors import errors
@@ -63,7 +63,8 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
             exact = numbers(system, ideal_run.within(start, end), assessment.ideal_meaningless)
         found["difference"] = _differences(assessment, exact, start, end)
         windows[name] = {"from": start, "to": end, **found, "ideal": exact}
-    quality, experiment = system.assembly.quality, system.experiment
+    quality, experiment, tree = system.assembly.quality, system.experiment, system.tree
+    carrying = {edge.joint for edge in tree.edges.values()}
     return {
         "engine": assessment.engine,
         "duration": float(run.time[-1]),
@@ -71,9 +72,9 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
         "mechanism": {
             "name": system.mechanism.name,
             "mobility": system.assembly.mobility,
-            "driven": [*system.tree.driven, *system.tree.powered],
+            "driven": [*tree.driven, *tree.powered],
             "joints": {joint.name: [joint.parent, joint.child] for joint in system.mechanism.joints},
-            "cut": {"play": list(system.tree.play), "ideal": list(system.tree.loops)},
+            "cut": {"play": [name for name in tree.play if name not in carrying], "ideal": list(tree.loops)},
             "quality": None if np.isnan(quality) else quality,
             "loop_error": run.provenance.get("loop_error", 0.0),
         },
@@ -111,7 +112,7 @@ def _differences(assessment: Assessment, ideal: dict[str, Any], start: float, en
         return {}
     apart, unknown = assessment.difference, assessment.meaningless | assessment.ideal_meaningless
     names = [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
-    begin = max(start, float(apart.time[0] + TAKEN_UP * np.ptp(apart.time)))
+    begin = max(start, assessment.taken_up)
     if begin >= (last := min(end, float(apart.time[-1]))):
         return {}
     found = peaks(apart.within(begin, last), [name for name in names if name in apart and name not in unknown])

@@ -256,9 +256,10 @@ def _in_parts(evaluate: Evaluate, times: Array) -> Columns:
     columns: Columns = {}
     for first in range(0, len(times), _AT_ONCE):
         part = evaluate(times[first : first + _AT_ONCE])
+        if not columns:  # rows of one array, whose memory is free at once when nothing needs them
+            columns = dict(zip(part, np.empty((len(part), len(times))), strict=True))
         for name, values in part.items():
-            column = columns.setdefault(name, np.empty(len(times)))
-            column[first : first + len(values)] = values
+            columns[name][first : first + len(values)] = values
     return columns
 
 

@@ -108,7 +108,7 @@ def _carriers(system: System) -> dict[str, set[str]]:
     names = {tree.index[part.name]: link for link, parts in tree.flexible.items() for part in parts}
     found: dict[str, set[str]] = {}
     for (_, label), end in zip(system.contacts, system.ends, strict=True):
-        bodies = [int(end[side]["body"]) for side in ("bearing", "journal")]
+        bodies = [int(end[side]["body"]) for side in ("bearing", "journal", "a", "b")]
         mounts = [int(records[b]["mount"]["body"]) if records[b]["type"] == SECTION else b for b in bodies]
         found[label] = {names[b] for b in mounts if b in names}
     return found

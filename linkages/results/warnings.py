@@ -124,9 +124,9 @@ def _chaotic(apart: tuple[float, float] | None, unknown: Sequence[str]) -> list[
 
 def _geared(system: System) -> list[dict[str, Any]]:
     """Warn of gears that lock each other, and of joints of geared wheels: gears omit the tooth forces on the pins."""
-    gears = system.experiment.gears
-    joints = dict.fromkeys(name for gear in gears.values() for name in gear.joints)
-    if not gears:
+    gears, every = system.experiment.closed, system.experiment.meshes
+    joints = dict.fromkeys(name for gear in every.values() for name in gear.joints)
+    if not every:
         return []
     locking, found = locking_gears(system.tree, system.tree.loop_rows, system.assembly.q), []
     if locking:
@@ -134,7 +134,7 @@ def _geared(system: System) -> list[dict[str, Any]]:
         stuck = _listed(list(dict.fromkeys(name for k in locking for name in [*gears.values()][k].joints)))
         what = f"the gears {names} contradict each other, or the loops: {stuck} cannot move"
         found.append(warning("gear", None, what, "correct a ratio, or remove a gear"))
-    named = _listed(list(joints)), _listed(list(gears))
+    named = _listed(list(joints)), _listed(list(every))
     what = "the forces in {} exclude the tooth or belt forces of {}".format(*named)
     remedy = (
         "add, in both joints, the torque on the second one over its wheel's pitch radius and, of teeth, over the "

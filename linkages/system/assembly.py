@@ -111,9 +111,9 @@ def assemble(
     rank = rank if np.array_equal(q, drawn) else _rank(tree, rows, q)
     mobility = len(tree.joint_dofs) - rank.most
     _check_count(tree, experiment, len(held), mobility, q)
-    offset = np.zeros(len(rows))
-    given = [x for name in tree.play for x in experiment.joints[name].offset]
-    offset[: 2 * len(tree.play)] = given if offsets is None else offsets
+    offset = start_offsets(tree, experiment)
+    if offsets is not None:
+        offset[: 2 * len(tree.play)] = offsets
     if np.any(offset) and not close(tree.bodies, rows, offset, free, size, q):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with these journal offsets")
     rank = _rank(tree, rows, q) if np.any(offset) else rank
@@ -129,11 +129,21 @@ def assemble(
     return Assembly(q, v, mobility, quality if determined else float("nan"))
 
 
+def start_offsets(tree: Tree, experiment: Experiment) -> Array:
+    """Return the values (nr,) of the closure rows at the start: journals' offsets, places in the backlash [m, rad]."""
+    given = [x for name in tree.play for x in experiment.joints[name].offset]
+    given += [tree.coordinate(gear.joints[1])[1] * gear.backlash.start for gear in tree.slack if gear.backlash]
+    return np.array(given + [0.0] * (len(tree.closure_rows) - len(given)))
+
+
 def _widest_gap(tree: Tree, q: Array) -> str:
     """Name the cut joint that stays farthest open at q."""
     rows, gap = tree.closure_rows, np.abs(tree.gaps(q))
-    owner = [name for name in (*tree.play, *tree.loops) for _ in range(ROWS[tree.mechanism.joint[name].type])]
-    owner += [f"the gear of {' and '.join(gear.joints)}" for gear in tree.gears]
+    play, loops = (
+        [n for n in cut for _ in range(ROWS[tree.mechanism.joint[n].type])] for cut in (tree.play, tree.loops)
+    )
+    slack, gears = ([f"the gear of {' and '.join(one.joints)}" for one in some] for some in (tree.slack, tree.gears))
+    owner = [*play, *slack, *loops, *gears]
     widest = int(np.argmax(gap))
     unit = "rad" if rows["term"]["kind"][widest] == ANGLE else "m"
     return f": {owner[widest]} stays open by {gap[widest]:.3g} {unit}"
@@ -141,7 +151,7 @@ def _widest_gap(tree: Tree, q: Array) -> str:
 
 def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
     """Check whether powered joints move only within clearances: the ideal linkage has fewer freedoms than drives."""
-    if not tree.powered or not tree.play:
+    if not tree.powered or not (tree.play or tree.slack):
         return False
     q, rows = np.zeros(tree.size), tree.closure_rows
     if not close(tree.bodies, rows, np.zeros(len(rows)), tree.closing_dofs, tree.extent, q):
@@ -160,7 +170,7 @@ def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
 def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int, q: Array) -> None:
     if drives > mobility:
         if tree.gears and (locking := locking_gears(tree, tree.closure_rows, q)):
-            names = listed([*experiment.gears][k] for k in locking)
+            names = listed([*experiment.closed][k] for k in locking)
             problem = "contradict each other, or the loops: their joints cannot move; correct a ratio, or remove a gear"
             raise InputError(experiment.source, f"gears: {names}", problem)
         freedoms = f"{mobility} degree{'' if mobility == 1 else 's'} of freedom"

@@ -11,6 +11,7 @@ from linkages.base.arguments import Vector, inside, shaped, validated
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, Status
 from linkages.mechanics.planar.closure import BLURRED, closure_quality, follow, follow_branch, is_straight
+from linkages.mechanics.planar.record_types import PRISMATIC
 from linkages.mechanics.planar.singularities import GAP, WEIGHTS
 from linkages.system.assembly import coordinate_scale
 from linkages.system.system import System
@@ -19,6 +20,7 @@ _GRID = 0.02  # step of the fastest drive between two stored positions [rad or m
 _FEWEST, _MANY = 200, 200_000  # fewest steps between stored positions; most before the drive steps become longer
 _COARSEST = 0.1  # step of the fastest drive between two stored positions in a long motion [rad or m]
 _LOCKED = 1e-3  # conditioning below which a motion ends at a dead point
+_RETURNED = 1e-9  # largest change of a coordinate over a turn that repeats itself [rad, or linkage lengths]
 _SHORTEST = 2.0**-40  # smallest part of a stored step: if this fails, the motion ends
 
 
@@ -41,7 +43,8 @@ class IdealMotion:
 
     Use it if the prescribed drives determine the motion (`System.determinate`); otherwise simulate the system
     `System.ideal()`. Newton's method closes the loops at every requested time. A stored table supplies initial guesses:
-    one position per 0.02 rad or m of the fastest drive (at most 0.1 rad in motions of more than 4,000 rad).
+    one position per 0.02 rad or m of the fastest drive (at most 0.1 rad in motions of more than 4,000 rad; of drives at
+    one constant speed these repeat the first turn if the linkage returns to its start).
 
     Parameters
     ----------
@@ -79,16 +82,51 @@ class IdealMotion:
         self.status = Status.OK
         self._scale = coordinate_scale(system.tree)
         count = int(np.clip(np.ceil(system.drive_travel / _GRID), _FEWEST, _MANY))
-        self.times = np.linspace(0.0, system.experiment.duration, count + 1)
-        self._follow_branch()
+        self.times, turn = np.linspace(0.0, system.experiment.duration, count + 1), 0
+        if system.drive_travel > _MANY * _GRID:
+            self.times, turn = self._in_turns()
+        self._follow_branch(turn)
 
-    def _follow_branch(self) -> None:
-        """Fill the table; skip positions whose rates are inaccurate."""
+    def _in_turns(self) -> tuple[Array, int]:
+        """Return times that divide each turn of drives at one constant speed alike, and their number in a turn.
+
+        The number is zero for other drives, whose times stay as they are.
+        """
+        _, rates, accelerations = self.system.motions(self.times)
+        if accelerations.any() or np.ptp(np.abs(rates)):
+            return self.times, 0
+        end, turn = float(self.times[-1]), 2.0 * np.pi / abs(rates[0, 0])
+        count = int(np.ceil(turn / self.times[1]))
+        times = turn / count * np.arange(int(end / turn * count) + 1)
+        return np.append(times[times < end], end), count
+
+    def _repeat_turn(self, lines: _Lines, turn: int) -> int:
+        """Follow one turn, and repeat it if the linkage returns to its start; return the number of filled lines."""
+        tree, free, last = self.system.tree, self.system.tree.closing_dofs, len(lines.times) - 1
+        first = _Lines(*(column[: turn + 1] for column in lines))
+        done = follow_branch(tree.bodies, tree.closure_rows, free, tree.extent, self._scale, 1, *first)
+        sliding = tree.bodies.records["dof"][tree.bodies.records["type"] == PRISMATIC]
+        ways = first.q[-1] - first.q[0]
+        turns = np.round(ways / (2.0 * np.pi))
+        turns[sliding] = 0.0
+        back = np.abs(ways - 2.0 * np.pi * turns) <= _RETURNED * self._scale
+        if done <= turn or first.quality.min() <= BLURRED or not back.all():
+            return 1
+        round_, place = np.divmod(np.arange(last), turn)  # the last line need not be in a turn's grid
+        lines.q[:last, free] = first.q[place][:, free] + 2.0 * np.pi * turns[free] * round_[:, None]
+        lines.v[:last, free], lines.a[:last, free] = first.v[place][:, free], first.a[place][:, free]
+        lines.quality[:last] = first.quality[place]
+        return last
+
+    def _follow_branch(self, turn: int) -> None:
+        """Fill the table, whose motion may repeat itself after a number of lines; skip inaccurate positions."""
         tree, grid, done = self.system.tree, self.times, 1
         lines = _Lines(grid.copy(), *self._prescribed(grid), np.zeros(len(grid)))
         lines.q[0, tree.closing_dofs] = self.system.assembly.q[tree.closing_dofs]
         self._close(*(column[:1] for column in lines[1:]))
-        table = [lines.part([0])]
+        if turn:
+            done = self._repeat_turn(lines, turn)
+        table = [lines.part(slice(done))]
         while done < len(grid):
             rows, first = (tree.bodies, tree.closure_rows, tree.closing_dofs), done
             done = follow_branch(*rows, tree.extent, self._scale, first, *lines)

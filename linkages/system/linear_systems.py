@@ -14,6 +14,7 @@ from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions, raised
 from linkages.system.assembly import Assembly
 from linkages.system.deflection import deflected
+from linkages.system.feedforward import with_feedforward
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.load_records import pack_loads
 from linkages.system.system import System
@@ -45,13 +46,14 @@ class StaticSystem(System):
 def static_systems(system: System, times: Sequence[float]) -> list[StaticSystem]:
     """Hold a linkage in the poses of its drives at some times.
 
-    Joints with clearance become ideal, flexible links stay flexible, and loads are evaluated at these times. Friction,
-    stops and unilateral contacts are omitted. InputError if a time [s] other than 0 is given and the prescribed drives
-    do not determine the motion; AssemblyError if the linkage cannot be assembled in one of the poses.
+    Joints with clearance and gears with backlash become ideal, flexible links stay flexible, and loads are evaluated at
+    these times. Friction, stops and unilateral contacts are omitted. InputError if a time [s] other than 0 is given and
+    the prescribed drives do not determine the motion; AssemblyError if the linkage cannot be assembled in one of the
+    poses.
     """
     experiment = system.experiment
     plain: dict[str, object] = {f"joints.{name}": {"model": "ideal"} for name in experiment.joints}
-    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)}
+    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)} | experiment.without_backlash()
     plain |= {"start": "centred", "solver.integrator": "radau_iia_5", "duration": max(experiment.duration, *times, 0.0)}
     ideal = system.replaced(plain)
     at = np.array(times, dtype=np.float64)
@@ -99,7 +101,7 @@ class Disturbed(System):
     @cached_property
     def loads(self) -> Loads:
         """Return the applied loads as records of the kernels."""
-        return pack_loads(self.tree, self.experiment, self.applied)
+        return pack_loads(self.tree, self.experiment, with_feedforward(self), self.applied)
 
 
 def inputs(system: System) -> dict[str, tuple[str, str, int]]:
@@ -113,7 +115,7 @@ def inputs(system: System) -> dict[str, tuple[str, str, int]]:
         f"{name}.torque": ("N m" if joints[name].type == "revolute" else "N", "efforts", k)
         for k, name in enumerate(system.tree.powered)
     }
-    for (table, name), record in zip(system.experiment.loads, system.loads[0], strict=True):
+    for (table, name), record in zip(system.experiment.loads, system.loads[0], strict=False):  # then quantities
         if table == "forces":
             for k, axis in enumerate("xy"):
                 found[f"{name}.f{axis}"] = ("N", "applied", int(record["motion"]) + k)

@@ -1,8 +1,8 @@
-"""Records of the kernels from applied loads, limit stops, and points at straight lines.
+"""Records of the kernels from applied loads, limits of coordinates, and points at straight lines.
 
-A stop and a point at a line are corners at a wall, like a block's in its slot, or for a revolute joint an angle at a
-limit. The contact kernels offset slot walls by the clearance. Here this length only scales depths, and the wall's
-position compensates for it.
+A stop, a flank of a gear with backlash and a point at a line are corners at a wall, like a block's in its slot, or for
+a revolute joint an angle at a limit. The contact kernels offset slot walls by the clearance. Here this length only
+scales depths, and the wall's position compensates for it.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ import numpy as np
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
 from linkages.input.files.formula import Formula
-from linkages.input.model.experiment import Experiment
+from linkages.input.model.experiment import DEFINING, Experiment
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
-from linkages.input.model.functions import TIME, program, table_over
+from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
 from linkages.input.model.load_tables import LoadFunction
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import make_motion, make_pose
 from linkages.mechanics.planar.kinematics import body_states
-from linkages.mechanics.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
+from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, load_outputs, state_rates
 from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
-from linkages.system.tree import Tree
+from linkages.system.tree import AT_ONE_JOINT, Tree
 
 #: Scale of contact depths: relative to the linkage's length, for a revolute joint an angle [rad].
 REACH = 1e-3
@@ -32,16 +32,19 @@ _LOOKS = 501  # number of times at which a drive's formula is checked
 _COINCIDENT = 1e-9  # relative to the linkage's size: closer points define no direction
 
 
-def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | None = None) -> Loads:
+def pack_loads(
+    tree: Tree, experiment: Experiment, quantities: Mapping[str, Quantity], added: Mapping[int, float] | None = None
+) -> Loads:
     """Pack the loads for `linkages.mechanics.planar.loads`: records, signals, and the functions of forces and torques.
 
-    `added` has constants to add to functions, by the functions' index (`LOAD` has it as ``motion``).
+    The quantities are the experiment's, with tables for computed ones. `added` has constants to add to functions, by
+    the functions' index (`LOAD` has it as ``motion``).
     """
     mechanism = tree.mechanism
-    records: Records = np.zeros(len(experiment.loads), types.LOAD)
+    records: Records = np.zeros(len(experiment.loads) + len(quantities), types.LOAD)
     records["joint"] = -1
     following = iter(records)
-    functions = _Functions(tree)
+    functions = _Functions(tree, quantities)
 
     for force in experiment.forces.values():
         record, frame = next(following), mechanism.point[force.point]
@@ -78,9 +81,17 @@ def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | 
             record["joint"] = list(mechanism.joint).index(friction.joint)
             record["share"] = functions.add_formula(friction.share, {"v": rate})
             record["leverage"] = 2.0 / friction.length if friction.length is not None else 0.0
+    for name, motor in experiment.motors.items():
+        record = next(following)
+        record["kind"], record["motion"] = types.PUSH, functions.add_definition(named(f"{name}.torque"))
+        record["term"], record["sign"] = tree.coordinate(motor.joint)
+    for name in quantities:
+        record = next(following)
+        record["kind"], record["motion"] = types.QUANTITY, functions.add_definition(named(name))
+    own = [(functions.add_definition(one.definition), one.period) for one in experiment.own_states.values()]
     for k, value in (added or {}).items():
         functions.made[k] = raised(functions.made[k], value)
-    return records, functions.signals, *Motions(functions.made).arrays
+    return records, functions.signals, np.array(own, types.STATE), *Motions(functions.made).arrays
 
 
 def _coordinate(tree: Tree, joint: str | None, links: Iterable[str | None]) -> tuple[tuple[Any, ...], float]:
@@ -94,10 +105,12 @@ def _coordinate(tree: Tree, joint: str | None, links: Iterable[str | None]) -> t
 class _Functions:
     """Collects the functions of the loads, and the signals that they depend on."""
 
-    def __init__(self, tree: Tree) -> None:
-        self.tree = tree
+    def __init__(self, tree: Tree, quantities: Mapping[str, Quantity]) -> None:
+        self.tree, self.quantities = tree, quantities
         self.made: list[Pieces | Program] = []
-        self.inputs = {TIME: 0}
+        states = (name for name, one in quantities.items() if one.is_state)
+        self.inputs = {name: k for k, name in enumerate((TIME, *states))}
+        self._tables: dict[int, int] = {}
         self._signals: list[tuple[Any, ...]] = []
 
     @property
@@ -110,6 +123,24 @@ class _Functions:
         self.made.append(program(given, {name: self._input(signal) for name, signal in names.items()}))
         return len(self.made) - 1
 
+    def add_definition(self, given: Definition) -> int:
+        """Add a formula of quantities; returns its index."""
+        self.made.append(self._program(given))
+        return len(self.made) - 1
+
+    def _program(self, given: Definition) -> Program:
+        """Translate a formula of quantities, and collect its signals."""
+        for signal in inputs_of(given, self.quantities):
+            self._input(signal)
+        return program(given, self.inputs, self.quantities, self._table)
+
+    def _table(self, table: tuple[list[float], list[float]]) -> int:
+        """Add a table, once; returns its index."""
+        if id(table) not in self._tables:
+            self._tables[id(table)] = len(self.made)
+            self.made.append(monotone_table(*table))
+        return self._tables[id(table)]
+
     def _input(self, signal: str) -> int:
         """Collect a signal; return its index."""
         if signal not in self.inputs:
@@ -121,10 +152,8 @@ class _Functions:
         self, load: LoadFunction, constant: Sequence[float] | None, values: Sequence[Sequence[float]] | None
     ) -> int:
         """Add the components of a load; returns the index of the first."""
-        for name in load.signals:
-            self._input(name)
         components: list[Pieces | Program] = [fit.function for fit in load.fitted]
-        components += [program(text, self.inputs) for text in load.formulas]
+        components += [self._program(Definition(text)) for text in load.formulas]
         if constant is not None:
             components = [constant_rate(value, 0.0) for value in constant]
         places = getattr(load, "times", None) or getattr(load, "at", None)
@@ -135,7 +164,7 @@ class _Functions:
         over = getattr(load, "over", None)
         if over is not None:
             first, tables = len(self.made), range(first, len(self.made))
-            self.made += [table_over(self.inputs[over], table) for table in tables]
+            self.made += [table_over(self._input(over), table) for table in tables]
         return first
 
 
@@ -144,12 +173,13 @@ def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motio
 
     Reject formulas that are not finite, too: loads' at t = 0, drives' at any time.
     """
-    if experiment.loads:
+    if len(loads[0]):
         pose, vel = make_pose(tree.bodies), make_motion(tree.bodies)
         outputs = np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
         body_states(tree.bodies, q, v, pose, vel)
-        load_outputs(loads, np.zeros(len(loads[0])), 0.0, pose, vel, outputs)
-        for (table, name), values in zip(experiment.loads, outputs, strict=True):
+        rates = np.concatenate([v, [one.start for one in experiment.own_states.values()]])
+        load_outputs(loads, np.zeros(len(loads[0])), 0.0, rates, pose, vel, outputs)
+        for (table, name), values in zip(experiment.loads, outputs, strict=False):
             directed = table == "springs" and experiment.springs[name].free_length > 0.0
             if directed and values[1] <= _COINCIDENT * tree.extent:
                 problem = "its points coincide at t = 0, where a spring with a free length has no direction;"
@@ -157,6 +187,10 @@ def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motio
                 raise InputError(experiment.source, f"springs.{name}", f"{problem} {remedy}")
             if not np.isfinite(values).all():
                 raise InputError(experiment.source, f"{table}.{name}.formula", "is not a number at t = 0")
+        if experiment.quantities:
+            changes = np.zeros(len(rates))
+            state_rates(loads, 0.0, rates, pose, vel, changes)
+            _check_quantities(experiment, outputs[len(experiment.loads) :, VALUE], changes[len(v) :])
     if not any(isinstance(piece, Program) for piece in motions.pieces):
         return
     times = np.linspace(0.0, experiment.duration, _LOOKS)
@@ -168,14 +202,23 @@ def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motio
                 raise InputError(experiment.source, f"drives.{name}.formula", problem)
 
 
+def _check_quantities(experiment: Experiment, values: Array, rates: Array) -> None:
+    """Reject quantities, and states whose rates, are not finite at t = 0."""
+    pairs = *zip(experiment.quantities, values, strict=True), *zip(experiment.own_states, rates, strict=True)
+    for name, value in pairs:
+        if not np.isfinite(value):
+            table = next(table for table in DEFINING if name.partition(".")[0] in getattr(experiment, table))
+            raise InputError(experiment.source, f"{table}.{name}", "its value or its rate is not a number at t = 0")
+
+
 # -- unilateral contacts -----------------------------------------------------------------------------------------------
 
 
 def unilateral_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
-    """Return dry joint models for each stop, then for each point at a line."""
+    """Return dry joint models for each limit, then for each point at a line."""
     models = [
-        _dry(REACH * (1.0 if _turns(tree, stop.joint) else tree.extent), stop.contact, None)
-        for stop in experiment.stops.values()
+        _dry(REACH * (limit.lever if _turns(tree, limit.joint) else tree.extent), limit.contact, None)
+        for limit in experiment.limits.values()
     ]
     models += [_dry(REACH * tree.extent, touch.contact, touch.friction) for touch in experiment.contacts.values()]
     return tuple(models)
@@ -189,13 +232,15 @@ def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None
 def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
     """Make the records of the two ends of each contact, in the same order."""
     records: list[tuple[Any, ...]] = []
-    for stop in experiment.stops.values():
-        joint, side = tree.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0
-        ends = tree.marker(joint.parent, joint.on_parent), tree.marker(joint.child, joint.on_child)
-        if _turns(tree, stop.joint):
-            records.append((types.STOP, *ends, side * joint.sign, 0.0, side * stop.limit - REACH))
+    for limit in experiment.limits.values():
+        (_, *ends, ux, uy), sign = tree.coordinate(limit.joint)
+        if _turns(tree, limit.joint):
+            at = limit.side * sign, 0.0, limit.lever * (limit.side * limit.place - REACH), limit.lever
+            (_, *others, _, _), other = tree.coordinate(limit.other or limit.joint)
+            records.append((types.STOP, *ends, *at, sign * other * limit.ratio, *others))
         else:
-            records.append((types.CORNER, *ends, *(side * joint.direction), side * stop.limit - REACH * tree.extent))
+            place = limit.side * limit.place - REACH * tree.extent
+            records.append((types.CORNER, *ends, limit.side * ux, limit.side * uy, place, *AT_ONE_JOINT))
     for touch in experiment.contacts.values():
         if touch.line is not None:
             frame = tree.mechanism.point[touch.line]
@@ -203,7 +248,8 @@ def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
         else:
             line, angle = (0, *(touch.anchor or ())), touch.angle
         into = np.sin(angle), -np.cos(angle)
-        records.append((types.CORNER, line, tree.named_marker(touch.point), *into, -REACH * tree.extent))
+        point = tree.named_marker(touch.point)
+        records.append((types.CORNER, line, point, *into, -REACH * tree.extent, *AT_ONE_JOINT))
     return np.array(records, types.ENDS)
 
 

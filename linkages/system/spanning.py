@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,34 @@ _USUAL = dict.fromkeys(types.BODY.names or (), 0) | {"dof": -1, "driven": -1, "s
 Bend = Mapping[str, Callable[[Joint | None], Sequence[FlexibleLink]]]
 
 
+class Freedom(NamedTuple):
+    """A coordinate of a joint in the tree."""
+
+    name: str
+    type: int
+    sign: float  # of a rotation, counter-clockwise positive
+    axis: Array  # direction of a displacement, (2,)
+
+
+def freedoms(joint: Joint, backwards: bool, loose: bool) -> list[Freedom]:
+    """List the coordinates of a joint; each moves relative to the one before, the first relative to the inner link.
+
+    The inner link is the parent, or if `backwards` the child. A `loose` joint has clearance and a drive. If it is
+    revolute, its drive turns the child, whose place is free in the bearing: x and y in axes of the inner link. If it is
+    prismatic, its drive moves the child along the slot, in which the block's place across and its angle are free.
+    """
+    way, name = -1.0 if backwards else 1.0, joint.name
+    along = Freedom(name, TYPES[joint.type], way * joint.sign, way * joint.direction)
+    if not loose:
+        return [along]
+    if joint.type == "revolute":
+        slides = zip("xy", way * np.eye(2), strict=True)
+        return [*(Freedom(f"{name}.{letter}", types.PRISMATIC, 1.0, axis) for letter, axis in slides), along]
+    across = Freedom(f"{name}.across", types.PRISMATIC, 1.0, way * np.array([-joint.direction[1], joint.direction[0]]))
+    found = [along, across, Freedom(f"{name}.angle", types.REVOLUTE, way, np.zeros(2))]
+    return found[::-1] if backwards else found
+
+
 def spanning_tree(
     mechanism: Mechanism,
     play: Collection[str] = (),
@@ -36,17 +64,18 @@ def spanning_tree(
 ) -> Tree:
     """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
 
-    Fixed joints and driven joints stay in the tree, so that a drive acts on a coordinate. `play`, `driven` and
-    `powered` are names of joints, as in `Tree`. A flexible link is divided once its carrying joint is known. InputError
-    if the driven and powered joints alone already close a loop.
+    Fixed joints and driven joints stay in the tree, with clearance too, so that a drive acts on a coordinate. `play`,
+    `driven` and `powered` are names of joints, as in `Tree`. A flexible link is divided once its carrying joint is
+    known. InputError if the driven and powered joints alone already close a loop.
     """
-    joints = tuple((j.name, j.parent, j.child, j.type == "fixed") for j in mechanism.joints if j.name not in play)
+    cut = {*play} - {*driven, *powered}
+    joints = tuple((j.name, j.parent, j.child, j.type == "fixed") for j in mechanism.joints if j.name not in cut)
     kept, loops = _opened(tuple(mechanism.link), joints, tuple(driven), tuple(powered))
     for name in loops:
         if name in driven or name in powered:
             problem = "is driven, and closes a loop of driven and fixed joints only; drive fewer joints"
             raise InputError(mechanism.source, f'<joint name="{name}">', problem)
-    builder = _Builder(mechanism, tuple(driven), [mechanism.joint[name] for name in kept], bend or {})
+    builder = _Builder(mechanism, play, tuple(driven), [mechanism.joint[name] for name in kept], bend or {})
     builder.grow("world")
     for link in mechanism.link:
         if link not in builder.index:
@@ -90,8 +119,10 @@ def _opened(
 class _Builder:
     """Collects the bodies of a tree while it grows from its root."""
 
-    def __init__(self, mechanism: Mechanism, driven: tuple[str, ...], joints: Sequence[Joint], bend: Bend) -> None:
-        self.mechanism, self.driven, self.bend = mechanism, driven, bend
+    def __init__(
+        self, mechanism: Mechanism, play: Collection[str], driven: tuple[str, ...], joints: Sequence[Joint], bend: Bend
+    ) -> None:
+        self.mechanism, self.play, self.driven, self.bend = mechanism, play, driven, bend
         self.beside: dict[str, list[Joint]] = defaultdict(list)  # joints by each of their links
         for joint in joints:
             self.beside[joint.parent].append(joint)
@@ -137,13 +168,15 @@ class _Builder:
         self.edges[outer] = Edge(joint.name, backwards)
         on_outer = joint.on_parent if backwards and joint.type != "fixed" else joint.on_child
         on_inner = joint.on_parent if not backwards and joint.type != "fixed" else joint.on_child
-        sign, parent = -1.0 if backwards else 1.0, self.index[inner]
+        parent = self.index[inner]
         if inner in self.flexible:
             parent = self.sections[section_at(self.flexible[inner], on_inner)]
         if outer in self.bend:
             self._cut(outer, joint)
-        at, axis = on_inner - self.drawn[parent], sign * joint.direction
-        self._add(joint.name, parent, TYPES[joint.type], sign * joint.sign, at, axis, on_outer, outer)
+        at = on_inner - self.drawn[parent]
+        for one in (chain := freedoms(joint, backwards, joint.name in self.play)):
+            self._add(one.name, parent, one.type, one.sign, at, one.axis, on_outer, outer if one is chain[-1] else "")
+            parent, at = len(self.rows) - 1, np.zeros(2)
 
     def _add(
         self, name: str, parent: int, kind: int, sign: float, at: Array, axis: Array, drawn: Array, link: str

@@ -19,10 +19,13 @@ from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inert
 from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
+from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.record_types import BEAM, STATION, STATION_MODE
 from linkages.system.assembly import Assembly, assemble, balanced, independent
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
+from linkages.system.feedforward import with_feedforward
+from linkages.system.load_records import pack_loads
 from linkages.system.tree import Tree
 from linkages.system.unassembled import Unassembled
 
@@ -60,7 +63,8 @@ class System(Unassembled):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the input and user-defined laws; another process computes its own arrays."""
         experiment = self.experiment
-        tables = (*experiment.joints.values(), *experiment.stops.values(), *experiment.contacts.values())
+        named = (experiment.joints, experiment.stops, experiment.meshes, experiment.contacts)
+        tables = [table for kind in named for table in kind.values()]
         texts = [text for table in tables for _, text in leaves(table.model_dump()) if isinstance(text, str)]
         return _restored, (self.mechanism, experiment, registered(texts))
 
@@ -170,8 +174,13 @@ class System(Unassembled):
 
     @property
     def determinate(self) -> bool:
-        """Check whether the prescribed drives alone determine the ideal motion."""
-        return self.assembly.mobility == len(self.tree.driven)
+        """Check whether the prescribed drives alone determine the ideal motion, and no states its forces."""
+        return self.assembly.mobility == len(self.tree.driven) and not self.experiment.own_states
+
+    @cached_property
+    def loads(self) -> Loads:
+        """Return the applied loads as records of the kernels."""
+        return pack_loads(self.tree, self.experiment, with_feedforward(self))
 
     # -- arrays of the kernels ---------------------------------------------------------------------------------
 

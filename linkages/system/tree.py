@@ -15,7 +15,7 @@ from linkages.base.arrays import Array, Records
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import LaneArray
 from linkages.input.model.functions import OF_JOINTS
-from linkages.input.model.load_tables import Gear
+from linkages.input.model.load_tables import Mesh
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
@@ -29,6 +29,8 @@ ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}
 TYPES = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PRISMATIC}
 _NONE = (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)  # term of a row that has one only
 _IMMOBILE = 1e30  # mass that immobilises a mode [kg]
+#: Last fields of the ends of a contact at one joint: lever, and no other joint.
+AT_ONE_JOINT = (1.0, 0.0, (0, 0.0, 0.0), (0, 0.0, 0.0))
 #: Corners of a block, along and across its slot, relative to half its sides.
 CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
@@ -60,11 +62,12 @@ class Edge:
 class Tree:
     """A spanning tree of the mechanism, rooted at the world.
 
-    The world comes first among the bodies, then parents before children. A link that floats on clearance joints follows
-    two massless bodies (its x and y prismatic joints); the massless sections of flexible links come last. Coordinates
-    have the name of a joint, or ``link.x``, ``link.y``, ``link.angle`` of a floating link; then follow modal
-    coordinates, ``link.bending1``. A link that is not divided is its only substructure; else its name in `index` is the
-    body that its joint carries, and the names of the other substructures follow.
+    The world comes first among the bodies, then parents before children. A link that floats on clearance joints, or
+    that a joint with clearance and a drive carries, follows two massless bodies; the massless sections of flexible
+    links come last. Coordinates have the name of a joint, ``link.x``, ``link.y``, ``link.angle`` of a floating link, or
+    names of `linkages.system.spanning.freedoms`; then follow modal coordinates, ``link.bending1``. A link that is not
+    divided is its only substructure; else its name in `index` is the body that its joint carries, and the names of the
+    other substructures follow.
     """
 
     mechanism: Mechanism
@@ -73,14 +76,15 @@ class Tree:
     coordinates: tuple[str, ...]  # name of each coordinate
     edges: dict[str, Edge]  # tree joint that carries each link; floating links are absent
     drawn: Array  # origin of each body frame in its link's reference configuration, (nb, 2) [m]
-    play: tuple[str, ...]  # clearance joints; they are always cut
+    play: tuple[str, ...]  # clearance joints: cut, or with the coordinates of `freedoms`
     loops: tuple[str, ...]  # ideal joints cut to open the remaining loops
     driven: tuple[str, ...]  # joints with a prescribed motion
     powered: tuple[str, ...]  # joints with an applied torque
     flexible: Mapping[str, Sequence[FlexibleLink]]  # substructures of the flexible links, by link
     sections: Mapping[tuple[str, float], int]  # bodies of sections, by substructure and abscissa on its beam [m]
     acting: int  # number of bodies without the unloaded sections at the end, which only outputs read
-    gears: tuple[Gear, ...] = ()  # pairs of joints with coupled coordinates
+    gears: tuple[Mesh, ...] = ()  # pairs of joints with coupled coordinates
+    slack: tuple[Mesh, ...] = ()  # the same with backlash
     hinges: tuple[str, ...] = ()  # joints between rigid segments of flexible links
 
     @property
@@ -96,16 +100,22 @@ class Tree:
     @cached_property
     def loop_rows(self) -> Records:
         """Return the closure rows of the cut ideal joints, then the gears: reactions along the second joints' terms."""
-        rows = []
-        for gear in self.gears:
-            (one, sign), (two, other) = (self.coordinate(name) for name in reversed(gear.joints))
-            rows.append((one, sign * other * gear.ratio, two, sign * gear.offset, 1.0))
-        return chained(self._rows(self.loops), np.array(rows, types.ROW))
+        return chained(self._rows(self.loops), self._gear_rows(self.gears))
 
     @cached_property
     def closure_rows(self) -> Records:
-        """Return the rows that close the whole ideal linkage, first two for each clearance joint, along x_P and y_P."""
-        return chained(self._rows(self.play), self.loop_rows)
+        """Return the rows that close the whole ideal linkage.
+
+        First come two for each clearance joint, along x_P and y_P, then the gears with backlash.
+        """
+        return chained(chained(self._rows(self.play), self._gear_rows(self.slack)), self.loop_rows)
+
+    def _gear_rows(self, gears: Sequence[Mesh]) -> Records:
+        rows = []
+        for gear in gears:
+            (one, sign), (two, other) = (self.coordinate(name) for name in reversed(gear.joints))
+            rows.append((one, sign * other * gear.ratio, two, sign * gear.offset, 1.0))
+        return np.array(rows, types.ROW)
 
     def gaps(self, q: Array) -> Array:
         """Compute the errors (nr,) of the closure rows at coordinates q [m, rad]."""
@@ -150,14 +160,15 @@ class Tree:
             joint = self.mechanism.joint[name]
             bearing = self.marker(joint.parent, joint.on_parent)
             if joint.slot is None:
-                rows.append((types.JOURNAL, bearing, self.marker(joint.child, joint.on_child), 0.0, 0.0, 0.0))
+                journal = self.marker(joint.child, joint.on_child)
+                rows.append((types.JOURNAL, bearing, journal, 0.0, 0.0, 0.0, *AT_ONE_JOINT))
                 continue
             along = joint.direction
             across = np.array([-along[1], along[0]])
             for x, y in CORNERS:
                 corner = 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
                 marker = self.marker(joint.child, joint.on_child, corner)
-                rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height))
+                rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height, *AT_ONE_JOINT))
         return np.array(rows, types.ENDS)
 
     def joints(self, ideal: bool = False) -> Records:
@@ -165,17 +176,19 @@ class Tree:
         cut = (*self.play, *self.loops) if ideal else self.loops
         contacts = {} if ideal else {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
         rows = accumulate((ROWS[self.mechanism.joint[name].type] for name in cut), initial=0)
-        first = dict(zip(cut, rows, strict=False))
+        slack = len(self.slack) if ideal else 0
+        first = {name: row + (name in self.loops) * slack for name, row in zip(cut, rows, strict=False)}
         carried = {edge.joint: (self.index[link], edge.reversed) for link, edge in self.edges.items()}
         records = []
         for joint in self.mechanism.joints:
-            name, backwards = joint.name, False
+            name = joint.name
+            body, backwards = carried.get(name, (-1, False))
             if name in contacts:
                 source, at = types.OF_JOURNAL if joint.slot is None else types.OF_CORNERS, contacts[name]
             elif name in first:
                 source, at = types.OF_ROWS, first[name]
             else:
-                source, (at, backwards) = types.OF_TREE, carried[name]
+                source, at = types.OF_TREE, body
             child, parent = self.marker(joint.child, joint.on_child), self._body_at(joint.parent, joint.on_parent)
             records.append((source, TYPES[joint.type], at, backwards, parent, child, *joint.direction.tolist()))
         return np.array(records, types.JOINT)

@@ -81,13 +81,25 @@ class Unassembled(Brief):
         """Build the spanning tree: clearance joints are cut, driven joints stay."""
         drives = self.experiment.drives
         tree = spanning_tree(
-            self.mechanism,
+            self.mechanism.with_inertial(self.rotors),
             self.experiment.play,
             tuple(name for name, drive in drives.items() if drive.prescribed),
             tuple(name for name, drive in drives.items() if not drive.prescribed),
             {name: partial(flexible_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
         )
-        return replace(tree, gears=tuple(self.experiment.gears.values()))
+        return replace(tree, gears=tuple(self.experiment.closed.values()), slack=tuple(self.experiment.slack.values()))
+
+    @property
+    def rotors(self) -> dict[str, float]:
+        """Return the inertias of links with those of the motors that turn them, by path."""
+        found: dict[str, float] = {}
+        for motor in self.experiment.motors.values():
+            joint = self.mechanism.joint[motor.joint]
+            link = self.mechanism.link[joint.child if joint.parent == "world" else joint.parent]
+            path = f"links.{link.name}.inertia"
+            if motor.rotor_inertia:
+                found[path] = found.get(path, link.inertia) + motor.ratio**2 * motor.rotor_inertia
+        return found
 
     @cached_property
     def motions(self) -> Motions:
@@ -153,7 +165,17 @@ class Unassembled(Brief):
     @cached_property
     def loads(self) -> Loads:
         """Return the applied loads as records of the kernels."""
-        return pack_loads(self.tree, self.experiment)
+        return pack_loads(self.tree, self.experiment, self.experiment.quantities)
+
+    @property
+    def start_states(self) -> Array:
+        """Return the additional states at t = 0, (nz,)."""
+        return np.array([one.start for one in self.experiment.own_states.values()], float)
+
+    @property
+    def state_scales(self) -> Array:
+        """Return the magnitudes in parts of which their errors count, (nz,)."""
+        return np.array([one.scale for one in self.experiment.own_states.values()], float)
 
     @cached_property
     def gravity(self) -> Array:
@@ -164,9 +186,9 @@ class Unassembled(Brief):
 
     @cached_property
     def contacts(self) -> tuple[tuple[str, str], ...]:
-        """Return owner and label of each contact: clearance joints (`Tree.contacts`), stops, points at lines."""
-        named = (*self.experiment.stops, *self.experiment.contacts)
-        return (*self.tree.contacts, *((name, name) for name in named))
+        """Return owner and label of each contact: clearance joints (`Tree.contacts`), limits, points at lines."""
+        labels = (*self.experiment.limits, *self.experiment.contacts)
+        return (*self.tree.contacts, *((label.partition(".")[0], label) for label in labels))
 
     @cached_property
     def models(self) -> tuple[JointModel, ...]:
@@ -246,7 +268,7 @@ class Unassembled(Brief):
 
     @cached_property
     def ends(self) -> Records:
-        """Return both ends of each contact: `Tree.ends` with worn profiles, stops, points at lines."""
+        """Return both ends of each contact: `Tree.ends` with worn profiles, limits, points at lines."""
         ends = chained(self.tree.ends, unilateral_ends(self.tree, self.experiment))
         for k, model in enumerate(self.models):
             if model.feed or model.is_tilted or model.is_worn:  # the direction of the bearing matters

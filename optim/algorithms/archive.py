@@ -10,6 +10,7 @@ import numpy as np
 
 from linkages.base.arrays import Indices
 from optim.algorithms.nlp import Array, Ending, Problem, Result, Values
+from optim.algorithms.pareto import pareto_front
 
 
 class Archive:
@@ -47,6 +48,7 @@ class Archive:
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         self._rows: dict[bytes, int] = {}
+        self._front, self._compared = np.empty(0, dtype=np.intp), 0  # of so many designs
         self.designs = np.empty((0, problem.size))
 
     def __call__(self, designs: Array) -> Values:
@@ -69,6 +71,12 @@ class Archive:
     def best(self, tolerance: float = 0.0) -> int:
         """Return the row of the best design by the first objective and the rules of feasibility."""
         return int(by_feasibility(self.values, tolerance)[0])
+
+    def front(self, tolerance: float = 0.0) -> Indices:
+        """Return the rows of the Pareto front (`pareto_front`) at always the same tolerance."""
+        rows = np.concatenate([self._front, np.arange(self._compared, len(self))])
+        self._front, self._compared = rows[pareto_front(self.values.take(rows), tolerance)], len(self)
+        return self._front
 
     @contextmanager
     def interruptible(self) -> Iterator[None]:

@@ -28,7 +28,7 @@ from linkages.base.arrays import Indices
 from linkages.input.files.toml import NonNegative, Positive, Table
 from optim.algorithms.archive import Archive, latin_hypercube
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
-from optim.algorithms.pareto import pareto_front, ranks
+from optim.algorithms.pareto import ranks
 
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -124,7 +124,7 @@ def _restarts(problem: Problem, settings: _Generations, seed: int, progress: Rep
         if runs[-1].status is Ending.INTERRUPTED:
             break
     status = Ending.INTERRUPTED if runs[-1].status is Ending.INTERRUPTED else Ending.BUDGET_USED
-    rows = pareto_front(archive.values, settings.tolerance)  # for one objective the best design
+    rows = archive.front(settings.tolerance)  # for one objective the best design
     return archive.result(rows, status, sum(run.iterations for run in runs), settings.tolerance, runs)
 
 
@@ -200,7 +200,7 @@ class _Run:
         with self.archive.interruptible():
             self.pygad.run()
             status = Ending.BUDGET_USED
-        rows = pareto_front(self.archive.values, self.settings.tolerance)
+        rows = self.archive.front(self.settings.tolerance)
         return self.archive.result(rows, status, self.generation, self.settings.tolerance)
 
     def _fitness(self, ga: Any, genes: Array, indices: Any) -> list[Any]:
@@ -221,7 +221,7 @@ class _Run:
         self.generation += 1
         if self.progress is None:
             return
-        rows, count = pareto_front(self.shared.values, self.settings.tolerance), self.settings.generations
+        rows, count = self.shared.front(self.settings.tolerance), self.settings.generations
         done, total = self.number * count + self.generation, self.settings.restarts * count
         kind, keys, *rest = ga.numpy_random_generator.get_state()
         version, words, gauss = ga.python_random_generator.getstate()

@@ -33,6 +33,14 @@ class Restored(NamedTuple):
     partition: Partition
 
 
+class Corrected(NamedTuple):
+    """A point on the constraints that is not evaluated yet, as `Restored`."""
+
+    y: Array
+    residual: Array
+    partition: Partition
+
+
 #: The point on the constraints at a part of the step, if there is one, and its merit.
 Trial = Callable[[float], tuple[Restored | None, float]]
 
@@ -59,11 +67,20 @@ def search(
     multipliers = np.zeros(form.m) if phase.first else np.linalg.solve(A[:, basic].T, phase.gradient[basic])
     value = form.merit(phase, at.y, at.f) - float(multipliers @ at.residual)
 
-    def trial(length: float) -> tuple[Restored | None, float]:
+    corrected: dict[float, Corrected | None] = {}
+
+    def correct(length: float) -> Corrected | None:
         target = at.y + length * direction
         y = np.clip(target, phase.keep_low, phase.keep_high)
-        y[partition.basic] = target[partition.basic]  # the restoration brings these back
-        point = restore(form, A, y, partition, phase.keep_low, phase.keep_high, tolerance)
+        y[partition.basic] = target[partition.basic]  # the correction brings these back
+        return on_constraints(form, A, y, partition, phase.keep_low, phase.keep_high, tolerance)
+
+    def trial(length: float) -> tuple[Restored | None, float]:
+        if length not in corrected:
+            doubled = (2.0 * length,) if length >= 1.0 and form.explicit else ()  # a batch of both takes no longer
+            corrected.update({one: correct(one) for one in (length, *doubled)})
+            form.evaluate_all([found.y[: form.n] for found in corrected.values() if found is not None])
+        point = evaluated(form, corrected[length])
         if point is None:
             return None, np.inf
         return point, form.merit(phase, point.y, point.f) - float(multipliers @ point.residual)
@@ -92,15 +109,24 @@ def _extend(trial: Trial, point: Restored, new: float, value: float, slope: floa
     return point
 
 
-def restore(
+def evaluated(form: StandardForm, found: Corrected | None) -> Restored | None:
+    """Evaluate a point on the constraints; None if that fails, or there is no point."""
+    if found is None:
+        return None
+    f, c = form.evaluate(found.y[: form.n])  # where constraints are violated the objective may be infinite
+    failed = not np.isfinite(c if form.m else f).all()
+    return None if failed else Restored(found.y, f, found.residual, found.partition)
+
+
+def on_constraints(
     form: StandardForm, A: Array, y: Array, partition: Partition, low: Array, high: Array, tolerance: float
-) -> Restored | None:
+) -> Corrected | None:
     """Correct the basic variables of a trial point y (n + m,) until the scaled equations hold within the tolerance.
 
     Its nonbasic variables lie within the bounds low and high (n + m,), which the point must keep. Newton's method with
     the Jacobian A (m, n + m) of a point nearby, improved by Broyden's updates from the residuals. A basic variable that
     leaves its bounds is set on the bound and changes places with the nonbasic variable that has the largest pivot times
-    room, and the correction goes on. None if it does not converge, or an evaluation failed.
+    room, and the correction goes on. None if it does not converge.
     """
     y, n = y.copy(), form.n
     settled = _settle(A, y, partition, low, high, tolerance)
@@ -113,9 +139,7 @@ def restore(
         if not np.isfinite(sizes[-1]):
             return None
         if sizes[-1] <= tolerance:
-            f, c = form.evaluate(y[:n])  # where constraints are violated the objective may be infinite
-            failed = not np.isfinite(c if form.m else f).all()
-            return None if failed else Restored(y, f, residual, partition)
+            return Corrected(y, residual, partition)
         if len(sizes) > 2 and sizes[-1] > SLOWEST * sizes[-3]:
             return None
         before, basic = y[partition.basic], partition.basic

@@ -5,6 +5,7 @@ Violations are minimised first (phase I), then the objective.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -86,10 +87,22 @@ class StandardForm:
         constraints = np.concatenate([values.inequalities[0], values.equalities[0]])
         return float(values.objectives[0, 0]) / self._objective_size, constraints / self._size
 
+    @property
+    def explicit(self) -> bool:
+        """Whether the constraints are known without an evaluation."""
+        return self.m == 0 or self.problem.constraints is not None
+
+    def evaluate_all(self, points: Sequence[Array]) -> None:
+        """Evaluate several points of scaled variables in one call, for `evaluate`."""
+        if points:
+            self.archive(np.array([self.design(x) for x in points]))
+
     def constraints(self, x: Array) -> Array:
         """Scaled constraints (m,) of scaled variables, as `evaluate`, which is not called if they are known without."""
-        if self.problem.constraints is None:
+        if not self.explicit:
             return self.evaluate(x)[1]
+        if self.problem.constraints is None:
+            return np.empty(0)
         found = shaped(self.problem.constraints(self.design(x)), (self.m,), "constraints", "numbers")
         return np.where(np.isfinite(found), found, np.inf) / self._size
 

@@ -10,9 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
-from linkages.cli.options import add_cluster, add_out, output_folder, written
+from linkages.base.errors import listed
+from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
+from linkages.show.plots.presentation import presentation
+from optim.cli.seeds import seeds_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -33,7 +36,7 @@ EXAMPLES = """examples:
 """
 
 STORE, RESULT, TABLE = "study.sqlite", "result.json", "results.csv"
-FIGURE, FRONT = "convergence.png", "front.png"
+FIGURE, FRONT = "convergence", "front"
 
 
 @dataclass(frozen=True)
@@ -70,13 +73,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="compare derivatives by sensitivities with differences of designs, at the start and at the optimum",
     )
-    parser.add_argument("--no-plots", action="store_true", help="draw no figures")
+    add_pictures(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Solve every study with every seed; returns the exit status."""
     if options.threads is not None and options.threads < 1:
         raise InputError("--threads", str(options.threads), "must be at least 1")
+    if (code := _tolerances(options)) is not None:
+        return code
     root, jobs = _jobs(options)
     results: list[dict[str, Any]] = []
     with ExitStack() as stack:
@@ -95,9 +100,28 @@ def run(options: argparse.Namespace) -> int:
         from optim.report.result import format_table, write_table
 
         write_table(results, root / TABLE)
-        print(format_table(results) + "\n")
+        table = format_table(results)
+        record(options, root, "Several studies", "Which designs are best?", ["The table lists every run."], table)
+        print(table + "\n")
     print(written(root, sorted(p.name for p in root.iterdir() if p.name[0] != "." and p.suffix != ".lock")))
     return 0
+
+
+def _tolerances(options: argparse.Namespace) -> int | None:
+    """Run a study of tolerances, which is no search; returns the exit status, or None for other studies."""
+    from linkages.input.files.toml import read_toml
+    from optim.cli import tolerances
+    from optim.problem.load import find_study
+    from optim.problem.schema import SAMPLING
+
+    tables = [read_toml(find_study(file))[0].get("algorithm") for file in options.files]
+    sampling = [isinstance(table, dict) and table.get("name") == SAMPLING for table in tables]
+    if not any(sampling):
+        return None
+    if len(sampling) > 1 or options.seeds or options.start or options.check or options.verify:
+        problem = "is a study of tolerances; give it alone, without --seeds, --start, --check and --verify"
+        raise InputError("command line", options.files[sampling.index(True)], problem)
+    return tolerances.run(argparse.Namespace(**vars(options), file=options.files[0], samples=None))
 
 
 def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
@@ -130,30 +154,17 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     return root, jobs
 
 
-def seeds_of(options: argparse.Namespace, study: Study) -> range:
-    """Return the seeds of the command line, or else the study's; InputError if one is out of its range."""
-    first = last = study.file.seed if options.seed is None else options.seed
-    if options.seeds is not None:
-        a, colon, b = options.seeds.partition(":")
-        if not (colon and a.isdecimal() and b.isdecimal() and int(a) <= int(b)):
-            raise InputError("--seeds", options.seeds, "write A:B, for instance 1:10")
-        first, last = int(a), int(b)
-    if not 0 <= first <= last < 2**32:
-        raise InputError("--seed", str(first), "must be between 0 and 2^32 - 1")
-    return range(first, last + 1)
-
-
 def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, workers: int) -> dict[str, Any]:
     """Solve one study with one seed; writes its folder and returns the content of ``result.json``."""
     import numpy as np
 
     from optim.evaluate.evaluator import Evaluator
     from optim.report.observe import Observer
-    from optim.report.result import format_result
+    from optim.report.result import format_result, result_answer
     from optim.search.optimise import optimise
 
     study = job.study
-    figure = None if options.no_plots else job.folder / FIGURE
+    figure = None if options.no_plots else job.folder / f"{FIGURE}.{presentation().format}"
     observe = Observer(study, job.seed, figure)
     evaluator = Evaluator(study, executor, 2 * workers, options.threads, progress=observe.runs)
     checks: dict[str, Any] = {}
@@ -177,8 +188,11 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
     if result["front"] and not options.no_plots:
         from optim.report.figures import write_pareto_front
 
-        write_pareto_front(study, result, job.folder / FRONT)
-    print(format_result(study, result) + "\n")
+        write_pareto_front(study, result, job.folder / f"{FRONT}.{presentation().format}")
+    table = format_result(study, result)
+    question = f"Which design is best: {listed(study.label(name) for name in result['best']['objectives'])}?"
+    record(options, job.folder, study.title, question, result_answer(study, result), table)
+    print(table + "\n")
     if options.verify:
         from optim.search.verification import format_verification, verify
 

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
-from linkages.cli.options import add_out, add_pictures, output_folder, print_results
+from linkages.cli.options import add_out, add_pictures, output_folder, print_results, record
 from linkages.input.files.writing import write_json
-from optim.cli.optimise import seeds_of
+from linkages.show.plots.presentation import presentation
+from optim.cli.seeds import seeds_of
+
+if TYPE_CHECKING:
+    from optim.problem.study import Study
 
 HELP = "show or export what an optimisation has computed; which variables matter"
 
@@ -80,7 +85,22 @@ def _sensitivity(options: argparse.Namespace) -> int:
         if not options.no_plots:
             from optim.report.figures import write_indices, write_one_at_a_time
 
-            write_indices(study, report, folder / "sobol.png")
-            write_one_at_a_time(study, report, folder / "one_at_a_time.png")
-    print_results(options, format_sensitivity(study, report), out)
+            write_indices(study, report, folder / f"sobol.{presentation().format}")
+            write_one_at_a_time(study, report, folder / f"one_at_a_time.{presentation().format}")
+        question = "Which variables change the objectives and constraints over their bounds?"
+        table = format_sensitivity(study, report)
+        record(options, folder, report["title"], question, _answer(study, report), table)
+    print_results(options, table, out)
     return 0
+
+
+def _answer(study: Study, report: dict[str, Any]) -> list[str]:
+    """Tell for each quantity the variable with the largest share of the variance."""
+    said = []
+    for name, entry in report["quantities"].items():
+        shares = {path: one["total"] or 0.0 for path, one in entry["variables"].items()}
+        path = max(shares, key=shares.__getitem__)
+        said.append(
+            f"{study.label(name)} depends most on {path}: {shares[path]:.0%} of the variance, with interactions."
+        )
+    return said

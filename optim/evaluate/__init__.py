@@ -6,6 +6,7 @@
 | requests    | `Request`, runs of some designs at one operating point; `Statistics`, its answer   |
 | single_runs | runs on Drake, of the linkage without clearance, over the service life             |
 | evaluator   | `Evaluator`: designs -> requests -> evaluations; `Screened`: excluded designs      |
+| machines    | `Machines`: the machines of a design that scatters, combined                       |
 | gradients   | `Gradients`: derivatives by sensitivities of runs                                  |
 | limits      | evaluations -> the mathematical problem that algorithms see                        |
 """

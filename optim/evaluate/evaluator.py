@@ -17,6 +17,7 @@ from linkages.base.arguments import Count, Lines, fitting, validated
 from linkages.results.outputs.registry import IDEAL
 from optim.evaluate.evaluations import INFEASIBLE, NO_VALUE, OK, Evaluations
 from optim.evaluate.limits import FEASIBLE, limits
+from optim.evaluate.machines import Machines
 from optim.evaluate.requests import STATISTICS, Request, RequestEngine, Statistics, joined, run_compiled, run_parts
 from optim.problem.schema import LIFE, StudyQuantity, Term
 from optim.problem.study import Array, OperatingPoint, Study
@@ -29,6 +30,7 @@ _FUNCTIONALS: dict[str, Callable[[dict[str, Array], Array], Array]] = {
     "max": lambda x, span: x["maximum"],
     "min": lambda x, span: x["minimum"],
     "range": lambda x, span: x["maximum"] - x["minimum"],
+    "fluctuation": lambda x, span: (x["maximum"] - x["minimum"]) / np.abs(x["mean"]),
     "mean": lambda x, span: x["mean"],
     "rms": lambda x, span: x["rms"],
     "integral": lambda x, span: x["mean"] * span,
@@ -71,7 +73,10 @@ class Evaluator:
         engine: RequestEngine | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> None:
-        self.study = study
+        searched = study.scatter is not None and not study.file.sampled
+        self.machines = Machines(study) if searched else None
+        self._size = len(study.names)
+        self.study = study.with_machines() if searched else study
         self.executor = executor
         self.parts = max(parts, 1)
         self.threads = threads
@@ -85,8 +90,14 @@ class Evaluator:
     @validated
     def __call__(self, designs: Lines) -> Evaluations:
         """Evaluate designs (m, n), in SI units; a design's values do not depend on the others."""
+        fitting(designs, self._size, "designs", "variables")
+        if self.machines is None:
+            return self._evaluate(designs)
+        return self.machines.combined(self._evaluate(self.machines.rows(designs)))
+
+    def _evaluate(self, designs: Array) -> Evaluations:
+        """Evaluate machines, or designs without scatter."""
         study = self.study
-        fitting(designs, len(study.names), "designs", "variables")
         points = self._run(designs) if self._outputs else []
         table = np.column_stack(
             [self._quantity(name, quantity, designs, points) for _, name, quantity in study.quantities]
@@ -193,7 +204,7 @@ class Screened:
         self._scales = {
             name: study.formulas[name](study.named(study.nominal)) if quantity.relative else 1.0
             for _, name, quantity in study.quantities
-            if name in study.formulas
+            if name in study.formulas and quantity.over_scatter is None
         }
 
     def __call__(self, designs: Array) -> Evaluations:

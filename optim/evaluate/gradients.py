@@ -77,17 +77,21 @@ class Gradients:
         Entries without a derivative are NaN: the run failed, or went beyond the horizon of predictability. At a design
         that was not run, because formulas exclude it, derivatives of numbers of runs are zero.
         """
+        study, rows = self.study, self.rates(design)
+        names = [name for _, name, _ in study.quantities]
+        bounded = [limit.sign * rows[names.index(limit.name)] / limit.size for limit in limits(study)]
+        return np.vstack([rows[: len(study.signs)] * np.array(study.signs)[:, None], *bounded])
+
+    def rates(self, design: Vector) -> Array:
+        """Differentiate the objectives, then the constraints, in the units of the file; entries as of a call."""
         study = self.study
         state = self._evaluate(fitting(design, len(study.names), "design", "variables")[None])
         absent = 0.0 if state.unrun[0] else np.nan
         points: list[_Functionals] = [{} for _ in study.points]
         if not (state.failed[0] or state.unrun[0]):
             points = in_threads(lambda k: self._run(design, study.points[k]), len(points), self._threads)
-        names = [name for _, name, _ in study.quantities]
         rows = np.array([self._quantity(name, each, design, points, absent) for _, name, each in study.quantities])
-        rows = rows / self._scales[:, None]
-        bounded = [limit.sign * rows[names.index(limit.name)] / limit.size for limit in limits(study)]
-        return np.vstack([rows[: len(study.signs)] * np.array(study.signs)[:, None], *bounded])
+        return rows / self._scales[:, None]
 
     def _run(self, design: Array, point: OperatingPoint) -> _Functionals:
         """Run a design at an operating point, with derivatives; empty if there is no run."""
@@ -129,7 +133,11 @@ class Gradients:
 
 
 def check_sensitivities(study: Study) -> None:
-    """Refuse a study with an output that has no sensitivities: a service life, or one of the ideal linkage."""
+    """Refuse a study with a quantity that has no sensitivities: of machines, a service life, the ideal linkage."""
+    if study.scatter is not None and not study.file.sampled:
+        raise InputError(
+            study.source, "algorithm.derivatives", 'has no sensitivities over [scatter]; give "differences"'
+        )
     for _, _, quantity in study.quantities:
         for term in quantity.terms or ():
             if term.output.startswith((LIFE, IDEAL)):

@@ -60,7 +60,8 @@ def problem_of(
 
 def _formulas(study: Study, nominal: Evaluations) -> Callable[[Array], Array] | None:
     """Return the function of all limits at a design (n,) by formulas, (ni + ne,); None if one needs a run."""
-    if not study.formulas.keys() >= study.file.constraints.keys():
+    scattering = any(constraint.over_scatter is not None for constraint in study.file.constraints.values())
+    if scattering or not study.formulas.keys() >= study.file.constraints.keys():
         return None
     unknown = np.full((1, len(study.file.objectives)), np.nan)
 

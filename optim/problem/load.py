@@ -21,17 +21,18 @@ from linkages.input.files.toml import leaves, read_toml, validate
 from linkages.input.files.unit_conversion import is_quantity, read_either
 from linkages.input.model.experiment import value_unit
 from linkages.results.outputs.registry import check_output
-from optim.problem.schema import LIFE, PointTable, StudyFile, StudyWindow, Term
+from optim.problem.scatter import read_scatter
+from optim.problem.schema import LIFE, PointTable, ScatterTable, StudyFile, StudyWindow, Term, Variable
 from optim.problem.study import Array, OperatingPoint, Study
 
 
-def studies_folder() -> Path:
-    """Folder of the shipped studies."""
-    return Path(__file__).resolve().parents[1] / "studies"
-
-
 def find_study(name: str | Path) -> Path:
-    """Return the file as given if it exists, else a shipped study of that name, else the path as given.
+    """Return the file as given if it exists, else the shipped study of this name; its suffix may be left out.
+
+    Raises
+    ------
+    InputError
+        If neither exists; the message names the most similar existing file.
 
     Examples
     --------
@@ -39,10 +40,7 @@ def find_study(name: str | Path) -> Path:
     >>> optim.find_study("sevenbar_force").name
     'sevenbar_force.toml'
     """
-    path = Path(name)
-    shipped = studies_folder() / f"{path.stem}.toml"
-    bare = path.parent in (Path(), Path("optim/studies"))
-    return shipped if bare and not path.exists() and shipped.exists() else path
+    return find_file(name, ".toml")
 
 
 def load_study(path: str | Path) -> Study:
@@ -74,18 +72,27 @@ def load_study(path: str | Path) -> Study:
     with _within(path, "set"):
         system = system.replaced(dict(leaves(file.set)))
     rows = [_variable(path, file, name, system) for name in file.variables]
+    scatter = read_scatter(path, file, system)
+    start = dict(zip(file.variables, (nominal for _, _, nominal in rows), strict=True))
+    usual = {name: start[name] for name in _moving(file) if name in start}
+    if scatter is not None:
+        usual |= dict(zip(scatter.names, map(float, scatter.means), strict=True))
+    if file.sampled:
+        assert scatter is not None  # by the file's validation
+        rows = [(*ends, usual[name]) for name, ends in zip(scatter.names, scatter.bounds().T, strict=True)]
     lower, upper, nominal = np.array(rows).T.copy()
-    named = dict(file.constants) | dict(zip(file.variables, map(float, nominal), strict=True))
+    named = dict(file.constants) | start | usual
     points = tuple(
         _point(path, file, name, point, system, named)
         for name, point in (file.points or {"nominal": PointTable.model_validate({})}).items()
     )
+    changing: Mapping[str, Variable | ScatterTable] = file.scatter if file.sampled else file.variables
     study = Study(
         path,
         file,
         sources,
-        tuple(file.variables),
-        tuple(variable.path for variable in file.variables.values()),
+        tuple(changing),
+        tuple(table.path for table in changing.values()),
         lower,
         upper,
         nominal,
@@ -96,7 +103,12 @@ def load_study(path: str | Path) -> Study:
             for name, quantity in table.items()
             if quantity.formula is not None
         },
-        {name: _design(path, file, name, nominal) for name in file.designs},
+        {
+            name: _design(path, file, name, [table.path for table in changing.values()], nominal)
+            for name in file.designs
+        },
+        usual,
+        scatter,
     )
     _check_quantities(study)
     return study
@@ -114,8 +126,14 @@ def _within(path: Path, where: str) -> Iterator[None]:
 def _variable(path: Path, file: StudyFile, name: str, system: System) -> tuple[float, float, float]:
     """Bounds and nominal value of a variable, in its unit."""
     variable, where = file.variables[name], f"variables.{name}"
-    with _within(path, f"{where}.path"):
-        nominal = system.value(variable.path) if variable.nominal is None else variable.nominal
+    if variable.path.startswith("scatter."):
+        known = [f"scatter.{name}.factor" for name in file.scatter]
+        if variable.path not in known:
+            raise InputError(path, f"{where}.path", f'"{variable.path}" is unknown; {nearest(variable.path, known)}')
+        nominal = 1.0 if variable.nominal is None else variable.nominal
+    else:
+        with _within(path, f"{where}.path"):
+            nominal = system.value(variable.path) if variable.nominal is None else variable.nominal
     found = []
     for side, bound in (("lower", variable.lower), ("upper", variable.upper)):
         if isinstance(bound, str) and is_quantity(bound):
@@ -137,9 +155,8 @@ def _variable(path: Path, file: StudyFile, name: str, system: System) -> tuple[f
     return lower, upper, nominal
 
 
-def _design(path: Path, file: StudyFile, name: str, nominal: Array) -> Array:
+def _design(path: Path, file: StudyFile, name: str, paths: list[str], nominal: Array) -> Array:
     """Make a reference design; what its table does not name is nominal."""
-    paths = [variable.path for variable in file.variables.values()]
     design = nominal.copy()
     for key, value in leaves(file.designs[name]):
         where = f"designs.{name}.{key}"
@@ -149,6 +166,12 @@ def _design(path: Path, file: StudyFile, name: str, nominal: Array) -> Array:
             raise InputError(path, where, f"is {value!r}; give a number")
         design[paths.index(key)] = value
     return design
+
+
+def _moving(file: StudyFile) -> Mapping[str, Variable | ScatterTable]:
+    """Return the variables with a path of the experiment, then the scattering values, by name."""
+    own = {name: table for name, table in file.variables.items() if not table.path.startswith("scatter.")}
+    return {**own, **file.scatter}
 
 
 def _formula(path: Path, where: str, text: Any, known: Mapping[str, Any]) -> Formula:
@@ -174,9 +197,13 @@ def _point(
         key: _formula(path, f"{where}.linked.{key}" if key in own else f"linked.{key}", text, named)
         for key, text in links.items()
     }
-    variables = {variable: table.path for variable, table in file.variables.items()}
+    variables = {variable: table.path for variable, table in _moving(file).items()}
     # here a formula may take a variable's place: the viscosity at this point's temperature
-    setters = [(f"variables.{variable}", key) for variable, key in variables.items() if key not in own]
+    setters = [
+        (f"{'scatter' if variable in file.scatter else 'variables'}.{variable}", key)
+        for variable, key in variables.items()
+        if key not in own
+    ]
     setters += [(f"linked.{key}", key) for key in links]
     setters += [(f"{where}.set.{key}", key) for key in replaced]
     owners: dict[str, str] = {}
@@ -222,6 +249,10 @@ def _check_quantities(study: Study) -> None:
     """Check that there are the windows and outputs that objectives and constraints name."""
     windows = study.points[0].windows
     for kind, name, quantity in study.quantities:
+        scattering = study.formulas[name].names & set(study.file.scatter) if name in study.formulas else set()
+        if scattering and quantity.over_scatter is None and not study.file.sampled:
+            problem = f'has the scattering value "{min(scattering)}"; give over_scatter, such as "mean"'
+            raise InputError(study.source, f"{kind}.{name}.formula", problem)
         for k, term in enumerate(quantity.terms or ()):
             where = f"{kind}.{name}.terms[{k}]"
             if term.window not in windows:

@@ -9,11 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from linkages import System
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.input.files.formula import Formula
 from linkages.input.model.experiment import value_unit
+from optim.problem.scatter import Scatter, content
 from optim.problem.schema import Constraint, Objective, StudyFile
 
 
@@ -27,7 +30,7 @@ class OperatingPoint:
     system : System
         The system before a design is put in.
     paths : tuple of str
-        Dotted paths that a design sets: the variables, then the linked values; of equal paths the last counts.
+        Dotted paths that a design sets: variables, scattering values, linked values; of equal paths the last counts.
     links : tuple of Formula
         Formulas of the linked values.
     windows : dict of (nw, 2) arrays
@@ -62,6 +65,10 @@ class Study(Brief):
         By name of an objective or constraint.
     designs : dict of (n,) arrays
         Reference designs by name.
+    usual : dict of str to float
+        Values of the variables that a point's `paths` have, then of the scattering values, in their order: nominal
+        ones, means of scattering ones. Those that are not among `names` keep them.
+    scatter : Scatter or None
     """
 
     source: Path
@@ -75,6 +82,8 @@ class Study(Brief):
     points: tuple[OperatingPoint, ...]
     formulas: dict[str, Formula]
     designs: dict[str, Array]
+    usual: dict[str, float]
+    scatter: Scatter | None = None
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         objectives, constraints = self.file.objectives, self.file.constraints
@@ -115,13 +124,13 @@ class Study(Brief):
         return f"{path} [{unit}]" if unit not in ("", "1") else path
 
     def named(self, design: Array) -> dict[str, float]:
-        """Return the values of all names in formulas: constants and, for this design (n,), variables."""
-        return dict(self.file.constants) | dict(zip(self.names, map(float, design), strict=True))
+        """Return the values of all names in formulas: constants and, for this design (n,), all others."""
+        return dict(self.file.constants) | self.usual | dict(zip(self.names, map(float, design), strict=True))
 
     def row(self, design: Array, point: OperatingPoint) -> list[float]:
         """Return the values of a point's `paths` for a design (n,)."""
         named = self.named(design)
-        return [*map(float, design), *(link(named) for link in point.links)]
+        return [*(named[name] for name in self.usual), *(link(named) for link in point.links)]
 
     def system(self, design: Array, point: OperatingPoint | None = None) -> System:
         """Put a design into the system of an operating point.
@@ -139,6 +148,19 @@ class Study(Brief):
         """
         point = point or self.points[0]
         return point.system.replaced(dict(zip(point.paths, self.row(design, point), strict=True)))
+
+    def with_machines(self) -> Study:
+        """Return the study whose designs have the scattering values after the variables; it needs `scatter`."""
+        assert self.scatter is not None
+        bounds, paths = self.scatter.bounds(), [self.file.scatter[name].path for name in self.scatter.names]
+        return dataclasses.replace(
+            self,
+            names=(*self.names, *self.scatter.names),
+            paths=(*self.paths, *paths),
+            lower=np.concatenate([self.lower, bounds[0]]),
+            upper=np.concatenate([self.upper, bounds[1]]),
+            nominal=np.concatenate([self.nominal, self.scatter.means]),
+        )
 
     def replaced(self, values: Callable[[System], Mapping[str, Any]]) -> Study:
         """Return the study with values replaced at every operating point.
@@ -166,6 +188,7 @@ class Study(Brief):
         machine = self.points[0].system.mechanism.source
         return {
             "problem": self.file.model_dump(exclude={"title", "seed", "algorithm", "experiment", "designs"}),
+            "scatter": {} if self.scatter is None else content(self.scatter),
             "lower": self.lower.tolist(),
             "upper": self.upper.tolist(),
             "nominal": self.nominal.tolist(),

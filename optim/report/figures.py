@@ -1,4 +1,4 @@
-"""Figures of an optimisation and of a sensitivity analysis, as PNG files that are written whole or not at all."""
+"""Figures of an optimisation and of a sensitivity analysis, as files that are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from linkages.input.files.writing import whole
 from linkages.input.model.experiment import value_unit
-from linkages.show.plots.style import COLORS, axis_label, figure_style, stacked_axes, typeset, write_png
+from linkages.show.plots.style import COLORS, axis_label, figure_style, save_figure, stacked_axes, typeset
 from optim.algorithms import pareto
 from optim.algorithms.nlp import Values
 from optim.evaluate.limits import FEASIBLE
@@ -28,7 +28,7 @@ _FIRST, _TOTAL = COLORS[5], COLORS[0]
 
 
 @contextmanager
-def _png(
+def png(
     path: Path, width: float, height: float, layout: Literal["constrained"] | None = "constrained"
 ) -> Iterator[Figure]:
     """Give a figure of this size [inches] to draw in, and write it."""
@@ -36,7 +36,7 @@ def _png(
         figure = Figure(figsize=(width, height), layout=layout)
         yield figure
         with whole(path) as partial:
-            write_png(figure, partial)
+            save_figure(figure, partial, path.suffix[1:] or "png")
 
 
 def write_convergence(study: Study, title: str, iterations: Sequence[Iteration], nominal: Values, path: Path) -> None:
@@ -46,7 +46,7 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
     """
     named = "nominal" if nominal.violation[0] <= FEASIBLE else "nominal, violates constraints"
     names = list(study.file.objectives)
-    with _png(path, 5.5, 1.2 + 2.0 * len(names), layout=None) as figure:
+    with png(path, 5.5, 1.2 + 2.0 * len(names), layout=None) as figure:
         axes = stacked_axes(figure, [1.0] * len(names))
         count = [row.evaluations for row in iterations]
         best = np.array([row.best_feasible for row in iterations])
@@ -54,7 +54,7 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
             ax.step(count, sign * best[:, k], where="post", color=_BEST, label="best")
             if np.isfinite(value := nominal.objectives[0, k]):
                 ax.axhline(sign * value, color=_NOMINAL, linestyle="--", label=named)
-            ax.set_ylabel(_label(study, name))
+            ax.set_ylabel(label_of(study, name))
             ax.ticklabel_format(axis="y", useOffset=False)
         axes[0].set_title(title)
         axes[0].legend()
@@ -63,7 +63,7 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
 
 
 def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
-    """Draw the Pareto front of several objectives, two at a time, as a PNG file.
+    """Draw the Pareto front of several objectives, two at a time.
 
     The knee (of a Pareto front without one, the compromise), the nominal and the reference designs are marked.
 
@@ -86,7 +86,7 @@ def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> N
     True
     """
     names = list(study.file.objectives)
-    labels = [_label(study, name) for name in names]
+    labels = [label_of(study, name) for name in names]
     front = _objectives(result["front"], names)
     marked = "compromise" if pareto.knee(front * study.signs) is None else "knee"
     points = [
@@ -100,7 +100,7 @@ def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> N
     pairs = list(itertools.combinations(range(len(names)), 2))
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)
-    with _png(path, 3.4 * columns, 0.9 + 2.8 * rows) as figure:
+    with png(path, 3.4 * columns, 0.9 + 2.8 * rows) as figure:
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for ax, (i, j) in zip(axes, pairs, strict=False):
             for which, at, look in points:
@@ -113,7 +113,7 @@ def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> N
             ax.ticklabel_format(useOffset=False, scilimits=(-3, 4))
         for ax in axes[len(pairs) :]:
             ax.set_visible(False)
-        figure.suptitle(f"{study.title}: {len(front)} designs", fontsize=10)
+        figure.suptitle(f"{study.title}: {len(front)} designs", fontsize="medium")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=6)
 
 
@@ -121,7 +121,7 @@ write_front = write_pareto_front  # its earlier name
 
 
 def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
-    """Draw Sobol's indices of every quantity with their 95 % confidence intervals, as a PNG file.
+    """Draw Sobol's indices of every quantity with their 95 % confidence intervals.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
     """
     quantities = report["quantities"]
     places = np.arange(len(study.names))
-    with _png(path, 1.6 + 2.6 * len(quantities), 1.2 + 0.42 * len(places)) as figure:
+    with png(path, 1.6 + 2.6 * len(quantities), 1.2 + 0.42 * len(places)) as figure:
         axes = figure.subplots(1, len(quantities), sharey=True, squeeze=False)[0]
         for ax, (name, entry) in zip(axes, quantities.items(), strict=True):
             rows = entry["variables"].values()
@@ -158,17 +158,17 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
             for place, row in zip(places, rows, strict=True):
                 if row["inert"]:
                     ax.text(0.02, place, "inert", va="center", color="0.35")
-            ax.set_title(_label(study, name), fontsize=9)
+            ax.set_title(label_of(study, name), fontsize="medium")
             ax.set_xlabel("share of the variance [1]")
             ax.set_xlim(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1]))
         axes[0].set_yticks(places, study.names)
         axes[0].invert_yaxis()
-        figure.suptitle(f"{report['title']}\nSobol's indices, bars of 95 % confidence", fontsize=9)
+        figure.suptitle(f"{report['title']}\nSobol's indices, bars of 95 % confidence", fontsize="medium")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
 
 
 def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> None:
-    """Draw every quantity over each variable between its bounds, the others nominal, as a PNG file.
+    """Draw every quantity over each variable between its bounds, the others nominal.
 
     The report is the content of ``sensitivity.json``.
 
@@ -185,10 +185,10 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
     """
     quantities = report["quantities"]
     shape = len(quantities), len(study.names)
-    with _png(path, 0.8 + 1.8 * shape[1], 0.6 + 1.9 * shape[0]) as figure:
+    with png(path, 0.8 + 1.8 * shape[1], 0.6 + 1.9 * shape[0]) as figure:
         axes = figure.subplots(*shape, sharex="col", sharey="row", squeeze=False)
         for line, (name, entry) in zip(axes, quantities.items(), strict=True):
-            line[0].set_ylabel(_label(study, name))
+            line[0].set_ylabel(label_of(study, name))
             for k, (ax, row) in enumerate(zip(line, entry["variables"].values(), strict=True)):
                 grid = report["grid"][study.paths[k]]
                 ax.plot(grid, np.array(row["one_at_a_time"], dtype=float), color=_TOTAL)
@@ -198,10 +198,10 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
         for ax, name, value in zip(axes[-1], study.names, study.paths, strict=True):
             unit = value_unit(value)
             ax.set_xlabel(axis_label(f"{name}\n", "" if unit == "1" else typeset(unit)))  # a power of ten follows
-        figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize=10)
+        figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize="medium")
 
 
-def _label(study: Study, name: str) -> str:
+def label_of(study: Study, name: str) -> str:
     """Name of an objective or constraint, with its unit as figures write it."""
     text, bracket, unit = study.label(name).rpartition(" [")
     return f"{text} [{typeset(unit)}" if bracket else unit

@@ -15,6 +15,7 @@ from optim.problem.study import Study
 
 ResultFile = dict[str, Any]  # content of ``result.json``
 
+_AT = 1e-3  # distance from a bound over the range of a variable up to which it is at its bound
 _COLUMNS = ("study", "seed", "status", "evaluations", "failed", "iterations", "wall_time")
 
 
@@ -50,7 +51,14 @@ def format_result(study: Study, result: ResultFile) -> str:
     ]
     for k, path in enumerate(study.paths):
         at = f"{nominal['variables'][path]:13.5g}{best['variables'][path]:18.5g}"
-        lines.append(f"{study.variable_label(path):{first}s}{at}{study.lower[k]:13.5g}{study.upper[k]:13.5g}")
+        low, high = study.lower[k], study.upper[k]
+        ends = [
+            end
+            for end, bound in (("lower", low), ("upper", high))
+            if _is_at(best["variables"][path], bound, high - low)
+        ]
+        note = f"  at its {ends[0]} bound" if ends else ""
+        lines.append(f"{study.variable_label(path):{first}s}{at}{low:13.5g}{high:13.5g}{note}")
     for kind in ("objectives", "constraints"):
         if result["best"][kind]:
             lines += ["", f"{kind[:-1]:{first}s}{'nominal':>13s}{which:>18s}{'change':>13s}"]
@@ -69,6 +77,24 @@ def format_result(study: Study, result: ResultFile) -> str:
     if not best["feasible"]:
         lines += ["", "no design satisfies all constraints; this one violates them least"]
     return "\n".join(lines)
+
+
+def result_answer(study: Study, result: ResultFile) -> list[str]:
+    """Tell in sentences how the best design changes the objectives, and which variables are at their bounds."""
+    best, nominal = result["best"], result["nominal"]
+    said = []
+    for name, value in best["objectives"].items():
+        before = nominal["objectives"][name]
+        if value is not None:
+            change = f", {_change(before, value).strip()} against the nominal design" if before else ""
+            said.append(f"{study.label(name)} becomes {value:.5g}{change}.")
+    bounds = zip(study.paths, study.lower, study.upper, strict=True)
+    ends = [path for path, low, high in bounds if not low < best["variables"][path] < high]
+    if ends:
+        said.append(f"At a bound: {', '.join(ends)}.")
+    if not best["feasible"]:
+        said.append("No design satisfies all constraints; this one violates them least.")
+    return said
 
 
 def format_table(results: Sequence[ResultFile]) -> str:
@@ -108,6 +134,10 @@ def write_table(results: Sequence[ResultFile], path: Path) -> None:
         writer = csv.DictWriter(file, columns)
         writer.writeheader()
         writer.writerows(rows)
+
+
+def _is_at(value: float, bound: float, width: float) -> bool:
+    return abs(value - bound) <= _AT * width
 
 
 def _change(before: float | None, after: float | None) -> str:

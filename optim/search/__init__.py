@@ -6,5 +6,7 @@
 | recorder     | evaluations and iterations in a store: stopped at any moment, resumed by replay |
 | verification | an optimum run again: on Drake, more tightly, from unseen starts             |
 | derivative_check | sensitivities of runs against differences of designs                     |
+| tolerances   | `tolerances`: machines of a study with ``[scatter]``, judged by its constraints |
+| tolerance_statistics | intervals, shares of the variance, yields of narrower tolerances, FORM |
 | sensitivity  | Sobol's indices, one variable at a time                                      |
 """

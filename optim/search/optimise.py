@@ -275,12 +275,12 @@ def _entries(study: Study, designs: Array, found: Evaluations, nominal: Evaluati
     """Designs (m, n) as JSON types; None where one failed."""
     objectives, constraints = in_units(study, found, nominal)
     violation = values_of(study, found, nominal).violation
-    point, n = study.points[0], len(study.paths)
+    point, n = study.points[0], len(study.usual)
     entries = []
     for k, design in enumerate(designs):
         row = study.row(design, point)
         entry: dict[str, Any] = {
-            "variables": dict(zip(study.paths, row[:n], strict=True)),
+            "variables": dict(zip(study.paths, map(float, design), strict=True)),
             "linked": dict(zip(point.paths[n:], row[n:], strict=True)),
             "objectives": dict(zip(study.file.objectives, map(finite, objectives[k]), strict=True)),
             "constraints": dict(zip(study.file.constraints, map(finite, constraints[k]), strict=True)),

@@ -196,7 +196,9 @@ def test_the_command_writes_numbers_and_figures(tmp_path, capsys):
     middle = np.hypot(*first["points"]["rod_mid"][:2])
     assert middle == pytest.approx(1.0, abs=1e-3)  # the largest displacement of any point
     assert np.array(found["over"]["frequencies"]).shape == (9, 3)
-    assert {path.name for path in tmp_path.iterdir()} == {"modes.json", "mode_shapes.png", "mode_frequencies.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        *("record.json", "modes.json", "mode_shapes.png", "mode_frequencies.png")
+    }
     said = capsys.readouterr().out
     assert "drives held: O" in said
     assert "clearance joints that are ideal here: B" in said

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from linkages.cli.main import main
+from optim import format_result, load_study
 from optim.store.store import read_store
 
 
@@ -52,6 +53,26 @@ def file(tmp_path, invented_engine):
     return path
 
 
+@pytest.mark.parametrize(("oil", "note"), [(0.6, "at its upper bound"), (0.0505, "at its lower bound"), (0.06, "")])
+def test_a_variable_at_a_bound_is_said_to_be_there(file, oil, note):
+    """Within a thousandth of the range, 0.05 to 0.6."""
+    design = {"variables": {"sdf.links.link2.mass": 0.3, "joints.A.viscosity": oil}, "objectives": {"force": 1.0}}
+    design |= {"constraints": {}, "feasible": True}
+    result = {
+        "best": design,
+        "nominal": design,
+        "front": [],
+        "designs": {},
+        "unrun": 0,
+        "status": "converged",
+        "seed": 0,
+    }
+    result |= {"algorithm": {"name": "ga"}, "evaluations": 1, "failed": 0, "wall_time": 1.0}
+    lines = format_result(load_study(file), result).splitlines()
+    assert next(line for line in lines if "viscosity" in line).endswith(note or "0.6")
+    assert next(line for line in lines if "mass" in line).endswith("0.438")
+
+
 def table(path):
     with open(path, newline="") as file:
         return list(csv.DictReader(file))
@@ -65,6 +86,7 @@ def test_optimise(file, tmp_path, capsys):
     assert command("optimise", file, "--out", tmp_path / "out", "--seed", 3) == 0
     assert sorted(p.name for p in (tmp_path / "out").iterdir() if not p.name.endswith(".lock")) == [
         "convergence.png",
+        "record.json",
         "result.json",
         "study.sqlite",
     ]

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from linkages import InputError
-from optim.algorithms.archive import by_feasibility
+from optim.algorithms.archive import Archive, by_feasibility
 from optim.algorithms.ga import fitness_of
-from optim.algorithms.nlp import Values
+from optim.algorithms.nlp import Problem, Values
 from optim.algorithms.pareto import hypervolume, knee, pareto_front, ranks
 
 
@@ -44,6 +44,20 @@ def test_ranks_by_definition(f):
     rows = pareto_front(values(f))
     assert {tuple(row) for row in f[rows]} == {tuple(row) for row in f[expected == 0]}
     assert len({tuple(row) for row in f[rows]}) == len(rows)
+
+
+@given(small, st.integers(1, 5), st.integers(0, 2**12 - 1))
+def test_the_front_of_an_archive_grows_like_that_of_all_designs(f, size, feasible):
+    """Designs come in parts, some of them infeasible; rows and their order are those of one comparison of all."""
+    designs = np.arange(float(len(f)))[:, None]
+    excess = np.array([[1.0 + k if not feasible >> k & 1 else 0.0] for k in range(len(f))])
+    all_values = values(f, excess)
+    names = tuple(map(str, range(f.shape[1])))
+    problem = Problem(np.zeros(1), np.full(1, 12.0), lambda x: all_values.take(x[:, 0].astype(int)), names, ("limit",))
+    archive = Archive(problem)
+    for first in range(0, len(f), size):
+        archive(designs[first : first + size])
+        assert np.array_equal(archive.front(), pareto_front(archive.values))
 
 
 def test_constrained_domination():

@@ -8,11 +8,11 @@ import pytest
 
 import linkages
 from linkages import InputError
-from linkages.input.files.shipped import data_folder
+from linkages.input.files.shipped import data_folder, studies_folder
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.results.outputs.registry import names
 from optim import Evaluator
-from optim.problem.load import find_study, load_study, studies_folder
+from optim.problem.load import find_study, load_study
 from optim.problem.schema import StudyFile
 
 STUDY = """
@@ -257,6 +257,11 @@ def test_shipped_studies_are_found_by_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shipped = studies_folder() / "sevenbar_force.toml"
     assert find_study("sevenbar_force.toml") == find_study("sevenbar_force") == shipped
+    assert (
+        linkages.find_file("sevenbar_force.toml") == linkages.find_file("optim/studies/sevenbar_force.toml") == shipped
+    )
+    with pytest.raises(InputError, match=r'did you mean "sevenbar_force.toml"'):
+        linkages.find_file("sevenbar_forse.toml")
     (tmp_path / "sevenbar_force.toml").write_text("")
     assert find_study("sevenbar_force.toml").resolve() == tmp_path / "sevenbar_force.toml"
     assert (data_folder() / "seven_bar.toml").exists()

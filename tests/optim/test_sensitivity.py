@@ -118,7 +118,8 @@ def test_command(tmp_path, capsys, invented_engine):
     words = ["study", "sensitivity", "sevenbar_force"]
     assert main([*words, "--samples", "16", "--out", str(out)]) == 0
     assert "first order" in capsys.readouterr().out
-    assert sorted(path.name for path in out.iterdir()) == ["one_at_a_time.png", "sensitivity.json", "sobol.png"]
+    names = ["one_at_a_time.png", "record.json", "sensitivity.json", "sobol.png"]
+    assert sorted(path.name for path in out.iterdir()) == names
     report = json.loads((out / "sensitivity.json").read_text())
     variables = list(load_study(find_study("sevenbar_force")).paths)
     assert report["evaluations"] == 16 * (len(variables) + 2)

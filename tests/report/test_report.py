@@ -299,7 +299,7 @@ def test_a_folder_is_no_page(results_folder, tmp_path, capsys, monkeypatch):
 
 def test_the_answer_says_what_the_joints_do_what_it_changes_and_what_to_try(results_folder, copy):
     summary = load_results(results_folder).summary
-    action, effect, trial = answer(summary)
+    action, effect, trial = answer(summary, "rocker.toml")
     oil, touching = summary["joints"]["A"], summary["joints"]["B"]
     assert action.startswith("An oil film carries joint A: a journal moves up to ")
     assert f"{100.0 * oil['eccentricity_ratio']['peak']:.2g} % of the clearance from the centre" in action
@@ -309,7 +309,8 @@ def test_the_answer_says_what_the_joints_do_what_it_changes_and_what_to_try(resu
     assert effect.startswith("Compared with ideal joints, follower.omega differs by up to ")
     assert effect.endswith(f" N, in {name}, {ratio:.3g} times as large.")
     half = 0.5 * summary["provenance"]["experiment"]["joints"]["B"]["clearance"]
-    assert trial == f"Try half of this clearance: --set joints.B.clearance={half:g}."
+    trial = trial.removeprefix("Try half of this clearance: linkages simulate rocker.toml --engine compiled ")
+    assert trial == f"--set duration=0.006 --set joints.B.clearance={half:g}"
     assert remarks(summary)[0].startswith("A film law is used at an L/D outside its validity: 1 in A (long: L/D > 8")
     for joint in summary["joints"].values():
         for key in ("eccentricity_ratio", "contact_fraction", "impacts", "film_thickness"):
@@ -317,7 +318,7 @@ def test_the_answer_says_what_the_joints_do_what_it_changes_and_what_to_try(resu
         joint["model"] = "ideal"
     del summary["difference"]
     (copy / "summary.json").write_text(json.dumps(summary))
-    action, effect, trial = answer(load_results(copy).summary)
+    action, effect, trial = answer(load_results(copy).summary, "rocker.toml")
     assert action == "All joints are ideal."
     assert "with ideal joints" not in effect
     assert "linkages keys joints" in trial

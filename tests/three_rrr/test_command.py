@@ -38,7 +38,7 @@ def test_modes_command_writes_what_it_promises(tmp_path: Path, capsys: pytest.Ca
     assert "133.56" in printed
     assert "zero_modes" in printed
     assert "against Drake's rigid plant: passed" in printed
-    assert sorted(p.name for p in out.iterdir()) == ["animation.html", "modes.json"]
+    assert sorted(p.name for p in out.iterdir()) == ["animation.html", "modes.json", "record.json"]
 
 
 def test_a_failed_comparison_with_drake_ends_with_status_1(

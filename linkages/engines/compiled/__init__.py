@@ -8,4 +8,5 @@ It may import whatever lies below the engines, and not the Drake engine.
 | batch       | many runs of one system with different values, in parallel threads, and their statistics      |
 | derivatives | derivatives of a finished run with respect to values                                          |
 | simulation  | `simulate`: a run as a `linkages.Trajectory`                                                  |
+| stepping    | `linkages.Stepper`: steps of any lengths with inputs, for closed loops of users' own          |
 """

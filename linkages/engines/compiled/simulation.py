@@ -11,7 +11,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
 from linkages.base.signals import deferred
-from linkages.engines.budget import WINDOW, Budget
+from linkages.engines.budget import WINDOW, Budget, most
 from linkages.engines.compiled.derivatives.sensitivity import Differentiation
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join
@@ -40,11 +40,11 @@ def simulate(
     started = clock.perf_counter()
     runner = Runner(system)
     t, y, step, status = 0.0, runner.start, 0.0, Status.OK
-    parts, budget = [], Budget(system)
+    parts, budget, window = [], Budget(system), min(WINDOW, most(system))
     try:
         while True:
             with deferred():  # keeps the steps up to a signal
-                part = runner.run(t, y, step, WINDOW, differentiated=bool(wrt))
+                part = runner.run(t, y, step, window, differentiated=bool(wrt))
                 parts.append(part)
             t = float(part.times[-1])
             y, step = part.states[-1], part.next_step

@@ -17,7 +17,7 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource
 from linkages.base.errors import InputError, Status
 from linkages.engines.budget import Budget
 from linkages.engines.drake.clearance import BristledJoints, ClearanceJoints
-from linkages.engines.drake.drives import Drives
+from linkages.engines.drake.drives import Drives, StatefulDrives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
 from linkages.engines.drake.steps import StepControl, drives_of, is_collapse
 from linkages.input.model.capabilities import Analysis
@@ -67,6 +67,8 @@ class Linkage:
         self.plant.SetVelocities(context, v)
         if self.clearance is not None:
             self.clearance.begin(self.clearance.GetMyMutableContextFromRoot(root))
+        if isinstance(self.drives, StatefulDrives):
+            self.drives.begin(self.drives.GetMyMutableContextFromRoot(root))
 
     def advance(
         self, simulator: Simulator, until: float, progress: TimeReport | None = None, limit: int | None = None
@@ -137,6 +139,7 @@ def add_linkage(
     external: bool = False,
     meshcat: Meshcat | None = None,
     name: str | None = None,
+    samples: bool = False,
 ) -> Linkage:
     """Add a linkage with its clearance joints and drives to a diagram under construction.
 
@@ -152,6 +155,8 @@ def add_linkage(
     name : str, optional
         Prefix of the names of its systems in the diagram: ``name_plant``. Default: none for the first linkage, and
         for others the mechanism's name, with a number if it is taken.
+    samples : bool
+        Whether the caller pauses at the sampling instants of states, and calls `StatefulDrives.sample` there.
 
     Raises
     ------
@@ -165,6 +170,8 @@ def add_linkage(
     if _is_taken(builder, name):
         raise InputError("argument", "name", f'"{name}" is taken in this diagram; choose another one, or leave it out')
     system.check_analysis(Analysis.DRAKE)
+    if not samples:
+        system.check_analysis(Analysis.DIAGRAM)
     if external and any(one.depends_on_force for one in system.experiment.frictions.values()):
         raise InputError(
             "argument", "external", "adds forces that the friction of a joint cannot know; use no coefficient"
@@ -191,7 +198,8 @@ def add_linkage(
         builder.Connect(state, clearance.get_input_port(0))
     direct = clearance.GetOutputPort("evaluation") if clearance is not None and not external else None
     extra = direct.size() - plant.num_velocities() if direct is not None else 0
-    drives = builder.AddNamedSystem(_named(name, "drives"), Drives(system, place, extra))
+    kind_of_drives = StatefulDrives if system.experiment.own_states else Drives
+    drives = builder.AddNamedSystem(_named(name, "drives"), kind_of_drives(system, place, extra))
     builder.Connect(state, drives.GetInputPort("state"))
     builder.Connect(drives.get_force_output_port(), plant.get_applied_generalized_force_input_port())
     if direct is not None:
@@ -227,7 +235,7 @@ def _free_name(builder: DiagramBuilder, system: System) -> str:
     return next(name for name in names if not _is_taken(builder, name))
 
 
-def build_diagram(system: System, meshcat: Meshcat | None = None) -> tuple[Diagram, Linkage]:
+def build_diagram(system: System, meshcat: Meshcat | None = None, samples: bool = False) -> tuple[Diagram, Linkage]:
     """Build the diagram of a system, ready for Drake's `Simulator`.
 
     Parameters
@@ -236,6 +244,8 @@ def build_diagram(system: System, meshcat: Meshcat | None = None) -> tuple[Diagr
         From `linkages.load`.
     meshcat : Meshcat, optional
         Shows the linkage while it runs.
+    samples : bool
+        See `add_linkage`.
 
     Returns
     -------
@@ -244,7 +254,7 @@ def build_diagram(system: System, meshcat: Meshcat | None = None) -> tuple[Diagr
         The linkage's systems; `Linkage.set_initial_state` sets the assembled state in a context.
     """
     builder = DiagramBuilder()
-    linkage = add_linkage(builder, system, meshcat=meshcat)
+    linkage = add_linkage(builder, system, meshcat=meshcat, samples=samples)
     diagram = builder.Build()
     diagram.set_name(system.mechanism.name)
     return diagram, linkage

@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort
+from pydrake.systems.framework import BasicVector, Context, ContinuousState, LeafSystem, OutputPort
 
 from linkages.base.arrays import Array
 from linkages.base.kernel import bound
-from linkages.engines.drake.joint_forces import Rooms, drive_forces, placed
+from linkages.engines.drake.joint_forces import Rooms, drive_forces, own_rates, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.mechanics.planar.closure import LOOSE, loop_errors
 from linkages.mechanics.planar.joint_friction import is_jammed
@@ -66,16 +66,19 @@ class Drives(LeafSystem):
         self._place = place
         self._rooms, self._size = Rooms(system), num_velocities
         self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
-        sizes = place.num_states, num_velocities + extra, len(tree.powered), num_velocities, len(self.joints)
+        nz = len(system.experiment.own_states)
+        sizes = place.num_states + nz, num_velocities + extra, len(tree.powered), num_velocities, len(self.joints)
         self._drive_forces = bound(
             drive_forces, self._placed, self._rooms.work, self._rooms.friction, 0.0, *map(np.empty, sizes)
         )
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
         powers = [self.DeclareVectorInputPort(f"{name}.torque", 1) for name in tree.powered]
-        self._powers = powers
+        self._powers, self._nothing = powers, np.empty(0)
         inputs = (self._state, self._applied, *powers)
-        needs = {self.time_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
+        if nz:
+            self.DeclareContinuousState(nz)
+        needs = {self.time_ticket(), self.xc_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
         self._force = self.DeclareVectorOutputPort("generalized_force", num_velocities, self._give_force, needs)
         self._torques = self.DeclareVectorOutputPort("torques", len(self.joints), self._give_torques, needs)
         dofs = [*tree.driven_dofs, *tree.powered_dofs]
@@ -106,10 +109,16 @@ class Drives(LeafSystem):
     def _solve(self, context: Context, force: Array) -> Array:
         """Fill in the forces on the plant (nv,), at every evaluation of the derivatives; return the drives' (nd,)."""
         applied, drive, rooms = self._applied.Eval(context), np.empty(len(self.joints)), self._rooms
-        added = np.array([port.Eval(context)[0] if port.HasValue(context) else 0.0 for port in self._powers])
-        t, state = context.get_time(), self._state.Eval(context)
+        added = self._nothing
+        if self._powers:
+            added = np.array([port.Eval(context)[0] if port.HasValue(context) else 0.0 for port in self._powers])
+        t, state = context.get_time(), self._whole_state(context)
         self._drive_forces(self._placed, rooms.work, rooms.friction, t, state, applied, added, force, drive)
         return drive
+
+    def _whole_state(self, context: Context) -> Array:
+        """Return the plant's state, and the additional states."""
+        return self._state.Eval(context)
 
     def _give_speed(self, place: int, context: Context, output: BasicVector) -> None:
         output.SetAtIndex(0, self._state.Eval(context)[place])
@@ -119,3 +128,30 @@ class Drives(LeafSystem):
 
     def _give_torques(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._solve(context, np.empty(self._size)))
+
+
+class StatefulDrives(Drives):
+    """Drives of an experiment with additional states: a separate class, as in `linkages.engines.drake.clearance`."""
+
+    def begin(self, context: Context) -> None:
+        """Set the states at t = 0, before the first samples."""
+        context.SetContinuousState(self.system.start_states)
+
+    def sample(self, context: Context, due: Array) -> None:
+        """Give the sampled states whose times (nz,) have come their next values."""
+        values = context.get_continuous_state_vector().CopyToVector()
+        came = context.get_time() >= due
+        values[came] = self._rates(context, due)[came]
+        context.SetContinuousState(values)
+
+    def _rates(self, context: Context, due: Array) -> Array:
+        rates = np.empty(len(due))
+        own_rates(self._placed, self._rooms.work, context.get_time(), self._whole_state(context), due, rates)
+        return rates
+
+    def _whole_state(self, context: Context) -> Array:
+        return np.concatenate([super()._whole_state(context), context.get_continuous_state_vector().CopyToVector()])
+
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:  # noqa: N802
+        """Compute the rates of the states."""
+        derivatives.SetFromVector(self._rates(context, np.full(derivatives.size(), np.inf)))

@@ -12,16 +12,16 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
 from linkages.base.kernel.by_reference import packed
-from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.arrays import Arrays, size_of
 from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
 from linkages.mechanics.planar.joint_friction import FrictionWork, add_efforts, make_friction_work, solve_friction
 from linkages.mechanics.planar.kinematics import body_states
-from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.loads import load_wrenches, sample_states, state_rates
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import generalised_force
 from linkages.mechanics.planar.reactions import add_known_contacts
 from linkages.mechanics.planar.singularities import constrained_dynamics
-from linkages.mechanics.planar.workspace import Workspace
+from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
 
@@ -46,8 +46,10 @@ class Rooms(threading.local):
     """Workspaces for each thread, as several threads may evaluate one diagram at once."""
 
     def __init__(self, system: System) -> None:
-        self.work = system.tree.workspace(system.arrays.rows)
-        self.friction = packed(make_friction_work(system.arrays, self.work))
+        model = system.arrays
+        nb, nm = len(model.bodies.records), model.bodies.shapes.shape[2]
+        self.work = packed(make_workspace(nb, size_of(model), len(model.rows), nm))
+        self.friction = packed(make_friction_work(model, self.work))
 
 
 @kernel
@@ -91,6 +93,31 @@ def _add_friction(
 
 
 @kernel
+def _take_states(place: Placed, work: Workspace, state: Array) -> None:
+    """Set the additional states, which follow the plant's state."""
+    nz = len(place.model.states)
+    for k in range(nz):
+        work.v[len(work.v) - nz + k] = state[len(state) - nz + k]
+
+
+@lazy_kernel
+def own_rates(place: Placed, work: Workspace, t: float, state: Array, due: Array, rates: Array) -> None:
+    """Fill the rates of the additional states (nz,), or where ``due`` (nz,) has passed their next values.
+
+    The state (nx + nz,) is that of `drive_forces`.
+    """
+    model, nz = place.model, len(place.model.states)
+    _enter(place, work, state)
+    _take_states(place, work, state)
+    loads = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+    state_rates(loads, t, work.v, work.pose, work.vel, work.a)
+    sample_states(loads, due, t, work.v, work.pose, work.vel)
+    for k in range(nz):
+        last = len(work.v) - nz + k
+        rates[k] = work.v[last] if t >= due[k] else work.a[last]
+
+
+@kernel
 def drive_forces(
     place: Placed,
     work: Workspace,
@@ -102,21 +129,22 @@ def drive_forces(
     total: Array,
     drive: Array,
 ) -> None:
-    """Compute the forces of loads, drives and loops at a state (nx,) of the plant and a time t [s]; uses `work` up.
+    """Compute the forces of loads, drives and loops at a state (nx + nz,) and a time t [s]; uses `work` up.
 
-    ``applied`` (nv,), with any entries after them, has all other generalised forces; frictions that depend on joint
-    forces need the result of `joint_forces` there. ``added`` is added to the powered drives' torques. ``total`` (nv,)
-    is filled with these and the computed ones, ``drive`` (nd,) with the torque or force of each drive, prescribed ones
-    first.
+    The state is the plant's, then the additional states. ``applied`` (nv,), with any entries after them, has all
+    other generalised forces; frictions that depend on joint forces need the result of `joint_forces` there. ``added``
+    is added to the powered drives' torques. ``total`` (nv,) is filled with these and the computed ones, ``drive`` (nd,)
+    with the torque or force of each drive, prescribed ones first.
     """
     model, bodies, stabilisation = place.model, place.model.bodies, place.stabilisation
     nd, powered, n = len(model.driven), len(model.powered), len(place.into)
     q, v, tau = work.q, work.v, work.tau
     _enter(place, work, state)
+    _take_states(place, work, state)
     for i in range(n):
         tau[i] = applied[place.into[i]]
-    loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-    load_wrenches(loads, t, work.pose, work.vel, work.wrench)
+    loads = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+    load_wrenches(loads, t, work.v, work.pose, work.vel, work.wrench)
     most = max(nd, powered)
     value, one, two, loop, given = np.empty(nd), np.empty(most), np.empty(most), np.empty(n), np.empty(nd)
     evaluate_motions((model.torque, model.torque_c, model.torque_n), t, drive[nd:], one, two)

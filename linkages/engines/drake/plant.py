@@ -11,7 +11,7 @@ import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import FixedOffsetFrame, PlanarJoint
+from pydrake.multibody.tree import FixedOffsetFrame, Frame, PlanarJoint, PrismaticJoint, RevoluteJoint, SpatialInertia
 
 from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError
@@ -19,6 +19,8 @@ from linkages.input.files.raw_model import Pose, RawModel
 from linkages.input.files.sdf_text import sdf_text
 from linkages.input.model.mechanism import Link, Mechanism
 from linkages.input.model.skeleton import skeleton
+from linkages.mechanics.planar.record_types import PRISMATIC
+from linkages.system.spanning import freedoms
 from linkages.system.tree import Tree
 
 _WIDTH = 0.02  # width of a bar over the size of the linkage
@@ -44,6 +46,8 @@ def tree_sdf(tree: Tree) -> str:
     ]
     joints = []
     for edge in tree.edges.values():
+        if edge.joint in tree.play:
+            continue
         joint = mechanism.joint[edge.joint]
         # on the child if it is a link (its reference position is the joint's), otherwise in the world
         place = joint.position + shift.get(joint.child, np.zeros(3))
@@ -80,8 +84,12 @@ def add_tree(plant: MultibodyPlant, tree: Tree) -> int:
     except (RuntimeError, SystemExit) as problem:  # a failed assertion of Drake is a SystemExit
         raise InputError(tree.mechanism.source, "<visual>", f"Drake rejects it: {problem}") from None
     for name in tree.index:
-        if name != "world" and name not in tree.edges:
+        if name == "world":
+            continue
+        if name not in tree.edges:
             _add_floating(plant, instance, tree, name)
+        elif tree.edges[name].joint in tree.play:
+            _add_freedoms(plant, instance, tree, name)
     return instance
 
 
@@ -135,8 +143,9 @@ def state_place(plant: MultibodyPlant, tree: Tree, instance: int) -> StatePlace:
     positions, velocities = [], []
     for name in tree.coordinates:
         link, _, part = name.rpartition(".")
-        joint = plant.GetJointByName(f"{link}_floating" if link else name, instance)
-        offset = ("x", "y", "angle").index(part) if link else 0
+        floats = link in tree.index and link not in tree.edges
+        joint = plant.GetJointByName(f"{link}_floating" if floats else name, instance)
+        offset = ("x", "y", "angle").index(part) if floats else 0
         positions.append(joint.position_start() + offset)
         velocities.append(joint.velocity_start() + offset)
     return StatePlace(
@@ -156,6 +165,35 @@ def _add_floating(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -
     body = plant.GetBodyByName(name, instance)
     M = plant.AddFrame(FixedOffsetFrame(f"{name}_floating_M", body.body_frame(), X_WL.inverse() @ X_WF, instance))
     plant.AddJoint(PlanarJoint(f"{name}_floating", F, M, np.zeros(3)))
+
+
+def _add_freedoms(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -> None:
+    """Carry a link by a joint with clearance and a drive: joints with massless bodies between them."""
+    mechanism, edge, shift = tree.mechanism, tree.edges[name], drawn_shifts(tree)
+    joint, basis = mechanism.joint[edge.joint], mechanism.basis
+    inner = joint.child if edge.reversed else joint.parent
+    on_outer = joint.on_parent if edge.reversed else joint.on_child
+    X_WP = RigidTransform(RotationMatrix(basis), basis[:, :2] @ on_outer + shift[name])
+
+    def frame(link: str) -> Frame:
+        """Fix a frame to a link, in the plane's axes."""
+        if link == "world":
+            return plant.AddFrame(FixedOffsetFrame(f"{joint.name}_at_world", plant.world_frame(), X_WP, instance))
+        body, one = plant.GetBodyByName(link, instance), mechanism.link[link]
+        X_WL = RigidTransform(RotationMatrix(one.rotation), one.translation + shift[link])
+        return plant.AddFrame(
+            FixedOffsetFrame(f"{joint.name}_at_{link}", body.body_frame(), X_WL.inverse() @ X_WP, instance)
+        )
+
+    found, at = freedoms(joint, edge.reversed, loose=True), frame(inner)
+    for one in found:
+        massless = SpatialInertia.Zero()
+        body = frame(name) if one is found[-1] else plant.AddRigidBody(one.name, instance, massless).body_frame()
+        if one.type == PRISMATIC:
+            plant.AddJoint(PrismaticJoint(one.name, at, body, np.append(one.axis, 0.0)))
+        else:
+            plant.AddJoint(RevoluteJoint(one.name, at, body, np.array([0.0, 0.0, one.sign])))
+        at = body
 
 
 def _words(values: Iterable[float]) -> str:

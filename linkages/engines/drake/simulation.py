@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import RunError, Status
 from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
+from linkages.engines.drake.drives import StatefulDrives
 from linkages.engines.drake.steps import StepControl, is_collapse
 from linkages.engines.drake.steps import longest_step as longest_step  # part of the engine's interface
 from linkages.engines.methods import expect_run
@@ -32,7 +34,7 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     """Simulate a system with Drake; see `linkages.engines.assessment.simulate`."""
     started = clock.perf_counter()
     expect_run(system, "drake")
-    diagram, linkage = build_diagram(system)
+    diagram, linkage = build_diagram(system, samples=True)
     system, simulator = linkage.system, Simulator(diagram)
     linkage.set_initial_state(simulator.get_mutable_context())
     watch = _Watch(linkage, StepControl(simulator, system), progress)
@@ -40,7 +42,10 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     status = Status.OK
     try:
         simulator.Initialize()
-        watch.steps.advance(system.experiment.duration)
+        for until in watch.samples():
+            watch.steps.advance(until)
+            if watch.steps.status is not Status.OK:
+                break
     except KeyboardInterrupt:
         if not watch.times:
             raise
@@ -79,6 +84,27 @@ class _Watch:
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
         self._reach = linkage.system.reach
+
+    def samples(self) -> Iterator[float]:
+        """Yield the times at which the run pauses; sampled states get their next values there."""
+        drives, end = self.linkage.drives, self.linkage.system.experiment.duration
+        periods = np.array([one.period for one in self.linkage.system.experiment.own_states.values()])
+        counts, root = np.zeros(len(periods)), self.steps.simulator.get_mutable_context()
+        while isinstance(drives, StatefulDrives) and periods.any():
+            due = np.where(periods > 0.0, counts * periods, np.inf)
+            until = float(due.min())
+            if until > end:
+                break
+            if until > 0.0:
+                yield until
+            drives.sample(drives.GetMyMutableContextFromRoot(root), due)
+            counts[due <= until] += 1.0
+            self.steps.begin_again()
+            state = root.get_continuous_state_vector().CopyToVector()
+            self.states[-1:] = [state] * len(self.states[-1:])
+            if until == end:
+                return
+        yield end
 
     def __call__(self, root: Context) -> EventStatus:
         time = root.get_time()
@@ -142,8 +168,11 @@ class _Recorder:
             rates[k] = self.diagram.EvalTimeDerivatives(root).CopyToVector()
             if linkage.clearance is not None:
                 contacts[k] = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
-        place = linkage.place
-        return states[:, place.positions], states[:, place.v], rates[:, place.v], contacts
+        place, nz = linkage.place, len(self.system.experiment.own_states)
+        own = slice(states.shape[1] - nz, None)  # the drives are the diagram's last system
+        q = np.pad(states[:, place.positions], ((0, 0), (0, nz)))
+        v, a = (np.hstack([found[:, place.v], found[:, own]]) for found in (states, rates))
+        return q, v, a, contacts
 
     def _go_to(self, t: float) -> None:
         """Set the simulator's context to time t."""

@@ -2,7 +2,8 @@
 
 Implicit integrators keep their iteration matrix while Newton's method seems to converge, even after the step has
 shrunk. If a film is stiff, the iteration then stops too early, the error estimate stays large and the step never
-recovers. Remedy: after a strong reduction of the step the integrator is restarted, which drops the matrix.
+recovers; an old matrix also costs iterations. Remedy: after a strong reduction of the step, and after as many steps as
+there are states, the integrator is restarted, which drops the matrix: a new one takes as many evaluations.
 
 Two explicit integrators restore the state after a rejected attempt, but not the cached derivatives (seen in Drake
 1.51): the next attempt starts with the accelerations at the end of the rejected one. The error of that step can be 75
@@ -27,6 +28,7 @@ from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.system import System
 
+_FIRST = 1e-3  # first step after a sample at the start, over the longest one
 _SMALLEST = 1e-9  # step over the longest one below which the run has collapsed
 _EVENT_ACCURACY = 1e-3  # tolerance of contact times over the accuracy
 _SHRUNK = 0.5  # ratio of successive steps below which an implicit integrator is restarted
@@ -76,7 +78,7 @@ class StepControl:
         self._smallest = _SMALLEST * self.largest
         self._contacts_end_steps = any(system.experiment.can_touch for system in systems)
         self._implicit, self._spoilt = schemes[0] in IMPLICIT, schemes[0] in _SPOILT
-        self._evaluations = self._crawling = 0
+        self._evaluations = self._age = 0
         self._time, self._step, self._state = 0.0, 0.0, np.empty(0)
         self.again, self.kept, self.status = False, True, Status.OK
         simulator.get_mutable_context().SetAccuracy(_EVENT_ACCURACY * self._accuracy)
@@ -91,6 +93,11 @@ class StepControl:
         """Begin at the state of the simulator's context, with a given first step [s]."""
         self._time, self._accuracy = self.simulator.get_context().get_time(), accuracy
         self._restart(first)
+
+    def begin_again(self) -> None:
+        """Begin again at the context's state, which has changed, with steps of the last size."""
+        self._state = self.simulator.get_context().get_continuous_state_vector().CopyToVector()
+        self._restart(self._step or _FIRST * self.largest)
 
     def advance(self, end: float) -> None:
         """Advance to a time [s], or until the monitor ends the run.
@@ -125,7 +132,7 @@ class StepControl:
         self.again, self.kept = False, True
         if step > 0.0 and self._spoilt and self._integrator.get_num_step_shrinkages_from_error_control():
             self.again, self.kept, step = True, False, _SHORTER * step
-        elif step > 0.0 and self._implicit and self._shrank(step):
+        elif step > 0.0 and self._implicit and self._is_stale(step, len(state)):
             self.again, self.kept = True, not self._contacts_end_steps  # a restart would lose a contact at its end
         if self.kept:
             self._time, self._state = root.get_time(), state
@@ -144,16 +151,17 @@ class StepControl:
         self.status, self.again = status, False
         return EventStatus.ReachedTermination(self.simulator.get_system(), status.value)
 
-    def _shrank(self, step: float) -> bool:
-        """Check whether steps shrank; if contacts end steps, whether they stay small."""
+    def _is_stale(self, step: float, states: int) -> bool:
+        """Check whether steps shrank, or the iteration matrix is old; if contacts end steps: if they stay small."""
         if not self._contacts_end_steps:
-            return step < _SHRUNK * self._step
-        self._crawling = self._crawling + 1 if step < _SMALL * self.largest else 0
-        return self._crawling >= _PATIENCE
+            self._age += 1
+            return step < _SHRUNK * self._step or self._age >= states
+        self._age = self._age + 1 if step < _SMALL * self.largest else 0
+        return self._age >= _PATIENCE
 
     def _restart(self, first: float) -> None:
         self._evaluations = self.evaluations
-        self._step, self._crawling = max(first, self._smallest), 0
+        self._step, self._age = min(max(first, self._smallest), self.largest), 0  # Drake rejects a longer one
         self._settle()
         self._integrator.request_initial_step_size_target(self._step)
         self.simulator.Initialize()

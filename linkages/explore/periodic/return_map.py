@@ -142,7 +142,8 @@ class ReturnMap:
         rate = max(self._system.motion_rate, 2.0 * np.pi / self.period)
         position = length * per_length(self._system)
         bristles = np.full(len(self._system.bristles), self.error.min())
-        state = np.concatenate([position, rate * position, bristles])[self._local.entries]
+        own = self._system.state_scales * length / self._system.tree.extent
+        state = np.concatenate([position, rate * position, bristles, own])[self._local.entries]
         return np.concatenate([state, np.full(len(self._latched), _APART * rate * length)])
 
     def _flow(self, value: float | None, periods: int) -> tuple[Flow, float]:
@@ -258,5 +259,6 @@ def _rate(flow: Flow, steps: Steps, t: float) -> Array:
     """Compute dy/dt at a time of a run, (ny,)."""
     runner = flow.runner
     _, v, a, contacts = runner.evaluate(steps, np.array([t]))
-    free = runner.model.free
-    return np.concatenate([v[0, free], a[0, free], contacts[0, runner.model.bristles, _BRISTLE_RATE]])
+    free, own = runner.model.free, a.shape[1] - len(runner.model.states)
+    bristles = contacts[0, runner.model.bristles, _BRISTLE_RATE]
+    return np.concatenate([v[0, free], a[0, free], bristles, a[0, own:]])

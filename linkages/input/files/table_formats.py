@@ -99,11 +99,18 @@ def write_parquet(path: Path, columns: Columns, units: Mapping[str, str], attrib
 
 
 def write_netcdf(path: Path, columns: Columns, units: Mapping[str, str], attributes: Mapping[str, str]) -> None:
-    """Write NetCDF (version 3, which all readers support) of `dataset`; names have no slash."""
-    needed("xarray", "--to netcdf")
-    made = dataset(columns, units, attributes)
-    made = made.rename({name: str(name).replace("/", "_") for name in made if "/" in str(name)})
-    made.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
+    """Write NetCDF (version 3, which all readers support), column by column; names have no slash."""
+    from scipy.io import netcdf_file
+
+    with netcdf_file(path, "w", version=2) as file:
+        for name, text in attributes.items():
+            setattr(file, name, text.encode())
+        file.createDimension("time", len(columns["time"]))
+        for name, values in columns.items():
+            variable = file.createVariable(name.replace("/", "_"), "d", ("time",))
+            variable[:] = values
+            for attribute, text in _unit(units, name).items():
+                setattr(variable, attribute, text.encode())
 
 
 #: Function and file suffix of each format.

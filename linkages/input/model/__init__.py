@@ -7,12 +7,15 @@
 | experiment_tables | tables of drives, joint models, solver                                           |
 | law_tables        | tables that name a law, with the law's declared parameters                       |
 | load_tables       | tables of applied loads, gears, limit stops, points at straight lines            |
+| state_tables      | additional states, motors, controllers, and the quantities they define           |
 | link_tables       | tables of links: flexible or rigid, modes, damping                               |
 | beam_interfaces   | flexible links: interfaces at joints and loads, substructures                    |
 | segment_model     | flexible links as chains of rigid segments with springs                          |
+| editing           | texts of experiments with other values                                           |
 | functions         | formulas and tables of time, positions and speeds                                |
 | recorded_tables   | the part of a table that takes its signal from a data file                       |
 | smoothing         | smooth functions of recorded signals: Fourier series, smoothing splines          |
+| worn              | worn profiles of joints from a ``wear.json``                                     |
 | skeleton          | default shape of a link: bars between its joints and frames                      |
 | plausibility      | questions about values that suggest a wrong unit                                 |
 | capabilities      | which model does not support which analysis: one table, one check                |

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum
+from functools import partial
 from typing import NamedTuple
 
 from linkages.base.errors import InputError
@@ -14,6 +15,7 @@ class Analysis(StrEnum):
     """What is done with a system; the values are for messages."""
 
     DRAKE = "Drake"
+    DIAGRAM = "a Drake diagram"
     DERIVATIVES = "derivatives"
     PERIODIC = "the return map"
     EXPONENT = "the Lyapunov exponent"
@@ -31,6 +33,13 @@ class Unsupported(NamedTuple):
     problems: Mapping[Analysis, str]  # what is wrong, and the remedy
 
 
+def _sampled(table: str, experiment: Experiment) -> list[str]:
+    """List the states or controllers with a sampling time."""
+    return [name for name, one in getattr(experiment, table).items() if one.sample_time is not None]
+
+
+_SAMPLED = "makes sampling instants, which {} cannot follow; make it continuous"
+_SMOOTH = Analysis.DIAGRAM, Analysis.DERIVATIVES, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
 
 #: The table. A film with history runs on the compiled engine alone: single runs, batches and sweeps, with errors.
@@ -40,6 +49,14 @@ UNSUPPORTED = (
         lambda experiment: [name for name in experiment.play if experiment.joints[name].has_history],
         {analysis: _CONTENT.format(analysis) for analysis in Analysis}
         | {Analysis.EQUILIBRIUM: 'has no equilibrium that start = "equilibrium" could find; use "centred"'},
+    ),
+    *(
+        Unsupported(
+            f"{table}.{{}}.sample_time",
+            partial(_sampled, table),
+            {analysis: _SAMPLED.format(analysis) for analysis in _SMOOTH},
+        )
+        for table in ("states", "controllers")
     ),
     Unsupported(
         "links.{}.stiffening",

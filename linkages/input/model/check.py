@@ -10,6 +10,7 @@ from typing import NoReturn
 import numpy as np
 
 from linkages.base.errors import InputError, nearest
+from linkages.input.files.formula import CONSTANTS, FUNCTIONS, shown
 from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Table
 from linkages.input.files.unit_conversion import SLIDING, read, si
@@ -18,6 +19,7 @@ from linkages.input.model.beam_interfaces import substructures
 from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.experiment import (
     BENDING_QUANTITIES,
+    DEFINING,
     FRAME_BENDING,
     LINK_BENDING,
     PIN_QUANTITIES,
@@ -25,10 +27,11 @@ from linkages.input.model.experiment import (
     Experiment,
 )
 from linkages.input.model.experiment_tables import ContactTable, Drive, JointModel
-from linkages.input.model.functions import OF_JOINTS, OF_POINTS
+from linkages.input.model.functions import OF_JOINTS, OF_OWN, OF_POINTS, TIME, inputs_of
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Mechanism
 from linkages.input.model.smoothing import Fit
+from linkages.input.model.state_tables import Controller, Motor, State
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST
 
@@ -77,7 +80,8 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
     for name in experiment.flexible:
         _Check(mechanism, experiment, f"links.{name}").flexible(name, experiment.links[name])
     taken = {"world", *mechanism.point, *mechanism.joint}
-    for table, name in experiment.named:
+    own = [(table, name) for table in ("states", "controllers") for name in getattr(experiment, table)]
+    for table, name in (*experiment.named, *own):
         load = _Check(mechanism, experiment, f"{table}.{name}")
         if name in taken:
             load.refuse("", "is also the name of a link, frame, joint or load; choose another one")
@@ -85,6 +89,7 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
             load.refuse("", "has a dot in its name; choose another one")
         taken.add(name)
         getattr(load, table)(getattr(experiment, table)[name])
+    _check_quantities(mechanism, experiment)
     for name, window in experiment.windows.items():
         part = _Check(mechanism, experiment, f"windows.{name}")
         if name in OWN_WINDOWS:
@@ -98,6 +103,22 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
         _Check(mechanism, experiment, f'outputs: "{output}"').output(output)
 
 
+def _check_quantities(mechanism: Mechanism, experiment: Experiment) -> None:
+    """Reject formulas of states, motors and controllers with unknown names, and formulas that need themselves."""
+    for name, quantity in experiment.quantities.items():
+        owner = name.partition(".")[0]
+        table = next(table for table in DEFINING if owner in getattr(experiment, table))
+        part = _Check(mechanism, experiment, f"{table}.{owner}")
+        try:
+            inputs = [*inputs_of(quantity.definition, experiment.quantities, (name,))]
+        except KeyError as cycle:
+            part.refuse(
+                "", f'its formulas need the value of "{cycle.args[0]}", which needs itself; use a state between'
+            )
+        for one in inputs:
+            part.signal("", one, quantity.definition.formula.text)
+
+
 @dataclass(frozen=True)
 class _Check:
     """Checks of the experiment's value at the dotted path `where`; those of named elements have the tables' names."""
@@ -109,8 +130,6 @@ class _Check:
     def drive(self, name: str, drive: Drive) -> None:
         if self.mechanism.joint[name].type == "fixed":
             self.refuse("", "a fixed joint cannot be driven")
-        if name in self.experiment.play:
-            self.refuse("", "a joint with clearance cannot be driven; make it ideal")
         if (drive.force, drive.forces) != (None, None) and self.mechanism.joint[name].type == "revolute":
             self.refuse("force", "belongs to a prismatic joint; this one is revolute: give a torque")
         if drive.columns.get("force") and self.mechanism.joint[name].type == "revolute":
@@ -178,11 +197,11 @@ class _Check:
         if math.hypot(*model.offset) + 0.5 * length * slope >= clearance * (1.0 - THINNEST):
             self.refuse("offset", "must leave room for the tilt: an end of the journal touches the bearing")
 
-    def plain(self, contact: ContactTable) -> None:
+    def plain(self, contact: ContactTable, key: str = "contact") -> None:
         """Check the law of a contact other than a journal in a bearing."""
         law = CONTACTS[contact.law]
         if law.conformal or ("stiffness" in law.needs and contact.stiffness is None):
-            self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
+            self.refuse(key, "a corner at a wall needs a power law and its stiffness [N/m^n]")
 
     def flexible(self, name: str, model: LinkModel) -> None:
         """Check that a flexible link has a beam, and enough modes for its interfaces."""
@@ -215,13 +234,19 @@ class _Check:
             self.refuse("joint", f'"{name}" is a fixed joint and cannot move')
         return name
 
-    def gears(self, gear: tables.Gear) -> None:
+    def gears(self, gear: tables.Mesh) -> None:
+        if gear.backlash is not None:
+            if slides := [name for name in gear.joints if name in self.mechanism.joint and self.slides(name)]:
+                self.refuse("backlash", f'needs two revolute joints; "{slides[0]}" is prismatic')
+            self.plain(gear.backlash.contact, "backlash.contact")
         for name in gear.joints:
             self.known("joints", name, self.mechanism.joint)
             if self.mechanism.joint[name].type == "fixed":
                 self.refuse("joints", f'"{name}" is fixed; name revolute or prismatic joints')
             if name in self.experiment.play and self.mechanism.joint[name].type == "prismatic":
                 self.refuse("joints", f'"{name}" has clearance; a rack needs an ideal guide')
+
+    couplings = gears
 
     def stops(self, stop: tables.Stop) -> None:
         self.moving(stop.joint)
@@ -257,22 +282,65 @@ class _Check:
 
     def depends(self, load: tables.LoadFunction) -> None:
         """Check the positions and speeds that a load depends on, and the unit of a table over one."""
+        key = "formula" if load.formulas else "over"
         for name in load.signals:
-            key = "formula" if load.formulas else "over"
-            owner, _, part = name.rpartition(".")
-            places = self.mechanism.place if part in PIN_QUANTITIES else self.mechanism.point
-            known: Iterable[str] = places if part in OF_POINTS else self.mechanism.joint
-            self.known(key, owner, known)
-            unit = (OF_POINTS | OF_JOINTS)[part]
-            if part in OF_JOINTS:
-                kind = self.mechanism.joint[owner].type
-                if kind == "fixed":
-                    self.refuse(key, f'"{owner}" is fixed; it has no {part}')
-                unit = SLIDING[unit] if kind == "prismatic" else unit
+            text = next((one.text for one in load.formulas if name in one.names), name)
+            unit = self.signal(key, name, text)
             try:
                 read(self.experiment.texts.get(f"{self.where}.at"), unit)
             except ValueError as problem:
                 self.refuse("at", str(problem))
+
+    def signal(self, key: str, name: str, text: str) -> str:
+        """Check an input of a formula, whose text is given; return its unit."""
+        if name == TIME or name in self.experiment.quantities:
+            return ""
+        owner, _, part = name.rpartition(".")
+        if not owner or part in OF_OWN:
+            known = ", ".join(["t, the time", "POINT.x, JOINT.rate and the like", *self.experiment.quantities])
+            self.refuse(key, f'"{shown(text)}" has "{name}"; it may have {known}')
+        if owner == "world":
+            self.refuse(key, 'a formula cannot use "world", which never moves')
+        places = self.mechanism.place if part in PIN_QUANTITIES else self.mechanism.point
+        owners: Iterable[str] = places if part in OF_POINTS else self.mechanism.joint
+        self.known(key, owner, owners)
+        unit = (OF_POINTS | OF_JOINTS)[part]
+        if part in OF_JOINTS:
+            kind = self.mechanism.joint[owner].type
+            if kind == "fixed":
+                self.refuse(key, f'"{owner}" is fixed; it has no {part}')
+            unit = SLIDING[unit] if kind == "prismatic" else unit
+        return unit
+
+    def states(self, _: State) -> None:
+        self.own_name()
+
+    def controllers(self, controller: Controller) -> None:
+        self.own_name()
+        if controller.joint is not None:
+            self.moving(controller.joint)
+            drive = self.experiment.drives.get(controller.joint)
+            if controller.joint in self.experiment.play or (drive is not None and drive.prescribed):
+                self.refuse("joint", f'"{controller.joint}" must be ideal, without a prescribed motion')
+
+    def own_name(self) -> None:
+        """Check a name that formulas can have."""
+        name = self.where.partition(".")[2]
+        if not name.isidentifier() or name in {TIME, *CONSTANTS, *FUNCTIONS}:
+            self.refuse("", "cannot be a name in formulas; use letters and digits, and no name of a function")
+
+    def motors(self, motor: Motor) -> None:
+        self.own_name()
+        self.known("joint", motor.joint, self.mechanism.joint)
+        joint = self.mechanism.joint[motor.joint]
+        if joint.type != "revolute":
+            self.refuse("joint", f'"{motor.joint}" is {joint.type}; name a revolute joint')
+        if motor.rotor_inertia:
+            if "world" not in (joint.parent, joint.child):
+                problem = f'needs a joint of the world, and "{motor.joint}" joins two links; add the rotor as a link'
+                self.refuse("rotor_inertia", f"{problem}, with a gear")
+            if (link := joint.child if joint.parent == "world" else joint.parent) in self.mechanism.beam:
+                self.refuse("rotor_inertia", f'needs a link without a beam, and "{link}" has one')
 
     def springs(self, load: tables.Spring) -> None:
         link = self.point("point", load.point).link
@@ -289,6 +357,8 @@ class _Check:
 
     def output(self, name: str) -> None:
         point, _, quantity = name.rpartition(".")
+        if name in self.experiment.quantities or (point in self.experiment.states and quantity == "value"):
+            return
         if point in self.mechanism.joint:
             if quantity in _RECORDED:
                 always = "forces, torques, powers and eccentricities of joints are always recorded"

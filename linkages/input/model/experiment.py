@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PrivateAttr, create_model
+from pydantic import AfterValidator, Field, PrivateAttr, create_model
 
 from linkages.base.brief import Brief
 from linkages.base.errors import InputError
@@ -23,8 +23,11 @@ from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leav
 from linkages.input.files.unit_conversion import read
 from linkages.input.model import load_tables as tables
 from linkages.input.model.experiment_tables import Drive, JointModel, RunWindow, SolverTable
+from linkages.input.model.functions import Quantity
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.recorded_tables import DataTable, FromFile
+from linkages.input.model.state_tables import Controller, Motor, State
+from linkages.input.model.worn import with_worn
 
 #: Origins of replaced values, shown as their source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
@@ -33,7 +36,12 @@ _Values = Mapping[str, Any]
 _NONE: _Values = MappingProxyType({})
 
 #: The tables of applied loads, in the order in which the loads are packed.
-LOADS = ("forces", "torques", "springs", "torsion_springs", "frictions")
+LOADS = ("forces", "torques", "springs", "torsion_springs", "frictions", "motors")
+#: The other tables of named elements.
+OTHERS = ("gears", "couplings", "stops", "contacts")
+
+#: The tables that define quantities for formulas.
+DEFINING = ("states", "motors", "controllers")
 
 #: Outputs of a link or frame, in plane axes, with units.
 QUANTITIES = {
@@ -88,6 +96,7 @@ class Experiment(Brief, Table):
 
     mechanism: str = Field(description="SDFormat file, relative to this file")
     title: str = Field("", description="one line for tables and figures")
+    units: str = Field("", description="units of tables and figures, such as mm, deg, r/min; default: SI units")
     duration: Positive = Field(description="simulated time [s]")
     gravity: _Vector = Field([0.0, 0.0, 0.0], description="gravity, world axes [m/s2]")
     start: Literal["centred", "equilibrium"] = Field(
@@ -99,14 +108,20 @@ class Experiment(Brief, Table):
         f" JOINT.{'|'.join(PIN_QUANTITIES)}",
     )
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
-    joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
+    joints: Annotated[dict[str, JointModel], AfterValidator(with_worn)] = Field(
+        {}, description="joint models by name; joints not named are ideal"
+    )
     links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
     forces: dict[str, tables.ForceTable] = Field({}, description="applied forces by name")
     torques: dict[str, tables.Torque] = Field({}, description="applied torques by name")
     springs: dict[str, tables.Spring] = Field({}, description="springs and dampers between two points, by name")
     torsion_springs: dict[str, tables.TorsionSpring] = Field({}, description="torsion springs and dampers by name")
     frictions: dict[str, tables.JointFriction] = Field({}, description="friction in ideal joints, by name")
+    states: dict[str, State] = Field({}, description="additional states by name, for formulas")
+    motors: dict[str, Motor] = Field({}, description="motors that turn revolute joints, by name")
+    controllers: dict[str, Controller] = Field({}, description="controllers by name; their outputs are for formulas")
     gears: dict[str, tables.Gear] = Field({}, description="gears and belts between joints, by name")
+    couplings: dict[str, tables.Coupling] = Field({}, description="couplings of coaxial shafts by name")
     stops: dict[str, tables.Stop] = Field({}, description="stops of joints by name")
     contacts: dict[str, tables.LineContact] = Field({}, description="contacts of points with straight lines, by name")
     data: DataTable | None = Field(None, description="measured curves for comparison with computed ones")
@@ -130,7 +145,9 @@ class Experiment(Brief, Table):
         for name, joint in self.joints.items():
             clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
             rows[f"model of {name}"] = f"{joint.model}{clearance}"
-        tables = {"links": self.links} | {name: getattr(self, name) for name in (*LOADS, "gears", "stops", "contacts")}
+        tables = {"links": self.links} | {
+            name: getattr(self, name) for name in (*LOADS, "states", "controllers", *OTHERS)
+        }
         rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
         rows["outputs"] = ", ".join(self.outputs) or "none"
         return f"{self.title or self.source.stem}; {self.source.name}, {self.duration:g} s", rows
@@ -192,8 +209,8 @@ class Experiment(Brief, Table):
 
     @property
     def can_touch(self) -> bool:
-        """Whether anything can be in contact: in dry or mixed joints, at limit stops, or of points with lines."""
-        return bool(self.stops or self.contacts) or any(self.joints[name].can_touch for name in self.play)
+        """Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines."""
+        return bool(self.limits or self.contacts) or any(self.joints[name].can_touch for name in self.play)
 
     @property
     def flexible(self) -> tuple[str, ...]:
@@ -202,8 +219,22 @@ class Experiment(Brief, Table):
 
     @property
     def loads(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each applied load: forces, torques, springs, torsion springs."""
+        """Return table and name of each applied load: forces, torques, springs, torsion springs, frictions, motors."""
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
+
+    @cached_property
+    def quantities(self) -> dict[str, Quantity]:
+        """Return the states, and the formulas of motors and controllers, by the names that formulas have for them."""
+        found: dict[str, Quantity] = {}
+        for table in DEFINING:
+            for name, one in getattr(self, table).items():
+                found |= one.quantities(name)
+        return found
+
+    @property
+    def own_states(self) -> dict[str, Quantity]:
+        """Return the additional states, in the order of the state vector."""
+        return {name: one for name, one in self.quantities.items() if one.is_state}
 
     @property
     def from_files(self) -> dict[str, FromFile]:
@@ -213,9 +244,39 @@ class Experiment(Brief, Table):
 
     @property
     def named(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each named element: loads, gears, stops, contacts."""
-        others = tuple((table, name) for table in ("gears", "stops", "contacts") for name in getattr(self, table))
-        return self.loads + others
+        """Return table and name of each named element: loads, gears, couplings, stops, contacts."""
+        return self.loads + tuple((table, name) for table in OTHERS for name in getattr(self, table))
+
+    @property
+    def meshes(self) -> dict[str, tables.Mesh]:
+        """Return the gears and couplings by name."""
+        return {**self.gears, **self.couplings}
+
+    @property
+    def closed(self) -> dict[str, tables.Mesh]:
+        """Return the gears and couplings without backlash."""
+        return {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is None}
+
+    @property
+    def slack(self) -> dict[str, tables.Mesh]:
+        """Return the gears and couplings with backlash."""
+        return {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is not None}
+
+    @property
+    def limits(self) -> dict[str, tables.Limit]:
+        """Return the contacts at limits of coordinates by label: stops, then the flanks of gears with backlash."""
+        found = {name: stop.as_limit for name, stop in self.stops.items()}
+        flanks = {f"{name}.{side}": one for name, mesh in self.slack.items() for side, one in mesh.flanks.items()}
+        return found | flanks
+
+    def without_backlash(self) -> dict[str, Any]:
+        """Return the tables of gears and couplings without backlash; only those that change."""
+        tables = {table: getattr(self, table) for table in ("gears", "couplings")}
+        return {
+            table: {name: mesh.model_dump(exclude_unset=True, exclude={"backlash"}) for name, mesh in meshes.items()}
+            for table, meshes in tables.items()
+            if self.slack.keys() & meshes.keys()
+        }
 
     def value(self, path: str) -> float:
         """Return the number at a dotted path; InputError if there is none."""
@@ -237,7 +298,8 @@ class Experiment(Brief, Table):
             key: valid[key] if names is True else getattr(self, key) | valid[key] for key, names in changed.items()
         }
         result = self.model_copy(update=values)
-        result.__dict__.pop("sdf_overrides", None)
+        for key in ("sdf_overrides", "quantities"):
+            result.__dict__.pop(key, None)
 
         def stays(path: str) -> bool:
             key, _, rest = path.partition(".")
@@ -249,13 +311,13 @@ class Experiment(Brief, Table):
         return result
 
     def ideal(self) -> Experiment:
-        """Return the experiment with every joint ideal and every link rigid."""
+        """Return the experiment with every joint and gear ideal and every link rigid."""
         perfect = {
             "joints": {name: {"model": "ideal"} for name in self.joints},
             "links": {name: {"model": "rigid"} for name in self.links},
             "outputs": [name for name in self.outputs if name.rpartition(".")[2] not in BENDING_QUANTITIES],
         }
-        data = self.model_dump(exclude_unset=True) | perfect
+        data = self.model_dump(exclude_unset=True) | perfect | self.without_backlash()
         return experiment_of(self._source, data, self._sources)
 
 

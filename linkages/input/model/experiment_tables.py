@@ -389,6 +389,9 @@ class JointModel(LawTable):
     shear_film: Literal["full", "half"] = Field("full", description="extent of the sheared film")
     small_eccentricity: SmallEccentricity | None = Field(None, description="the paper's correction near the centre")
     wear: WearTable | None = Field(None, description="dry and mixed: wear of bearing and journal")
+    worn: str | None = Field(
+        None, description="dry and mixed: wear.json of `linkages wear`, whose profiles this joint has at the start"
+    )
     offset: TwoOf[Finite] = Field(
         [0.0, 0.0],
         description="journal's centre from the bearing's at t = 0, plane axes [m]; guide: offset [m], tilt [rad]",
@@ -518,5 +521,8 @@ class SolverTable(Table):
     accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-7, description="relative accuracy [1]")
     max_step: Positive | None = Field(
         None, description="largest step; default on Drake 2e-3, with possible contacts 2e-5; compiled engine: none [s]"
+    )
+    max_steps: Annotated[int, Field(ge=1, le=5_000_000)] | None = Field(
+        None, description="largest number of steps; a run that needs more ends there; default: 5,000,000 [1]"
     )
     stabilisation: NonNegative = Field(50.0, description="Drake: decay rate of drive and loop errors [1/s]")

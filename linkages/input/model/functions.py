@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache, partial, reduce
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,20 +21,72 @@ TIME = "t"
 OF_POINTS = {"x": "m", "y": "m", "angle": "rad", "vx": "m/s", "vy": "m/s", "omega": "rad/s"}
 OF_JOINTS = {"coordinate": "rad", "rate": "rad/s"}
 
+#: Quantities of motors and controllers, and of states as outputs, with their units.
+OF_OWN = {
+    "current": "A", "voltage": "V", "torque": "N m", "speed": "rad/s", "slip": "1", "electrical_power": "W",
+    "losses": "W", "energy": "J", "temperature": "degC", "error": "SI", "output": "SI", "integral": "SI", "value": "SI",
+}  # fmt: skip
+
+
+class Definition(NamedTuple):
+    """A formula whose names stand for numbers, for other names, or for themselves; or a table over its value."""
+
+    formula: Formula
+    names: Mapping[str, float | str] = {}
+    table: tuple[list[float], list[float]] | None = None  # places, and values there: a monotone cubic
+
+
+class Quantity(NamedTuple):
+    """A named quantity of the experiment: a state with the formula of its rate or next value, or a formula alone."""
+
+    definition: Definition
+    is_state: bool = False
+    start: float = 0.0
+    scale: float = 1.0
+    period: float = 0.0  # between the samples of a state [s]; 0: continuous
+
 
 @lru_cache(maxsize=64)  # parsing a long formula takes a second
 def formula(text: str, of_state: bool = True) -> Formula:
-    """Read a formula of the time t and optionally of positions and speeds such as ``slider.x``; errors as `parse`."""
-    found = parse(text, (*OF_POINTS, *OF_JOINTS))
+    """Read a formula of the time t and optionally of positions, speeds and states; errors as `parse`."""
+    found = parse(text, (*OF_POINTS, *OF_JOINTS, *OF_OWN))
     for name in sorted(found.names):
-        if name != TIME and not (of_state and "." in name):
-            known = f"{TIME}, the time" + (", or POINT.x, JOINT.rate and the like" if of_state else "")
-            raise ValueError(f'"{shown(text)}" has "{name}"; it may have {known}')
+        if name != TIME and not of_state:
+            raise ValueError(f'"{shown(text)}" has "{name}"; it may have {TIME}, the time')
     return found
 
 
-def program(given: Formula, inputs: Mapping[str, int]) -> Program:
-    """Translate a formula; `inputs` are the indices of its names.
+def named(name: str) -> Definition:
+    """Return the definition that is the value of a quantity."""
+    return Definition(Formula(name, frozenset({name}), (name,)))
+
+
+def inputs_of(given: Definition, quantities: Mapping[str, Quantity], inside: tuple[str, ...] = ()) -> Iterator[str]:
+    """Yield the names of the inputs of a definition: signals, states, the time.
+
+    KeyError with the name of a quantity that depends on itself.
+    """
+    for name in sorted(given.formula.names):
+        meant = given.names.get(name, name)
+        if not isinstance(meant, str):
+            continue
+        if meant in quantities and not quantities[meant].is_state:
+            if meant in inside:
+                raise KeyError(meant)
+            yield from inputs_of(quantities[meant].definition, quantities, (*inside, meant))
+        else:
+            yield meant
+
+
+def program(
+    given: Formula | Definition,
+    inputs: Mapping[str, int],
+    quantities: Mapping[str, Quantity] | None = None,
+    tables: Callable[[tuple[list[float], list[float]]], int] | None = None,
+) -> Program:
+    """Translate a formula; `inputs` are the indices of its names, and `quantities` others that are formulas.
+
+    `tables` gives the index of the function that is a table.
 
     Examples
     --------
@@ -53,8 +106,21 @@ def program(given: Formula, inputs: Mapping[str, int]) -> Program:
             return add(CODES[name], arguments[0])
         return reduce(partial(add, CODES[name]), arguments)
 
-    last = given.fold(lambda value: add(NUMBER, value), lambda name: add(INPUT, inputs[name]), apply)
-    assert last == len(steps) - 1
+    known, numbers = quantities or {}, dict[tuple[int, str], float]()
+
+    def translate(one: Definition) -> int:
+        def name(text: str) -> int:
+            meant = one.names.get(text, text)
+            if not isinstance(meant, str):  # values apart, that equal numbers can follow different values
+                return add(NUMBER, meant, numbers.setdefault((id(one), text), 1.0 + len(numbers)))
+            if meant in known and not known[meant].is_state:
+                return translate(known[meant].definition)
+            return add(INPUT, inputs[meant])
+
+        value = one.formula.fold(lambda number: add(NUMBER, number), name, apply)
+        return value if one.table is None or tables is None else add(TABLE, tables(one.table), value)
+
+    translate(given if isinstance(given, Definition) else Definition(given))
     return Program(np.array([*steps], dtype=np.float64))
 
 

@@ -1,8 +1,8 @@
-"""Tables of applied loads, gears, limit stops, and contacts of points with straight lines."""
+"""Tables of applied loads, gears, couplings, limit stops, and contacts of points with straight lines."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
@@ -229,25 +229,109 @@ class JointFriction(Table):
         return parse(f"-{text}*{self.radius or 1.0!r}*tanh(v/{self.speed!r})")
 
 
-class Gear(Table):
+class Backlash(Table):
+    """Backlash: the second joint has play, at whose ends two contacts act instead of the coupling.
+
+    With `play` a contact's penetration is the second joint's angle beyond the play, and its force a torque; with
+    `normal` and `radius` both are along the line of action of the teeth.
+    """
+
+    play: Positive | None = Field(
+        None, description="angle through which the second joint turns while the first stands [rad]"
+    )
+    normal: Positive | None = Field(None, description="instead: normal backlash of the teeth [m]")
+    radius: Positive | None = Field(None, description="with normal: base radius of the second joint's wheel [m]")
+    start: Finite = Field(0.0, description="angle of the second joint at the start, from the middle of the play [rad]")
+    contact: ContactTable = Field(description="contact law, with stiffness [N m/rad^n], with normal [N/m^n]")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Backlash:
+        if (self.play is None) == (self.normal is None) or (self.normal is None) != (self.radius is None):
+            raise ValueError("give either play, or normal with radius")
+        if abs(self.start) > 0.5 * self.width:
+            raise ValueError(f"start is {self.start:g}; it must be within half the play, {0.5 * self.width:g} rad")
+        return self
+
+    @property
+    def lever(self) -> float:
+        """Return penetration over the angle beyond the play: 1, or the base radius [m]."""
+        return self.radius or 1.0
+
+    @property
+    def width(self) -> float:
+        """Return the play of the second joint [rad]."""
+        return (self.play or self.normal or 0.0) / self.lever
+
+
+class Limit(NamedTuple):
+    """A contact at the limit of a joint's coordinate less `ratio` times another's: a stop, or a gear's flank."""
+
+    joint: str
+    side: float  # 1: upper limit, -1: lower limit
+    place: float  # [rad or m]
+    contact: ContactTable
+    lever: float = 1.0  # penetration per coordinate beyond the limit
+    ratio: float = 0.0
+    other: str | None = None
+
+
+class Mesh(Table):
+    """Two joints with coupled coordinates: second = ratio * first + offset, or within the backlash from it."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def ratio(self) -> float:
+            """Return the coordinate of the second joint per coordinate of the first."""
+
+    joints: TwoOf[str] = Field(
+        description="two revolute or prismatic joints; their coordinates are zero in the reference configuration"
+    )
+    offset: Finite = Field(0.0, description="coordinate of the second joint where the first is zero, in SI units")
+    backlash: Backlash | None = Field(None, description="backlash of two revolute joints; default: none")
+
+    @model_validator(mode="after")
+    def _two_joints(self) -> Mesh:
+        if self.joints[0] == self.joints[1]:
+            raise ValueError(f'both joints are "{self.joints[0]}"')
+        return self
+
+    @property
+    def flanks(self) -> dict[str, Limit]:
+        """Return the contacts of the backlash by side; none without backlash."""
+        if (slack := self.backlash) is None:
+            return {}
+        first, second = self.joints
+        return {
+            name: Limit(
+                second, side, self.offset + 0.5 * side * slack.width, slack.contact, slack.lever, self.ratio, first
+            )
+            for name, side in (("upper", 1.0), ("lower", -1.0))
+        }
+
+
+class Coupling(Mesh):
+    """Two coaxial shafts that turn together: the coordinates of their joints differ by the offset."""
+
+    @property
+    def ratio(self) -> float:
+        """Return 1."""
+        return 1.0
+
+
+class Gear(Mesh):
     """Two joints with coupled coordinates: second = ratio * first + offset.
 
     For meshing gears with equally directed axes the ratio is negative; for belts and chains it is positive. With a
     prismatic joint the gear is a rack or a screw: the ratio is in m/rad.
     """
 
-    joints: TwoOf[str] = Field(
-        description="two revolute or prismatic joints; their coordinates are zero in the reference configuration"
-    )
     ratio: Finite = Field(description="coordinate of the second joint per coordinate of the first; not 0")
-    offset: Finite = Field(0.0, description="coordinate of the second joint where the first is zero, in SI units")
 
     @model_validator(mode="after")
     def _couples(self) -> Gear:
         if self.ratio == 0.0:
             raise ValueError("ratio is 0; the second joint would not move")
-        if self.joints[0] == self.joints[1]:
-            raise ValueError(f'both joints are "{self.joints[0]}"')
         return self
 
 
@@ -263,6 +347,11 @@ class Stop(Table):
     side: Literal["upper", "lower"] = Field(description="upper or lower limit of the coordinate")
     limit: Finite = Field(description="coordinate of the stop, zero in the reference configuration [rad]")
     contact: ContactTable = Field(description="contact law, with stiffness [N m/rad^n]")
+
+    @property
+    def as_limit(self) -> Limit:
+        """Return the contact."""
+        return Limit(self.joint, 1.0 if self.side == "upper" else -1.0, self.limit, self.contact)
 
 
 class LineContact(Table):

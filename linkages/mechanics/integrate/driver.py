@@ -13,6 +13,8 @@ attempt    ``attempt(problem, s, t, h, y, exact) -> (error, ratio)`` attempts a 
 signs      ``signs(problem, g, dg)`` fills the event functions and their rates at the last evaluation of `rhs`
 settle     ``settle(problem, t, y, event) -> (status, changed)`` is called with every new state, the first one included,
            and with the event at the end of the step, or -1; it may change y
+stop       ``stop(problem, t) -> time`` is the next time at which a step must end and `settle` may change the state at
+           once; infinite if there is none
 divide     ``divide(problem, s, t, h, y, divisions) -> size`` shortens an attempted step to end where the equations stop
            being smooth, and attempts it again; h if they are smooth, negative if the attempt failed
 observe    ``observe(problem, observer, t, y, row)`` fills further columns of the record; the last evaluation of
@@ -108,12 +110,12 @@ def with_status(record: Record, status: int) -> Record:
 
 
 @inlined_kernel
-def _fitted(h: float, t: float, options: Options) -> tuple[float, bool]:
+def _fitted(h: float, t: float, end: float, largest: float) -> tuple[float, bool]:
     """Limit the size of the next step so that the last two steps are of similar size; whether it reaches the end."""
-    h = min(h, options.largest)
-    if t + 1.0001 * h >= options.end:
-        return options.end - t, True
-    return (0.5 * (options.end - t) if t + 2.0 * h > options.end else h), False
+    h = min(h, largest)
+    if t + 1.0001 * h >= end:
+        return end - t, True
+    return (0.5 * (end - t) if t + 2.0 * h > end else h), False
 
 
 @inlined_kernel
@@ -123,7 +125,7 @@ def _set_scale(s: Stepper, tolerance: Array, relative: float, y: Array) -> None:
         s.scale[i] = tolerance[i] + relative * abs(y[i])
 
 
-def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide: Any) -> Any:
+def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, stop: Any, divide: Any) -> Any:
     """Make the function that integrates, from compiled functions; see the table at the head of the module."""
     first_step, land = starter(rhs), lander(attempt, signs)
 
@@ -166,7 +168,8 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide
                 status = PAUSED
                 break
             _set_scale(s, tolerance, options.relative, y)
-            h, last = _fitted(h, t, options)
+            end = min(options.end, stop(problem, t))
+            h, last = _fitted(h, t, end, options.largest)
             error, ratio = attempt(problem, s, t, h, y, False)
             event, size = -1, h
             if error <= 1.0 and ne:
@@ -200,14 +203,15 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, divide
                 stuck = 0
             accept(s, size, error)
             h = size
-            t = options.end if last else t + h
+            t = end if last else t + h
+            stopped = last and end < options.end
             copy(s.new, y)
             steps += 1
             status, changed = settle(problem, t, y, event)
             if changed or event >= 0 or divided:
                 rhs(problem, t, y, s.f0)
                 s.memory[ERROR] = 0.0  # the error belongs to the state before the change
-            if event >= 0 or divided:
+            if event >= 0 or divided or stopped:
                 restart(s)
             if ne:
                 signs(problem, g0, d0)

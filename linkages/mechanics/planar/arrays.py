@@ -36,6 +36,7 @@ class Arrays(NamedTuple):
     torque_n: Indices
     loads: Records  # applied loads; see `linkages.mechanics.planar.loads`
     signals: Records  # positions and speeds on which the loads depend
+    states: Records  # additional states
     load_t: Array
     load_c: Array
     load_n: Indices
@@ -44,3 +45,8 @@ class Arrays(NamedTuple):
     station_modes: Records  # (ns, nm)
     gravity: Array  # (2,)
     size: float  # length of the linkage [m]
+
+
+def size_of(model: Arrays) -> int:
+    """Return the number of coordinates and states, which is the number of entries of a workspace's v."""
+    return len(model.free) + len(model.driven) + len(model.states)

@@ -58,14 +58,14 @@ def input_scales(end: np.record, law: np.record, motion: ContactMotion, out: Arr
     distance = math.hypot(ex, ey)
     open_by = c + end.half - ex * nx - ey * ny if corner else c - distance
     if end.kind == STOP:
-        open_by = c + end.half - end.nx * (ny - nx)
+        open_by = c + end.half - end.nx * end.lever * (ny - nx)
     gap = max(abs(open_by), _NEAR * c)
     speed = math.hypot(vx, vy) + c * (abs(wb) + abs(wj)) + _SLOW
     lever = max(law.radius, c)
     spin = abs(wb) + abs(wj) + speed / lever
     turn = gap / (max(distance, gap) if corner else lever)  # by the gap, seen from the corner or on a worn surface
     if end.kind == STOP:
-        turn = gap
+        turn = gap / end.lever
     out[0], out[1], out[2], out[3], out[4], out[5] = gap, gap, speed, speed, spin, spin
     out[6], out[7], out[8] = turn, turn, law.bristle_scale
 
@@ -167,7 +167,8 @@ def _shifted(end: np.record, motion: ContactMotion, depth: float, closing: float
     """Increase penetration, closing and sliding speed of a contact."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     if end.kind == STOP:
-        return ex, ey, vx, vy, wb, wj + end.nx * closing, nx, ny + end.nx * depth
+        along = end.nx / end.lever
+        return ex, ey, vx, vy, wb, wj + along * closing, nx, ny + along * depth
     x, y = nx, ny
     if end.kind != CORNER:
         distance = math.hypot(ex, ey)

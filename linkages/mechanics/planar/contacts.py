@@ -15,7 +15,8 @@ from linkages.mechanics.planar.record_types import CORNER, HISTORY, JOURNAL, STO
 #: Quantities of each contact at a state: eccentricity e [m], force [N] and couple [N m] on the journal, penetration
 #: [m], its rate and the sliding speed of the journal's surface [m/s], normal load of the contact without a film's [N],
 #: rate of LuGre's bristles [m/s]. For the corner of a block, e points from the slot's marked point, on its middle line,
-#: to the corner, and the force acts at the corner. For a stop, penetration, its rate and the load are angular.
+#: to the corner, and the force acts at the corner. For a stop, penetration, its rate and the load are angular; for
+#: the flank of a gear with a base radius they are along its line of action.
 CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "load", "bristle_rate")
 #: After these, for a film with history and zero without: film content [1], volume flow out of both ends [m3/s].
 WIDTH = len(CLEARANCE_OUTPUTS) + 2
@@ -89,6 +90,9 @@ def add_contact(
     add_pair(wrench, end.bearing, end.journal, both_at_b(arms, ex, ey), fx, fy)
     wrench[end.journal.body, 0] += couple
     wrench[end.bearing.body, 0] -= couple
+    if end.ratio != 0.0:
+        wrench[end.b.body, 0] -= end.ratio * couple
+        wrench[end.a.body, 0] += end.ratio * couple
 
 
 @inlined_kernel
@@ -96,16 +100,20 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[ContactMoti
     """Compute the motion of a contact's inner end relative to its outer end, and the arms of both.
 
     The motion is the vector e between the ends, its rate, the angular velocities of outer and inner body; corner: the
-    normal into the wall; worn, grooved, with history, stop: the angles of outer and inner body.
+    normal into the wall; worn, grooved, with history, stop: the angles of outer and inner body. The outer end of a
+    gear's flank turns with the other joint too.
     """
     ex, ey, arms = gap(pose, end.bearing, end.journal)
     vx, vy = gap_rate(vel, end.bearing, end.journal, arms)
-    nx, ny = 0.0, 0.0
+    nx, ny, wb = 0.0, 0.0, vel[end.bearing.body, 0]
     if end.kind == CORNER:
         nx, ny = turned(pose, end.bearing.body, end.nx, end.ny)
     elif end.kind != JOURNAL:
         nx, ny = pose[end.bearing.body, 2], pose[end.journal.body, 2]
-    return (ex, ey, vx, vy, vel[end.bearing.body, 0], vel[end.journal.body, 0], nx, ny), arms
+        if end.ratio != 0.0:
+            nx += end.ratio * (pose[end.b.body, 2] - pose[end.a.body, 2])
+            wb += end.ratio * (vel[end.b.body, 0] - vel[end.a.body, 0])
+    return (ex, ey, vx, vy, wb, vel[end.journal.body, 0], nx, ny), arms
 
 
 @kernel
@@ -132,9 +140,10 @@ def _action(
         load, drag, rate = dry_force(law, delta, closing, sliding, approach, bristle)
         return -load * nx + drag * ny, -load * ny - drag * nx, 0.0, rate, delta, closing, sliding, load
     if end.kind == STOP:
-        delta, closing = end.nx * (ny - nx) - end.half - law.clearance, end.nx * (wj - wb)
+        along = end.nx * end.lever
+        delta, closing = along * (ny - nx) - end.half - law.clearance, along * (wj - wb)
         load, _, _ = dry_force(law, delta, closing, 0.0, approach, 0.0)
-        return 0.0, 0.0, -end.nx * load, 0.0, delta, closing, 0.0, load
+        return 0.0, 0.0, -along * load, 0.0, delta, closing, 0.0, load
     if end.kind == WORN:
         return call_worn(law.worn, (law, table, ex, ey, vx, vy, wb, wj, nx, ny, approach, bristle))
     return clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle, nx)

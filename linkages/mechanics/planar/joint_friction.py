@@ -86,7 +86,10 @@ def solve_friction(model: Arrays, t: float, torques: Array, w: Workspace, work: 
         if loads[k].joint >= 0:
             places[m] = k
             m += 1
-    curves, inputs = (model.load_t, model.load_c, model.load_n), load_inputs(model.signals, t, w.pose, w.vel)
+    curves, inputs = (
+        (model.load_t, model.load_c, model.load_n),
+        load_inputs(model.signals, model.states, t, w.v, w.pose, w.vel),
+    )
     none, unit, change = np.zeros((m, 3), w.vel.dtype), np.zeros((m, 3), w.vel.dtype), np.zeros((m, m, 3), w.vel.dtype)
     shares, normal = np.zeros(m, w.vel.dtype), np.zeros(m, w.vel.dtype)
     _enter(w, state)

@@ -1,8 +1,8 @@
 """Applied loads: forces, torques, springs and torsion springs with dampers, from body states to wrenches.
 
-Loads are packed as ``(records, signals, breaks, coefficients, segments)``: an array of `LOAD`, one of `SIGNAL`, and
-`Motions.arrays` with the values of forces and torques, whose inputs are the time and the signals; see
-`linkages.system.load_records.pack_loads`.
+Loads are packed as ``(records, signals, states, breaks, coefficients, segments)``: arrays of `LOAD`, `SIGNAL` and
+`STATE`, and `Motions.arrays` with the values of forces and torques, and the rates of states. The inputs of these are
+the time, the states and the signals; see `linkages.system.load_records.pack_loads`.
 
 A spring from point a to point b, d = p_b - p_a, length l = |d|, u = d/l, pulls with the tension
 T = k (l - l_0) + c dl/dt: T u on a, -T u on b. A coordinate spring resists a joint's coordinate, or the angle between
@@ -22,9 +22,9 @@ from linkages.base.kernel import Array, Indices, Records, kernel, lazy_kernel
 from linkages.mechanics.planar.closure_rows import add_term_wrench, term_rate, term_value
 from linkages.mechanics.planar.markers import add_force, add_pair, arm, gap, gap_rate, marker_velocity, turned
 from linkages.mechanics.planar.motion import Curves, function_jet
-from linkages.mechanics.planar.record_types import FORCE, PUSH, SPRING
+from linkages.mechanics.planar.record_types import COORDINATE_SPRING, FORCE, PUSH, QUANTITY, SPRING
 
-Loads = tuple[Records, Records, Array, Array, Indices]
+Loads = tuple[Records, Records, Records, Array, Array, Indices]
 
 #: Quantities of each load at a state. Force: fx, fy in plane axes [N]; push: torque [N m] or force [N], and 0; spring:
 #: tension [N] and length [m]; coordinate spring: resisting torque or force, and angle [rad] or displacement [m]. Then
@@ -34,10 +34,10 @@ VALUE, SECOND, POWER, ENERGY = range(len(LOAD_OUTPUTS))
 
 
 @lazy_kernel
-def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array) -> None:
+def load_wrenches(loads: Loads, t: float, v: Array, pose: Array, vel: Array, wrench: Array) -> None:
     """Add the wrenches of all loads at time t [s] to the bodies' wrenches."""
-    records, curves = loads[0], loads[2:]
-    inputs = load_inputs(loads[1], t, pose, vel)
+    records, curves = loads[0], loads[3:]
+    inputs = load_inputs(loads[1], loads[2], t, v, pose, vel)
     for k in range(len(records)):
         load = records[k]
         if load.kind == FORCE:
@@ -54,18 +54,18 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
                 vx, vy = gap_rate(vel, load.a, load.b, arms)
                 fx, fy = -load.stiffness * dx - load.damping * vx, -load.stiffness * dy - load.damping * vy
             add_pair(wrench, load.a, load.b, arms, fx, fy)
-        else:
+        elif load.kind == COORDINATE_SPRING:
             add_term_wrench(load.term, pose, -load.sign * _coordinate_spring(load, pose, vel)[0], wrench)
 
 
 @lazy_kernel
-def load_outputs(loads: Loads, efforts: Array, t: float, pose: Array, vel: Array, outputs: Array) -> None:
+def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, vel: Array, outputs: Array) -> None:
     """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load.
 
     ``efforts`` (nl,): see `linkages.mechanics.planar.joint_friction.FrictionWork`; read for its frictions alone.
     """
-    records, curves = loads[0], loads[2:]
-    inputs = load_inputs(loads[1], t, pose, vel)
+    records, curves = loads[0], loads[3:]
+    inputs = load_inputs(loads[1], loads[2], t, v, pose, vel)
     for k in range(len(records)):
         load = records[k]
         second, energy = 0.0, 0.0
@@ -79,6 +79,8 @@ def load_outputs(loads: Loads, efforts: Array, t: float, pose: Array, vel: Array
             rx, ry = arm(pose, load.a)
             vx, vy = marker_velocity(vel, load.a.body, rx, ry)
             power = value * vx + second * vy
+        elif load.kind == QUANTITY:
+            value, power = function_jet(curves, load.motion, inputs)[0], 0.0
         else:
             if load.kind == SPRING:
                 value, _, _, second, rate = _spring(load, pose, vel)
@@ -90,17 +92,42 @@ def load_outputs(loads: Loads, efforts: Array, t: float, pose: Array, vel: Array
 
 
 @kernel
-def load_inputs(signals: Records, t: float, pose: Array, vel: Array) -> Array:
-    """Time and signals, (1 + ns, 3), with zero derivatives."""
-    inputs = np.zeros((1 + len(signals), 3), vel.dtype)
+def load_inputs(signals: Records, states: Records, t: float, v: Array, pose: Array, vel: Array) -> Array:
+    """Time, states and signals, (1 + nz + ns, 3), with zero derivatives; the states are the last entries of v."""
+    first, before = 1 + len(states), len(v) - len(states)
+    inputs = np.zeros((first + len(signals), 3), vel.dtype)
     inputs[0, 0] = t
+    for k in range(len(states)):
+        inputs[1 + k, 0] = v[before + k]
     for k in range(len(signals)):
         signal = signals[k]
         if signal.rate:
-            inputs[1 + k, 0] = signal.scale * term_rate(signal.term, pose, vel)
+            inputs[first + k, 0] = signal.scale * term_rate(signal.term, pose, vel)
         else:
-            inputs[1 + k, 0] = signal.scale * (term_value(signal.term, pose) - signal.offset)
+            inputs[first + k, 0] = signal.scale * (term_value(signal.term, pose) - signal.offset)
     return inputs
+
+
+@lazy_kernel
+def state_rates(loads: Loads, t: float, v: Array, pose: Array, vel: Array, a: Array) -> None:
+    """Fill the last entries of ``a`` (n + nz,) with the rates of the states; sampled ones rest between samples."""
+    states, before = loads[2], len(v) - len(loads[2])
+    inputs = load_inputs(loads[1], states, t, v, pose, vel)
+    for k in range(len(states)):
+        if states[k].period > 0.0:
+            a[before + k] = 0.0
+        else:
+            a[before + k] = function_jet(loads[3:], states[k].function, inputs)[0]
+
+
+@lazy_kernel
+def sample_states(loads: Loads, due: Array, t: float, v: Array, pose: Array, vel: Array) -> None:
+    """Give sampled states whose times ``due`` (nz,) [s] have come their next values, all from the values before."""
+    states, before = loads[2], len(v) - len(loads[2])
+    inputs = load_inputs(loads[1], states, t, v, pose, vel)
+    for k in range(len(states)):
+        if t >= due[k]:
+            v[before + k] = function_jet(loads[3:], states[k].function, inputs)[0]
 
 
 @kernel

@@ -67,18 +67,23 @@ ROW = record_type(
 JOURNAL, CORNER, WORN, STOP, ORIENTED, HISTORY = 0, 1, 2, 3, 4, 5
 
 #: The two ends of a contact. Journal: centre of the bearing on the outer body, of the journal on the inner one.
-#: Corner: a point of the slot's middle line on the outer body, the corner on the inner one. Stop: any points.
+#: Corner: a point of the slot's middle line on the outer body, the corner on the inner one. Stop: any points; the outer
+#: end turns by ``ratio`` times the angle of ``b`` relative to ``a`` more than its body: a gear's flank.
 ENDS = record_type(
     kind="i8",
     bearing=MARKER,  # on the outer body
     journal=MARKER,  # on the inner body
     nx="f8",  # corner: normal into the wall, in the outer body's frame; stop: +1 if the inner body meets it turning
     ny="f8",  # counter-clockwise from the outer one, -1 if clockwise
-    half="f8",  # corner: half the height of the block [m]; stop: nx times the angle of the stop, less the clearance
+    half="f8",  # corner: half the height of the block [m]; stop: nx times the place of the stop, less the clearance
+    lever="f8",  # stop: its depth and place per angle: 1, or the base radius of a wheel [m]
+    ratio="f8",  # stop: 0 without another joint
+    a=MARKER,
+    b=MARKER,
 )
 
-#: Kinds of applied load.
-FORCE, PUSH, SPRING, COORDINATE_SPRING = 0, 1, 2, 3
+#: Kinds of applied load. A quantity is a function of time, signals and states, without a force.
+FORCE, PUSH, SPRING, COORDINATE_SPRING, QUANTITY = 0, 1, 2, 3, 4
 
 #: A position or speed that a load depends on: ``scale`` times a term's value less ``offset``, or times its rate.
 SIGNAL = record_type(
@@ -86,6 +91,13 @@ SIGNAL = record_type(
     scale="f8",
     offset="f8",
     rate="i8",  # 1 for the rate
+)
+
+#: An additional state: the function that gives its rate or, with a sampling period, its next
+#: value.
+STATE = record_type(
+    function="i8",
+    period="f8",  # [s]; 0: continuous
 )
 
 #: A flexible link, or a substructure of one, for its internal forces and deflection.

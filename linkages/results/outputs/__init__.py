@@ -6,6 +6,7 @@
 | bodies          | motion of points; coordinates; flexible links; energies        |
 | contacts        | clearance joints, guides, stops, points at lines               |
 | joints          | forces in joints, drives, loads, gears                         |
+| states          | additional states, motors, controllers                   |
 | registry        | outputs of a system by name, their units, the record of each   |
 | evaluation      | all outputs at states, in compiled code                        |
 | columns         | outputs over time, from the states of a run or an ideal motion |

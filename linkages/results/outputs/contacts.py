@@ -1,9 +1,10 @@
-"""Outputs of contacts: clearance joints, guides, stops, points at lines."""
+"""Outputs of contacts: clearance joints, guides, gears with backlash, stops, points at lines."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -89,6 +90,15 @@ def _flow(output: np.record, seen: Snapshot) -> float:
 
 
 @formula()
+def _slack(output: np.record, seen: Snapshot) -> float:
+    k, vel = output.at, seen.state.vel
+    end, couple = seen.model.ends[k], seen.contacts[k, COUPLE] + seen.contacts[k + 1, COUPLE]
+    apart = seen.contacts[k, PENETRATION] - seen.contacts[k + 1, PENETRATION]
+    power = couple * (vel[end.journal.body, 0] - vel[end.bearing.body, 0])
+    return (output.constant * couple, power, 0.5 * apart / end.lever)[output.column]
+
+
+@formula()
 def _guide(output: np.record, seen: Snapshot) -> float:
     slot, pose, largest, power, offset = output.marker, seen.state.pose, -np.inf, 0.0, 0.0
     nx, ny = turned(pose, slot.body, slot.x, slot.y)
@@ -136,12 +146,25 @@ _OF_GUIDE = quantities(
     offset="position of the block across its slot [m]",
     tilt="angle of the block in its slot [rad]",
 )
+_OF_SLACK = quantities(
+    _slack,
+    torque="torque on the second joint, along its coordinate [N m]",
+    power="power transmitted to the second joint [W]",
+    angle="angle of the second joint from the middle of the play [rad]",
+)
 _OF_STOP = {
     "torque": quantity("magnitude of the reaction torque [N m]", _entry, contacts.LOAD),
     **_entries(
         penetration="angle beyond the stop; negative: distance to it [rad]", closing="rate of the penetration [rad/s]"
     ),
     "power": quantity("power that the load delivers to the linkage [W]", _power),
+}
+_OF_TOOTH = {
+    "force": quantity("normal force of the teeth [N]", _entry, contacts.LOAD),
+    **_entries(
+        penetration="overlap of the teeth, negative: their distance [m]", closing="rate of the penetration [m/s]"
+    ),
+    "power": _OF_STOP["power"],
 }
 _OF_WALL = {
     **_FORCE,
@@ -171,6 +194,21 @@ def _at_contact(system: System, name: str) -> Element:
     return Element(k, constant=float(system.laws["clearance"][k]))
 
 
+def _flanks(normal: bool) -> Callable[[System], Iterable[str]]:
+    """List the flanks of gears with backlash along the line of action, or of angles."""
+    return lambda system: [
+        f"{name}.{side}"
+        for name, mesh in system.experiment.slack.items()
+        for side in mesh.flanks
+        if mesh.backlash and (mesh.backlash.normal is not None) is normal
+    ]
+
+
+def _at_slack(system: System, name: str) -> Element:
+    sign = system.tree.coordinate(system.experiment.slack[name].joints[1])[1]
+    return Element([owner for owner, _ in system.contacts].index(name), constant=sign)
+
+
 def _guides(system: System) -> Iterable[str]:
     return [name for name in system.tree.play if system.mechanism.joint[name].slot is not None]
 
@@ -182,9 +220,22 @@ def _at_guide(system: System, name: str) -> Element:
     return Element(k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k]))
 
 
-#: Clearance joints and guides.
+def _by_drive(owner: Owner) -> tuple[Owner, Owner]:
+    """Split an owner: in joints with a drive ``power`` is the drive's, and ``contact_power`` the force pairs'."""
+    power = owner.quantities["power"]._replace(meaning="power that the force pairs deliver in a joint with a drive")
+    others = {name: one for name, one in owner.quantities.items() if name != "power"}
+
+    def names(driven: bool) -> Callable[[System], Iterable[str]]:
+        return lambda system: [name for name in owner.names(system) if (name in system.experiment.drives) is driven]
+
+    return replace(owner, names=names(False)), replace(
+        owner, names=names(True), quantities=others | {"contact_power": power}
+    )
+
+
+#: Clearance joints, guides, gears with backlash.
 PLAY = (
-    _play("film, dry, mixed", lambda model: True, _OF_JOURNAL),
+    *_by_drive(_play("film, dry, mixed", lambda model: True, _OF_JOURNAL)),
     _play(
         "film, mixed", lambda model: model.has_film,
         {"film_thickness": quantity("smallest thickness of the film [m]", _thickness)},
@@ -199,11 +250,14 @@ PLAY = (
         "film with history", lambda model: model.has_history,
         {"film_content": quantity("share of the gap that is filled with oil [1]", _entry, contacts.CONTENT)},
     ),
-    Owner("GUIDE", _guides, _at_guide, _OF_GUIDE, real=True),
+    *_by_drive(Owner("GUIDE", _guides, _at_guide, _OF_GUIDE, real=True)),
+    Owner("GEAR (backlash)", lambda system: system.experiment.slack, _at_slack, _OF_SLACK, real=True),
 )  # fmt: skip
-#: Stops, and points at lines.
+#: Stops, flanks of gears, points at lines.
 WALLS = (
     Owner("STOP (revolute)", of_joints("stops", True), _at_contact, _OF_STOP, real=True),
     Owner("STOP (prismatic)", of_joints("stops", False), _at_contact, _OF_WALL, real=True),
+    Owner("FLANK (play)", _flanks(False), _at_contact, _OF_STOP, real=True),
+    Owner("FLANK (normal)", _flanks(True), _at_contact, _OF_TOOTH, real=True),
     Owner("CONTACT", lambda system: system.experiment.contacts, _at_contact, _OF_LINE, real=True),
 )

@@ -171,17 +171,17 @@ def _move(seen: Snapshot, with_forces: bool, t: float, powered: Array) -> None:
     bodies = model.bodies
     body_states(bodies, w.q, w.v, w.pose, w.vel)
     body_accelerations(bodies, w.pose, w.vel, w.v, w.a, w.acc)
-    loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
+    loads = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
     if with_forces or len(seen.friction.efforts):
         w.wrench[:] = 0.0
         add_known_contacts(model.ends, seen.contacts, w.pose, w.wrench)
         if len(loads[0]):
-            load_wrenches(loads, t, w.pose, w.vel, w.wrench)
+            load_wrenches(loads, t, w.v, w.pose, w.vel, w.wrench)
         evaluate_motions((model.torque, model.torque_c, model.torque_n), t, powered[0], powered[1], powered[2])
         if len(seen.friction.efforts):
             add_friction(model, t, powered[0], w, seen.friction)
     if len(loads[0]):
-        load_outputs(loads, seen.friction.efforts, t, w.pose, w.vel, seen.loads)
+        load_outputs(loads, seen.friction.efforts, t, w.v, w.pose, w.vel, seen.loads)
     if with_forces:
         for k in range(powered.shape[1]):
             w.tau[bodies.records[model.powered_bodies[k]].dof] = powered[0, k]

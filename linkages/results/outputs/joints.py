@@ -26,7 +26,8 @@ def _drive(output: np.record, seen: Snapshot) -> float:
 
 
 @formula("loads")
-def _load(output: np.record, seen: Snapshot) -> float:
+def load_value(output: np.record, seen: Snapshot) -> float:
+    """Read a value of an applied load."""
     return seen.loads[output.at, output.column]
 
 
@@ -58,14 +59,15 @@ _OF_DRIVE = quantities(
     rate="rate of the joint's coordinate [rad/s or m/s]",
     power="power delivered by the drive [W]",
 )
-_POWER = {"power": quantity("power that the load delivers to the linkage [W]", _load, POWER)}
+_POWER = {"power": quantity("power that the load delivers to the linkage [W]", load_value, POWER)}
 _OF_FORCE = {
-    "fx": quantity("applied force along x_P [N]", _load, VALUE),
-    "fy": quantity("applied force along y_P [N]", _load, SECOND),
+    "fx": quantity("applied force along x_P [N]", load_value, VALUE),
+    "fy": quantity("applied force along y_P [N]", load_value, SECOND),
     "force": quantity("magnitude of the applied force [N]", _force),
     **_POWER,
 }
 _OF_TORQUE = "applied torque, counter-clockwise; in a joint: along its coordinate [N m]"
+_OF_MOTOR = "torque of a motor on the joint's child, along the joint's coordinate [N m]"
 _OF_FRICTION = "friction in an ideal joint, along its coordinate"
 _TURN = "angle, zero in the reference configuration [rad]"
 _SHIFT = "displacement, zero in the reference configuration [m]"
@@ -73,7 +75,7 @@ _SHIFT = "displacement, zero in the reference configuration [m]"
 
 def _values(**texts: str) -> dict[str, Declaration]:
     """Make the quantities of a load: its value, a second one if any, its power."""
-    return quantities(_load, **texts) | _POWER
+    return quantities(load_value, **texts) | _POWER
 
 
 def _passed(name: str, unit: str) -> dict[str, Declaration]:
@@ -83,14 +85,14 @@ def _passed(name: str, unit: str) -> dict[str, Declaration]:
 
 
 def turns(system: System, table: str, name: str) -> bool:
-    """Tell whether a stop, friction, gear or spring gives a torque; the second joint of a gear counts."""
+    """Tell whether a stop, friction, gear or spring gives a torque; the second joint of a gear or coupling counts."""
     element = getattr(system.experiment, table)[name]
-    joint = element.joints[1] if table == "gears" else element.joint
+    joint = element.joints[1] if table in ("gears", "couplings", "meshes") else element.joint
     return joint is None or system.mechanism.joint[joint].type == "revolute"
 
 
 def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
-    """List the stops, frictions, gears or torsion springs that give a torque, or a force."""
+    """List the stops, frictions, gears and couplings (meshes) or torsion springs that give a torque, or a force."""
     return lambda system: [name for name in getattr(system.experiment, table) if turns(system, table, name) is turning]
 
 
@@ -111,12 +113,13 @@ def _at_load(system: System, name: str) -> Element:
 
 
 def _at_gear(system: System, name: str) -> Element:
-    gears = system.experiment.gears
-    sign = system.tree.coordinate(gears[name].joints[1])[1]
-    return Element(list(gears).index(name) - len(gears), constant=sign)
+    experiment, tree = system.experiment, system.tree  # with backlash: row of the ideal linkage
+    gears, after = (experiment.closed, 0) if name in experiment.closed else (experiment.slack, len(tree.loop_rows))
+    sign = tree.coordinate(gears[name].joints[1])[1]
+    return Element(list(gears).index(name) - len(gears) - after, constant=sign)
 
 
-#: Joints, drives, applied loads, gears.
+#: Joints, drives, applied loads, gears and couplings.
 FORCES = (
     Owner("JOINT", lambda system: system.mechanism.joint, _at_joint, _OF_JOINT),
     Owner("DRIVE", _drives, _at_drive, _OF_DRIVE),
@@ -134,8 +137,9 @@ FORCES = (
         "TORSION SPRING (prismatic)", of_joints("torsion_springs", False), _at_load,
         _values(force="force against its displacement [N]", displacement=_SHIFT),
     ),
+    Owner("MOTOR", lambda system: system.experiment.motors, _at_load, _values(torque=_OF_MOTOR)),
     Owner("FRICTION (revolute)", of_joints("frictions", True), _at_load, _values(torque=f"{_OF_FRICTION} [N m]")),
     Owner("FRICTION (prismatic)", of_joints("frictions", False), _at_load, _values(force=f"{_OF_FRICTION} [N]")),
-    Owner("GEAR (revolute)", of_joints("gears", True), _at_gear, _passed("torque", "N m")),
-    Owner("GEAR (prismatic)", of_joints("gears", False), _at_gear, _passed("force", "N")),
+    Owner("GEAR (revolute)", of_joints("meshes", True), _at_gear, _passed("torque", "N m")),
+    Owner("GEAR (prismatic)", of_joints("meshes", False), _at_gear, _passed("force", "N")),
 )  # fmt: skip

@@ -28,12 +28,13 @@ from linkages.results.outputs.bodies import COORDINATES, LINKS, POINTS
 from linkages.results.outputs.contacts import PLAY, WALLS
 from linkages.results.outputs.joints import FORCES
 from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, OutputFormula, Owner
+from linkages.results.outputs.states import OWN, STATES
 from linkages.system import System
 
 JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
 
 #: All kinds of elements with outputs; the first one wins if names are equal.
-OWNERS = (*POINTS, *PLAY, *FORCES, *WALLS, *LINKS)
+OWNERS = (*POINTS, *PLAY, *FORCES, *WALLS, *LINKS, *OWN)
 
 #: The formulas of all quantities and their numbers, which the records of outputs hold.
 FORMULAS: dict[OutputFormula, int] = {}
@@ -78,6 +79,8 @@ def unit(system: System, name: str) -> str:
     if plain.removeprefix("q.").partition(HINGE)[0] in system.tree.flexible:  # of a run with rigid segments
         return "rad"
     owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
+    if owner is STATES:
+        return system.experiment.states[thing].unit
     joint = system.mechanism.joint.get(thing)
     slides = joint is not None and joint.type == "prismatic"
     if owner is COORDINATES:
@@ -121,7 +124,8 @@ def table() -> Iterator[tuple[str, str, str]]:
     for owner in (*OWNERS, COORDINATES):
         label, _, kind = owner.label.removesuffix(")").partition(" (")
         for name, quantity in owner.quantities.items():
-            kinds.setdefault((label, name, quantity), []).append(kind)
+            found = kinds.setdefault((label, name, quantity), [])
+            found += [kind] if kind not in found else []
     for (label, name, quantity), found in kinds.items():
         also = f" or {quantity.prismatic}" if quantity.prismatic else ""
         shown = f"{label} ({', '.join(found)})" if found[0] else label

@@ -26,13 +26,10 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-from tomlkit.items import Item
-
 from linkages.base.errors import AssemblyError, InputError, RunError
-from linkages.input.files.toml import parse_value
 from linkages.input.files.versions import versions
 from linkages.input.files.writing import errors_of_writing, whole
+from linkages.input.model.editing import edited
 from linkages.input.model.experiment import Experiment
 from linkages.show.live.controls import Control, controls
 from linkages.show.live.session import OutdatedError, Session, TimeLimitError, checked
@@ -195,21 +192,6 @@ def page_of(request: Any) -> str:
     return str(request.get("page", ""))[:40] if isinstance(request, dict) else ""
 
 
-def edited(experiment: Experiment, values: Mapping[str, Any], target: Path) -> str:
-    """Return the text of an experiment's file with other values; comments say that they are from the live page.
-
-    Strings are read as TOML values. The mechanism's path is relative if it is in the folder of the target or below.
-    """
-    document = tomlkit.parse(experiment.source.read_text(encoding="utf-8"))
-    for path, given in values.items():
-        _replace(document, path, parse_value(given) if isinstance(given, str) else given)
-    machine, folder = experiment.mechanism_path.resolve(), target.resolve().parent
-    named = str(machine.relative_to(folder) if machine.is_relative_to(folder) else machine)
-    if named != document["mechanism"]:
-        _replace(document, "mechanism", named)
-    return tomlkit.dumps(document)
-
-
 def save(experiment: Experiment, values: Mapping[str, Any], target: Path, replace: bool = False) -> None:
     """Write an experiment's file with other values, whole or not at all; see `edited`.
 
@@ -217,23 +199,8 @@ def save(experiment: Experiment, values: Mapping[str, Any], target: Path, replac
     """
     if target.exists() and not replace:
         raise InputError("page", target.name, f"exists in {target.parent.resolve()}; choose another name")
-    text = edited(experiment, values, target)
+    text = edited(experiment, values, target, "live page")
     with errors_of_writing(target.parent):
         target.parent.mkdir(parents=True, exist_ok=True)
     with whole(target) as file:
         file.write_text(text, encoding="utf-8")
-
-
-def _replace(document: tomlkit.TOMLDocument, path: str, value: Any) -> None:
-    """Set a value at a dotted path, with its origin and the value before as its comment."""
-    *tables, key = path.split(".")
-    here: Any = document
-    for name in tables:
-        if name not in here:
-            here[name] = tomlkit.table()
-        here = here[name]
-    before = here.get(key)
-    item: Item = tomlkit.item(value)
-    was = "" if before is None or isinstance(before, dict) else f"; before: {tomlkit.item(before).as_string()}"
-    item.comment(f"live page{was}" if len(was) < 60 else "live page")
-    here[key] = item

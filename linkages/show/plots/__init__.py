@@ -3,12 +3,14 @@
 | module             | figures                                                                              |
 |--------------------|--------------------------------------------------------------------------------------|
 | style              | none: palette, line styles, labels and settings of all figures                       |
+| presentation       | none: format, size and style of the files of figures                                 |
 | histories          | outputs, forces and torques, ideal and real; deflection and stress of flexible links |
 | journals           | orbits of journals in their clearances, blocks in their slots, contacts over time    |
 | pages              | none: HTML pages from templates; curves as data, and the script that draws them      |
 | shown              | none: base class of figures for notebooks                                            |
 | linear_figures     | natural frequencies and mode shapes; Bode plots; changes of peaks with 1 % of values |
 | attractors         | Poincaré sections, bifurcation diagrams, branches, Lyapunov exponents, spectra       |
+| overlaid           | several runs, also of different machines, in one figure                              |
 | swept              | peaks over one variable in small panels, over two as maps with contours              |
 | bearings           | chart and pressure of a film; worn profiles; clearance, forces, jitter over cycles   |
 | drawing            | a mechanism before a run: a labelled, movable picture                                |
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
     from linkages.show.plots.drawing.raster import pose
     from linkages.show.plots.histories import write_figures
     from linkages.show.plots.journals import orbit
+    from linkages.show.plots.overlaid import overlay_figure
+    from linkages.show.plots.presentation import presented
     from linkages.show.plots.style import COLORS, LINES, figure_style
     from linkages.show.plots.swept import map_figure, peaks_figure
 
@@ -41,6 +45,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "drawing.raster": ("pose",),
         "histories": ("write_figures",),
         "journals": ("orbit",),
+        "overlaid": ("overlay_figure",),
+        "presentation": ("presented",),
         "style": ("COLORS", "LINES", "figure_style"),
         "swept": ("map_figure", "peaks_figure"),
     },

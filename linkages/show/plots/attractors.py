@@ -46,7 +46,7 @@ def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[st
         figure, axis = new_figure(4.2, width=4.6)
         _draw_points(axis, factor_x * section[x], factor_y * section[y])
         axis.set(xlabel=axis_label(x, unit_x), ylabel=axis_label(y, unit_y))
-        axis.set_title(f"Poincaré section: {len(section[x])} points", loc="left", fontsize=9)
+        axis.set_title(f"Poincaré section: {len(section[x])} points", loc="left", fontsize="medium")
         return figure
 
 
@@ -174,7 +174,7 @@ def branches_figure(
             axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
         axes[-1].set_xlabel(label or found.path)
         handles = dict(zip(*axes[0].get_legend_handles_labels()[::-1], strict=True))
-        figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=3, fontsize=8)
+        figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=3, fontsize="small")
         return figure
 
 

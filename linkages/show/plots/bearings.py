@@ -24,7 +24,7 @@ from linkages.show.plots.style import (
     figure_style,
     stacked_axes,
     typeset,
-    write_png,
+    write_figure,
 )
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def chart_figure(point: BearingPoint, chart: Mapping[str, Array]) -> Figure:
             axis.semilogx(chart["sommerfeld"], curve, color=color)
             axis.plot(point.sommerfeld, mark, "o", color="k", ms=5, label="operating point")
             axis.set(xlabel="Sommerfeld number μ N D L/W (R/c)² [-]", ylabel=label)
-        axes[0, 0].legend(fontsize=8)
+        axes[0, 0].legend(fontsize="small")
         axes[1, 0].set_yscale("log")
         return figure
 
@@ -91,8 +91,8 @@ def pressure_figure(point: BearingPoint) -> Figure:
         axis.set(xlim=(-180.0, 180.0), xticks=np.arange(-180, 181, 60))
         axis.set(xlabel="angle from the load, in the sense of rotation [deg]", ylabel=axis_label("z", length))
         parts = {"hatched: cavity": content.min() < 1.0, "red: groove": len(case.grooves) > 0}
-        axis.set_title("; ".join(text for text, drawn in parts.items() if drawn), loc="left", fontsize=8)
-        axis.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+        axis.set_title("; ".join(text for text, drawn in parts.items() if drawn), loc="left", fontsize="small")
+        axis.legend(fontsize="small", loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
         return figure
 
 
@@ -102,10 +102,10 @@ _RING = 3.0  # radius of the drawn circle over the largest depth
 
 
 def write_wear_figures(found: Mapping[str, Any], folder: Path) -> None:
-    """Write ``wear_JOINT.png`` of each joint and ``wear_history.png`` from the content of ``wear.json``."""
+    """Write the figure ``wear_JOINT`` of each joint and ``wear_history`` from the content of ``wear.json``."""
     for name in found["joints"]:
-        write_png(profile_figure(found, name), folder / f"wear_{file_name(name)}.png")
-    write_png(history_figure(found), folder / "wear_history.png")
+        write_figure(profile_figure(found, name), folder / f"wear_{file_name(name)}")
+    write_figure(history_figure(found), folder / "wear_history")
 
 
 def profile_figure(found: Mapping[str, Any], joint: str) -> Figure:
@@ -128,10 +128,12 @@ def profile_figure(found: Mapping[str, Any], joint: str) -> Figure:
                 flat.plot(angle[order], 1e6 * profile[order, 1], color=shade, lw=1.1, label=f"{cycles:,}")
             ring.set(yticklabels=[], ylim=(0.0, (_RING + 1.15) * deepest))
             times = rounded(1e6 * found["joints"][joint]["radius"] / (_RING * deepest))
-            ring.set_title(f"joint {joint}: {side}, wear enlarged {times} times", fontsize=9)
+            ring.set_title(f"joint {joint}: {side}, wear enlarged {times} times", fontsize="medium")
             flat.set(xlim=(-180, 180), xticks=range(-180, 181, 90), ylim=(0.0, None))
             flat.set(xlabel=f"angle on the {side} [deg]", ylabel="depth [µm]")
-            flat.legend(title="cycles", fontsize=7, title_fontsize=7, **LEGEND | {"ncols": 3})  # above the curves
+            flat.legend(
+                title="cycles", fontsize="small", title_fontsize="small", **LEGEND | {"ncols": 3}
+            )  # above the curves
         return figure
 
 
@@ -164,7 +166,7 @@ def history_figure(found: Mapping[str, Any]) -> Figure:
             peaks.plot(middle, values, "o-", label=f"{name} ({first:.3g}{unit})", **style)
         peaks.set(ylabel="mean peak of a cycle over\nthe initial one [1]", xlabel="cycles")
         for axis in (volume, length, peaks):
-            axis.legend(fontsize=7)
+            axis.legend(fontsize="small")
         figure.align_ylabels()
         return figure
 

@@ -10,14 +10,22 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from linkages.input.files.writing import file_name
-from linkages.results.assessment import TAKEN_UP, Assessment
+from linkages.results.assessment import Assessment
 from linkages.results.outputs.registry import unit
 from linkages.show.plots.journals import contacts_figure, guides_figure, orbits_figure
 from linkages.show.plots.pages import drawn_errors, resolved
-from linkages.show.plots.style import COLORS, LEGEND, axis_label, engineering, figure_style, stacked_axes, write_png
+from linkages.show.plots.style import (
+    COLORS,
+    LEGEND,
+    axis_label,
+    engineering,
+    figure_style,
+    readable,
+    stacked_axes,
+    write_figure,
+)
 
 _RUN, _IDEAL = COLORS[:2]
-_SMALL = np.radians(0.1)  # smaller angles are shown in mrad or less [rad]
 _UNBOUNDED = 1e3  # ideal over actual peak from which the ideal one is not drawn whole
 
 # names of the quantities of a link or frame
@@ -42,7 +50,7 @@ _LABELS = {
 
 
 def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, float | None] | None = None) -> list[Path]:
-    """Draw all figures of an assessment as PNG files into an existing folder, and return their paths.
+    """Draw all figures of an assessment into an existing folder, in the format of `presented`, and return their paths.
 
     The figures are: one for each output, journal orbits, blocks in their slots, contacts, flexible links, joint forces
     and drive torques; missing ones are skipped. Variations below the errors of the peaks by key
@@ -67,9 +75,7 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
     if assessment.system.experiment.drives:
         figures["drive_torques"] = partial(torques_figure, errors=least)
     with figure_style():
-        for name, draw in figures.items():
-            write_png(draw(assessment), folder / f"{name}.png")
-    return [folder / f"{name}.png" for name in figures]
+        return [write_figure(draw(assessment), folder / name) for name, draw in figures.items()]
 
 
 def output_figure(assessment: Assessment, name: str, errors: Mapping[str, float] | None = None) -> Figure:
@@ -151,7 +157,7 @@ def _compare(
             continue
         bottom = next(panels)
         difference = resolved(apart[name], error)
-        low, high = _limits_after_start(apart.time, difference)
+        low, high = _limits(difference[apart.time >= assessment.counted_from])
         drawn, factor = _shown(assessment, name, np.array([low, high]))
         bottom.plot(apart.time, factor * difference, color="0.25", lw=0.8)
         bottom.set(ylabel=f"difference\n[{drawn}]", ylim=(factor * low, factor * high))
@@ -159,7 +165,9 @@ def _compare(
             largest = np.abs(difference).max()
             drawn, factor = _shown(assessment, name, largest)
             note = f"at the start up to {factor * largest:.3g} {drawn}"
-            bottom.text(1.0, 1.02, note, transform=bottom.transAxes, ha="right", va="bottom", fontsize=7)  # in the gap
+            bottom.text(
+                1.0, 1.02, note, transform=bottom.transAxes, ha="right", va="bottom", fontsize="small"
+            )  # in the gap
             top.tick_params(axis="x", length=0)
     axes[0].legend(**LEGEND)
     figure.align_ylabels(axes)
@@ -169,14 +177,12 @@ def _compare(
 
 def _shown(assessment: Assessment, name: str, values: np.ndarray) -> tuple[str, float]:
     """Choose the drawn unit of a column, and the factor from the SI unit."""
-    si, largest = unit(assessment.system, name), float(np.abs(values).max())
-    return ("deg", 180.0 / np.pi) if si == "rad" and largest >= _SMALL else engineering(si, largest)
+    return readable(unit(assessment.system, name), float(np.abs(values).max()))
 
 
-def _limits_after_start(times: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """Return axis limits without the very start."""
-    settled = values[times >= times[0] + TAKEN_UP * np.ptp(times)]
-    low, high = float(settled.min()), float(settled.max())
+def _limits(values: np.ndarray) -> tuple[float, float]:
+    """Return axis limits around values."""
+    low, high = float(values.min()), float(values.max())
     margin = 0.08 * (high - low) or 1.0
     return low - margin, high + margin
 

@@ -26,7 +26,7 @@ _PHASES = {
 }
 
 # marks of a journal, and of a guide's corners
-_MARKS = {"": "o", "corner1": "o", "corner2": "s", "corner3": "^", "corner4": "D"}
+_MARKS = {"": "o", "upper": "o", "lower": "s", "corner1": "o", "corner2": "s", "corner3": "^", "corner4": "D"}
 _AROUND = 1.15  # axis limit over the drawn range
 _CHORD = 0.05  # distance of points of a drawn orbit over the clearance
 _MOST_SEGMENTS = 2000  # most refined segments of a drawn orbit
@@ -50,7 +50,7 @@ def orbits_figure(assessment: Assessment) -> Figure:
         reach = _AROUND * max(clearance, float(np.hypot(ex, ey).max()))
         _draw_circle(whole, clearance)
         peak = float(np.max(assessment.run[f"{name}.eccentricity_ratio"]))
-        whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
+        whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize="medium")
         if name in touches:
             path, phase = finely(assessment, name)
             _draw_phases(whole, 1e6 * path, phase)
@@ -85,7 +85,7 @@ def _magnify(axis: Axes, path: Array, reach: float) -> None:
     around = np.array([-reach, reach]) / times
     axis.set(xlim=middle[0] + around, ylim=middle[1] + around)
     title = f"magnified {times:g} times" if times > 1.0 else "not magnified: the orbit is wide"
-    axis.set_title(title, fontsize=9)
+    axis.set_title(title, fontsize="medium")
 
 
 def orbit(
@@ -127,10 +127,12 @@ def contacts_figure(assessment: Assessment) -> Figure:
     run = assessment.run
     for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
         kind_of = "joint" if name in assessment.system.mechanism.joint else "contact"
-        force.set_title(f"{kind_of} {name}", loc="left", fontsize=9)
+        mesh = assessment.system.experiment.slack.get(name)
+        units = ("N m", "rad/s") if mesh is not None and mesh.backlash and mesh.backlash.play else ("N", "m/s")
+        force.set_title(f"{kind_of} {name}", loc="left", fontsize="medium")
         corners = [label.partition(".")[2] for label in labels]
         own = [[row for row in assessment.contacts if row.joint == label] for label in labels]
-        for axis, quantity, si in ((force, "peak_force", "N"), (speed, "approach_speed", "m/s")):
+        for axis, quantity, si in zip((force, speed), ("peak_force", "approach_speed"), units, strict=True):
             unit, factor = engineering(si, max(getattr(row, quantity) for rows in own for row in rows))
             for label, corner, rows in zip(labels, corners, own, strict=True):
                 start, height = np.array([(row.start, factor * getattr(row, quantity)) for row in rows]).T
@@ -187,7 +189,7 @@ def _draw_wall(axis: Axes, path: Array, clearance: float, phase: NDArray[np.int6
     axis.axhline(0.0, color="0.3", lw=1.0, zorder=1)
     axis.set(xlim=(-180.0, 180.0), ylim=(bottom, top), xticks=range(-180, 181, 90))
     axis.set(xlabel="angle of e [deg]", ylabel="penetration e $-$ c [µm]")
-    axis.text(-175.0, 0.94 * top, "in the wall", va="top", fontsize=8, color="0.3")
+    axis.text(-175.0, 0.94 * top, "in the wall", va="top", fontsize="small", color="0.3")
 
 
 def _draw_phases(axis: Axes, points: Array, phase: NDArray[np.int64]) -> None:
@@ -219,7 +221,7 @@ def guides_figure(assessment: Assessment) -> Figure:
         whole.fill(*rim.T, facecolor="0.95", edgecolor="0.3", lw=1.2)
         whole.plot(lift, middle, color=COLORS[0], lw=0.7)
         whole.plot(lift[0], middle[0], "o", color=COLORS[2], ms=3.5, label="start")
-        whole.set_title(f"joint {name}: contact on the rim", loc="left", fontsize=9)
+        whole.set_title(f"joint {name}: contact on the rim", loc="left", fontsize="medium")
         whole.set_aspect("equal", adjustable="datalim")
         whole.set_xlabel(axis_label("offset of front end $-$ middle", unit))
         whole.set_ylabel(axis_label("offset of the middle", unit))

@@ -37,7 +37,7 @@ def shapes_figure(modes: Modes, count: int) -> Figure:
             for line in lines:
                 moved = factor * (line.places + scale * line.ways[k])
                 axis.plot(*moved.T, color=line.color, lw=1.4, marker="o", markevery=[0, -1], ms=2)
-            axis.set_title(f"mode {k + 1}: {_frequency(modes.frequencies[k])}", fontsize=9)
+            axis.set_title(f"mode {k + 1}: {_frequency(modes.frequencies[k])}", fontsize="medium")
             axis.set_aspect("equal")
             axis.grid(False)
         for axis in axes[-1]:
@@ -56,7 +56,7 @@ def frequencies_figure(over: ModesOver) -> Figure:
             axis.plot(over.times, values, lw=1.4, label=f"mode {k + 1}", **style)
         axis.set(xlabel="time at which the drives reach the pose [s]", ylabel="natural frequency at rest [Hz]")
         axis.set_ylim(bottom=0.0)
-        figure.legend(loc="outside upper center", ncols=6, fontsize=8)
+        figure.legend(loc="outside upper center", ncols=6, fontsize="small")
         return figure
 
 
@@ -85,7 +85,7 @@ def bode_figure(model: StateSpace, frequencies: Array, response: NDArray[np.comp
         upper.set_ylabel(f"magnitude [{units.pop() if len(units) == 1 else 'see legend'}]")
         lower.set(xlabel="frequency [Hz]", ylabel="phase [°]")
         if k:
-            figure.legend(loc="outside upper center", ncols=2, fontsize=8)
+            figure.legend(loc="outside upper center", ncols=2, fontsize="small")
         return figure
 
 
@@ -111,13 +111,13 @@ def tornado_figure(found: Sensitivities) -> Figure:
             axis.errorbar(heights, range(len(paths)), xerr=errors, fmt="none", ecolor="k", lw=0.8)
             axis.axvline(0.0, color="k", lw=0.6)
             axis.tick_params(axis="y", labelsize=7)
-            axis.set_title(key, fontsize=9)
-            axis.set_xlabel("change with 1 % of the value [%]", fontsize=8)
+            axis.set_title(key, fontsize="medium")
+            axis.set_xlabel("change with 1 % of the value [%]", fontsize="small")
             axis.xaxis.set_major_locator(MaxNLocator(4))
             axis.xaxis.set_major_formatter("{x:.3g}")
             if not any(heights):
                 axis.set(xticks=[0.0], xlim=(-1.0, 1.0))
-                axis.text(0.75, 0.5, "no change", transform=axis.transAxes, ha="center", va="center", fontsize=8)
+                axis.text(0.75, 0.5, "no change", transform=axis.transAxes, ha="center", va="center", fontsize="small")
         for axis in axes.flat[len(keys) :]:
             axis.axis("off")
         return figure

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array
 from linkages.input.files.writing import json_text
 from linkages.results.trajectory import Trajectory
+from linkages.show.plots.presentation import shown, shown_unit
 
 _DIGITS = 7  # of numbers: enough for a curve that is enlarged a thousand times
 
@@ -61,9 +62,9 @@ def curves(
     if len(run.time) < 2:
         return []
     return [
-        {"name": name, "unit": run.units.get(name, ""), "run": _drawn(run, name, errors, intervals)}
+        {"name": name, "unit": shown_unit(run.units.get(name, "")), "run": _drawn(run, name, errors, intervals)}
         | {"ideal": _drawn(ideal, name, errors, intervals)}
-        | {"measured": _reduced(*measured[name], intervals) if name in measured else None}
+        | {"measured": _reduced(*measured[name], intervals, run.units.get(name, "")) if name in measured else None}
         for name in dict.fromkeys([*names, *measured])
         if name in run.columns
     ]
@@ -102,12 +103,12 @@ def _drawn(
 ) -> dict[str, list[float | None]] | None:
     if run is None or name not in run.columns:
         return None
-    return _reduced(run.time, resolved(run[name], errors.get(name, 0.0)), intervals)
+    return _reduced(run.time, resolved(run[name], errors.get(name, 0.0)), intervals, run.units.get(name, ""))
 
 
-def _reduced(time: Array, values: Array, intervals: int) -> dict[str, list[float | None]]:
+def _reduced(time: Array, values: Array, intervals: int, si: str) -> dict[str, list[float | None]]:
     keep = seen(time, values, intervals)
-    return {"time": short(time[keep]), "values": short(values[keep])}
+    return {"time": short(time[keep]), "values": short(shown(si)[1] * values[keep])}
 
 
 def short(values: Array) -> list[Any]:

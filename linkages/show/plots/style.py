@@ -7,6 +7,9 @@ from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
+from linkages.input.model.functions import OF_OWN
+from linkages.show.plots.presentation import presentation, shown
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -29,9 +32,21 @@ _STYLE: dict[Any, Any] = {
     "axes.spines.right": False,
     "figure.dpi": 150,
     "legend.frameon": False,
+    "pdf.fonttype": 42,  # text remains text; fonts are embedded
+    "svg.fonttype": "none",
+    "svg.hashsalt": "linkages",  # the same figure gives the same bytes
 }
+_PRINT = {
+    "font.size": 7,
+    "figure.dpi": 300,
+    "axes.linewidth": 0.5,
+    "grid.linewidth": 0.4,
+    **{f"{axis}tick.major.{key}": value for axis in "xy" for key, value in (("width", 0.5), ("size", 2.5))},
+}
+_DATES = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # none in the files
 #: Margins of stacked axes [inches], and the gap between two of them.
 _LEFT, _RIGHT, _TOP, _BOTTOM, _GAP = 0.98, 0.22, 0.34, 0.46, 0.14
+_SMALL = math.radians(0.1)  # smaller angles are shown in mrad or less [rad]
 _RAISED = str.maketrans("23", "²³")
 #: Prefixes of units and their factors, the largest first.
 _PREFIXED = {
@@ -48,10 +63,17 @@ _PREFIXED = {
 
 
 def figure_style() -> AbstractContextManager[None]:
-    """Return a context with the style of all figures; settings outside are unchanged."""
+    """Return a context with the style of all figures, as presented; settings outside are unchanged."""
     import matplotlib as mpl
 
-    return mpl.rc_context(_STYLE)
+    return mpl.rc_context(_STYLE | (_PRINT if presentation().style == "print" else {}))
+
+
+def resize(figure: Figure) -> None:
+    """Give a figure the presented size, if there is one."""
+    if asked := presentation().size:
+        width, height = figure.get_size_inches()
+        figure.set_size_inches(asked[0], asked[1] or asked[0] * height / width)
 
 
 def stacked_axes(figure: Figure, heights: Sequence[float], gap: float = _GAP) -> NDArray[Any]:
@@ -59,7 +81,10 @@ def stacked_axes(figure: Figure, heights: Sequence[float], gap: float = _GAP) ->
 
     matplotlib's constrained layout measures every text several times, which takes longer than the drawing.
     """
-    width, height = figure.get_size_inches()
+    import matplotlib as mpl
+
+    resize(figure)
+    width, height = figure.get_size_inches() * _STYLE["font.size"] / mpl.rcParams["font.size"]
     count = len(heights)
     mean = (height - _TOP - _BOTTOM - (count - 1) * gap) / count
     sides = {"left": _LEFT / width, "right": 1.0 - _RIGHT / width}
@@ -68,19 +93,41 @@ def stacked_axes(figure: Figure, heights: Sequence[float], gap: float = _GAP) ->
     return figure.subplots(count, 1, sharex=True, squeeze=False, gridspec_kw=grid)[:, 0]
 
 
-def write_png(figure: Figure, path: Path) -> None:
-    """Write a figure as a PNG file: the bytes of `Figure.savefig`, which draws every figure twice."""
+def write_figure(figure: Figure, path: Path) -> Path:
+    """Write a figure with the presented format, whose ending is added to the path; return the path."""
+    path = path.with_name(f"{path.name}.{presentation().format}")
+    save_figure(figure, path, presentation().format)
+    return path
+
+
+def save_figure(figure: Figure, path: Path, format: str) -> None:
+    """Write a figure with the presented size; as PNG the bytes of `Figure.savefig`, which draws every figure twice."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    FigureCanvasAgg(figure).print_png(path)
+    resize(figure)
+    if format == "png":
+        FigureCanvasAgg(figure).print_png(path)
+    else:
+        with figure_style():
+            figure.savefig(path, format=format, metadata=_DATES.get(format))
 
 
 def engineering(unit: str, largest: float) -> tuple[str, float]:
     """Return the most readable unit for values up to a magnitude, and the factor from the SI unit."""
+    if unit in presentation().units:
+        name, factor = shown(unit)
+        return typeset(name), factor
     for prefix, factor in _PREFIXED.get(unit, ()):
         if largest * factor >= 1.0:
             return f"{prefix}{typeset(unit)}", factor
     return ("", 1.0) if unit == "1" else (typeset(unit), 1.0)
+
+
+def readable(unit: str, largest: float) -> tuple[str, float]:
+    """Return unit and factor of values over time as `engineering`, but of angles in degrees."""
+    if unit == "rad" and largest >= _SMALL and unit not in presentation().units:
+        return "deg", 180.0 / math.pi
+    return engineering(unit, largest)
 
 
 def round_length(most: float) -> tuple[float, str]:
@@ -93,7 +140,7 @@ def round_length(most: float) -> tuple[float, str]:
 def asked_points(outputs: Iterable[str]) -> list[str]:
     """Return the distinct points with reported translational outputs."""
     parts = (name.rpartition(".") for name in outputs)
-    return list(dict.fromkeys(point for point, _, what in parts if what not in ("angle", "omega", "alpha")))
+    return list(dict.fromkeys(point for point, _, what in parts if what not in ("angle", "omega", "alpha", *OF_OWN)))
 
 
 def typeset(unit: str) -> str:

@@ -78,7 +78,7 @@ def map_figure(grid: Grid, name: str, unit: str, limit: float | None = None) -> 
         bar.ax.ticklabel_format(useOffset=False)
         if varies := bool(z.count()) and float(z.max() - z.min()) > _FLAT * _largest(peaks) * factor:
             lines = axis.contour(x, y, z, levels=_LEVELS, colors="white", linewidths=0.7)
-            for text in axis.clabel(lines, fontsize=7):
+            for text in axis.clabel(lines, fontsize="small"):
                 text.set_path_effects([withStroke(linewidth=1.5, foreground="0.3")])
                 text.set_clip_on(False)
         marks = []

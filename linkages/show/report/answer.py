@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import defaultdict
 from typing import Any
 
@@ -10,6 +11,7 @@ from linkages.input.files.magnitudes import rounded
 from linkages.show.plots.style import engineering
 from linkages.show.report import words
 from linkages.show.report.result_folder import Results
+from linkages.show.report.units import output_unit
 
 _MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
 _SAME = 1e-4  # relative change that is neglected
@@ -34,14 +36,14 @@ def question(results: Results) -> str:
     )
 
 
-def answer(summary: dict[str, Any]) -> list[str]:
-    """Answer the question of a run in three sentences, by its numbers; a first one if it ended early."""
-    shown, given = words.reported(summary), summary["provenance"]["experiment"]
+def answer(summary: dict[str, Any], file: str) -> list[str]:
+    """Answer the question of a run of an experiment's file in three sentences; a first one if it ended early."""
+    shown = words.reported(summary)
     play = {name: joint for name, joint in shown["joints"].items() if "eccentricity_ratio" in joint}
     status = Status(summary["status"])
     if status is Status.OK:
-        return [_action(play), _effect(shown), _trial(play, given.get("joints", {}))]
-    asked = f"{summary['duration']:.4g} s of {given['duration']:g} s"
+        return [_action(play), _effect(shown), _trial(play, summary, file)]
+    asked = f"{summary['duration']:.4g} s of {summary['provenance']['experiment']['duration']:g} s"
     ended = f"The run ended early, at {asked}, with the status {status.value}; the numbers belong to this part."
     return [ended, _action(play), _effect(shown), f"Next, {status.remedy}."]
 
@@ -89,7 +91,7 @@ def _effect(shown: dict[str, Any]) -> str:
     for name in [*shown.get("difference", {})][:1]:
         largest, part = shown["difference"][name]["peak"], words.percent(shown["difference"][name]["share"])
         of = "" if part == "-" else f" ({part} of its range)" if part.endswith("%") else f" ({part} its range)"
-        said.append(f"{name} differs by up to {_measured(largest, words.output_unit(name))}{of}")
+        said.append(f"{name} differs by up to {_measured(largest, output_unit(name))}{of}")
     peaks = {
         name: (value["peak"], shown["ideal"]["outputs"][name]["peak"])
         for name, value in shown["outputs"].items()
@@ -118,8 +120,9 @@ def _changed(ratio: float) -> str:
     return f"{words.percent(abs(ratio - 1.0))} {'larger' if ratio > 1.0 else 'smaller'}"
 
 
-def _trial(play: dict[str, Any], joints: dict[str, Any]) -> str:
+def _trial(play: dict[str, Any], summary: dict[str, Any], file: str) -> str:
     """Propose the next run: less clearance against impacts; a thinner film if it has a reserve, otherwise a thicker."""
+    joints = summary["provenance"]["experiment"].get("joints", {})
     given = {name: joint for name, joint in play.items() if name in joints}
     if not given:
         return 'Try clearance in a joint: "linkages keys joints" lists its keys.'
@@ -127,15 +130,16 @@ def _trial(play: dict[str, Any], joints: dict[str, Any]) -> str:
     joint, values = given[name], joints[name]
 
     def setting(key: str, factor: float) -> str:
-        return f"--set joints.{name}.{key}={rounded(factor * values[key])}"
+        value = float(rounded(factor * values[key]))
+        return shlex.join(words.simulation(summary, file, {f"joints.{name}.{key}": value}))
 
     if joint["impacts"] or "film_thickness" not in joint:
-        return f"Try half of this clearance: {setting('clearance', 0.5)}."
+        return f"Try half of this clearance: {setting('clearance', 0.5)}"
     deep = joint["eccentricity_ratio"]["peak"] >= _DEEP
     reserve = f"The film of joint {name} has {'little' if deep else 'a'} reserve: try"
     if "viscosity" in values:
-        return f"{reserve} {'thicker' if deep else 'thinner'} oil, {setting('viscosity', 2.0 if deep else 0.5)}."
-    return f"{reserve} {'less' if deep else 'more'} clearance, {setting('clearance', 0.5 if deep else 2.0)}."
+        return f"{reserve} {'thicker' if deep else 'thinner'} oil: {setting('viscosity', 2.0 if deep else 0.5)}"
+    return f"{reserve} {'less' if deep else 'more'} clearance: {setting('clearance', 0.5 if deep else 2.0)}"
 
 
 def _measured(value: float, si: str) -> str:

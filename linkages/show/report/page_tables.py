@@ -11,6 +11,7 @@ from linkages.input.files.magnitudes import rounded
 from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import leaves
 from linkages.input.model.experiment import Experiment, value_unit
+from linkages.show.plots.presentation import shown_unit
 from linkages.show.plots.style import typeset
 from linkages.show.report import words
 from linkages.show.report.result_folder import Results
@@ -86,7 +87,8 @@ def _joints(results: Results) -> PageTable:
         named = name, words.meeting(results.summary, name) or words.NONE, model
         rows.append((*named, *peaks, *judged, most, share, *_whole(results, f"{name}.force.peak")))
     head = (
-        "joint", "links", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
+        "joint", "links", "model", *(f"{kind} [{shown_unit('N')}]" for kind in ("ideal peak", "peak")), "at [s]",
+        "change of peak", f"error of peak [{shown_unit('N')}]",
         "largest e/c", "in contact [% of time]", *_whole(results),
     )  # fmt: skip
     return PageTable("Joint forces and journals", head, rows, frozenset({0, 1, 2}))
@@ -99,7 +101,14 @@ def _drives(results: Results) -> PageTable:
         judged = (words.change(value["peak"], exact["peak"]), error(results, key))
         peaks, work = (map(number, (exact[one], value[one])) for one in ("peak", "work"))
         rows.append((label, *peaks, *judged, *work, *_whole(results, key)))
-    head = ("drive", "ideal peak", "peak", "change of peak", "error of peak", "ideal work [J]", "work [J]")
+    head = (
+        "drive",
+        "ideal peak",
+        "peak",
+        "change of peak",
+        "error of peak",
+        *(f"{kind} [{shown_unit('J')}]" for kind in ("ideal work", "work")),
+    )
     return PageTable("Drives", (*head, *_whole(results)), rows)
 
 
@@ -121,12 +130,12 @@ def _links(results: Results) -> PageTable | None:
     for column, rigid, value in words.link_rows(shown):
         key, values = f"{column}.peak", map(number, (rigid, value["peak"], value["time"], value.get("place")))
         rows.append((f"{column} [{words.unit(column)}]", *values, error(results, key), *_whole(results, key)))
-    head = ("link", "rigid links", "peak", "at [s]", "place along the beam [m]", "error of peak")
+    head = ("link", "rigid links", "peak", "at [s]", f"place along the beam [{shown_unit('m')}]", "error of peak")
     return PageTable("Flexible links", (*head, *_whole(results)), rows) if rows else None
 
 
 def _measured(results: Results) -> PageTable | None:
-    """Tabulate the residuals of measured curves, in SI units; None without any."""
+    """Tabulate the residuals of measured curves; None without any."""
     keys = ("peak", "rms", "largest", "time")
     found = results.summary.get("measured", {})
     rows = [(name, one["column"], str(one["rows"]), *(number(one[key]) for key in keys)) for name, one in found.items()]
@@ -155,6 +164,9 @@ def impacts(results: Results) -> PageTable | None:
     caption = f"Contacts, {len(results.impacts)} in all"
     if len(results.impacts) > len(hardest):
         caption += f"; the {_SHOWN} hardest are shown; impacts.csv has all"
+    meshes = results.experiment.get("gears", {}) | results.experiment.get("couplings", {})
+    if turning := [name for name, mesh in meshes.items() if mesh.get("backlash", {}).get("play")]:
+        caption += f"; of {', '.join(turning)} angles and torques: read rad for m and N m for N"
     head = (
         "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",
         "peak penetration [µm]", "separation [m/s]", "peak normal force [N]",

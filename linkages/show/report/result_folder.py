@@ -11,9 +11,12 @@ from typing import Any
 from linkages.base.errors import InputError
 from linkages.input.files.toml import Table, validate
 from linkages.input.files.writing import file_name
+from linkages.input.model.experiment import experiment_of
 from linkages.input.model.experiment_tables import JointModel
+from linkages.input.model.mechanism import load_mechanism
 from linkages.results.impacts import Impact, read_impacts
 from linkages.results.shape import Summary
+from linkages.system import System
 
 #: Figures with their captions, in the order of the page, after the outputs'.
 FIGURES = {
@@ -25,7 +28,9 @@ FIGURES = {
     "joint_forces": "Magnitudes of the joint forces, ideal joints and clearance; below: their difference.",
     "drive_torques": "Torques (forces) of the drives, ideal joints and clearance; below: their difference.",
 }
-_HINT = "give the --out folder of `linkages simulate`"
+#: Endings of figures that a page can contain, and their media types.
+PICTURES = {".png": "image/png", ".svg": "image/svg+xml"}
+_HINT = "give the --out folder of a command"
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,7 @@ class Results:
 
     folder: Path
     summary: dict[str, Any]  # ``summary.json``
-    figures: tuple[Path, ...]  # PNG files, in the order of the page
+    figures: tuple[Path, ...]  # PNG and SVG files, in the order of the page
     animation: str | None  # the page of the animation
     drawing: Path | None
     impacts: tuple[Impact, ...] | None  # all contacts; None if no joint can touch
@@ -87,11 +92,21 @@ def load_results(folder: str | Path) -> Results:
     summary = read_json(folder / "summary.json", Summary, _HINT)
     first = [*(f"output_{file_name(name)}" for name in summary["outputs"]), *FIGURES]
     order = {stem: k for k, stem in enumerate(first)}
-    found = (path for path in folder.glob("*.png") if path.stem != "drawing")
+    found = (path for path in folder.iterdir() if path.suffix in PICTURES and path.stem != "drawing")
     figures = tuple(sorted(found, key=lambda path: (order.get(path.stem, len(order)), path.name)))
     drawing, impacts = folder / "drawing.svg", _impacts(folder)
     animation = read_page(folder / "animation.html")
     return Results(folder, summary, figures, animation, drawing if drawing.is_file() else None, impacts)
+
+
+def recorded_system(results: Results) -> System:
+    """Build the system of a run again from its record; InputError if its files are missing."""
+    path = Path(results.summary["provenance"].get("folder") or ".", results.source)
+    if not path.exists():
+        problem = f"is missing; the run of {results.folder} cannot be repeated without it"
+        raise InputError(str(path), "", problem)
+    experiment = experiment_of(path, results.experiment, results.sources)
+    return System(load_mechanism(experiment.mechanism_path, experiment.sdf_overrides), experiment)
 
 
 def read_json(path: Path, shape: type[Table], hint: str) -> dict[str, Any]:

@@ -10,7 +10,9 @@ from linkages.base.brief import cell
 from linkages.input.files.magnitudes import rounded
 from linkages.results.characteristics import peaks_by_key
 from linkages.results.warnings import relative
+from linkages.show.plots.presentation import shown_unit
 from linkages.show.report import words
+from linkages.show.report.units import as_shown, output_unit
 
 #: Columns of a heat balance, and their headings.
 _HEAT = ("temperature", "viscosity", "power", "by_flow", "by_conduction")
@@ -38,6 +40,7 @@ def format_summary(summary: dict[str, Any]) -> str:
 
 def format_table(summary: dict[str, Any]) -> str:
     """Format the numbers of a summary; with errors, if estimated; "-" is an undefined value."""
+    summary = as_shown(summary)
     mechanism, experiment, shown = summary["mechanism"], summary["provenance"]["experiment"], words.reported(summary)
     ideal, errors = shown["ideal"], shown.get("error", {})
     play = any(joint["model"] != "ideal" for joint in summary["joints"].values())
@@ -53,8 +56,8 @@ def format_table(summary: dict[str, Any]) -> str:
     for name, value in shown["outputs"].items():
         exact = ideal["outputs"][name]
         extremes = exact["min"], exact["max"], value["min"], value["max"]
-        rows.append(row(f"{name} [{words.output_unit(name)}]", extremes, f"{name}.peak"))
-    rows += [("", ""), row("joint force [N]: links", ("ideal peak", "peak", "at [s]", "e/c peak"))]
+        rows.append(row(f"{name} [{shown_unit(output_unit(name))}]", extremes, f"{name}.peak"))
+    rows += [("", ""), row(f"joint force [{shown_unit('N')}]: links", ("ideal peak", "peak", "at [s]", "e/c peak"))]
     for name, value in shown["joints"].items():
         label = f"{name} ({value['model']})" if value["model"] != "ideal" else name
         label += f": {links}" if (links := words.meeting(summary, name)) else ""
@@ -70,14 +73,18 @@ def format_table(summary: dict[str, Any]) -> str:
         rows += [(name, "".join(cell(heat[key], 12) for key in _HEAT)) for name, heat in heats.items()]
     for kind in ("drives", "loads"):
         if shown.get(kind):
-            rows += [("", ""), row(kind.removesuffix("s"), ("ideal peak", "peak", "work [J]", ""))]
+            rows += [("", ""), row(kind.removesuffix("s"), ("ideal peak", "peak", f"work [{shown_unit('J')}]", ""))]
         for label, key, value, exact in words.effort_rows(shown, kind):
             rows.append(row(label, (exact["peak"], value["peak"], value["work"], ""), key))
+    for name, value in shown["drives"].items():
+        if value.get("fluctuation") is not None:
+            exact = ideal["drives"][name].get("fluctuation")
+            rows.append(row(f"{name} speed fluctuation [1]", (exact, value["fluctuation"], "", "")))
     if "links" in shown:
-        rows += [("", ""), row("flexible link", ("rigid peak", "peak", "at [s]", "place [m]"))]
+        rows += [("", ""), row("flexible link", ("rigid peak", "peak", "at [s]", f"place [{shown_unit('m')}]"))]
     for column, rigid, value in words.link_rows(shown):
         cells = rigid, value["peak"], value["time"], value.get("place", "")
-        rows.append(row(f"{column} [{words.output_unit(column)}]", cells, f"{column}.peak"))
+        rows.append(row(f"{column} [{shown_unit(output_unit(column))}]", cells, f"{column}.peak"))
     if "measured" in summary:
         rows += [("", ""), row("measured less computed", ("peak", "rms", "largest", "at [s]"))]
     for name, value in summary.get("measured", {}).items():

@@ -12,10 +12,12 @@ import tomlkit
 
 from linkages.base.errors import Status
 from linkages.input.files.magnitudes import rounded
-from linkages.input.model.experiment import ARGUMENT, BENDING_QUANTITIES, COMMAND_LINE, QUANTITIES
+from linkages.input.model.experiment import ARGUMENT, COMMAND_LINE
 from linkages.results.characteristics import peaks_by_key
+from linkages.show.plots.presentation import shown_unit
 from linkages.show.plots.style import typeset
 from linkages.show.report.result_folder import Results
+from linkages.show.report.units import output_unit
 
 NONE = "–"  # symbol of an undefined value
 _ALIKE = 1e-3  # relative difference from the steady cycle's peak that is neglected
@@ -54,11 +56,11 @@ def effects(summary: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], list[tup
     """Yield tables of the effects of clearance: headings, and rows of name, value, time [s] and share."""
     shown, apart, film = reported(summary), [], []
     for name, value in shown.get("difference", {}).items():
-        unit = "N" if name.endswith(".force") else output_unit(name)
+        unit = shown_unit("N" if name.endswith(".force") else output_unit(name))
         apart.append((f"{name} [{unit}]", value["peak"], value["time"], percent(value["share"])))
     for name, joint in shown["joints"].items():
         if found := joint.get("film_thickness"):
-            film.append((f"{name} [m]", found["min"], found["time"], percent(found["share"])))
+            film.append((f"{name} [{shown_unit('m')}]", found["min"], found["time"], percent(found["share"])))
     if apart:
         yield ("difference from ideal joints, after the start", "largest", "at [s]", "of ideal"), apart
     if film:
@@ -86,7 +88,7 @@ def effort_rows(shown: dict[str, Any], kind: str) -> Iterator[tuple[str, str, di
     for name, entry in shown.get(kind, {}).items():
         quantity = "torque" if "torque" in entry else "force"
         unit = entry.get("unit", "N m" if quantity == "torque" else "N")  # the force of a drive is its torque's entry
-        label = f"{name} {'force' if unit == 'N' else 'torque'} [{unit}]"
+        label = f"{name} {'force' if unit == 'N' else 'torque'} [{shown_unit(unit)}]"
         value, exact = ({**one[quantity], "work": one["work"]} for one in (entry, shown["ideal"][kind][name]))
         yield label, f"{name}.{quantity}.peak", value, exact
 
@@ -148,18 +150,24 @@ def commands(results: Results) -> list[str]:
     """Write the commands that repeat the run and this page."""
     summary = results.summary
     out = f"results/{results.folder.resolve().name}"
-    words = ["linkages", "simulate", results.source, "--engine", summary["engine"]]
-    for path in overrides(results):
-        value = reduce(getitem, path.split("."), results.experiment)
-        words += ["--set", f"{path}={toml_value(value)}"]
+    words = simulation(summary, results.source, {})
     if not summary["error"] and summary["status"] == Status.OK.value:
         words.append("--no-error-estimate")
     return [shlex.join([*words, "--out", out]), shlex.join(["linkages", "report", out])]
 
 
-def overrides(results: Results) -> list[str]:
+def simulation(summary: dict[str, Any], file: str, values: dict[str, Any]) -> list[str]:
+    """Write the command that repeats the run of an experiment's file with other values, by dotted path, as words."""
+    given = summary["provenance"]["experiment"]
+    values = {path: reduce(getitem, path.split("."), given) for path in overrides(summary)} | values
+    settings = [word for path, value in values.items() for word in ("--set", f"{path}={toml_value(value)}")]
+    return ["linkages", "simulate", file, "--engine", summary["engine"], *settings]
+
+
+def overrides(summary: dict[str, Any]) -> list[str]:
     """List the dotted paths of the values that were replaced on the command line or in Python."""
-    return [path for path, source in results.sources.items() if source in (ARGUMENT, COMMAND_LINE)]
+    sources = summary["provenance"]["sources"]
+    return [path for path, source in sources.items() if source in (ARGUMENT, COMMAND_LINE)]
 
 
 def experiment_file(results: Results) -> str:
@@ -176,14 +184,9 @@ def toml_value(value: Any) -> str:
     return tomlkit.item(value).as_string()
 
 
-def output_unit(name: str) -> str:
-    """Return the SI unit of an output of a link or frame: "m/s2"."""
-    return (QUANTITIES | BENDING_QUANTITIES)[name.rpartition(".")[2]].rpartition("[")[2].rstrip("]")
-
-
 def unit(output: str) -> str:
-    """Return the typeset unit of an output: m/s²."""
-    return typeset(output_unit(output))
+    """Return the shown, typeset unit of an output: m/s²."""
+    return typeset(shown_unit(output_unit(output)))
 
 
 def change(value: float | None, reference: float | None) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from linkages.base.arguments import Count, Lines, Names, fitting, validated
+from linkages.base.arguments import Count, Lines, Names, Vector, fitting, validated
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, Status
 from linkages.base.kernel import Array, Indices
@@ -49,6 +49,10 @@ class Batch(Brief):
     reason : list of str
         Why a run failed, empty otherwise.
     steps : (m,) array of int
+    times : (nt,) array
+        Times of the samples [s].
+    samples : (m, nt, no) array
+        Outputs at these times; NaN where a run ended before.
     sensitivity : dict of dict of (m, nw, no) arrays
         Derivatives of minimum, maximum, peak, mean, rms and last by path and statistic, in units of the output per unit
         of the value: ``batch.sensitivity[PATH]["peak"]``; NaN where there is none, as beyond the horizon of
@@ -65,6 +69,8 @@ class Batch(Brief):
     status: list[Status]
     reason: list[str]
     steps: Indices
+    times: Array = field(default_factory=lambda: np.zeros(0))
+    samples: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
     sensitivity: dict[str, dict[str, Array]] = field(default_factory=dict)
     sensitivity_status: list[str] = field(default_factory=list)
 
@@ -93,6 +99,11 @@ class Batch(Brief):
     def peak(self) -> Array:
         """Largest magnitude, (m, nw, no)."""
         return np.maximum(np.abs(self.minimum), np.abs(self.maximum))
+
+    @property
+    def fluctuation(self) -> Array:
+        """Range over the magnitude of the mean, (m, nw, no): of a rate the coefficient of speed fluctuation [1]."""
+        return np.asarray((self.maximum - self.minimum) / np.abs(self.mean))
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a pandas DataFrame with a row for each run and window, runs first.
@@ -139,6 +150,9 @@ class Batch(Brief):
             "end": ("window", self.windows[:, 1], {"units": "s"}),
         }
         tables["peak"] = (("run", "window", "output"), self.peak)
+        if len(self.times):
+            tables["samples"] = (("run", "time", "output"), self.samples)
+            coordinates["time"] = ("time", self.times, {"units": "s"})
         if self.sensitivity:
             coordinates |= {"wrt": list(self.sensitivity), "sensitivity_status": ("run", self.sensitivity_status)}
             for name in STATISTICS_WITH_RATES:
@@ -158,6 +172,7 @@ def simulate_batch(
     progress: Callable[[float], None] | None = None,
     wrt: Wrt = (),
     limits: Lines | None = None,
+    samples: Vector | None = None,
 ) -> Batch:
     """Run a system many times with different values, in parallel threads.
 
@@ -185,6 +200,8 @@ def simulate_batch(
     limits : (2, nv) array_like, optional
         Ends of the ranges of the values of this batch and later ones with the same system, variables, outputs and
         windows, for instance the bounds of an optimisation. Later batches then start sooner; the results are the same.
+    samples : (nt,) array_like, optional
+        Increasing times [s] at which `Batch.samples` has the outputs.
 
     Returns
     -------
@@ -195,8 +212,8 @@ def simulate_batch(
     Raises
     ------
     InputError
-        If a path, an output or a window is not valid for the nominal experiment, a path of `wrt` has no derivative, or
-        `wrt` is given and a model has no derivatives.
+        If a path, an output, a window or a time is not valid for the nominal experiment, a path of `wrt` has no
+        derivative, or `wrt` is given and a model has no derivatives.
     RunError
         If the threads cannot be started.
     MemoryError
@@ -230,7 +247,10 @@ def simulate_batch(
         designs.checked = True
     if wrt:
         system.check_analysis(Analysis.DERIVATIVES)
-    runs = Runs(designs, table)
+    times = np.zeros(0) if samples is None else samples
+    if np.any(np.diff(times) <= 0.0) or np.any((times < 0.0) | (times > system.experiment.duration)):
+        raise InputError("argument", "samples", "must be increasing times within the run")
+    runs = Runs(designs, table, times)
     share = _OF_RUNS if wrt else 1.0
     bounds = None if limits is None else fitting(limits, len(variables), "limits", "variables")
     if bounds is not None and (len(bounds) != 2 or not np.isfinite(bounds).all()):
@@ -238,7 +258,18 @@ def simulate_batch(
     with _shown(progress) as show:
         runs.make(threads, lambda part: show(share * part), bounds)
         statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
-        batch = Batch(tuple(variables), table, chosen, spans, statistics, runs.status, runs.reason, runs.steps)
+        batch = Batch(
+            tuple(variables),
+            table,
+            chosen,
+            spans,
+            statistics,
+            runs.status,
+            runs.reason,
+            runs.steps,
+            times,
+            runs.sampled,
+        )
         if not wrt:
             return batch
         rates, status = differentiate_runs(runs, wrt, threads, lambda part: show(share + (1.0 - share) * part))

@@ -172,10 +172,23 @@ class Bench:
         columns = np.flatnonzero((words != self._words).any(axis=0))
         return columns, words[:, columns]
 
-    def run(self, columns: Indices, words: Indices, stop: Indices, found: Array, ended: Array) -> None:
+    def run(
+        self, columns: Indices, words: Indices, stop: Indices, times: Array, found: Array, sampled: Array, ended: Array
+    ) -> None:
         """Run designs (m,); see `linkages.engines.compiled.batch.statistics.run_rows`."""
         block = self._block
-        run_rows(cast(Job, block), block.memory, block.initial, block.where[columns], words, stop, found, ended)
+        run_rows(
+            cast(Job, block),
+            block.memory,
+            block.initial,
+            block.where[columns],
+            words,
+            stop,
+            times,
+            found,
+            sampled,
+            ended,
+        )
 
 
 def _places(nominal: Contents, corners: Array, alone: list[Contents]) -> tuple[Any, Indices, Indices]:

@@ -39,6 +39,10 @@ class Runs:
     ----------
     found : (m, nw, no, ns) array
         `STATISTICS` of the outputs; NaN for windows of which a failed run did not reach the end.
+    times : (nt,) array
+        Increasing times of samples [s].
+    sampled : (m, nt, no) array
+        Outputs at these times, NaN where a failed run did not reach them.
     began : (m,) array of bool
         Whether a run was started.
     reached : (m,) array
@@ -49,9 +53,10 @@ class Runs:
     steps : (m,) array of int
     """
 
-    def __init__(self, designs: Designs, table: Array) -> None:
+    def __init__(self, designs: Designs, table: Array, times: Array) -> None:
         self.designs, self.table, count = designs, table, len(table)
         self.found = np.full((count, len(designs.windows), len(designs.outputs), len(STATISTICS)), np.nan)
+        self.times, self.sampled = times, np.full((count, len(times), len(designs.outputs)), np.nan)
         self.status, self.reason = [Status.OK] * count, [""] * count
         self.steps = np.zeros(count, dtype=np.int64)
         self._ended, self.began = np.zeros((2, count), dtype=bool)
@@ -127,12 +132,13 @@ class Runs:
     def _use(self, bench: Bench, rows: Indices, columns: Indices, words: Indices) -> None:
         """Run designs of one structure."""
         found, ended = np.empty((len(rows), *self.found.shape[1:])), np.zeros((len(rows), 3))
+        sampled = np.empty((len(rows), *self.sampled.shape[1:]))
         self._under_way[int(rows[0])] = ended, bench.end
-        bench.run(columns, words, self._stop, found, ended)
+        bench.run(columns, words, self._stop, self.times, found, sampled, ended)
         del self._under_way[int(rows[0])]
         if self._stop[0]:
             return
-        self.found[rows], self.steps[rows], self.began[rows] = found, ended[:, 2], True
+        self.found[rows], self.sampled[rows], self.steps[rows], self.began[rows] = found, sampled, ended[:, 2], True
         for k in np.flatnonzero(ended[:, 0] != DONE):
             self._fail(int(rows[k]), *self._reason(int(rows[k]), int(ended[k, 0]), float(ended[k, 1])))
         self._ended[rows] = True
@@ -147,6 +153,7 @@ class Runs:
             system, windows = self.designs.built(self.table[row])
             status, time = cause(status, system, time)
             self.found[row, windows[:, 1] >= time] = np.nan
+            self.sampled[row, self.times >= time] = np.nan
             self.reached[row] = time
             what = f"ended at t = {time:.6g} s"
         return status, f"{status.value}: {what}; {status.remedy}"

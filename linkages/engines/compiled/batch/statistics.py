@@ -15,7 +15,7 @@ from linkages.engines.compiled.run.binding import integrate
 from linkages.engines.compiled.run.equations import solve_state
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.replay import Steps, recorded, remember
-from linkages.engines.compiled.run.sampling import Sampler, asked, knows_outputs, look, sample
+from linkages.engines.compiled.run.sampling import Sampler, asked, knows_outputs, look, sample, tabulate_run
 from linkages.mechanics.integrate import peak_search
 from linkages.mechanics.integrate.driver import DONE, PAUSED
 from linkages.mechanics.integrate.stepper import copy
@@ -166,15 +166,18 @@ def run_rows(
     columns: Indices,
     words: Indices,
     stop: Indices,
+    times: Array,
     found: Array,
+    sampled: Array,
     ended: Array,
 ) -> None:
     """Run the designs of m rows, until ``stop`` (1,) is set.
 
     The job is in a `linkages.base.kernel.block.Block`, whose memory and initial memory are (n,) arrays; the designs
     differ at the indices ``columns`` (k,) of it, and have the values ``words`` (m, k). Fills ``found`` (m, nw, no, ns)
-    with statistics, NaN for windows of which a failed run did not reach the end, and ``ended`` (m, 3) with the status
-    of each row, the time that the run has reached [s], and the number of steps.
+    with statistics, NaN for windows of which a failed run did not reach the end; ``sampled`` (m, nt, no) with outputs
+    at increasing ``times`` (nt,), NaN at those that it did not reach; ``ended`` (m, 3) with the status of each row, the
+    time that the run has reached [s], and the number of steps.
     """
     for i in range(len(words)):
         if stop[0]:
@@ -189,4 +192,8 @@ def run_rows(
         if not summarise(job, steps, math.inf if status == DONE else end, found[i]):
             status, end = NO_IDEAL, 0.0
             found[i] = math.nan
+        known = np.searchsorted(times, end, side="right")
+        sampled[i, known:] = math.nan
+        if not tabulate_run(job, steps, times[:known], sampled[i, :known]):
+            sampled[i] = math.nan
         ended[i, 0], ended[i, 1], ended[i, 2] = status, end, record.steps

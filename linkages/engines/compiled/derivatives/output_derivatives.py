@@ -11,6 +11,7 @@ from linkages.base.kernel import Array
 from linkages.base.kernel.compile import bound
 from linkages.base.kernel.dual import DIRECTIONS
 from linkages.engines.compiled.derivatives.neighbours import Neighbours
+from linkages.mechanics.planar.arrays import size_of
 from linkages.results.outputs.columns import Columns, columns
 from linkages.results.outputs.evaluation import make_dual_table, make_snapshot, slopes
 from linkages.results.outputs.registry import JITTER, names, packer
@@ -37,7 +38,7 @@ class OutputTable:
         self, system: System, wanted: Sequence[str] | None, nearby: Sequence[Neighbours], ideals: IdealMotions
     ) -> None:
         self._ideals, self._nearby, self.names = ideals, nearby, _all_names(system) if wanted is None else list(wanted)
-        read, n = packer(system, self.names), system.tree.size
+        read, n = packer(system, self.names), size_of(system.arrays)
         records = read(system)
         self._table, self._memory = make_dual_table(system.arrays, records, n)
         after = records.nbytes // 8  # place of the arrays

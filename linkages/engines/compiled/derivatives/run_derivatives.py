@@ -132,6 +132,8 @@ def _set_changes(run: Run, t: float, y: Array, is_linear: bool, c: Column, at: i
                 dq[i], dv[i], da[i] = slope(w.q[i], d), slope(w.v[i], d), slope(w.a[i], d)
             for i in range(n):
                 da[model.free[i]] = c.rates[i, j]
+            for k in range(len(model.states)):
+                da[len(da) - len(model.states) + k] = c.rates[n + len(model.bristles) + k, j]
             for k in range(len(model.ends)):
                 for i in range(out.contacts.shape[3]):
                     out.contacts[p, at, k, i] = slope(v.work.contacts[k, i], d)

@@ -32,6 +32,7 @@ from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
 from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.integrate.stepper import make_stepper
+from linkages.mechanics.planar.arrays import size_of
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
 from linkages.results.outputs.columns import Columns
@@ -99,7 +100,7 @@ class Differentiation:
 
     def _changes(self, nt: int) -> Changes:
         model, count = self.runner.model, len(self._nearby)
-        shape = count, nt, len(model.free) + len(model.driven)
+        shape = count, nt, size_of(model)
         coordinates, rates, accelerations = (np.full(shape, np.nan) for _ in range(3))
         return Changes(coordinates, rates, accelerations, np.full((count, nt, len(model.ends), WIDTH), np.nan))
 

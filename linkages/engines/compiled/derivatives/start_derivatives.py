@@ -18,6 +18,7 @@ from linkages.mechanics.planar.closure import jacobian_at
 from linkages.mechanics.planar.closure_rows import row_rate, row_value
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.system import System
+from linkages.system.assembly import start_offsets
 from linkages.system.system import keeps_start
 from linkages.system.tree import without
 
@@ -48,12 +49,11 @@ class Start(NamedTuple):
 
 def _closure(system: System) -> Closure:
     tree, experiment = system.tree, system.experiment
-    offset, powered = np.zeros(len(tree.closure_rows)), [experiment.drives[name] for name in tree.powered]
-    offset[: 2 * len(tree.play)] = [x for name in tree.play for x in experiment.joints[name].offset]
+    powered = [experiment.drives[name] for name in tree.powered]
     places, speeds = system.motions.start
     places = np.concatenate([places, [drive.angle for drive in powered]])
     speeds = np.concatenate([speeds, [drive.speed or 0.0 for drive in powered]])
-    return Closure(tree.bodies, tree.closure_rows, offset, places, speeds)
+    return Closure(tree.bodies, tree.closure_rows, start_offsets(tree, experiment), places, speeds)
 
 
 def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
@@ -63,7 +63,9 @@ def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
     change of coordinates and rates that keeps them closed. Otherwise neighbouring systems are assembled.
     """
     tree, experiment = system.tree, system.experiment
-    determined = experiment.start == "centred" and not tree.flexible and not (tree.powered and tree.play)
+    determined = (
+        experiment.start == "centred" and not tree.flexible and not (tree.powered and (tree.play or tree.slack))
+    )
     determined = determined and bool(np.isfinite(system.assembly.quality))
     found = np.zeros((len(nearby), len(start_state(system))))
     moved = [k for k, near in enumerate(nearby) if not all(map(keeps_start, near.along))]
@@ -74,6 +76,8 @@ def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
             found[part] = [nearby[k].derivative(start_state) for k in part]
         else:
             found[part, : 2 * len(tree.free_dofs)] = followed
+            first = found.shape[1] - len(experiment.own_states)
+            found[part, first:] = [nearby[k].derivative(lambda one: one.start_states) for k in part]
     return found.T.copy()
 
 

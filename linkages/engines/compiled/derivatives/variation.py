@@ -28,7 +28,7 @@ from linkages.engines.compiled.run.equations import set_residuals, set_state
 from linkages.engines.compiled.run.jacobian import close
 from linkages.engines.compiled.run.job import Given, model_of
 from linkages.engines.compiled.run.model import Equations
-from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.arrays import Arrays, size_of
 from linkages.mechanics.planar.contact_partials import (
     AWAY,
     CENTRE,
@@ -59,7 +59,7 @@ from linkages.mechanics.planar.contacts import (
     contact_motion,
 )
 from linkages.mechanics.planar.joint_friction import FrictionWork, add_friction, make_friction_work
-from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.loads import load_wrenches, state_rates
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.results.outputs.registry import pack
 from linkages.system import System
@@ -167,10 +167,11 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
 def _make_work(model: Arrays, count: int) -> DualWork:
     """Make the arrays for a model and so many values."""
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
-    n, most = len(model.free) + nd, max(nd, len(model.powered))
+    n, most = size_of(model), max(nd, len(model.powered))
     state = make_workspace(nb, n, nr, model.bodies.shapes.shape[2])
     dynamics, friction = DualCopy(state).value, DualCopy(make_friction_work(model, state)).value
-    y, memory, results = dual_array(2 * len(model.free) + len(model.bristles)), dual_array(nc, 2), dual_array(RESULTS)
+    ny = 2 * len(model.free) + len(model.bristles) + len(model.states)
+    y, memory, results = dual_array(ny), dual_array(nc, 2), dual_array(RESULTS)
     motions = (dual_array(most) for _ in range(3))
     own = dual_array(nc, WIDTH), memory, *motions, friction, dual_array(nr), y, results, dual_array(OUTPUTS)
     floats = np.zeros((len(y) - len(model.free), count + nc)), np.zeros((RESULTS, PARTIALS))
@@ -373,8 +374,8 @@ def fill_residual(equations: Equations, v: Variation, t: float, dy: Array, first
     """Fill columns of ``out`` (k, m) with the slopes of the residual, at a dual state and contacts that are set."""
     model, w = v.model, v.work.dynamics
     if len(model.loads):
-        tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-        load_wrenches(tables, seeded(t, -1), w.pose, w.vel, w.wrench)
+        tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+        load_wrenches(tables, seeded(t, -1), w.v, w.pose, w.vel, w.wrench)
     if len(v.work.friction.efforts):
         add_friction(model, seeded(t, -1), v.work.value, w, v.work.friction)
     for i in range(len(model.free)):
@@ -383,6 +384,18 @@ def fill_residual(equations: Equations, v: Variation, t: float, dy: Array, first
     fill_solved(equations, v, first, last, out)
     for k in range(len(model.bristles)):
         _put(v.work.contacts[model.bristles[k], BRISTLE_RATE], len(model.free) + k, first, last, out)
+    if len(model.states):
+        _fill_states(model, w, t, first, last, out)
+
+
+@lazy_kernel
+def _fill_states(model: Arrays, w: Workspace, t: float, first: int, last: int, out: Array) -> None:
+    """Fill columns of the rows of the states."""
+    tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+    state_rates(tables, seeded(t, -1), w.v, w.pose, w.vel, w.a)
+    for k in range(len(model.states)):
+        place = len(model.free) + len(model.bristles) + k
+        _put(w.a[len(w.a) - len(model.states) + k], place, first, last, out)
 
 
 @kernel

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
+from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.simd import lane
 from linkages.engines.budget import WINDOW
 from linkages.engines.compiled.run.equations import derivatives, is_solved, outside, set_state, solve_state
@@ -28,6 +28,7 @@ from linkages.mechanics.planar.contacts import (
     start_films,
 )
 from linkages.mechanics.planar.joint_friction import is_jammed
+from linkages.mechanics.planar.loads import sample_states
 
 #: Status of a run whose journal left its film; `linkages.mechanics.integrate.driver` has the others.
 LEFT = 3
@@ -35,6 +36,8 @@ LEFT = 3
 OPEN = 4
 #: Status of a run that ends where the friction of joints has no solution.
 JAMMED = 5
+
+_TICK = 1e-12  # relative error of a sampling time that counts as rounding
 
 
 @kernel
@@ -66,13 +69,16 @@ def check(equations: Equations, t: float, y: Array) -> int:
 
 @kernel
 def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, bool]:
-    """Latch the approach speed of a contact that starts, close the loops, check the state, advance the films."""
+    """Latch the approach speed of a contact that starts, sample states, close loops, check the state, advance films."""
     model, work = equations.model, equations.work
     if event >= 0 and work.modes[event] > 0:
         work.memory[event, APPROACH] = work.contacts[event, CLOSING]
     changed = False
+    if next_sample(equations, t) <= t:
+        _sample(equations, t, y)
+        changed = True
     if len(model.rows):
-        changed = project_state(equations, y)
+        changed = project_state(equations, y) or changed
     status = verdict(equations)
     if status != DONE:
         return status, changed
@@ -81,6 +87,39 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
         work.solved[0] = math.nan
         changed = True
     return DONE, changed
+
+
+@inlined_kernel
+def next_sample(equations: Equations, t: float) -> float:
+    """Return the time of the next sample of a state; infinite without sampled states."""
+    earliest = math.inf
+    for due in equations.work.due:
+        earliest = min(earliest, due)
+    return earliest
+
+
+@lazy_kernel
+def _sample(equations: Equations, t: float, y: Array) -> None:
+    """Give the states that are due at time t their next values, and solve the equations with these."""
+    model, work = equations.model, equations.work
+    w, nz = work.dynamics, len(model.states)
+    tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+    solve_state(equations, t, y)
+    sample_states(tables, work.due, t, w.v, w.pose, w.vel)
+    for k in range(nz):
+        y[len(y) - nz + k] = w.v[len(w.v) - nz + k]
+    set_due(equations, t, False)
+    solve_state(equations, t, y)
+
+
+@lazy_kernel
+def set_due(equations: Equations, t: float, at_start: bool) -> None:
+    """Set the times of the next samples after time t; at the start of a run the first ones are at t = 0."""
+    states, due = equations.model.states, equations.work.due
+    for k in range(len(states)):
+        period = states[k].period
+        if period > 0.0:
+            due[k] = 0.0 if at_start else (math.floor(t / period * (1.0 + _TICK)) + 1.0) * period
 
 
 @lazy_kernel
@@ -124,7 +163,7 @@ def _observe_outputs(job: Job, t: float, y: Array, out: Array) -> None:
         look(job, t, out)
 
 
-_drive = driver(derivatives, attempt, signs, settle, _observe, divide)
+_drive = driver(derivatives, attempt, signs, settle, _observe, next_sample, divide)
 
 
 @kernel
@@ -142,6 +181,8 @@ def run(
     fill_landing(model.laws, model.size, job.landing)
     if has_history(work.memory):
         _start_films(equations, t, y)
+    if len(model.states):
+        set_due(equations, t, t == 0.0)
     if t == 0.0:
         for k in range(len(model.ends)):
             work.kinked.sides[k] = math.nan
@@ -163,18 +204,19 @@ def run(
 def integrate(job: Job, stop: Indices, reached: Array) -> Record:
     """Run a job from its start, as `linkages.engines.compiled.simulation.simulate` does.
 
-    The run pauses after every `WINDOW` steps: it writes the time into ``reached`` (1,), and ends there, as paused, if
-    its steps are spent. It ends after the present step as soon as ``stop`` (1,) is set.
+    The run pauses after every `WINDOW` steps, or fewer if it may have fewer: it writes the time into ``reached`` (1,),
+    and ends there, as paused, if its steps are spent. It ends after the present step as soon as ``stop`` (1,) is set.
     """
     limits, before = job.limits, 0.0
-    record = run(job, job.kinks, False, 0.0, job.start, 0.0, WINDOW, limits[END], stop)
+    window = min(WINDOW, int(limits[MOST]))
+    record = run(job, job.kinks, False, 0.0, job.start, 0.0, window, limits[END], stop)
     while record.status == PAUSED and not stop[0]:
         last = len(record.times) - 1
         t, y = record.times[last], record.states[last]
         if record.steps >= limits[MOST] or t - before < limits[LEAST]:
             break
         before = reached[0] = t
-        record = joined(record, run(job, job.kinks, False, t, y, record.next_step, WINDOW, limits[END], stop))
+        record = joined(record, run(job, job.kinks, False, t, y, record.next_step, window, limits[END], stop))
     return record
 
 

@@ -11,7 +11,7 @@ from linkages.mechanics.planar.closure_rows import add_row_wrench, row_accelerat
 from linkages.mechanics.planar.contacts import BRISTLE, BRISTLE_RATE, EX, EY, FX, FY, clearance_wrenches
 from linkages.mechanics.planar.joint_friction import add_friction
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states
-from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.loads import load_wrenches, state_rates
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import force_residual
 from linkages.mechanics.planar.record_types import REVOLUTE
@@ -36,6 +36,8 @@ def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
     set_drive_forces(model, work, t)
     for k in range(len(model.bristles)):
         work.memory[model.bristles[k], BRISTLE] = y[2 * n + k]
+    for k in range(len(model.states)):
+        w.v[len(w.v) - len(model.states) + k] = y[2 * n + len(model.bristles) + k]
     body_states(model.bodies, w.q, w.v, w.pose, w.vel)
 
 
@@ -56,10 +58,18 @@ def _add_forces(equations: Equations, t: float) -> None:
     w.wrench[:] = 0.0
     clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
     if len(model.loads):
-        tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-        load_wrenches(tables, t, w.pose, w.vel, w.wrench)
+        tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+        load_wrenches(tables, t, w.v, w.pose, w.vel, w.wrench)
     if len(work.friction.efforts):
         add_friction(model, t, work.value, w, work.friction)
+    if len(model.states):
+        _set_state_rates(model, work, t)
+
+
+@kernel
+def _set_state_rates(model: Arrays, work: Work, t: float) -> None:
+    w, tables = work.dynamics, (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+    state_rates(tables, t, w.v, w.pose, w.vel, w.a)
 
 
 @lazy_kernel
@@ -107,8 +117,17 @@ def found_derivatives(equations: Equations, y: Array, dy: Array) -> None:
     for i in range(n):
         dy[i] = y[n + i]
         dy[n + i] = work.dynamics.a[model.free[i]]
-    for k in range(len(model.bristles)):
-        dy[2 * n + k] = work.contacts[model.bristles[k], BRISTLE_RATE]
+    _fill_others(model, work, dy, 2 * n)
+
+
+@inlined_kernel
+def _fill_others(model: Arrays, work: Work, dy: Array, first: int) -> None:
+    """Fill the rates of bristles, then of states, from a place on."""
+    nb, nz, a = len(model.bristles), len(model.states), work.dynamics.a
+    for k in range(nb):
+        dy[first + k] = work.contacts[model.bristles[k], BRISTLE_RATE]
+    for k in range(nz):
+        dy[first + nb + k] = a[len(a) - nz + k]
 
 
 @kernel
@@ -134,8 +153,7 @@ def arrive(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> f
         w.a[model.free[i]] = dy[n + i]
     left = 0.0 if len(model.rows) else _residual_forces(model, work, out)
     body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
-    for k in range(len(model.bristles)):
-        dy[2 * n + k] = work.contacts[model.bristles[k], BRISTLE_RATE]
+    _fill_others(model, work, dy, 2 * n)
     if not len(model.rows):
         _mark_solved(work, t, y)
     return left
@@ -183,7 +201,7 @@ def rate_residuals(model: Arrays, w: Workspace, dy: Array, out: Array) -> None:
 
 @kernel
 def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> None:
-    """Fill ``out`` with the residuals of the equations of rates and bristles for the derivatives ``dy``.
+    """Fill ``out`` with the residuals of the equations of rates, bristles and states for the derivatives ``dy``.
 
     See `linkages.mechanics.integrate.implicit`. Without loops that are closed by multipliers, the residual of the rates
     is the force residual of the free coordinates [N, N m]: the mass matrix times f - dy, found without the mass matrix.
@@ -193,8 +211,9 @@ def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) ->
     set_state(model, work, t, y)
     _add_forces(equations, t)
     rate_residuals(model, work.dynamics, dy, out)
-    for k in range(len(model.bristles)):
-        out[n + k] = work.contacts[model.bristles[k], BRISTLE_RATE] - dy[n + k]
+    _fill_others(model, work, out, n)
+    for k in range(n, len(out)):
+        out[k] -= dy[k]
 
 
 @kernel

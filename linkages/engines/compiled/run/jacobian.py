@@ -31,7 +31,7 @@ from linkages.mechanics.planar.contact_partials import (
 from linkages.mechanics.planar.contacts import add_contact, contact_motion
 from linkages.mechanics.planar.joint_friction import add_friction
 from linkages.mechanics.planar.kinematics import body_states, moved_states, moved_velocities
-from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.loads import load_wrenches, state_rates
 from linkages.mechanics.planar.loop_dynamics import add_reactions_response, eliminate_rows
 from linkages.mechanics.planar.newton_euler import force_residual, moved_residual
 from linkages.mechanics.planar.singularities import solve_neighbour
@@ -41,7 +41,7 @@ from linkages.mechanics.planar.workspace import Workspace
 
 @lazy_kernel
 def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
-    """Fill ``mass``, of rates and bristles (ny - n, ny - n), and ``out`` (ny, ny) with its product with df/dy.
+    """Fill ``mass``, of rates and others (ny - n, ny - n), and ``out`` (ny, ny) with its product with df/dy.
 
     f is `linkages.engines.compiled.run.equations.derivatives`; lines of positions are those of df/dy.
     """
@@ -107,6 +107,7 @@ def _fill_moved(equations: Equations, t: float, first: int, count: int, out: Arr
     for i in range(n):
         place = model.free[i]
         d.q[place], d.v[place] = seeded(w.q[place], i - first), seeded(w.v[place], n + i - first)
+    _seed_states(model, w, d, 2 * n + len(model.bristles) - first)
     if count == out.shape[0]:
         body_states(model.bodies, d.q, d.v, d.pose, d.vel)
     else:
@@ -126,13 +127,14 @@ def _mark(model: Arrays, s: Scratch, first: int, count: int) -> None:
 
 @lazy_kernel
 def _fill_faster(equations: Equations, t: float, first: int, count: int, out: Array) -> None:
-    """Fill columns of the Jacobian, of rates and bristles: the poses do not change."""
+    """Fill columns of the Jacobian, of rates, bristles and states: the poses do not change."""
     model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
     d = s.faster
     for k in range(len(model.driven)):
         d.v[model.driven[k]] = w.v[model.driven[k]]
     for i in range(n):
         d.v[model.free[i]] = seeded(w.v[model.free[i]], n + i - first)
+    _seed_states(model, w, d, 2 * n + len(model.bristles) - first)
     _mark(model, s, first, count)
     moved_velocities(model.bodies, s.moves, d.pose, d.v, d.vel, w.vel)
     _fill_columns(equations, d, t, first, count, out)
@@ -154,9 +156,11 @@ def _fill_columns(equations: Equations, d: Workspace, t: float, first: int, coun
         if own >= 0:
             for j in range(count):
                 out[2 * n + own, first + j] = slope(rate, j)
+    if len(model.states):
+        _fill_states(model, d, t, first, count, out)
     if len(model.loads):
-        tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-        load_wrenches(tables, t, d.pose, d.vel, d.wrench)
+        tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+        load_wrenches(tables, t, d.v, d.pose, d.vel, d.wrench)
     if len(s.friction.efforts):
         add_friction(model, t, work.value, d, s.friction)
     add_reactions(model, d, work.dynamics.reaction)
@@ -175,6 +179,27 @@ def _fill_columns(equations: Equations, d: Workspace, t: float, first: int, coun
         for i in range(n):
             place = model.free[i]
             out[n + i, first + j] = s.a[place] if len(model.rows) else slope(d.tau[place], j)
+
+
+@lazy_kernel
+def _fill_states(model: Arrays, d: Workspace, t: float, first: int, count: int, out: Array) -> None:
+    """Fill columns of the rows of the states."""
+    tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+    nz = len(model.states)
+    state_rates(tables, t, d.v, d.pose, d.vel, d.tau)
+    for k in range(nz):
+        place = len(d.tau) - nz + k
+        for j in range(count):
+            out[len(out) - nz + k, first + j] = slope(d.tau[place], j)
+        d.tau[place] = 0.0
+
+
+@kernel
+def _seed_states(model: Arrays, w: Workspace, d: Workspace, before: int) -> None:
+    """Give a dual workspace the states; the slope of the first one has the index `before`."""
+    for k in range(len(model.states)):
+        place = len(w.v) - len(model.states) + k
+        d.v[place] = seeded(w.v[place], before + k)
 
 
 @inlined_kernel

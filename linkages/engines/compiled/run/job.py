@@ -13,7 +13,7 @@ from linkages.engines.compiled.run.model import KINKS, Equations, error_scale, m
 from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.mechanics.integrate.stepper import Stepper, make_stepper
-from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.arrays import Arrays, size_of
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
@@ -115,9 +115,7 @@ def make_job(given: Given, memory: Array | None = None, modes: Indices | None = 
         **{name: getattr(given, name) for name in Job._fields if name in Given._fields},
         equations=Equations(model, work, given.implicit),
         stepper=make_stepper(ny, len(model.free)),
-        ideal=make_workspace(
-            len(model.bodies.records), len(model.free) + len(model.driven), 0, model.bodies.shapes.shape[2]
-        ),
+        ideal=make_workspace(len(model.bodies.records), size_of(model), 0, model.bodies.shapes.shape[2]),
         landing=np.zeros(nc),
         y=np.zeros(ny),
         row=np.zeros(len(given.outputs)),

@@ -105,12 +105,20 @@ def closure_at(runner: Runner, t: float, y: Array) -> Closure:
 def linearised(runner: Runner, t: float) -> Linear:
     """Linearise the equations of motion about the start of a runner's system, which stands still.
 
-    Its loads are those at t [s]. It has no contacts, and is stiff, so that it has a Jacobian.
+    Its loads are those at t [s]. It has no contacts, and is stiff, so that it has a Jacobian. The
+    additional states keep their values.
     """
     model, n = runner.model, len(runner.model.free)
     rates, changes, masses, (rows, _, _) = slopes(runner, t, runner.start)
     own = masses[np.ix_(model.free, model.free)]
     ways = np.linalg.svd(rows)[2][model.elimination.rank :].T if len(rows) else np.eye(n)
     pushed = ways.T @ own
-    still: Array = np.linalg.solve(pushed @ ways, pushed @ rates[n:]).astype(np.float64)
-    return Linear(pushed @ ways, -pushed @ changes[n:, n:] @ ways, -pushed @ changes[n:, :n] @ ways, ways, own, still)
+    still: Array = np.linalg.solve(pushed @ ways, pushed @ rates[n : 2 * n]).astype(np.float64)
+    return Linear(
+        pushed @ ways,
+        -pushed @ changes[n : 2 * n, n : 2 * n] @ ways,
+        -pushed @ changes[n : 2 * n, :n] @ ways,
+        ways,
+        own,
+        still,
+    )

@@ -1,6 +1,7 @@
 """What compiled code runs on: a system's arrays, arrays to work on; the state and the scale of its errors.
 
-The state is y = [q, v of the free coordinates; bristles of the contacts with LuGre friction].
+The state is y = [q, v of the free coordinates; bristles of the contacts with LuGre friction; states of equations of the
+experiment's own]. The last are also the last entries of the workspace's v, their rates those of its a.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.dual import dual_array
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.laws.film.film_history import memory_of
-from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.arrays import Arrays, size_of
 from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bounds
 from linkages.mechanics.planar.contacts import OIL, WIDTH
 from linkages.mechanics.planar.joint_friction import FrictionWork, make_friction_work
@@ -100,6 +101,7 @@ class Work(NamedTuple):
     friction: FrictionWork
     scratch: Scratch
     kinked: Kinked
+    due: Array  # time of the next sample of each state [s], infinite for continuous ones, (nz,)
 
 
 class Equations(NamedTuple):
@@ -119,8 +121,8 @@ def make_memory(model: Arrays) -> Array:
 def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     """Make the work arrays of a model around the contacts' memory and modes."""
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
-    n, nm, most = len(model.free) + nd, model.bodies.shapes.shape[2], max(nd, len(model.powered))
-    dynamics, ny = make_workspace(nb, n, nr, nm), 2 * len(model.free) + len(model.bristles)
+    n, nm, most = size_of(model), model.bodies.shapes.shape[2], max(nd, len(model.powered))
+    dynamics, ny = make_workspace(nb, n, nr, nm), 2 * len(model.free) + len(model.bristles) + len(model.states)
     friction = make_friction_work(model, dynamics)
     return Work(
         dynamics,
@@ -137,13 +139,14 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
         friction,
         make_scratch(dynamics, nc, friction),
         make_kinked(nc),
+        np.full(len(model.states), np.inf),
     )
 
 
 def start_state(system: System) -> Array:
-    """State at t = 0, (ny,): positions and rates of the free coordinates, then bristles."""
+    """State at t = 0, (ny,): positions and rates of the free coordinates, then bristles, states."""
     free, assembly = system.tree.free_dofs, system.assembly
-    return np.concatenate([assembly.q[free], assembly.v[free], np.zeros(len(system.bristles))])
+    return np.concatenate([assembly.q[free], assembly.v[free], np.zeros(len(system.bristles)), system.start_states])
 
 
 def error_scale(system: System) -> Array:
@@ -154,13 +157,14 @@ def error_scale(system: System) -> Array:
     length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`).
     """
     tree = system.tree
-    units = np.where(system.ends["kind"] == STOP, tree.extent, 1.0)
+    units = np.where(system.ends["kind"] == STOP, tree.extent / system.ends["lever"], 1.0)
     lengths = [
         (_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) * unit
         for joint, unit in zip(system.models, units, strict=True)
     ]
     position = (min(tree.extent, *lengths) if lengths else tree.extent) * per_length(system)
-    return np.concatenate([position, system.motion_rate * position, np.full(len(system.bristles), 1e-6)])
+    others = np.full(len(system.bristles), 1e-6), system.state_scales
+    return np.concatenate([position, system.motion_rate * position, *others])
 
 
 def per_length(system: System) -> Array:

@@ -15,13 +15,14 @@ from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.by_reference import packed
 from linkages.base.signals import arrival, deferred
 from linkages.engines.compiled.run.binding import JAMMED, LEFT, OPEN, check, evaluate, run
-from linkages.engines.compiled.run.job import END, Job, make_given, make_job
+from linkages.engines.compiled.run.job import END, Given, Job, make_given, make_job
 from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.model import Equations, error_scale, make_memory
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.sampling import tabulate_run
 from linkages.engines.methods import expect_run
 from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Record
+from linkages.mechanics.planar.arrays import size_of
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.outputs.columns import Columns, whole_columns
 from linkages.results.outputs.registry import names as all_names
@@ -61,20 +62,22 @@ class Runner:
         Whether the integration method is implicit.
     tolerance : (ny,) array
         Tolerance of each entry of the state, per step.
+    job : Job
+        Its numbers (by default without outputs), and the arrays to work on.
     memory, modes : (nc, 2 or more) and (nc,) arrays
         Memory of the contacts, and whether they touch; see `linkages.engines.compiled.run.model.Work`; `run` keeps both
         up to date.
     """
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: System, given: Given | None = None) -> None:
         self.system = system
-        self._given = given = make_given(system, pack(system, ()), np.zeros((0, 2)))
+        self._given = given = given or make_given(system, pack(system, ()), np.zeros((0, 2)))
         self.model, self.start, self.implicit = given.model, given.start, given.implicit
         self.tolerance, self.scale = given.tolerance, error_scale(system)
         expect_run(system, "compiled")
         self._kinks = given.kinks, kinks(system)
         self.memory, self.modes = make_memory(self.model), np.full(len(self.model.ends), -1)
-        self._job = packed(make_job(given, self.memory, self.modes))
+        self.job = packed(make_job(given, self.memory, self.modes))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the system and the contacts' memory; addresses hold in one process only."""
@@ -93,7 +96,7 @@ class Runner:
         stop, end = np.frombuffer(arrival(), np.int64, 1), float(self._given.limits[END]) if end is None else end
         with deferred():
             record = run(
-                self._job, self._kinks[differentiated], differentiated and self.implicit, t, y, first, most, end, stop
+                self.job, self._kinks[differentiated], differentiated and self.implicit, t, y, first, most, end, stop
             )
         if (
             record.status == PAUSED
@@ -104,8 +107,11 @@ class Runner:
         return record
 
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
-        """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""
-        nt, nc, n = len(times), len(self.model.ends), len(self.model.free) + len(self.model.driven)
+        """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run.
+
+        Additional states follow the rates, their rates the accelerations, and zeros the coordinates.
+        """
+        nt, nc, n = len(times), len(self.model.ends), size_of(self.model)
         out = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH))
         with _table(self.system, ()).lent() as job:
             evaluate(job, packed(steps), np.asarray(times, dtype=np.float64), *out)

@@ -33,8 +33,8 @@ def look(job: Job, t: float, out: Array) -> bool:
     if job.with_ideal and not ideal_state(model, w, job.rows, job.closing, ideal):
         return False
     if job.with_loads and len(model.loads):
-        loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-        load_outputs(loads, work.friction.efforts, t, w.pose, w.vel, work.applied)
+        loads = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+        load_outputs(loads, work.friction.efforts, t, w.v, w.pose, w.vel, work.applied)
     if job.with_forces:
         inertial_forces(model.bodies, w, model.gravity, w.bias, w.modal_bias)
         if w.interpolated[0] > 0.0:  # the reactions belong to a neighbouring state

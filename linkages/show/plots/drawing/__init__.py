@@ -8,6 +8,7 @@
 | drawing     | `Drawing`: all shapes of a mechanism, and its poses over each drive's range of motion |
 | facts       | properties of the mechanism in sentences and tables                                   |
 | svg         | a drawing -> SVG, HTML page with a slider for each drive                              |
+| moving      | a drawing and a run -> GIF, MP4                                                       |
 | raster      | a drawing -> a matplotlib figure                                                      |
 """
 

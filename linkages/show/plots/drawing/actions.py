@@ -9,7 +9,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.load_tables import ForceTable, Gear, LineContact, Spring, Stop, TorsionSpring
+from linkages.input.model.load_tables import ForceTable, LineContact, Mesh, Spring, Stop, TorsionSpring
 from linkages.input.model.mechanism import Joint
 from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.planar.kinematics import state_tables
@@ -59,7 +59,7 @@ class Done:
             joint = self.mechanism.joint[friction.joint]
             yield shape("friction", [self.parts.on(joint.child, joint.on_child)])
             yield self._beside(name, joint, _NAME)
-        for name, gear in experiment.gears.items():
+        for name, gear in experiment.meshes.items():
             yield from self._gear(name, gear)
         for name, stop in experiment.stops.items():
             yield from self._stop(name, stop)
@@ -134,7 +134,7 @@ class Done:
         else:
             yield shape("load name", [self.parts.off(link, at, (0.0, 4.6))], text=name)
 
-    def _gear(self, name: str, gear: Gear) -> Iterator[Shape]:
+    def _gear(self, name: str, gear: Mesh) -> Iterator[Shape]:
         """Draw the pitch circles of meshing wheels or of a rack's pinion; or the pulleys and the belt."""
         first, second = (self.mechanism.joint[joint] for joint in gear.joints)
         carrier = next((one for one in (first.parent, first.child) if one in (second.parent, second.child)), None)
@@ -243,9 +243,10 @@ def strongest(system: System) -> Mapping[str, Array]:
     except AssemblyError:  # drawn in the file's pose, with gaps in red
         return {}
     pose, vel = state_tables(ideal.tree.bodies, q, v)
-    values = np.empty((len(q), len(ideal.experiment.loads), len(LOAD_OUTPUTS)))
+    values = np.empty((len(q), len(ideal.loads[0]), len(LOAD_OUTPUTS)))
     for k, time in enumerate(times):
-        load_outputs(ideal.loads, np.zeros(len(ideal.loads[0])), time, pose[k], vel[k], values[k])
+        rates = np.concatenate([v[k], ideal.start_states])
+        load_outputs(ideal.loads, np.zeros(len(ideal.loads[0])), time, rates, pose[k], vel[k], values[k])
     found = {}
     for k, (table, name) in enumerate(ideal.experiment.loads):
         parts = values[:, k, : {"forces": 2, "torques": 1}.get(table, 0)]

@@ -43,12 +43,17 @@ def picture(drawing: Drawing, said: bool = True, pose: Array | None = None) -> F
     axis = figure.add_axes((0.0, below / whole, 1.0, 1.0 - below / whole))
     axis.set(xlim=(drawing.low[0], drawing.high[0]), ylim=(drawing.low[1], drawing.high[1]))
     axis.set_axis_off()
-    for one in drawing.shapes:
-        _put(axis, drawing, one, drawing.pose if pose is None else pose)
+    put_shapes(axis, drawing, drawing.pose if pose is None else pose)
     for k, (text, color) in enumerate(lines):
         weight = "bold" if k == 0 else "normal"
         figure.text(0.015, (below - _LINE * (k + 0.9)) / whole, text, color=color, fontsize=8.2, weight=weight)
     return figure
+
+
+def put_shapes(axis: Axes, drawing: Drawing, pose: Array) -> None:
+    """Draw all shapes in a pose."""
+    for one in drawing.shapes:
+        _put(axis, drawing, one, pose)
 
 
 def _put(axis: Axes, drawing: Drawing, one: Shape, pose: Array) -> None:

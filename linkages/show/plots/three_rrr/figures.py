@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from linkages.show.plots.shown import new_figure
-from linkages.show.plots.style import COLORS, LINES, figure_style, write_png
+from linkages.show.plots.style import COLORS, LINES, figure_style, write_figure
 from linkages.show.plots.three_rrr.robot_lines import OUTLINE, draw_pose, shape_lines
 from linkages.three_rrr.analysis import RobotResults
 from linkages.three_rrr.direct import drive_map
@@ -47,12 +47,13 @@ def write_figures(results: RobotResults, folder: Path, progress: Callable[[float
         ("velocity_terms", _velocity),
         ("speed_sweep", _speed),
     ]
+    paths: list[Path] = []
     with figure_style():
         for index, (name, draw) in enumerate(jobs):
-            write_png(draw(results), folder / f"{name}.png")
+            paths.append(write_figure(draw(results), folder / name))
             if progress is not None:
                 progress((index + 1) / len(jobs))
-    return [folder / f"{name}.png" for name, _ in jobs]
+    return paths
 
 
 def _over_time(name: str, labels: tuple[str, str, str], results: RobotResults) -> Figure:
@@ -80,12 +81,12 @@ def _path(results: RobotResults) -> Figure:
         panel.set_xlabel("x [mm]")
     axis.set_ylabel("y [mm]")
     whole.set_ylabel("y [mm]")
-    axis.set_title("platform's centre", fontsize=9)
+    axis.set_title("platform's centre", fontsize="medium")
     axis.legend()
     other = len(results.motion) // 3
     for index, alpha in ((0, 0.9), (other, 0.35)):
         draw_pose(whole, results.model, results.motion, index, alpha=alpha)
-    whole.set_title(f"in the robot at t = 0 and {results.motion.time[other]:.2f} s (light)", fontsize=9)
+    whole.set_title(f"in the robot at t = 0 and {results.motion.time[other]:.2f} s (light)", fontsize="medium")
     return figure
 
 
@@ -100,10 +101,10 @@ def _frequencies(results: RobotResults) -> Figure:
         panel.set(ylabel="natural frequency [Hz]")
         panel.set_ylim(bottom=0.0)
     loose.set_xlabel("time [s]")
-    loose.set_title("crank roots free, modes by size; the first three have 0 Hz", fontsize=9, pad=20.0)
-    figure.suptitle("modes followed by MAC from t = 0, crank roots held", fontsize=9)
+    loose.set_title("crank roots free, modes by size; the first three have 0 Hz", fontsize="medium", pad=20.0)
+    figure.suptitle("modes followed by MAC from t = 0, crank roots held", fontsize="medium")
     for panel in (axis, loose):
-        panel.legend(ncols=6, loc="lower center", bbox_to_anchor=(0.5, 1.0), borderaxespad=0.2, fontsize=7.5)
+        panel.legend(ncols=6, loc="lower center", bbox_to_anchor=(0.5, 1.0), borderaxespad=0.2, fontsize="small")
     return figure
 
 
@@ -122,8 +123,8 @@ def _shapes(results: RobotResults) -> Figure:
             axis.set_aspect("equal")
             axis.grid(False)
             pose = f"mode {mode + 1}, t = {results.motion.time[index]:.2f} s"
-            axis.set_title(f"{pose}: {results.tracked[index, mode]:.1f} Hz", fontsize=7.5)
-    figure.suptitle("mode shapes with arbitrary amplitude", fontsize=9)
+            axis.set_title(f"{pose}: {results.tracked[index, mode]:.1f} Hz", fontsize="small")
+    figure.suptitle("mode shapes with arbitrary amplitude", fontsize="medium")
     for axis in axes[-1]:
         axis.set_xlabel("x [mm]")
     for axis in axes[:, 0]:
@@ -154,8 +155,8 @@ def _displacement(results: RobotResults) -> Figure:
         right.plot(1e3 * time[near], static[near, k], color=COLORS[1], lw=1.6, label="quasi-static")
         right.set_xlim(0.0, 1e3 * window)
     band = "" if results.dynamic is None else "; band: with vibration"
-    axes[0, 0].set_title(f"over the motion, quasi-static{band}", fontsize=9)
-    axes[0, 1].set_title("after a start from rest, undamped", fontsize=9)
+    axes[0, 0].set_title(f"over the motion, quasi-static{band}", fontsize="medium")
+    axes[0, 1].set_title("after a start from rest, undamped", fontsize="medium")
     figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     axes[2, 0].set_xlabel("time [s]")
     axes[2, 1].set_xlabel("time [ms]")
@@ -178,7 +179,7 @@ def _stress(results: RobotResults) -> Figure:
         left.set(xlabel="time [s]", ylabel=f"{link.name}: stress in\nthe outer fibre [kPa]")
         right.plot(1e3 * link.s, 1e-3 * link.axial[pose], color=COLORS[2], ls="--", lw=1.2, label="axial")
         right.plot(1e3 * link.s, 1e-3 * link.bending[pose], color=COLORS[1], lw=1.2, label="bending")
-        right.set_xlabel(f"along the rod [mm], t = {time[pose]:.2f} s", fontsize=8)
+        right.set_xlabel(f"along the rod [mm], t = {time[pose]:.2f} s", fontsize="small")
         right.set_ylabel("stress [kPa]")
         _legend_above(left)
         _legend_above(right)
@@ -198,13 +199,13 @@ def _stress(results: RobotResults) -> Figure:
     right.axis("off")
     draw_pose(right, results.model, results.motion, 0, color=OUTLINE)
     right.set_aspect("equal")
-    right.set_title("robot at t = 0", fontsize=7.5)
+    right.set_title("robot at t = 0", fontsize="small")
     return figure
 
 
 def _legend_above(axis: Axes) -> None:
     place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 0.98), "borderaxespad": 0.0}
-    axis.legend(fontsize=7.5, ncols=3, columnspacing=1.0, **place)
+    axis.legend(fontsize="small", ncols=3, columnspacing=1.0, **place)
 
 
 def _map(results: RobotResults) -> Figure:
@@ -230,7 +231,7 @@ def _map(results: RobotResults) -> Figure:
         axis.grid(False)
     axes[0].set(ylabel="φ₂ [deg]", facecolor="white")
     note = "; grey: no assembly" if np.any(found.count == 0) else ""
-    figure.suptitle(f"φ₃ = {np.rad2deg(found.phi3):g} deg; the dot is t = 0{note}", fontsize=9)
+    figure.suptitle(f"φ₃ = {np.rad2deg(found.phi3):g} deg; the dot is t = 0{note}", fontsize="medium")
     return figure
 
 
@@ -251,7 +252,7 @@ def _convergence(results: RobotResults) -> Figure:
     axis.set_xticks(counts, [str(n) for n in counts])
     axis.minorticks_off()
     axis.set(xlabel="elements in each link", ylabel="relative error of frequency [1]")
-    axis.set_title("against 32 elements in each link, t = 0, crank roots held", fontsize=9)
+    axis.set_title("against 32 elements in each link, t = 0, crank roots held", fontsize="medium")
     axis.legend(ncols=2)
     return figure
 
@@ -265,10 +266,10 @@ def _velocity(results: RobotResults) -> Figure:
     axis.loglog(speed, frequency, "o-", color=COLORS[0], ms=3.5, lw=1.2, label="first natural frequency")
     axis.loglog(speed, displacement, "s--", color=COLORS[1], ms=3.5, lw=1.2, label="quasi-static displacement")
     axis.axhline(0.01, color="0.4", lw=0.8, ls=":")
-    axis.text(speed[0], 0.012, "1 %", fontsize=8, color="0.3")
+    axis.text(speed[0], 0.012, "1 %", fontsize="small", color="0.3")
     axis.set(xlabel="speed of the fastest drive [rad/s]", ylabel="largest relative change [1]")
     title = "gyroscopic, centrifugal and geometric stiffness terms; leftmost: this experiment"
-    axis.set_title(title, fontsize=9)
+    axis.set_title(title, fontsize="medium")
     axis.legend()
     return figure
 
@@ -286,7 +287,7 @@ def _speed(results: RobotResults) -> Figure:
     top.legend()
     bottom.semilogx(speed, found.amplification, "o-", color=COLORS[0], ms=3, lw=1.0)
     bottom.axhline(RESONANCE, color="0.4", lw=0.8, ls=":")
-    bottom.text(speed[0], RESONANCE, f"resonance: at least {RESONANCE:g}", va="bottom", fontsize=8, color="0.3")
+    bottom.text(speed[0], RESONANCE, f"resonance: at least {RESONANCE:g}", va="bottom", fontsize="small", color="0.3")
     bottom.set(xlabel="speed of the fastest drive [rad/s]", ylabel="amplification [1]")
     for axis in (top.xaxis, top.yaxis, bottom.xaxis):
         axis.set_major_locator(LogLocator(subs=(1, 2, 3, 5)))
@@ -297,5 +298,5 @@ def _speed(results: RobotResults) -> Figure:
         for panel in (top, bottom):
             panel.axvline(at, color=COLORS[2], lw=1.0, ls="-.")
         times = f"{found.factors[found.resonance]:.0f} times the experiment's speed"
-        bottom.set_title(f"first resonance at {at:.0f} rad/s, {times}", fontsize=9)
+        bottom.set_title(f"first resonance at {at:.0f} rad/s, {times}", fontsize="medium")
     return figure

@@ -1,0 +1,204 @@
+"""`Stepper`: the compiled engine in a closed loop of a user's own, such as a controller, an optimiser or a game."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from linkages.base.arguments import Names, validated
+from linkages.base.arrays import Array, Indices
+from linkages.base.errors import InputError, Status, nearest
+from linkages.base.kernel.by_reference import packed
+from linkages.engines.compiled.run.job import MOST, make_given
+from linkages.engines.compiled.run.replay import Steps, record_memory, recorded
+from linkages.engines.compiled.run.runner import STATUS, Runner
+from linkages.engines.compiled.run.sampling import tabulate_run
+from linkages.mechanics.integrate.driver import PAUSED
+from linkages.results.outputs.registry import default_outputs, pack
+from linkages.system import System
+
+_KEYS = {"drives": ("torque", "force"), "torques": ("torque",), "forces": ("force",)}
+_EARLY = 1e-12  # rounding of a time that is reached, relative to it
+
+
+@dataclass(frozen=True)
+class StepperState:
+    """A moment of a `Stepper`, to return to; it can be pickled.
+
+    Attributes
+    ----------
+    time : float
+        Time [s].
+    state : (ny,) array
+        Free coordinates, their rates, bristles of contacts.
+    memory, modes, sides : arrays
+        Memory of the contacts.
+    values : mapping
+        Inputs.
+    next_step : float
+        Step that the engine tries next [s].
+    status : Status
+    """
+
+    time: float
+    state: Array
+    memory: Array
+    modes: Indices
+    sides: Array
+    values: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    next_step: float = 0.0
+    status: Status = Status.OK
+
+
+class Stepper:
+    """A system that runs in steps of any lengths, with inputs that are constant during a step.
+
+    Parameters
+    ----------
+    system : System
+    inputs : sequence of str
+        Paths of constant torques and forces that a step may change: ``drives.A.torque``, ``drives.A.force``,
+        ``torques.NAME.torque`` [N m], ``forces.NAME.force`` (two components) [N]. They start at the file's values.
+    outputs : sequence of str, optional
+        Names of `outputs`; default: those of the experiment, forces and eccentricities of clearance joints, torques of
+        drives.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the outputs.
+
+    Raises
+    ------
+    InputError
+        If an input is not a constant torque or force of the experiment, or an output is unknown.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
+    >>> stepper = linkages.Stepper(system, outputs=["slider.x"])
+    >>> start = stepper.state()
+    >>> stepper.step(1e-3).value, round(stepper.outputs()["slider.x"], 3)
+    ('ok', 0.148)
+    >>> stepper.restore(start)
+    >>> stepper.time
+    0.0
+    """
+
+    @validated
+    def __init__(self, system: System, inputs: Names = (), outputs: Names | None = None) -> None:
+        self.system, self.inputs = system, tuple(inputs)
+        self.names = default_outputs(system) if outputs is None else tuple(outputs)
+        given = make_given(system, pack(system, self.names), np.zeros((0, 2)))
+        own = {name: getattr(given.model, name).copy() for name in ("torque_c", "load_c")}
+        self._runner = runner = Runner(system, given._replace(model=given.model._replace(**own)))
+        self._places = {name: self._place(name, own) for name in self.inputs}
+        self._values = {name: tuple(curve[0, -1] for curve in curves) for name, curves in self._places.items()}
+        self._sides, self._found = runner.job.equations.work.kinked.sides, np.zeros((1, len(self.names)))
+        moment = Steps(np.zeros(1), runner.start[None].copy(), np.zeros((1, recorded(runner.memory))))
+        self._moment, self._packed = moment, packed(moment)
+        self._solved, self._most = runner.job.equations.work.solved, int(given.limits[MOST])
+        self._time, self._state, self._next = 0.0, runner.start.copy(), 0.0
+        self._status = Status.OK
+
+    def _place(self, path: str, own: Mapping[str, Array]) -> list[Array]:
+        """Return the coefficients of the functions that an input replaces."""
+        experiment = self.system.experiment
+        table, _, rest = path.partition(".")
+        name, _, key = rest.rpartition(".")
+        element = getattr(experiment, table).get(name) if table in _KEYS else None
+        if element is None or key not in _KEYS[table]:
+            known = [f"{table}.{n}.{k}" for table, n, k in _constants(self.system)]
+            raise InputError(experiment.source, f'input "{path}"', f"is unknown; {nearest(path, known)}")
+        if getattr(element, key) is None:
+            raise InputError(experiment.source, f'input "{path}"', f"is no constant; give {table}.{name} a {key}")
+        if table == "drives":
+            return [own["torque_c"][self.system.tree.powered.index(name)]]
+        k = experiment.loads.index((table, name))
+        first = int(self.system.arrays.loads["motion"][k])
+        return [own["load_c"][first + i] for i in range(2 if table == "forces" else 1)]
+
+    @property
+    def time(self) -> float:
+        """Return the time [s]."""
+        return self._time
+
+    @property
+    def status(self) -> Status:
+        """Return the status of the last step."""
+        return self._status
+
+    def step(self, time: float, values: Mapping[str, float | Sequence[float]] | None = None) -> Status:
+        """Run to a time [s], with new values of some inputs from the present time on.
+
+        Where the motion ends earlier, `time` is its end and the status says why; further steps are refused.
+
+        Raises
+        ------
+        InputError
+            If the time is not after the present one or is after the experiment's duration, or an input is unknown or
+            not finite, or the motion has ended.
+        """
+        if not self._time < time <= self.system.experiment.duration * (1.0 + _EARLY):
+            last = self.system.experiment.duration
+            raise InputError("argument", "time", f"is {time:g} s; it must be after {self._time:g} s, up to {last:g} s")
+        if self._status is not Status.OK:
+            raise InputError("argument", "time", f"the motion ended with the status {self._status.value}; restore")
+        if values:
+            self._set(values)
+        record = self._runner.run(self._time, self._state, self._next, self._most, time)
+        self._time, self._state, self._next = float(record.times[-1]), record.states[-1], record.next_step
+        self._status = Status.TOO_MANY_STEPS if record.status == PAUSED else STATUS[record.status]
+        return self._status
+
+    def _set(self, values: Mapping[str, float | Sequence[float]]) -> None:
+        for name, value in values.items():
+            curves = self._places.get(name)
+            if curves is None:
+                raise InputError("argument", "values", f'"{name}" is no input; {nearest(name, self.inputs)}')
+            numbers = np.ravel(value)
+            if numbers.dtype.kind not in "fiu" or len(numbers) != len(curves) or not np.isfinite(numbers).all():
+                problem = f"needs {len(curves)} finite number{'s'[: len(curves) - 1]}; it is {value!r}"
+                raise InputError("argument", f'values["{name}"]', problem)
+            for curve, number in zip(curves, numbers, strict=True):
+                curve[:] = 0.0
+                curve[:, -1] = number
+            self._values[name] = tuple(map(float, numbers.tolist()))
+        self._solved[0] = math.nan
+
+    def outputs(self) -> dict[str, float]:
+        """Return the outputs at the present time, with the inputs of the last step, in SI units."""
+        moment, runner = self._moment, self._runner
+        moment.times[0], moment.states[0] = self._time, self._state
+        record_memory(runner.memory, moment.memory[0])
+        tabulate_run(runner.job, self._packed, moment.times, self._found)
+        return dict(zip(self.names, self._found[0].tolist(), strict=True))
+
+    def state(self) -> StepperState:
+        """Return the present state; from it the same inputs give the same bits."""
+        runner = self._runner
+        memories = runner.memory.copy(), runner.modes.copy(), self._sides.copy()
+        return StepperState(self._time, self._state.copy(), *memories, dict(self._values), self._next, self._status)
+
+    def restore(self, state: StepperState) -> None:
+        """Return to a state of this system."""
+        self._set(state.values)
+        runner, self._solved[0] = self._runner, math.nan
+        runner.memory[:], runner.modes[:], self._sides[:] = state.memory, state.modes, state.sides
+        self._time, self._state, self._next = state.time, state.state.copy(), state.next_step
+        self._status = state.status
+
+
+def _constants(system: System) -> list[tuple[str, str, str]]:
+    """List table, name and key of the constant torques and forces of an experiment."""
+    return [
+        (table, name, key)
+        for table, keys in _KEYS.items()
+        for name, element in getattr(system.experiment, table).items()
+        for key in keys
+        if getattr(element, key) is not None
+    ]

@@ -1,0 +1,47 @@
+"""Texts of experiments with other values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.items import Item
+
+from linkages.input.files.toml import parse_value
+from linkages.input.model.experiment import Experiment
+
+
+def edited(experiment: Experiment, values: Mapping[str, Any], target: Path, origin: str | Mapping[str, str]) -> str:
+    """Return the text of an experiment's file with other values; comments state their origin, and the values before.
+
+    The origin is one for all values, or by path. Strings are read as TOML values. The mechanism's path is relative if
+    it is in the folder of the target or below.
+    """
+    document = tomlkit.parse(experiment.source.read_text(encoding="utf-8"))
+    for path, given in values.items():
+        source = origin if isinstance(origin, str) else origin.get(path, "")
+        _replace(document, path, parse_value(given) if isinstance(given, str) else given, source)
+    machine, folder = experiment.mechanism_path.resolve(), target.resolve().parent
+    named = str(machine.relative_to(folder) if machine.is_relative_to(folder) else machine)
+    if named != document["mechanism"]:
+        _replace(document, "mechanism", named, "")
+    return tomlkit.dumps(document)
+
+
+def _replace(document: tomlkit.TOMLDocument, path: str, value: Any, origin: str) -> None:
+    """Set a value at a dotted path, with its origin and the value before as its comment."""
+    *tables, key = path.split(".")
+    here: Any = document
+    for name in tables:
+        if name not in here:
+            here[name] = tomlkit.table()
+        here = here[name]
+    before = here.get(key)
+    item: Item = tomlkit.item(value)
+    was = "" if before is None or isinstance(before, dict) else f"; before: {tomlkit.item(before).as_string()}"
+    comment = f"{origin}{was}" if len(was) < 60 else origin
+    if comment:
+        item.comment(comment.removeprefix("; "))
+    here[key] = item

@@ -1,0 +1,68 @@
+"""Torques of the ideal machine along the references of controllers, as tables over time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError
+from linkages.input.model.experiment import DEFINING, Experiment, experiment_of
+from linkages.input.model.functions import Definition, Quantity, formula
+from linkages.input.model.state_tables import IDEAL_TORQUE, Controller
+from linkages.mechanics.planar.closure import BLURRED, follow, follow_branch
+from linkages.mechanics.planar.elimination import elimination_of
+from linkages.system.assembly import assemble, coordinate_scale, independent
+from linkages.system.equilibrium import ideal_forces
+from linkages.system.unassembled import Unassembled
+
+_PLACES = 4001  # of each table
+
+
+def with_feedforward(system: Unassembled) -> dict[str, Quantity]:
+    """Return the quantities of an experiment, with the torques of the ideal machine as tables."""
+    quantities = dict(system.experiment.quantities)
+    for name, controller in system.experiment.controllers.items():
+        if controller.feedforward == IDEAL_TORQUE:
+            times = np.linspace(0.0, system.experiment.duration, _PLACES)
+            torques = _torques(system, name, controller, times)
+            table = times.tolist(), torques.tolist()
+            quantities[f"{name}.base"] = Quantity(Definition(formula("t"), table=table))
+    return quantities
+
+
+def _torques(system: Unassembled, name: str, controller: Controller, times: Array) -> Array:
+    """Compute the torque or force that moves the ideal machine along the reference (nt,); InputError if it cannot."""
+    experiment = _led(system.experiment, controller)
+    one = Unassembled(system.mechanism.with_inertial(system.rotors), experiment)
+    tree, rows, where = one.tree, one.tree.closure_rows, f"controllers.{name}.feedforward"
+    start = assemble(tree, experiment, one.motions, one.loads)
+    if start.mobility != len(tree.driven):
+        problem = f"needs drives that, with the reference in {controller.joint}, determine the whole motion"
+        raise InputError(system.experiment.source, where, problem)
+    q, v, a = np.zeros((3, len(times), tree.size))
+    for table, values in zip((q, v, a), one.motions(times), strict=True):
+        table[:, tree.driven_dofs] = values
+    free, quality = tree.closing_dofs, np.zeros(len(times))
+    q[0, free] = start.q[free]
+    follow(tree.bodies, rows, np.zeros((1, len(rows))), free, tree.extent, q[:1], v[:1], a[:1], quality[:1])
+    reached = follow_branch(tree.bodies, rows, free, tree.extent, coordinate_scale(tree), 1, times, q, v, a, quality)
+    if reached < len(times) or quality.min() <= BLURRED:
+        when = times[min(reached, len(times) - 1)] if reached < len(times) else times[quality.argmin()]
+        raise InputError(system.experiment.source, where, f"the ideal machine is at a dead point at t = {when:.6g} s")
+    elimination = elimination_of(tree.bodies, rows, independent(tree, rows, start.q, free), free)
+    dof = tree.driven_dofs[tree.driven.index(controller.joint or "")]
+    states = zip(times.tolist(), q, v, strict=True)
+    return np.array([ideal_forces(one, t, at, rates, elimination).tau[dof] for t, at, rates in states])
+
+
+def _led(experiment: Experiment, controller: Controller) -> Experiment:
+    """Return the ideal experiment whose joint follows the reference, without the loads of motors and controllers."""
+    data = experiment.ideal().model_dump(exclude_unset=True)
+    for table in ("forces", "torques"):
+        loads = getattr(experiment, table)
+        own = [name for name, load in loads.items() if not experiment.quantities.keys().isdisjoint(load.signals)]
+        data[table] = {name: keys for name, keys in data.get(table, {}).items() if name not in own}
+    drives = {**data.get("drives", {}), controller.joint: {"formula": controller.reference}}
+    return experiment_of(
+        experiment.source, data | {"drives": drives, "outputs": [], **{key: {} for key in DEFINING}}, experiment.sources
+    )

@@ -1,0 +1,83 @@
+"""``linkages tolerances``: which share of machines meets the limits, and which tolerance costs most."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from linkages import InputError
+from linkages.cli.options import add_cluster, add_out, output_folder, written
+from linkages.cli.progress import progress_bar
+from linkages.input.files.writing import errors_of_writing, write_json
+from optim.cli.seeds import seeds_of
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+HELP = "share of machines that meet the limits, by their tolerances; can be stopped, resumed and extended"
+
+EXAMPLES = """examples:
+  linkages tolerances slidercrank_tolerances.toml
+  linkages tolerances mine.toml --samples 10000 --out results/mine --resume
+"""
+
+STORE, RESULT = "study.sqlite", "tolerances.json"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.add_argument(
+        "file", metavar="FILE", help="study with [scatter] (.toml), a path or the name of a shipped one"
+    )
+    parser.add_argument("--seed", type=int, metavar="N", help="replaces the file's")
+    parser.add_argument("--samples", type=int, metavar="N", help="number of machines; replaces the file's")
+    parser.add_argument("--resume", action="store_true", help="continue or extend what is in the output folder")
+    add_out(parser)
+    parser.add_argument("--threads", type=int, metavar="N", help="threads of the compiled engine; default: all")
+    add_cluster(parser)
+    parser.add_argument("--no-plots", action="store_true", help="draw no figures")
+    parser.set_defaults(seeds=None)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the machines of a study and judge them; returns the exit status."""
+    from optim.evaluate.evaluator import Evaluator
+    from optim.problem.load import find_study, load_study
+    from optim.report.tolerance_text import format_tolerances
+    from optim.search.tolerances import sampled, settings_of
+
+    if options.threads is not None and options.threads < 1:
+        raise InputError("--threads", str(options.threads), "must be at least 1")
+    study = load_study(find_study(options.file))
+    settings_of(study, options.samples)
+    (seed,) = seeds_of(options, study)
+    folder = output_folder(options, study.source.stem, "tolerances").path
+    with errors_of_writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    started = time.monotonic()
+    with ExitStack() as stack:
+        executor: Executor | None = None
+        workers = 0
+        if options.cluster:
+            from linkages.engines.cluster import cluster
+
+            executor, workers = stack.enter_context(cluster(options.cluster, "continue with --resume"))
+        evaluator = Evaluator(study, executor, 2 * workers, options.threads)
+        advance = progress_bar(f"{study.source.stem}: machines")
+        try:
+            result, sample = sampled(study, folder / STORE, seed, options.samples, evaluator, options.resume, advance)
+        except KeyboardInterrupt:
+            print("interrupted; what was computed is kept, continue with --resume", file=sys.stderr)
+            return 130
+    write_json(folder / RESULT, result)
+    names = [STORE, RESULT]
+    if not options.no_plots:
+        from optim.report.tolerance_figures import write_tolerances
+
+        names += write_tolerances(study, result, sample, folder)
+    print(format_tolerances(study, result) + f"\n\n{time.monotonic() - started:.1f} s")
+    print(written(folder, names))
+    return 0

@@ -1,0 +1,14 @@
+"""Identification: the values of a machine that explain measurements, and how certain they are.
+
+| module     | content                                                                     |
+|------------|-----------------------------------------------------------------------------|
+| schema     | the tables of an identification file                                        |
+| load       | the file, its experiment and its data, checked: an `Identification`         |
+| residuals  | measured less computed samples, and their derivatives, from one run         |
+| fit        | least squares from several starts, over windows that grow                   |
+| certainty  | deviations, intervals, what is identifiable, tests of the residuals         |
+| profile    | profile likelihood of one unknown                                           |
+| plan       | certainty that candidate sensors would give, before any measurement         |
+| writing    | results as text, and as an experiment                                       |
+| identify   | all of it; the content of ``result.json``                                   |
+"""

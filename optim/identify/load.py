@@ -1,0 +1,303 @@
+"""Reads an identification file: measurements, unknowns and their bounds, each checked."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from linkages import InputError, System, find_file, load
+from linkages.base.arrays import Array
+from linkages.input.files.recorded import Recording, read_recording
+from linkages.input.files.toml import leaves, read_toml, validate
+from linkages.input.files.unit_conversion import is_quantity, read_either, si
+from linkages.input.model.experiment import value_unit
+from linkages.results.outputs.registry import check_output, unit
+from optim.identify.schema import DataFile, Filter, IdentificationFile, MeasuredColumn, Unknown
+
+_FEWEST = 8  # samples of a column
+_UNEVEN = 1e-3  # largest deviation of the intervals of a column with a filter, relative to their mean
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """A measured column, in SI.
+
+    Attributes
+    ----------
+    name, output : str
+    unit : str
+    times : (n,) array
+        Increasing times of the file's clock, without its shift [s].
+    values : (n,) array
+        Measured values, filtered.
+    deviation : float
+        Of a sample, after the filter; NaN if it is not known.
+    gain, offset : float
+        NaN if they are fitted.
+    sections : array or None
+        Second-order sections of the filter.
+    """
+
+    name: str
+    output: str
+    unit: str
+    times: Array
+    values: Array
+    deviation: float
+    gain: float
+    offset: float
+    sections: Array | None
+
+    def filtered(self, rows: Array) -> Array:
+        """Filter samples (n, ...) as the measured ones."""
+        return filtered(rows, self.sections)
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """A data file and its machine.
+
+    Attributes
+    ----------
+    name : str
+    system : System
+    channels : tuple of Channel
+    shift : float
+        Time that is added to the file's clock [s]; NaN if it is fitted.
+    """
+
+    name: str
+    system: System
+    channels: tuple[Channel, ...]
+    shift: float
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """A checked identification of n unknowns; made by `optim.load_identification`.
+
+    Attributes
+    ----------
+    source : Path
+    file : IdentificationFile
+    system : System
+        The experiment without measurements, for a plan.
+    measurements : tuple of Measurement
+    names, paths : tuples of str
+        Of the unknowns.
+    owners : tuple of (str or None)
+        The one measurement that has an unknown.
+    lower, upper, start : (n,) arrays
+        SI units.
+    priors : (n, 2) array
+        Mean and standard deviation known before, NaN without.
+    """
+
+    source: Path
+    file: IdentificationFile
+    system: System
+    measurements: tuple[Measurement, ...]
+    names: tuple[str, ...]
+    paths: tuple[str, ...]
+    owners: tuple[str | None, ...]
+    lower: Array
+    upper: Array
+    start: Array
+    priors: Array
+
+    @property
+    def title(self) -> str:
+        """Title of tables and figures."""
+        return self.file.title or self.source.stem
+
+    def units(self) -> tuple[str, ...]:
+        """Return the SI units of the unknowns."""
+        return tuple(value_unit(path) for path in self.paths)
+
+
+def load_identification(path: str | Path) -> Identification:
+    """Read an identification file, its experiment and its data, and check that they fit each other.
+
+    Parameters
+    ----------
+    path : str or Path
+        The TOML file, or the name of a shipped one.
+
+    Raises
+    ------
+    InputError
+        One line with file, key and reason.
+
+    Examples
+    --------
+    >>> import optim
+    >>> task = optim.load_identification("slider_crank_fit")
+    >>> task.names, len(task.measurements[0].channels)
+    (('clearance', 'viscosity', 'mass'), 2)
+    """
+    path = Path(path)
+    shipped = Path(__file__).resolve().parent / "examples" / f"{path.stem}.toml"
+    if path.parent == Path() and not path.exists() and shipped.exists():
+        path = shipped
+    data, _ = read_toml(path)
+    file = validate(IdentificationFile, data, path)
+    system = _system(path, "experiment", file.experiment).replaced({})
+    with _within(path, "set"):
+        system = system.replaced(dict(leaves(file.set)))
+    measurements = tuple(_measurement(path, file, name, one, system) for name, one in file.data.items())
+    rows = np.array([_unknown(path, name, one, system) for name, one in file.unknowns.items()])
+    unknowns = list(file.unknowns.values())
+    lower, upper, start = rows.T[:3].copy()
+    owners = tuple(one.of for one in unknowns)
+    paths = tuple(one.path for one in unknowns)
+    names = tuple(file.unknowns)
+    return Identification(
+        path, file, system, measurements, names, paths, owners, lower, upper, start, rows[:, 3:].copy()
+    )
+
+
+@contextmanager
+def _within(path: Path, where: str) -> Iterator[None]:
+    """Put the file and the key before an error of an experiment."""
+    try:
+        yield
+    except InputError as problem:
+        raise InputError(path, where, str(problem).removeprefix("argument: ")) from None
+
+
+def _system(path: Path, where: str, experiment: str) -> System:
+    with _within(path, where):
+        beside = path.parent / experiment
+        return load(beside if os.path.exists(beside) else find_file(experiment))
+
+
+def _unknown(path: Path, name: str, unknown: Unknown, system: System) -> tuple[float, ...]:
+    """Return lower and upper limit, start, and the prior's mean and deviation."""
+    where = f"unknowns.{name}"
+    with _within(path, f"{where}.path"):
+        usual = system.value(unknown.path)
+    read = lambda key, value: _number(path, f"{where}.{key}", value, unknown.path)  # noqa: E731
+    lower, upper = read("lower", unknown.lower), read("upper", unknown.upper)
+    start = usual if unknown.start is None else read("start", unknown.start)
+    if not lower < upper:
+        raise InputError(path, where, f"lower, {lower:g}, must be below upper, {upper:g}")
+    if not lower <= start <= upper:
+        raise InputError(path, where, f"its start {start:g} is not between {lower:g} and {upper:g}; give start")
+    mean, deviation = (math.nan, math.nan) if unknown.prior is None else (read("prior", x) for x in unknown.prior)
+    if deviation <= 0.0:
+        raise InputError(path, f"{where}.prior", f"has the deviation {deviation:g}; it must be positive")
+    return lower, upper, start, mean, deviation
+
+
+def _number(path: Path, where: str, value: Any, target: str) -> float:
+    try:
+        found = (
+            read_either(value, value_unit(target)) if isinstance(value, str) and is_quantity(value) else float(value)
+        )
+    except (TypeError, ValueError) as problem:
+        raise InputError(path, where, str(problem)) from None
+    if isinstance(value, bool) or not math.isfinite(found):
+        raise InputError(path, where, f"is {value!r}; give a number, or one with a unit between quotes")
+    return float(found)
+
+
+def _measurement(path: Path, file: IdentificationFile, name: str, one: DataFile, system: System) -> Measurement:
+    """Read the data of a measurement, and build its machine."""
+    where = f"data.{name}"
+    if one.experiment is not None:
+        system = _system(path, f"{where}.experiment", one.experiment)
+        with _within(path, "set"):
+            system = system.replaced(dict(leaves(file.set)))
+    with _within(path, f"{where}.set"):
+        system = system.replaced(dict(leaves(one.set)) | {"solver.max_steps": file.fit.max_steps})
+    recording = read_recording(path.parent / one.file)
+    channels = tuple(
+        _channel(path, f"{where}.columns.{key}", key, column, recording, one, system)
+        for key, column in one.columns.items()
+    )
+    return Measurement(name, system, channels, math.nan if one.time.shift == "fit" else float(one.time.shift))
+
+
+def _channel(
+    path: Path, where: str, name: str, column: MeasuredColumn, recording: Recording, data: DataFile, system: System
+) -> Channel:
+    """Read and check a column."""
+    with _within(path, where):
+        check_output(system, column.output)
+    si_unit = unit(system, column.output)
+    try:
+        times = recording.column(data.time.column, "s", data.time.unit)
+        values = recording.column(column.column or name, si_unit, column.unit)
+        _check_samples(times, values)
+        sections = None if column.filter is None else _sections(column.filter, times)
+        deviation = _deviation(column, recording, column.column or name, si_unit)
+    except ValueError as problem:
+        raise InputError(path, where, str(problem)) from None
+    values = filtered(values, sections)
+    if sections is not None:
+        impulse = np.zeros(len(values))
+        impulse[len(values) // 2] = 1.0
+        deviation *= float(np.linalg.norm(filtered(impulse, sections)))
+    gain, offset = (math.nan if x == "fit" else float(x) for x in (column.gain, column.offset))
+    return Channel(name, column.output, si_unit, times, values, deviation, gain, offset, sections)
+
+
+def _check_samples(times: Array, values: Array) -> None:
+    """Raise a ValueError, in one sentence, for samples that cannot be used."""
+    if len(times) < _FEWEST:
+        raise ValueError(f"has {len(times)} samples; at least {_FEWEST} are needed")
+    for what, array in (("the times", times), ("the column", values)):
+        if not np.isfinite(array).all():
+            line = int(np.flatnonzero(~np.isfinite(array))[0])
+            raise ValueError(f"{what} have no number in row {line + 1}; remove the row, or repair it")
+    if not np.all(np.diff(times) > 0.0):
+        line = int(np.flatnonzero(np.diff(times) <= 0.0)[0])
+        raise ValueError(f"the times do not increase from row {line + 1} to row {line + 2}; sort the rows")
+    if np.ptp(values) == 0.0:
+        raise ValueError(f"all samples are {values[0]:g}; they say nothing")
+
+
+def _deviation(column: MeasuredColumn, recording: Recording, name: str, si_unit: str) -> float:
+    """Return the standard deviation of a sample in SI; NaN if none is given."""
+    if column.deviation is None:
+        return math.nan
+    stated = column.unit or recording.units.get(name) or si_unit
+    factor = 1.0 if stated == si_unit else si(f"1 {stated}", si_unit) - si(f"0 {stated}", si_unit)
+    size = si(column.deviation, si_unit) if isinstance(column.deviation, str) else column.deviation * factor
+    if not size > 0.0:
+        raise ValueError(f"deviation is {column.deviation!r}; it must be positive")
+    return float(size)
+
+
+def _sections(chosen: Filter, times: Array) -> Array:
+    steps = np.diff(times)
+    if np.abs(steps - steps.mean()).max() > _UNEVEN * steps.mean():
+        raise ValueError("a filter needs equal intervals between the samples")
+    rate = 1.0 / steps.mean()
+    if chosen.cutoff >= 0.5 * rate:
+        raise ValueError(
+            f"filter.cutoff, {chosen.cutoff:g} Hz, must be below half the sampling rate, {0.5 * rate:g} Hz"
+        )
+    return np.asarray(butter(chosen.order, chosen.cutoff, fs=rate, output="sos"), np.float64)
+
+
+def filtered(rows: Array, sections: Array | None) -> Array:
+    """Filter samples (n, ...) forwards and backwards."""
+    if sections is None:
+        return rows
+    most = 3 * (2 * len(sections) + 1)
+    return np.asarray(sosfiltfilt(sections, rows, axis=0, padlen=min(most, len(rows) - 1)), np.float64)
+
+
+def described(identification: Identification) -> Mapping[str, Any]:
+    """Return what determines the numbers of an identification, JSON types."""
+    file = identification.file.model_dump(mode="json")
+    return {**file, "samples": sum(len(c.values) for m in identification.measurements for c in m.channels)}

@@ -1,0 +1,76 @@
+"""Profile likelihood: the interval of one unknown, with all others fitted again at each of its values."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.stats import chi2
+
+from linkages.base.arrays import Array
+from optim.identify.certainty import LEVEL, Certainty
+from optim.identify.fit import Fitted, Search
+from optim.identify.residuals import Residuals
+
+_STEPS = 4  # values on each side
+_FEW = 4  # runs at a value: the others start from where they should be
+_CLOSE = 0.02  # of the root of the difference of chi-square, relative
+
+
+def profile(residuals: Residuals, found: Fitted, judged: Certainty, k: int) -> tuple[tuple[float, float], Array, int]:
+    """Follow the least chi-square over unknown k, to both sides up to where it has risen by that of the interval.
+
+    Returns the interval of the unknown, points (np, 2) with its value and the rise of chi-square, and the number of
+    runs. Neighbouring residuals count as the fit's autocorrelation says.
+    """
+    wanted = math.sqrt(float(chi2.ppf(LEVEL, 1)))
+    weight = np.ones(len(found.evaluated.residual))
+    for (_, rows), time in zip(residuals.groups(found.horizon), judged.times, strict=True):
+        weight[rows] = 1.0 / time
+    least = float(np.sum(weight * found.evaluated.residual**2))
+    freedom = max(float(weight.sum()) - len(found.z), 1.0)
+    unit = max(least / freedom, 1.0)
+    points, ends, runs = [(float(residuals.values(found.z)[k]), 0.0)], [], 0
+    for sign in (-1.0, 1.0):
+        at, reached, z = 0.0, 0.0, found.z.copy()
+        step = sign * wanted * _linear(judged, k, residuals)
+        for _ in range(_STEPS):
+            value = float(np.clip(found.z[k] + step, residuals.lower[k], residuals.upper[k]))
+            z, rise, count = _at(residuals, found, z, k, value, weight, least)
+            runs += count
+            at, reached = value - found.z[k], math.sqrt(max(rise, 0.0) / unit)
+            z_all = found.z.copy()
+            z_all[k] = value
+            points.append((float(residuals.values(z_all)[k]), rise / unit))
+            limited = value in (residuals.lower[k], residuals.upper[k]) and reached < wanted
+            if limited or abs(reached - wanted) < _CLOSE * wanted:
+                break
+            step = at * min(max(wanted / max(reached, 1e-3), 0.3), 3.0)
+        moved = found.z.copy()
+        moved[k] = np.clip(found.z[k] + at, residuals.lower[k], residuals.upper[k])
+        if 0.0 < reached < math.inf and moved[k] not in (residuals.lower[k], residuals.upper[k]):
+            moved[k] = np.clip(found.z[k] + at * wanted / reached, residuals.lower[k], residuals.upper[k])
+        ends.append(float(residuals.values(moved)[k]))
+    return (ends[0], ends[1]), np.array(sorted(points)), runs
+
+
+def _linear(judged: Certainty, k: int, residuals: Residuals) -> float:
+    """Return the deviation of an unknown with which its profile begins."""
+    deviation = float(judged.deviations[k])
+    room = float(residuals.upper[k] - residuals.lower[k])
+    return deviation if 0.0 < deviation < 0.25 * room else 0.05 * room
+
+
+def _at(
+    residuals: Residuals, found: Fitted, z: Array, k: int, value: float, weight: Array, least: float
+) -> tuple[Array, float, int]:
+    """Fit the other values at a value of unknown k; return all, the rise of chi-square, and the number of runs."""
+    others = np.ones(len(z), bool)
+    others[k] = False
+    start = z.copy()
+    start[k] = value
+    search = Search(residuals, start, found.horizon, others)
+    z, evaluated = search.solve(_FEW)
+    if evaluated.reason:
+        return z, math.inf, search.runs
+    return z, float(np.sum(weight * evaluated.residual**2)) - least, search.runs

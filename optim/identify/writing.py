@@ -1,0 +1,77 @@
+"""Results of an identification as text, and as an experiment with the values that were found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from linkages.base.brief import cell, counted
+from linkages.input.model.editing import edited
+from optim.identify.load import Identification
+
+
+def format_identification(found: Mapping[str, Any]) -> str:
+    """Format a result as lines of text.
+
+    Parameters
+    ----------
+    found : dict
+        Content of ``result.json``, from `optim.identify`.
+
+    Examples
+    --------
+    >>> import optim
+    >>> found = optim.identify(optim.load_identification("slider_crank_fit"))
+    >>> optim.format_identification(found).splitlines()[0]
+    'Slider-crank: clearance, viscosity and mass from two sensors'
+    """
+    first = max(
+        20, *(2 + len(name) for name in [*found["parameters"], *found["nuisance"], *found["residual"]["columns"]])
+    )
+    lines = [found["title"], f"{'unknown':{first}s}{'value':>13s}{'deviation':>13s}{'95 % interval':>28s}  unit"]
+    for name, one in found["parameters"].items():
+        if one["identifiable"]:
+            low, high = one["interval"]
+            known = f"{cell(one['deviation'], 13)}{f'{low:.6g} to {high:.6g}':>28s}"
+        else:
+            known = f"{'not identifiable':>41s}"
+        lines.append(f"{name:{first}s}{cell(one['value'], 13, '.6g')}{known}  {one['unit']}")
+        if "profile_interval" in one:
+            low, high = one["profile_interval"]
+            lines.append(f"{'  profile':{first}s}{'':26s}{f'{low:.6g} to {high:.6g}':>28s}  {one['profile_runs']} runs")
+    for name, sensor in found["nuisance"].items():
+        lines.append(f"{name:{first}s}{cell(sensor['value'], 13, '.6g')}{cell(sensor['deviation'], 13)}")
+    residual = found["residual"]
+    lines += ["", f"{'column':{first}s}{'samples':>13s}{'rms':>13s}{'deviation':>13s}{'chi-square':>13s}"]
+    for k, name in enumerate(residual["columns"]):
+        row = (residual[key][k] for key in ("rms", "deviation", "chi_square"))
+        lines.append(f"{name:{first}s}{residual['samples'][k]:13d}{''.join(cell(x, 13) for x in row)}")
+    lines.append(
+        f"fitted up to {found['fitted_until']:.6g} s; {counted(found['runs'], 'run')}, {found['wall_time']:.1f} s"
+    )
+    if found["starts"]["count"] > 1:
+        lines.append(f"{found['starts']['same']} of {found['starts']['count']} starts found these values")
+    if found["prediction"] is not None:
+        rows = ", ".join(f"{name} {cell(x, 0).strip()}" for name, x in found["prediction"]["rms"].items())
+        lines.append(f"prediction after it, rms: {rows}")
+    for name, other in found.get("alternatives", {}).items():
+        rows = ", ".join(f"{key} {cell(x, 0).strip()}" for key, x in other["prediction"]["rms"].items())
+        lines.append(f"model {name}: rms of the prediction {rows}")
+    for mixture in found["mixtures"]:
+        lines.append(f"the data leave open: {mixture}")
+    if found["sensors"]:
+        lines.append(f"a sensor with 1 % noise would determine it: {' or '.join(found['sensors'])}")
+    return "\n".join(lines + [f"warning: {one}" for one in found["warnings"]])
+
+
+def fitted_experiment(task: Identification, found: Mapping[str, Any], target: Path) -> str:
+    """Return the text of the experiment with the values that were found; comments state their deviations."""
+    values, origins = {}, {}
+    for one in found["parameters"].values():
+        values[one["path"]] = one["value"]
+        certain = (
+            f"identified, +- {one['deviation']:.2g}" if one["identifiable"] else "identified, but not identifiable"
+        )
+        origins[one["path"]] = f"{certain} ({task.source.name})"
+    return edited(task.system.experiment, values, target, origins)

@@ -1,0 +1,79 @@
+"""Figures of an identification: measured and computed samples, residuals, correlations, profiles, progress."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from linkages.show.plots.style import COLORS
+from optim.report.figures import png
+
+
+def write_identification(found: Mapping[str, Any], folder: Path, form: str = "png") -> None:
+    """Write ``fit``, ``correlation``, ``windows`` and, if they are known, ``profiles``, as PNG or in another form."""
+    _write_fit(found, folder / f"fit.{form}")
+    _write_correlation(found, folder / f"correlation.{form}")
+    if len(found["history"]) > 1:
+        _write_windows(found, folder / f"windows.{form}")
+    if any("profile" in one for one in found["parameters"].values()):
+        _write_profiles(found, folder / f"profiles.{form}")
+
+
+def _write_fit(found: Mapping[str, Any], path: Path) -> None:
+    curves = found["curves"]
+    with png(path, 8.0, 2.2 * len(curves) + 0.6) as figure:
+        axes = np.atleast_2d(figure.subplots(len(curves), 2, squeeze=False, gridspec_kw={"width_ratios": (3, 2)}))
+        for (left, right), (name, curve) in zip(axes, curves.items(), strict=True):
+            time, measured, computed = (np.array(curve[key]) for key in ("time", "measured", "computed"))
+            left.plot(time, measured, ".", color=COLORS[1], markersize=2.0, label="measured")
+            left.plot(time, computed, color=COLORS[0], linewidth=1.0, label="computed")
+            left.set_ylabel(f"{name} [{curve['unit'] or '1'}]")
+            right.plot(time, measured - computed, ".", color=COLORS[2], markersize=2.0)
+            right.axhline(0.0, color="0.5", linewidth=0.6)
+            right.set_ylabel("residual")
+        axes[0, 0].legend()
+        for ax in axes[-1]:
+            ax.set_xlabel("time of the file [s]")
+
+
+def _write_correlation(found: Mapping[str, Any], path: Path) -> None:
+    names = found["correlation"]["names"]
+    matrix = np.array([[np.nan if x is None else x for x in row] for row in found["correlation"]["matrix"]])
+    size = 2.2 + 0.55 * len(names)
+    with png(path, size + 0.6, size) as figure:
+        ax = figure.subplots()
+        image = ax.imshow(matrix, vmin=-1.0, vmax=1.0, cmap="RdBu_r")
+        ax.set_xticks(range(len(names)), names, rotation=45, ha="right")
+        ax.set_yticks(range(len(names)), names)
+        for (i, k), value in np.ndenumerate(matrix):
+            text = "-" if np.isnan(value) else f"{value:.2f}"
+            ax.text(k, i, text, ha="center", va="center", color="white" if abs(value) > 0.6 else "black")
+        ax.set_title("correlation of the values")
+        figure.colorbar(image, ax=ax)
+
+
+def _write_windows(found: Mapping[str, Any], path: Path) -> None:
+    runs, ends, mean = np.array(found["history"]).T
+    with png(path, 5.0, 3.2) as figure:
+        ax = figure.subplots()
+        ax.plot(ends, mean, "o-", color=COLORS[0])
+        ax.set_xscale("log")
+        ax.set_xlabel("end of the window [s]")
+        ax.set_ylabel("chi-square of a sample")
+        for x, y, count in zip(ends, mean, runs, strict=True):
+            ax.annotate(f"{count:.0f} runs", (x, y), textcoords="offset points", xytext=(3, 5), fontsize=7)
+
+
+def _write_profiles(found: Mapping[str, Any], path: Path) -> None:
+    shown = {name: one for name, one in found["parameters"].items() if "profile" in one}
+    with png(path, 3.2 * len(shown), 3.0) as figure:
+        for ax, (name, one) in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown.items(), strict=True):
+            points = np.array(one["profile"])
+            ax.plot(points[:, 0], points[:, 1], "o-", color=COLORS[0])
+            ax.axhline(3.84, color="0.5", linestyle="--", label="95 %")
+            ax.set_xlabel(f"{name} [{one['unit'] or '1'}]")
+            ax.set_ylabel("rise of chi-square")
+            ax.legend()

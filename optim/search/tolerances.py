@@ -1,0 +1,435 @@
+"""`tolerances`: which share of machines meets the limits of a study, and which tolerance costs most."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from linkages import InputError
+from linkages.base.arguments import Whole, validated
+from linkages.input.files.toml import Positive, Table, validate
+from linkages.input.files.versions import versions
+from optim.algorithms.derivatives import DIFFERENCES, SOURCES, Source
+from optim.evaluate.evaluations import OK, Evaluations, finite
+from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.gradients import Gradients, check_sensitivities
+from optim.evaluate.limits import Limit, in_units, limits
+from optim.problem.scatter import Scatter
+from optim.problem.schema import SAMPLING
+from optim.problem.study import Array, Study
+from optim.search import tolerance_statistics as statistics
+from optim.search.recorder import Recorder, recording
+
+_CHUNK = 512  # machines in a transaction of the store; after each the interval of the yield is judged
+_STEP = 0.1  # of differences, in deviations
+_CHANGE = 1e-6  # relative change of the values that shows how predictable the machines are
+_REPEATED = 64  # machines that are run again with this change
+_CORNERS = 6  # most values for which all corners of their limits are run
+_RARE = 1e-3  # share of machines beyond a limit below which the design point is sought
+_CHECKED = 512  # machines about the design point
+_FAR = 8.0  # deviations between mean and limit from which nothing is sought: probability 1e-15
+_CHAOTIC = 0.01  # share of the variance that the change causes above which derivatives mean nothing
+
+
+class Sampling(Table):
+    """Settings of a study of tolerances."""
+
+    samples: Annotated[int, Field(ge=2, le=10**6)] = Field(1024, description="machines, at most")
+    sequence: Literal["sobol", "random"] = Field("sobol", description="points of a scrambled Sobol sequence, or random")
+    confidence: Annotated[float, Field(gt=0.5, lt=1)] = Field(0.95, description="of the intervals")
+    width: Positive | None = Field(None, description="stop where the interval of the yield is narrower [1]")
+    derivatives: Source = Field(DIFFERENCES, description=SOURCES)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Machines of a study: values (m, n), quantities (m, nq), NaN where a run failed, and which meet all limits."""
+
+    designs: Array
+    values: Array
+    good: NDArray[np.bool_]
+    status: tuple[str, ...]
+
+    @property
+    def ran(self) -> NDArray[np.bool_]:
+        """Tell which machines have values, (m,)."""
+        return np.array([state == OK for state in self.status], dtype=bool)
+
+
+@validated
+def tolerances(
+    study: Study,
+    store: Path | None = None,
+    *,
+    seed: Whole | None = None,
+    samples: Whole | None = None,
+    evaluator: Evaluator | None = None,
+    resume: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, Any]:
+    """Run the machines of a study with ``[scatter]``, and judge them by its constraints.
+
+    Parameters
+    ----------
+    study : Study
+        Its algorithm is "scatter".
+    store : Path, optional
+        File that keeps every machine, ``study.sqlite``; default a temporary one.
+    seed, samples : int, optional
+        Default the study's. A stored study with fewer machines is extended.
+    evaluator : Evaluator, optional
+        Default one that runs here, in all threads.
+    resume : bool
+        Whether the store may exist; it must be of the same study, sequence and seed.
+    progress : callable, optional
+        Called with the finished part of the machines.
+
+    Returns
+    -------
+    dict
+        The content of ``tolerances.json``, SI units; see docs/tolerances.md.
+
+    Raises
+    ------
+    InputError
+        If the study has no scatter, or the store cannot be used.
+    RunError
+        If the disk is full, no machine runs, or relative quantities have no nominal value.
+
+    Examples
+    --------
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("slidercrank_tolerances"))
+    >>> result = optim.tolerances(study, samples=64)
+    >>> result["yield"]["value"] > 0.5
+    True
+    """
+    return sampled(study, store, seed, samples, evaluator, resume, progress)[0]
+
+
+def settings_of(study: Study, samples: int | None = None) -> Sampling:
+    """Return the settings of a study of tolerances, with another number of machines; InputError if it is none."""
+    if not study.file.sampled:
+        raise InputError(study.source, "algorithm.name", f'must be "{SAMPLING}" for tolerances')
+    given = {key: value for key, value in study.file.algorithm.items() if key != "name"}
+    more = {} if samples is None else {"samples": samples}
+    settings = validate(Sampling, given | more, Path(f"{study.source.name}: algorithm"))
+    if settings.derivatives != DIFFERENCES:
+        check_sensitivities(study)
+    return settings
+
+
+def sampled(
+    study: Study,
+    store: Path | None,
+    seed: int | None,
+    samples: int | None,
+    evaluator: Evaluator | None,
+    resume: bool,
+    progress: Callable[[float], None] | None,
+) -> tuple[dict[str, Any], Sample]:
+    """Return the content of ``tolerances.json``, and the machines; arguments as of `tolerances`."""
+    settings, seed = settings_of(study, samples), study.file.seed if seed is None else seed
+    evaluator = Evaluator(study) if evaluator is None else evaluator
+    with ExitStack() as stack:
+        if store is None:
+            store = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "study.sqlite"
+        recorder = stack.enter_context(recording(store, identity_of(study, settings, seed), evaluator, resume))
+        machines = _Machines(study, settings, seed, recorder)
+        sample = machines.sample(evaluator, progress or (lambda part: None))
+        return _report(machines, sample), sample
+
+
+def identity_of(study: Study, settings: Sampling, seed: int) -> dict[str, Any]:
+    """Return what tells the store of a study from others; the number of machines may grow."""
+    algorithm = {"name": SAMPLING, "sequence": settings.sequence}
+    return {
+        "task": {"algorithm": algorithm, "seed": seed, "start": None} | study.description(),
+        "versions": versions("scipy"),
+        "variables": study.paths,
+        "objectives": tuple(study.file.objectives),
+        "constraints": tuple(study.file.constraints),
+    }
+
+
+class _Machines:
+    """Machines of a study by their values, each run once."""
+
+    def __init__(self, study: Study, settings: Sampling, seed: int, recorder: Recorder) -> None:
+        assert study.scatter is not None  # as the study is sampled
+        self.study, self.settings, self.seed, self.recorder = study, settings, seed, recorder
+        self.scatter: Scatter = study.scatter
+        self.nominal = recorder.evaluate(study.nominal[None])
+        self.limits: list[Limit] = limits(study)
+        names = [name for _, name, _ in study.quantities]
+        self.columns = [names.index(limit.name) for limit in self.limits]
+        self._gradients: Gradients | None = None
+        if settings.derivatives != DIFFERENCES:
+            self._gradients = Gradients(study, recorder.evaluate, self.nominal)
+
+    def run(self, designs: Array) -> tuple[Array, Evaluations]:
+        """Return quantities (m, nq) of machines (m, n), and how they ended."""
+        found = self.recorder.evaluate(designs)
+        return np.hstack(in_units(self.study, found, self.nominal)), found
+
+    def excess(self, values: Array) -> Array:
+        """Return by how much quantities (m, nq) exceed each limit, (m, nl), relative to it; infinite if they failed."""
+        table = np.column_stack(
+            [
+                np.empty((len(values), 0)),
+                *(limit.excess(values[:, k]) for limit, k in zip(self.limits, self.columns, strict=True)),
+            ]
+        )
+        return np.where(np.isnan(table), np.inf, table)
+
+    def sample(self, evaluator: Evaluator, progress: Callable[[float], None]) -> Sample:
+        """Run machines until there are enough."""
+        settings = self.settings
+        points = self.scatter.values(self.scatter.points(settings.samples, self.seed, settings.sequence))
+        rows: list[Array] = [np.empty((0, len(self.study.quantities)))]
+        done, status = 0, list[str]()
+        for start in range(0, len(points), _CHUNK):
+            evaluator.progress = _part(progress, start, min(_CHUNK, len(points) - start), len(points), evaluator)
+            values, found = self.run(points[start : start + _CHUNK])
+            rows.append(values)
+            status += found.status
+            done += len(values)
+            progress(done / len(points))
+            good = self._good(np.concatenate(rows))
+            if settings.width is not None:
+                lower, upper = statistics.clopper_pearson(int(good.sum()), done, settings.confidence)
+                if upper - lower <= settings.width:
+                    break
+        evaluator.progress = None
+        progress(1.0)
+        return Sample(points[:done], np.concatenate(rows), good, tuple(status))
+
+    def _good(self, values: Array) -> NDArray[np.bool_]:
+        return np.asarray(np.isfinite(values).all(axis=1) & (self.excess(values) <= 0.0).all(axis=1))
+
+    def rates(self, design: Array) -> Array:
+        """Differentiate the quantities with respect to the values of a machine (n,), (nq, n); NaN where it failed."""
+        if self._gradients is not None:
+            found = self._gradients.rates(design)
+            if np.isfinite(found).all():
+                return found
+        steps = np.diag(_STEP * self.scatter.deviations)
+        moved = np.concatenate([design + steps, design - steps])
+        values, _ = self.run(moved)
+        size = np.diag(moved[: len(design)] - moved[len(design) :])
+        return np.asarray((values[: len(design)] - values[len(design) :]).T / size)
+
+
+def _part(
+    progress: Callable[[float], None], start: int, size: int, total: int, evaluator: Evaluator
+) -> Callable[[float], None] | None:
+    """Return what a batch calls with its finished part; None where other processes run it."""
+    return (lambda part: progress((start + size * part) / total)) if evaluator.executor is None else None
+
+
+# -- the report --------------------------------------------------------------------------------------------------------
+
+
+def _report(machines: _Machines, sample: Sample) -> dict[str, Any]:
+    """Judge the machines."""
+    study, settings, total = machines.study, machines.settings, len(sample.good)
+    failures = {state: sample.status.count(state) for state in dict.fromkeys(sample.status) if state != OK}
+    lower, upper = statistics.clopper_pearson(int(sample.good.sum()), total, settings.confidence)
+    scattered = _chaos(machines, sample)
+    rates = machines.rates(study.nominal)
+    excess = machines.excess(sample.values)
+    violated = {limit.key: int((column > 0.0).sum()) for limit, column in zip(machines.limits, excess.T, strict=True)}
+    quantities = {
+        name: _quantity(machines, sample, k, scattered[k], rates[k]) for k, (_, name, _) in enumerate(study.quantities)
+    }
+    _add_corners(machines, quantities)
+    return {
+        "study": study.source.stem,
+        "title": study.title,
+        "seed": machines.seed,
+        "algorithm": {"name": SAMPLING, **settings.model_dump(mode="json")},
+        "labels": {name: study.label(name) for _, name, _ in study.quantities},
+        "samples": total,
+        "failed": sum(failures.values()),
+        "failures": failures,
+        "yield": {"value": sample.good.mean().item(), "lower": lower, "upper": upper},
+        "violated": violated,
+        "scatter": {name: _value(machines.scatter, k, study.paths[k]) for k, name in enumerate(study.names)},
+        "quantities": quantities,
+        "contributions": _contributions(machines, sample),
+        "rare": _rare(machines, violated, total, quantities),
+        "versions": versions("scipy"),
+    }
+
+
+def _value(scatter: Scatter, k: int, path: str) -> dict[str, Any]:
+    lower, upper = scatter.limits[:, k].tolist()
+    return {
+        "path": path,
+        "mean": float(scatter.means[k]),
+        "deviation": float(scatter.deviations[k]),
+        "lower": lower,
+        "upper": upper,
+    }
+
+
+def _quantity(machines: _Machines, sample: Sample, k: int, scattered: float | None, rates: Array) -> dict[str, Any]:
+    """Describe the scatter of quantity k."""
+    study, confidence = machines.study, machines.settings.confidence
+    quantity = study.quantities[k][2]
+    ends = {key: getattr(quantity, key, None) for key in ("at_least", "at_most", "equals")}
+    values = sample.values[sample.ran, k]
+    report: dict[str, Any] = {"limits": {key: end for key, end in ends.items() if end is not None}}
+    if len(values) < 2:
+        return report
+    report |= statistics.moments(values)
+    ordered = np.sort(values)
+    counts, edges = np.histogram(values, bins=min(40, max(8, math.isqrt(len(values)))))
+    report |= {
+        "quantiles": {str(level): statistics.quantile(ordered, level, confidence) for level in statistics.LEVELS},
+        "capability": statistics.capability(report["mean"], report["deviation"], ends["at_least"], ends["at_most"]),
+        "histogram": {"counts": counts.tolist(), "edges": edges.tolist()},
+        "unpredictable_deviation": scattered,
+        "shares": _shares(machines, sample, values),
+    }
+    linear = statistics.first_order(rates, machines.scatter)
+    if math.isfinite(linear.deviation):
+        report["first_order"] = {
+            "deviation": linear.deviation,
+            "error": linear.deviation / report["deviation"] - 1.0 if report["deviation"] > 0.0 else None,
+            "shares": dict(zip(study.names, linear.shares.tolist(), strict=True)),
+        }
+    return report
+
+
+def _shares(machines: _Machines, sample: Sample, values: Array) -> dict[str, Any] | None:
+    """Split the variance of the values of the machines that ran among the scattering values."""
+    settings, scatter = machines.settings, machines.scatter
+    normal = scatter.points(settings.samples, machines.seed, settings.sequence)[: len(sample.good)][sample.ran]
+    found = statistics.variance_shares(normal @ scatter.factor.T, values)
+    if found is None:
+        return None
+    rows = zip(*(part.tolist() for part in found[:4]), strict=True)
+    by_name = {
+        name: dict(zip(("first", "first_error", "total", "total_error"), row, strict=True))
+        for name, row in zip(machines.study.names, rows, strict=True)
+    }
+    return {"values": by_name, "unexplained": found.unexplained}
+
+
+def _chaos(machines: _Machines, sample: Sample) -> list[float | None]:
+    """Return the deviation of each quantity that a relative change of the values by 1e-6 causes."""
+    rows = np.flatnonzero(sample.ran)[:_REPEATED]
+    if len(rows) == 0:
+        return [None] * sample.values.shape[1]
+    designs = sample.designs[rows]
+    sizes = np.maximum(np.abs(designs), machines.scatter.deviations)
+    again, _ = machines.run(designs + _CHANGE * sizes)
+    with np.errstate(invalid="ignore"):
+        change = again - sample.values[rows]
+    known = np.isfinite(change).all(axis=1)
+    return (
+        [finite(x) for x in np.sqrt(0.5 * np.mean(change[known] ** 2, axis=0))]
+        if known.any()
+        else [None] * change.shape[1]
+    )
+
+
+def _add_corners(machines: _Machines, quantities: Mapping[str, dict[str, Any]]) -> None:
+    """Add the least and greatest value of each quantity at the corners of the tolerance limits, of few values."""
+    n = len(machines.scatter.names)
+    if n > _CORNERS:
+        return
+    corners = np.array(
+        [
+            [pair[side] for pair, side in zip(machines.scatter.limits.T, sides, strict=True)]
+            for sides in product((0, 1), repeat=n)
+        ]
+    )
+    values, found = machines.run(corners)
+    for column, report in zip(values.T, quantities.values(), strict=True):
+        known = column[np.isfinite(column)]
+        ends = [float(known.min()), float(known.max())] if len(known) else None
+        report["worst_case"] = {"range": ends, "failed": int(found.failed.sum())}
+
+
+def _contributions(machines: _Machines, sample: Sample) -> dict[str, Any]:
+    """Return the yields that half of each tolerance gives, the best first."""
+    found = {}
+    for k, name in enumerate(machines.scatter.names):
+        share, error = statistics.yield_of(
+            machines.scatter, machines.scatter.narrowed(k, 0.5), sample.designs, sample.good
+        )
+        found[name] = {"halved": share, "error": error}
+    return dict(sorted(found.items(), key=lambda entry: -entry[1]["halved"]))
+
+
+def _rare(
+    machines: _Machines, violated: Mapping[str, int], total: int, quantities: Mapping[str, Mapping[str, Any]]
+) -> dict[str, Any]:
+    """Find the probability beyond limits that hardly any machine exceeds, from the most probable machine there."""
+    found: dict[str, Any] = {}
+    for k, limit in enumerate(machines.limits):
+        report = quantities[limit.name]
+        if limit.equality or violated[limit.key] > _RARE * total or not report.get("deviation"):
+            continue
+        chaotic = (report["unpredictable_deviation"] or 0.0) ** 2 > _CHAOTIC * report["deviation"] ** 2
+        if chaotic or abs(limit.value - report["mean"]) > _FAR * report["deviation"]:
+            continue
+        entry = _beyond(machines, k)
+        if entry is not None:
+            found[limit.key] = entry
+    return found
+
+
+def _beyond(machines: _Machines, k: int) -> dict[str, Any] | None:
+    """Return the probability beyond limit k; None if the search meets machines without values."""
+    from scipy.special import ndtr, ndtri
+
+    scatter, limit, column = machines.scatter, machines.limits[k], machines.columns[k]
+
+    def excess(normal: Array) -> float:
+        return _or_nan(machines.excess(machines.run(scatter.values(normal[None]))[0])[0, k])
+
+    def slopes(normal: Array) -> Array:
+        x = scatter.values(normal[None])[0]
+        z = scatter.factor @ normal
+        density = np.array([float(one.law.pdf(value)) for one, value in zip(scatter.marginals, x, strict=True)])
+        stretch = np.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi) / density
+        return np.asarray(limit.sign / limit.size * (machines.rates(x)[column] * stretch) @ scatter.factor)
+
+    point = statistics.design_point(excess, slopes, len(scatter.names))
+    if point is None:
+        return None
+    x = scatter.values(point.normal[None])[0]
+    entry = {
+        "index": point.beta,
+        "probability": float(ndtr(-point.beta)),
+        "converged": point.converged,
+        "iterations": point.iterations,
+        "machine": dict(zip(scatter.names, x.tolist(), strict=True)),
+    }
+    if point.converged and point.beta > 0.0:
+        share, error = statistics.importance_check(
+            lambda normal: machines.excess(machines.run(scatter.values(normal))[0])[:, k] > 0.0,
+            point.normal,
+            _CHECKED,
+            machines.seed,
+        )
+        entry |= {"checked": share, "checked_error": error, "checked_index": finite(float(-ndtri(share)))}
+    return entry
+
+
+def _or_nan(value: float) -> float:
+    """Return a number, or NaN where it is infinite: a run failed."""
+    return value if math.isfinite(value) else math.nan

@@ -1,0 +1,230 @@
+"""Backlash of gears and couplings: contacts, momentum and limit cycles in closed form, on both engines."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from engines import slow_on_drake
+from machines import joint, model, solid
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from linkages import InputError, assess, impacts, load, simulate, simulate_batch, summarize
+
+J1, J2, K, PLAY, SPEED = 0.2, 0.05, 1e4, 0.02, 2.0
+EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-11\nmax_step = 1e-3\n"
+LINEAR = f"law = 'hertz'\nrestitution = 1.0\nstiffness = {K}\nexponent = 1.0\n"
+FREE = f"[drives.A]\ntorque = 0.0\nspeed = {SPEED}\n[drives.B]\ntorque = 0.0\n"
+
+
+def pair(axis="0 0 1"):
+    body = solid("one", 1.0, J1) + solid("two", 1.0, J2, "0.3 0 0 0 0 0")
+    return model("pair", body + joint("A", "world", "one") + joint("B", "world", "two", axis=axis))
+
+
+def mesh(ratio, play=f"play = {PLAY}", law=LINEAR, offset=0.0):
+    text = f"[gears.mesh]\njoints = ['A', 'B']\nratio = {ratio}\noffset = {offset}\n"
+    return text + f"[gears.mesh.backlash]\n{play}\n[gears.mesh.backlash.contact]\n{law}"
+
+
+@slow_on_drake
+@pytest.mark.parametrize("axis", ["0 0 1", "0 0 -1"])
+@pytest.mark.parametrize("ratio", [1.0, -0.5, 3.0])
+def test_free_wheels_bounce_between_the_flanks(run, engine, ratio, axis):
+    """The difference of both coordinates is a mass between two linear springs: first six contacts, momentum, energy."""
+    found = run(pair(axis), "duration = 0.16\n" + FREE + mesh(ratio) + EXACT)
+    speed = SPEED * abs(ratio)
+    frequency = np.sqrt(K * (1.0 / J2 + ratio**2 / J1))
+    rows = impacts(found, ["mesh.upper", "mesh.lower"])[:6]
+    starts = 0.5 * PLAY / speed + np.arange(6) * (np.pi / frequency + PLAY / speed)
+    assert [row.start for row in rows] == pytest.approx(starts.tolist(), abs=1e-9)
+    first, second = ("mesh.lower", "mesh.upper")[:: 1 if ratio > 0.0 else -1]
+    assert [row.joint for row in rows] == 3 * [first, second]
+    for row in rows:
+        assert row.approach_speed == pytest.approx(speed, rel=1e-8)
+        assert row.peak_force == pytest.approx(K * speed / frequency, rel=1e-8)
+    momentum = J1 * found["A.rate"] + ratio * J2 * found["B.rate"]
+    np.testing.assert_allclose(momentum, J1 * SPEED, rtol=1e-9)
+    depth = np.maximum(found["mesh.upper.penetration"], found["mesh.lower.penetration"]).clip(0.0)
+    energy = found["kinetic_energy"] + 0.5 * K * depth**2
+    np.testing.assert_allclose(energy, 0.5 * J1 * SPEED**2, rtol=1e-9 if engine == "compiled" else 1e-8)
+    np.testing.assert_allclose(found["mesh.angle"], found["q.B"] - ratio * found["q.A"], atol=1e-12)
+
+
+def test_normal_backlash_is_measured_along_the_line_of_action(system_of):
+    """A radius of 40 mm: force on the teeth, play and stiffness of the angle follow from the lever."""
+    radius, ratio = 0.04, -0.5
+    law = LINEAR.replace(f"stiffness = {K}", f"stiffness = {K / radius**2}")
+    text = (
+        "duration = 0.05\n" + FREE + mesh(ratio, f'normal = "{1e3 * PLAY * radius} mm"\nradius = "40 mm"', law) + EXACT
+    )
+    turned = simulate(system_of(pair(), "duration = 0.05\n" + FREE + mesh(ratio) + EXACT), "compiled")
+    found = simulate(system_of(pair(), text), "compiled")
+    (along,), (angle,) = impacts(found, ["mesh.upper"])[:1], impacts(turned, ["mesh.upper"])[:1]
+    assert along.start == pytest.approx(angle.start, abs=1e-11)
+    assert along.peak_penetration == pytest.approx(radius * angle.peak_penetration, rel=1e-9)
+    assert along.peak_force == pytest.approx(angle.peak_force / radius, rel=1e-9)
+    assert found["q.B"][-1] == pytest.approx(turned["q.B"][-1], abs=1e-10)
+
+
+@pytest.mark.parametrize("method", ["dormand_prince_5_4", "radau_iia_5"])
+def test_derivatives_with_respect_to_the_play(system_of, method):
+    """After one contact the difference of coordinates is p/2 - v (t - p/(2v) - pi/w): its derivative by p is 1."""
+    ratio = -0.5
+    solver = EXACT.replace("dormand_prince_5_4", method).replace("1e-11", "1e-9")
+    system = system_of(pair(), "duration = 0.024\n" + FREE + mesh(ratio) + solver)
+    found = simulate(system, "compiled", wrt=["gears.mesh.backlash.play"])
+    share = J1 / (J1 + ratio**2 * J2)
+    slope = found.sensitivity["gears.mesh.backlash.play"]["q.B"]
+    assert slope[-1] == pytest.approx(share, rel=1e-5)
+
+
+def test_a_batch_varies_play_and_ratio(system_of):
+    system = system_of(pair(), "duration = 0.03\n" + FREE + mesh(1.0) + EXACT)
+    rows = [[0.01, 1.0], [0.02, -0.5]]
+    batch = simulate_batch(system, ["gears.mesh.backlash.play", "gears.mesh.ratio"], rows, ["mesh.torque"])
+    for (_, ratio), peak in zip(rows, batch.peak[:, 0, 0], strict=True):
+        assert peak == pytest.approx(SPEED * abs(ratio) * np.sqrt(K / (1.0 / J2 + ratio**2 / J1)), rel=1e-8)
+
+
+def test_the_start_within_the_play_and_the_offset(system_of):
+    text = "duration = 0.02\n[drives.A]\ntorque = 0.0\nangle = 0.1\n"
+    system = system_of(pair(), text + mesh(3.0, f"play = {PLAY}\nstart = 0.004", offset=0.2))
+    found = simulate(system, "compiled")
+    assert found["q.B"][0] == pytest.approx(3.0 * 0.1 + 0.2 + 0.004, abs=1e-12)
+    assert found["mesh.angle"][0] == pytest.approx(0.004, abs=1e-12)
+
+
+def test_results_of_a_coupling_beside_its_ideal(system_of):
+    """An ideal coupling transmits J2 alpha; with play the same torque on average, and a peak of the impact."""
+    text = "duration = 0.05\n[drives.A]\ntorque = 10.0\n" + mesh(1.0).replace("gears", "couplings").replace(
+        "ratio = 1.0\n", ""
+    )
+    found = assess(system_of(pair(), text + EXACT), "compiled")
+    ideal = J2 * 10.0 / (J1 + J2)
+    np.testing.assert_allclose(found.ideal["mesh.torque"], ideal, rtol=1e-9)
+    start = np.sqrt(PLAY * J1 / 10.0)  # the first shaft alone turns by half the play
+    first = found.contacts[0]
+    assert first.joint == "mesh.lower"
+    assert first.start == pytest.approx(start, abs=1e-10)
+    swing = np.sqrt(K * (1.0 / J1 + 1.0 / J2))  # pushed by the torque's share, met at a speed
+    push, speed = ideal / K, 10.0 / J1 * start
+    assert first.peak_penetration == pytest.approx(push + np.hypot(push, speed / swing), rel=1e-8)
+    summary = summarize(found)
+    assert summary["loads"]["mesh"]["torque"]["peak"] == pytest.approx(K * first.peak_penetration, rel=1e-8)
+
+
+# -- limit cycles ------------------------------------------------------------------------------------------------------
+
+
+def piecewise(gain, damping, y, end):
+    """Exact motion of motor and load, with a controller of the load's angle, at changes of contact and at the end.
+
+    The state is [angles (2), rates (2)] of motor and load; phases are linear, so that each has a matrix exponential.
+    """
+    t, found, side = 0.0, [], 0.0
+    middle = {0.0: 0.0, 1.0: 0.5 * PLAY, -1.0: -0.5 * PLAY}
+
+    def matrix(side):
+        stiff = K * abs(side)
+        rates = [[-stiff / J1, (stiff - gain) / J1, 0.0, -damping / J1], [stiff / J2, -stiff / J2, 0.0, 0.0]]
+        constant = np.array([-stiff * middle[side] / J1, stiff * middle[side] / J2])
+        return np.block([
+            [np.zeros((2, 2)), np.eye(2), np.zeros((2, 1))], [np.array(rates), constant[:, None]], [np.zeros((1, 5))],
+        ])  # fmt: skip
+
+    def at(side, y, time):
+        return (expm(matrix(side) * time) @ np.append(y, 1.0))[:4]
+
+    def over(y):  # torque of the contact, or distance beyond the play: zero at a change of phase
+        return (y[1] - y[0] - middle[side]) if side else abs(y[1] - y[0]) - 0.5 * PLAY
+
+    while t < end:
+        times = np.linspace(0.0, end - t, 4001)
+        step = expm(matrix(side) * times[1])
+        walk, values = np.append(y, 1.0), []
+        for _ in times:
+            values.append(over(walk[:4]) * (side or 1.0))
+            walk = step @ walk
+        signs = np.array(values) > 0.0
+        change = np.flatnonzero(signs[1:-1] != signs[2:]) if side == 0.0 else np.flatnonzero(signs[1:-1] & ~signs[2:])
+        if not len(change):
+            return np.array(found), at(side, y, end - t)
+        k = change[0] + 1
+        span = brentq(lambda s: over(at(side, y, s)), times[k], times[k + 1], xtol=1e-15)
+        y, t = at(side, y, span), t + span
+        side = float(np.sign(y[1] - y[0])) if side == 0.0 else 0.0
+        found.append(t)
+    raise AssertionError
+
+
+@pytest.mark.parametrize(("gain", "damping"), [(20.0, 0.0), (20.0, 1.5)])
+def test_a_controlled_load_behind_backlash_swings_as_its_exact_solution(system_of, gain, damping):
+    """A P and a PD controller of the load's angle act on the motor: a torque formula of angle and rate."""
+    text = f"duration = 1.0\n[drives.A]\ntorque = 0.0\nspeed = {SPEED}\n[drives.B]\ntorque = 0.0\n"
+    law = f'"-{gain}*B.coordinate - {damping}*B.rate"'
+    text += f"[torques.controller]\njoint = 'A'\nformula = {law}\n" + mesh(1.0) + EXACT
+    found = simulate(system_of(pair(), text), "compiled")
+    changes, last = piecewise(gain, damping, np.array([0.0, 0.0, SPEED, 0.0]), 1.0)
+    rows = impacts(found, ["mesh.upper", "mesh.lower"])
+    met = sorted([row.start for row in rows] + [row.start + row.duration for row in rows])
+    assert len(changes) > 8
+    np.testing.assert_allclose(met[: len(changes)], changes, rtol=1e-6, atol=0.0)
+    np.testing.assert_allclose([found["q.A"][-1], found["q.B"][-1]], last[:2], atol=1e-6 * np.abs(found["q.B"]).max())
+
+
+# -- wrong input -------------------------------------------------------------------------------------------------------
+
+#: case -> (text, expected part of the message)
+REFUSED = {
+    "no play": (mesh(1.0, ""), "gears.mesh.backlash: give either play, or normal with radius"),
+    "both": (mesh(1.0, "play = 0.1\nnormal = 1e-4\nradius = 0.1"), "give either play, or normal with radius"),
+    "no radius": (mesh(1.0, "normal = 1e-4"), "give either play, or normal with radius"),
+    "negative": (mesh(1.0, "play = -0.1"), "gears.mesh.backlash.play"),
+    "unit": (mesh(1.0, 'play = "1 mm"'), 'gears.mesh.backlash.play: is "1 mm"; it must be measured in rad'),
+    "outside": (mesh(1.0, "play = 0.1\nstart = 0.06"), "it must be within half the play, 0.05 rad"),
+    "no contact": (mesh(1.0).partition("[gears.mesh.backlash.contact]")[0], "gears.mesh.backlash.contact: is missing"),
+    "no stiffness": (
+        mesh(1.0, law="law = 'hertz'\nrestitution = 1.0\nyoungs_modulus = 2e11"),
+        "power law and its stiff",
+    ),
+    "ratio of a coupling": (mesh(2.0).replace("gears", "couplings"), "couplings.mesh.ratio"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_wrong_backlash_is_refused_in_one_line(experiment_file, case):
+    text, reason = REFUSED[case]
+    with pytest.raises(InputError) as problem:
+        load(experiment_file(pair(), "duration = 1.0\n" + text))
+    assert reason in str(problem.value)
+    assert "\n" not in str(problem.value)
+
+
+def test_a_rack_has_no_backlash(experiment_file):
+    body = solid("one", 1.0, J1) + solid("two", 1.0, J2, "0.3 0 0 0 0 0")
+    sdf = model("rack", body + joint("A", "world", "one") + joint("B", "world", "two", "prismatic", "1 0 0"))
+    with pytest.raises(InputError, match=r'gears\.mesh\.backlash: needs two revolute joints; "B" is prismatic'):
+        load(experiment_file(sdf, "duration = 1.0\n" + mesh(0.1)))
+
+
+# -- two stops -----------------------------------------------------------------------------------------------------------
+
+
+def test_coaxial_backlash_is_two_stops(system_of):
+    """A second shaft carried by the first: its coordinate is the difference, whose limits are stops."""
+    body = solid("one", 1.0, J1) + solid("two", 1.0, J2)
+    stops = "".join(
+        f"[stops.{side}]\njoint = 'B'\nside = '{side}'\nlimit = {sign * 0.5 * PLAY}\n[stops.{side}.contact]\n{LINEAR}"
+        for side, sign in (("upper", 1.0), ("lower", -1.0))
+    )
+    carried = model("pair", body + joint("A", "world", "one") + joint("B", "one", "two"))
+    start = f"[drives.A]\ntorque = 0.0\nspeed = {SPEED}\n[drives.B]\ntorque = 0.0\nspeed = {-SPEED}\n"
+    found = impacts(
+        simulate(system_of(carried, "duration = 0.1\n" + start + stops + EXACT), "compiled"), ["upper", "lower"]
+    )
+    other = simulate(system_of(pair(), "duration = 0.1\n" + FREE + mesh(1.0) + EXACT), "compiled")
+    rows = impacts(other, ["mesh.upper", "mesh.lower"])
+    assert len(rows) > 5
+    assert [row.start for row in found] == pytest.approx([row.start for row in rows], abs=1e-11)
+    assert all(one.start < two.start for one, two in pairwise(rows))

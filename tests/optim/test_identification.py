@@ -1,0 +1,320 @@
+"""Identification: values from data of closed forms and twins, certainty, plans, refusals, resuming."""
+
+import json
+
+import numpy as np
+import pytest
+
+import linkages
+import optim
+from linkages.cli.main import main
+from optim.identify.certainty import autocorrelation_time
+from optim.identify.load import load_identification
+
+SLIDER = """<sdf version="1.9"><model name="oscillator">
+<link name="mass"><inertial><mass>0.5</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial></link>
+<joint name="O" type="prismatic"><parent>world</parent><child>mass</child><axis><xyz>1 0 0</xyz></axis></joint>
+</model></sdf>"""
+EXPERIMENT = """mechanism = "oscillator.sdf"
+duration = 2.0
+gravity = [0.0, 0.0, 0.0]
+[drives.O]
+torque = 0.0
+angle = 0.1
+[springs.S]
+point = "mass"
+anchor = [-1.0, 0.0]
+stiffness = 200.0
+free_length = 1.0
+damping = 0.8
+[solver]
+integrator = "dormand_prince_5_4"
+accuracy = 1e-10
+"""
+TASK = """experiment = "oscillator.toml"
+[data.run]
+file = "run.csv"
+time = { column = "t", unit = "ms", shift = "fit" }
+[data.run.columns.x]
+output = "mass.x"
+unit = "mm"
+gain = "fit"
+offset = "fit"
+deviation = 0.5
+[unknowns.stiffness]
+path = "springs.S.stiffness"
+lower = 100.0
+upper = 500.0
+start = 210.0
+[unknowns.damping]
+path = "springs.S.damping"
+lower = 0.1
+upper = 5.0
+start = 1.0
+"""
+MASS, STIFFNESS, DAMPING, GAIN, OFFSET, SHIFT = 0.5, 200.0, 0.8, 1.25, 0.004, 3.0e-3
+
+
+def oscillation(times, stiffness=STIFFNESS, damping=DAMPING):
+    """Position of the damped oscillator that is released at 0.1 m, in closed form [m]."""
+    decay = damping / (2.0 * MASS)
+    rate = np.sqrt(stiffness / MASS - decay**2)
+    return 0.1 * np.exp(-decay * times) * (np.cos(rate * times) + decay / rate * np.sin(rate * times))
+
+
+def reading(times, stiffness=STIFFNESS, damping=DAMPING, gain=GAIN, offset=OFFSET, shift=SHIFT):
+    """Column of the file [m]: gain times the column plus offset is the position; the file's clock is late."""
+    return (oscillation(times + shift, stiffness, damping) - offset) / gain
+
+
+def oscillator(folder, seed=1, task=TASK, deviation=5e-4, header="t,x"):
+    """Write machine, data with noise, and the identification; return its path."""
+    (folder / "oscillator.sdf").write_text(SLIDER)
+    (folder / "oscillator.toml").write_text(EXPERIMENT)
+    times = np.linspace(0.01, 1.9, 400)
+    noise = deviation * np.random.default_rng(seed).standard_normal(len(times))
+    table = np.column_stack([1e3 * times, 1e3 * (reading(times) + noise)])
+    np.savetxt(folder / "run.csv", table, delimiter=",", header=header, comments="")
+    (folder / "task.toml").write_text(task)
+    return folder / "task.toml"
+
+
+def test_the_machine_has_the_closed_form(tmp_path):
+    oscillator(tmp_path)
+    run = linkages.simulate(linkages.load(tmp_path / "oscillator.toml"))
+    times = np.linspace(0.0, 2.0, 50)
+    np.testing.assert_allclose(run.evaluate(times)["mass.x"], oscillation(times), atol=1e-9)
+
+
+def test_values_gain_offset_and_clock_are_found_with_the_least_possible_deviation(tmp_path):
+    found = optim.identify(load_identification(oscillator(tmp_path)))
+    times, wanted = np.linspace(0.01, 1.9, 400), np.array([STIFFNESS, DAMPING, GAIN, OFFSET, SHIFT])
+    columns = []
+    for k, value in enumerate(wanted):  # the bound of Cramer and Rao, from differences of the closed form
+        step = 1e-5 * value * np.eye(5)[k]
+        columns.append((reading(times, *(wanted + step)) - reading(times, *(wanted - step))) / (2e-5 * value))
+    information = np.array(columns) @ np.array(columns).T / 5e-4**2
+    bounds = np.sqrt(np.diag(np.linalg.inv(information)))
+    values, nuisance = found["parameters"], found["nuisance"]
+    got = [values["stiffness"], values["damping"]]
+    got += [nuisance["run.x.gain"], nuisance["run.x.offset"], nuisance["run.shift"]]
+    for one, value, bound in zip(got, wanted, bounds, strict=True):
+        assert one["value"] == pytest.approx(value, abs=3.5 * bound)
+        assert one["deviation"] == pytest.approx(bound, rel=0.1)
+    assert all(one["identifiable"] for one in values.values())
+    assert found["warnings"] == []
+
+
+def test_intervals_contain_the_true_values_as_often_as_they_say(tmp_path):
+    inside = []
+    for seed in range(40):
+        values = optim.identify(load_identification(oscillator(tmp_path, seed)))["parameters"]
+        for name, true in (("stiffness", STIFFNESS), ("damping", DAMPING)):
+            low, high = values[name]["interval"]
+            inside.append(low <= true <= high)
+    assert 0.88 <= np.mean(inside) <= 1.0  # 80 of 95 %: 0.88 is 3 deviations below
+
+
+def test_a_profile_agrees_with_the_linear_interval_and_costs_few_runs(tmp_path):
+    values = optim.identify(load_identification(oscillator(tmp_path)), profiles=True)["parameters"]
+    for one in values.values():
+        assert one["profile_interval"] == pytest.approx(one["interval"], rel=2e-3)
+        assert one["profile_runs"] <= 30
+
+
+def test_deviations_that_the_file_leaves_open_come_from_the_residuals(tmp_path):
+    found = optim.identify(load_identification(oscillator(tmp_path, task=TASK.replace("deviation = 0.5\n", ""))))
+    assert found["residual"]["deviation"][0] == pytest.approx(5e-4, rel=0.1)
+
+
+def test_a_wrong_model_is_not_silent(tmp_path):
+    path = oscillator(tmp_path)
+    times = np.linspace(0.01, 1.9, 400)
+    table = np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1)
+    table[:, 1] += 4.0 * np.sin(40.0 * times)  # something acts that the model lacks [mm]
+    np.savetxt(tmp_path / "run.csv", table, delimiter=",", header="t,x", comments="")
+    found = optim.identify(load_identification(path))
+    assert "does not explain" in found["warnings"][0]
+    assert any("not independent" in text for text in found["warnings"])
+
+
+def test_mass_stiffness_and_damping_together_are_not_identifiable(tmp_path):
+    more = TASK + '[unknowns.mass]\npath = "sdf.links.mass.mass"\nlower = 0.1\nupper = 2.0\n'
+    found = optim.identify(load_identification(oscillator(tmp_path, task=more)))
+    assert [one["identifiable"] for one in found["parameters"].values()] == [False, False, False]
+    assert len(found["mixtures"]) == 1
+    assert all(f"{name} (+1)" in found["mixtures"][0] for name in ("stiffness", "damping", "mass"))
+
+
+def test_two_laws_are_compared_by_their_prediction(tmp_path):
+    task = TASK + '[alternatives.undamped]\nset = { springs.S.damping = 0.0 }\nunknowns = ["stiffness"]\n'
+    found = optim.identify(load_identification(oscillator(tmp_path, task=task)))["alternatives"]
+    with_damping, without = (found[name]["prediction"]["rms"]["run.x"] for name in ("this", "undamped"))
+    assert with_damping == pytest.approx(5e-4, rel=0.15)
+    assert without > 10.0 * with_damping
+
+
+def test_a_dry_joint_needs_a_window_that_grows(tmp_path):
+    system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.002})
+    outputs, times = ["slider.ax", "O.torque", "B.force"], np.arange(0.0, 0.002, 2e-5)
+    curves = linkages.simulate(system, outputs=outputs).evaluate(times)
+    sizes = [0.01 * np.std(curves[name]) for name in outputs]
+    rng = np.random.default_rng(4)
+    noisy = [curves[name] + size * rng.standard_normal(len(times)) for name, size in zip(outputs, sizes, strict=True)]
+    np.savetxt(tmp_path / "run.csv", np.column_stack([times, *noisy]), delimiter=",", header="t,a,b,c", comments="")
+    lines = ['experiment = "slider_crank_dry.toml"', "[data.run]", 'file = "run.csv"', 'time = "t"']
+    for name, output, size in zip("abc", outputs, sizes, strict=True):
+        lines += [f"[data.run.columns.{name}]", f'output = "{output}"', f"deviation = {size}"]
+    values = {"joints.B.clearance": 5e-4, "joints.B.contact.restitution": 0.9}
+    for k, (path, value) in enumerate(values.items()):
+        lines += [f"[unknowns.u{k}]", f'path = "{path}"', f"lower = {value / 3}", f"upper = {min(3 * value, 0.99)}"]
+        lines += [f"start = {value * (1.25, 0.8)[k]}"]
+    (tmp_path / "task.toml").write_text("\n".join(lines))
+    found = optim.identify(load_identification(tmp_path / "task.toml"))
+    assert len(found["history"]) > 2
+    assert found["fitted_until"] > 0.0019
+    for one, value in zip(found["parameters"].values(), values.values(), strict=True):
+        assert one["value"] == pytest.approx(value, abs=3.5 * one["deviation"])
+        assert one["deviation"] < 1e-3 * value
+
+
+PLAN = """
+[plan]
+rate = 200.0
+duration = 1.0
+[plan.candidates.position]
+output = "mass.x"
+deviation = "0.5 mm"
+[plan.candidates.speed]
+output = "mass.vx"
+deviation = 20.0
+"""
+
+
+def test_a_plan_states_the_deviation_that_a_sensor_will_give(tmp_path, capsys):
+    oscillator(
+        tmp_path, task=TASK.replace("start = 210.0", "start = 200.0").replace("start = 1.0", "start = 0.8") + PLAN
+    )
+    found = optim.plan(load_identification(tmp_path / "task.toml"))
+    times = np.arange(0.0, 1.0 + 1e-9, 1 / 200.0)
+    columns = [
+        (oscillation(times, 200.0 * (1 + s), 0.8 * (1 + d)) - oscillation(times, 200.0 * (1 - s), 0.8 * (1 - d))) / 2e-5
+        for s, d in ((1e-5, 0.0), (0.0, 1e-5))
+    ]
+    expected = np.sqrt(np.diag(np.linalg.inv(np.array(columns) @ np.array(columns).T / 5e-4**2)))
+    single = {entry["sensors"][0]: entry for entry in found["settings"][0]["single"]}
+    assert single["position"]["deviations"] == pytest.approx(expected.tolist(), rel=1e-4)
+    assert single["speed"]["identifiable"] < 2
+    assert "best: position" in optim.format_plan(found)
+
+
+def test_an_interrupted_search_ends_with_the_same_numbers(tmp_path):
+    task = load_identification(oscillator(tmp_path, task=TASK + "[fit]\nstarts = 3\n"))
+    whole = optim.identify(task, tmp_path / "one.json")
+    kept = json.loads((tmp_path / "one.json").read_text())
+    del kept["starts"][""]["1"]
+    (tmp_path / "two.json").write_text(json.dumps(kept))
+    resumed = optim.identify(task, tmp_path / "two.json", resume=True)
+    for key in set(whole) - {"wall_time"}:
+        assert resumed[key] == whole[key], key
+
+
+def test_several_threads_find_the_same(tmp_path):
+    task = load_identification(oscillator(tmp_path, task=TASK + "[fit]\nstarts = 3\n"))
+    one, two = (optim.identify(task, threads=threads)["parameters"] for threads in (1, 2))
+    assert one == two
+
+
+WRONG = {
+    "no column": (TASK.replace("[data.run.columns.x]", "[data.run.columns.z]"), 'has no column "z"'),
+    "wrong unit": (TASK.replace('unit = "mm"', 'unit = "kg"'), "unit of column"),
+    "unknown output": (TASK.replace("mass.x", "mass.z"), '"mass.z"'),
+    "unknown path": (TASK.replace("springs.S.damping", "springs.S.dumping"), "dumping"),
+    "limits reversed": (TASK.replace("lower = 100.0", "lower = 600.0"), "must be below upper"),
+    "start outside": (TASK.replace("start = 210.0", "start = 10.0"), "is not between"),
+    "no data": ('experiment = "oscillator.toml"\n' + TASK[TASK.index("[unknowns.stiffness]") :], "data: is missing"),
+    "no plan": (None, "plan: is missing"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_files_are_refused_in_one_line(tmp_path, capsys, case):
+    text, said = WRONG[case]
+    path = oscillator(tmp_path, task=text or TASK)
+    arguments = ["identify", str(path), "--out", str(tmp_path / "out")] + ["--plan"] * (text is None)
+    assert main(arguments) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+SPOILT = {
+    "not a number": (lambda table: table[:, 1].__setitem__(5, np.nan), "row 6"),
+    "not increasing": (lambda table: table[:, 0].__setitem__(5, 0.0), "do not increase"),
+    "all equal": (lambda table: table[:, 1].__setitem__(slice(None), 1.0), "say nothing"),
+}
+
+
+@pytest.mark.parametrize("case", SPOILT)
+def test_spoilt_data_are_refused_in_one_line(tmp_path, capsys, case):
+    path = oscillator(tmp_path)
+    table = np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1)
+    spoil, said = SPOILT[case]
+    spoil(table)
+    np.savetxt(tmp_path / "run.csv", table, delimiter=",", header="t,x", comments="")
+    assert main(["identify", str(path), "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+def test_the_command_writes_result_experiment_and_figures(tmp_path, capsys):
+    path = oscillator(tmp_path)
+    assert main(["identify", str(path), "--out", str(tmp_path / "out"), "--profile"]) == 0
+    written = {file.name for file in (tmp_path / "out").iterdir()}
+    assert {"result.json", "starts.json", "fitted.toml", "fit.png", "correlation.png", "profiles.png"} <= written
+    found = json.loads((tmp_path / "out" / "result.json").read_text())["parameters"]["stiffness"]
+    assert linkages.load(tmp_path / "out" / "fitted.toml").value("springs.S.stiffness") == found["value"]
+    assert "stiffness" in capsys.readouterr().out
+    assert main(["identify", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert main(["identify", str(path), "--out", str(tmp_path / "out"), "--resume", "--no-plots"]) == 0
+
+
+def test_a_filter_acts_on_data_and_run_alike(tmp_path):
+    line = 'deviation = 0.5\nfilter = { kind = "butterworth", order = 3, cutoff = 30.0 }\n'
+    found = optim.identify(load_identification(oscillator(tmp_path, task=TASK.replace("deviation = 0.5\n", line))))
+    for name, true in (("stiffness", STIFFNESS), ("damping", DAMPING)):
+        assert found["parameters"][name]["value"] == pytest.approx(true, abs=4 * found["parameters"][name]["deviation"])
+    assert found["residual"]["autocorrelation_time"][0] > 2.0
+
+
+def test_the_autocorrelation_time_is_that_of_the_process():
+    rng, rho = np.random.default_rng(0), 0.9
+    noise = rng.standard_normal(200_000)
+    process = np.empty_like(noise)
+    process[0] = noise[0]
+    for k in range(1, len(noise)):
+        process[k] = rho * process[k - 1] + noise[k]
+    assert autocorrelation_time(process) == pytest.approx((1 + rho) / (1 - rho), rel=0.1)
+    assert autocorrelation_time(noise) == 1.0
+
+
+def test_samples_of_a_batch_are_those_of_the_run_and_end_where_it_ends():
+    system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.004})
+    times, outputs, path = np.linspace(0.0, 0.004, 9), ["B.force", "slider.x"], "joints.B.clearance"
+    batch = linkages.simulate_batch(system, [path], [[5e-4], [4e-4]], outputs, samples=times)
+    expected = linkages.simulate(system, outputs=outputs).evaluate(times)
+    for k, output in enumerate(outputs):
+        np.testing.assert_array_equal(batch.samples[0, :, k], expected[output])
+    few = linkages.simulate_batch(system.replaced({"solver.max_steps": 60}), [path], [[5e-4]], outputs, samples=times)
+    assert few.status[0] is linkages.Status.TOO_MANY_STEPS
+    assert few.steps[0] == 60
+    assert np.isfinite(few.samples[0, 0]).all()
+    assert np.isnan(few.samples[0, -1]).all()
+
+
+@pytest.mark.parametrize("samples", [[0.1, 0.05], [-1.0], [0.0, 10.0]])
+def test_times_of_samples_are_checked(samples):
+    system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
+    with pytest.raises(linkages.InputError, match="increasing times within the run"):
+        linkages.simulate_batch(system, outputs=["A.force"], samples=samples)
