@@ -94,6 +94,20 @@ def test_threshold_of_two_axial_grooves(mils, eps):
     assert point.content["threshold_speed"] * math.sqrt(clearance / 9.80665) == pytest.approx(2.1, abs=0.05)
 
 
+@pytest.mark.parametrize(
+    ("ratio", "sommerfeld", "eps", "attitude"),
+    [(0.5, 1.24, 0.3, 64.1), (0.5, 0.323, 0.6, 44.7), (1.0, 0.194, 0.5, 49.1)],
+)
+def test_a_printed_table_of_bearings_with_two_grooves(ratio, sommerfeld, eps, attitude):
+    """Someya 1989, two axial grooves of 10 degrees: S has three digits, the attitude a stated deviation."""
+    grooves = [groove._replace(extent=math.radians(10.0)) for groove in PAIR]
+    viscosity, clearance, omega = 0.03, 50e-6, 100.0
+    load = viscosity * omega / (2.0 * math.pi) * 0.1 * 0.1 * ratio * (0.05 / clearance) ** 2 / sommerfeld
+    point = linkages.bearing(0.1, 0.1 * ratio, clearance, viscosity, omega, load, grooves=grooves, cells=(160, 12))
+    assert point.eccentricity_ratio == pytest.approx(eps, abs=0.002)
+    assert math.degrees(point.attitude) == pytest.approx(attitude, abs=1.0)
+
+
 def test_coefficients_of_an_independent_solver():
     """Mass-conserving, grid-converged: L/D 1, c 50 um, 24087 N, two grooves 80 % long with 1e5 Pa; to 2 %."""
     grooves = [groove._replace(length=0.8, pressure=1e5) for groove in PAIR]
