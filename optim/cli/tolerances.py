@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from linkages import InputError
-from linkages.cli.options import add_cluster, add_out, output_folder, written
+from linkages.cli.options import add_cluster, add_out, output_folder, record, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 from optim.cli.seeds import seeds_of
@@ -73,11 +73,16 @@ def run(options: argparse.Namespace) -> int:
             print("interrupted; what was computed is kept, continue with --resume", file=sys.stderr)
             return 130
     write_json(folder / RESULT, result)
-    names = [STORE, RESULT]
+    table, shares = format_tolerances(study, result), result["yield"]
+    answer = [
+        f"{shares['value']:.2%} of the machines meet all limits ({shares['lower']:.2%} to {shares['upper']:.2%})."
+    ]
+    record(options, folder, result["title"], "Which share of the machines meets the limits?", answer, table)
+    names = [STORE, RESULT, "record.json"]
     if not options.no_plots:
         from optim.report.tolerance_figures import write_tolerances
 
         names += write_tolerances(study, result, sample, folder)
-    print(format_tolerances(study, result) + f"\n\n{time.monotonic() - started:.1f} s")
+    print(table + f"\n\n{time.monotonic() - started:.1f} s")
     print(written(folder, names))
     return 0
