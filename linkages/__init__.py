@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from linkages.explore.sweep import sweep
     from linkages.explore.wear.life import wear_life
     from linkages.input.files.fits import Fit, fit
+    from linkages.input.files.general_tolerances import general_tolerance
     from linkages.input.files.shipped import find_file
     from linkages.input.model.experiment import Experiment, load_experiment
     from linkages.input.model.mechanism import Mechanism, load_mechanism
@@ -96,6 +97,7 @@ _loaded, __dir__, __all__ = lazy_loader.attach(
         "explore.sweep": ("sweep",),
         "explore.wear.life": ("wear_life",),
         "input.files.fits": ("Fit", "fit"),
+        "input.files.general_tolerances": ("general_tolerance",),
         "input.files.shipped": ("find_file",),
         "laws.heat": ("Heat",),
         "show.live.answers": ("play",),

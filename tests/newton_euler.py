@@ -107,13 +107,13 @@ def joint_reactions(
         if joint.name in known:
             force, couple = known[joint.name]
             rhs = rhs - _pair_wrench(tree, joint.name, pose, force, couple)
-            continue
         along = _turned(parent, joint.direction) if joint.type == "prismatic" else np.tile([1.0, 0.0], (nt, 1))
         across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-        add("force", joint.name, 0.0, across)
-        if joint.type != "prismatic":
+        if joint.name not in known:
+            add("force", joint.name, 0.0, across)
+        if joint.type != "prismatic" and joint.name not in known:
             add("force", joint.name, 0.0, along)
-        if joint.type != "revolute":
+        if joint.type != "revolute" and joint.name not in known:
             add("moment", joint.name, 1.0, np.zeros((nt, 2)))
         moment, push = (joint.sign, 0.0 * along) if joint.type == "revolute" else (0.0, along)
         if joint.name in tree.driven:

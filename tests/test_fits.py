@@ -1,5 +1,7 @@
 """ISO fits against published tables."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -69,12 +71,68 @@ def test_a_fit_keeps_its_play_when_hole_and_shaft_exchange_their_deviations(hole
     ("text", "said"),
     [
         ("30 H7", "is no fit"), ("600 H7/f7", "at most 500 mm"), ("0 H7/f7", "more than 0"), ("30 Q7/f7", "known are"),
-        ("30 H19/f7", "allowed are 1 to 18"), ("30 K9/h6", "not defined above 3 mm"), ("1 H7/a9", "up to 1 mm"),
+        ("30 H19/f7", "allowed are 1 to 18"), ("30 K9/h6", "not defined above 3 mm"), ("1 H7/a9", "up to 1 mm"), ("12 H7/cd6", "defined up to 10 mm"),
+        ("20 H7/t6", "defined above 24 mm"), ("14 H7/v6", "defined above 14 mm"), ("10 Y7/h6", "defined above 18 mm"),
+        ("20 H7/j8", "not defined for this size"), ("20 J9/h6", "give js or JS"),
     ],
 )  # fmt: skip
 def test_what_the_standard_does_not_define_is_refused(text, said):
     with pytest.raises(linkages.InputError, match=said):
         linkages.fit(text)
+
+
+#: Formulas behind the tables, ISO 286-1:1988, Table 6: grade whose tolerance is added, and factor of the diameter.
+FORMULAS = {"t": (7, 0.63), "u": (7, 1.0), "v": (7, 1.25), "x": (7, 1.6), "y": (7, 2.0), "z": (7, 2.5), "za": (8, 3.15),
+            "zb": (9, 4.0), "zc": (10, 5.0)}  # fmt: skip
+FIRST = {"t": 24, "v": 14, "y": 18}  # sizes up to this have no such deviation [mm]
+EDGES = (1, 3, 6, 10, 14, 18, 24, 30, 40, 50, 65, 80, 100, 120, 140, 160, 180, 200, 225, 250, 280, 315, 355, 400, 450,
+         500)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_deviations_of_press_fits_follow_the_formulas_of_the_standard(name):
+    """Above 30 mm the tables round the formulas to preferred numbers; smaller sizes have larger values, from practice."""
+    grade, factor = FORMULAS[name]
+    found = []
+    for above, upto in pairwise(EDGES):
+        if above < FIRST.get(name, 0):
+            continue
+        tolerance = np.diff(limits(upto, f"h{grade}"))[0]
+        lower, upper = limits(upto, f"{name}6")
+        assert upper - lower == np.diff(limits(upto, "h6"))[0]
+        wanted = tolerance + factor * np.sqrt(above * upto)
+        if above >= 30:
+            assert lower == pytest.approx(wanted, rel=0.025, abs=1.5), (name, upto)
+        else:
+            assert lower >= 0.96 * wanted, (name, upto)
+        found.append(lower)
+    assert found == sorted(found)
+
+
+def test_classes_of_other_tables():
+    """Machinery's rows: j5 to j7 and J6 to J8 [um] at 30, 100, 400 mm; cd, ef and fg of instrument makers."""
+    assert [*limits(30, "j5"), *limits(30, "j6"), *limits(30, "j7")] == [-4, 5, -4, 9, -8, 13]
+    assert [*limits(100, "j6"), *limits(400, "j7")] == [-9, 13, -28, 29]
+    assert [*limits(30, "J6"), *limits(30, "J7"), *limits(30, "J8")] == [-5, 8, -9, 12, -13, 20]
+    assert [*limits(100, "J7"), *limits(400, "J6")] == [-13, 22, -7, 29]
+    assert [*limits(5, "cd6"), *limits(5, "ef6"), *limits(5, "fg6")] == [-54, -46, -22, -14, -14, -6]
+    assert [*limits(5, "CD8"), *limits(10, "FG7")] == [46, 64, 8, 23]
+    assert [*limits(30, "U7"), *limits(60, "X8")] == [-61, -40, -168, -122]  # Delta of grade 7: 8 um
+
+
+#: Fits that the package pressfit 0.1.0 prints: least and largest clearance [um].
+OTHER = {
+    "25 H7/g6": (7, 41),
+    "25 H7/p6": (-35, -1),
+    "25 H11/c11": (110, 370),
+    "25 H7/u6": (-61, -27),
+    "100 H7/u6": (-146, -89),
+}
+
+
+@pytest.mark.parametrize("text", OTHER)
+def test_fits_of_another_package(text):
+    np.testing.assert_allclose(1e6 * np.array(linkages.fit(text).clearance), OTHER[text], rtol=0.0, atol=1e-9)
 
 
 FIT = "joints.A.fit"

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from linkages.base.errors import notice
+from linkages.base.errors import InputError, notice
 from linkages.base.kernel.precompiled import expect
+from linkages.base.kernel.private import OFF
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.system import System
 
@@ -32,9 +33,12 @@ def method(system: System, engine: str) -> str:
     """Choose the integration method of a run: the experiment's, else an implicit one for stiff joint laws.
 
     If the engine does not have the experiment's, its default method of the same kind is used, with a notice on standard
-    error.
+    error. InputError for the compiled engine's implicit method without a compiler.
     """
     given = system.experiment.solver.integrator
+    if OFF and engine == "compiled" and is_implicit(system):
+        problem = "the implicit method needs the compiler; unset it, or set solver.integrator to dormand_prince_5_4"
+        raise InputError("environment", "NUMBA_DISABLE_JIT", problem)
     own = METHODS[engine][is_implicit(system)]
     if given is None or given in own:
         return given or own[0]

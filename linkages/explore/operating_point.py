@@ -116,6 +116,8 @@ class LinearisationPoint:
             a, local, rates = self.matrix()
             m = sum(name.startswith("q.") for name in local.names)
             step = step_of(a[m : 2 * m, :m], rates[m : 2 * m])
+            if not np.isfinite(step).all():  # a journal left its film
+                return False
             part = np.abs(step / self.large[local.entries[:m]]).max()
             step *= min(1.0, _LONGEST / part) if part > 0.0 else 1.0
             moved = self.y + local.tangent[:, :m] @ step
@@ -140,4 +142,5 @@ def falling_step(slope: Array, acceleration: Array) -> Array:
     """Return a step along the accelerations, Newton's near a stable equilibrium: all eigenvalues count as stable."""
     values, vectors = np.linalg.eig(slope)
     parts = np.linalg.solve(vectors, acceleration)
-    return (vectors @ (parts / np.maximum(np.abs(values), _FLAT))).real
+    with np.errstate(invalid="ignore", over="ignore"):
+        return (vectors @ (parts / np.maximum(np.abs(values), _FLAT))).real

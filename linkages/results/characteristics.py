@@ -61,7 +61,9 @@ def numbers(
         if name in system.tree.powered and f"{name}.rate" in trajectory:
             result["drives"][name]["fluctuation"] = _fluctuation(trajectory, f"{name}.rate")
     for table, name in experiment.named:
-        result.setdefault("loads", {})[name] = effort(name, effort_of(system, table, name))
+        entry = result.setdefault("loads", {})[name] = effort(name, effort_of(system, table, name))
+        if f"{name}.upper.penetration" in trajectory:  # a gear with backlash
+            entry |= _contacts(trajectory, [row for row in touches if row.joint.partition(".")[0] == name])
     for name in experiment.flexible:
         if f"{name}.stress" in columns:
             link = result.setdefault("links", {})[name] = {key: of(f"{name}.{key}") for key in _LINK}

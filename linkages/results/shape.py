@@ -87,6 +87,8 @@ class _Load(_Entry):
     force: _Peak | None = None
     torque: _Peak | None = None
     work: _Number
+    contact_fraction: Finite | None = None
+    impacts: int | None = Field(None, ge=0)
 
 
 class _Placed(_Peak):

@@ -26,6 +26,7 @@ CASES = {  # seconds of each run
     "slider_crank_guide": 0.005,
     "slider_crank_flexible": 0.01,
     "slider_crank_lubricated": 0.02,
+    "slider_crank_main_bearing": 0.02,
     "six_bar_dry": 0.02,
 }
 

@@ -21,7 +21,7 @@ from linkages.base.kernel import kernel
 from linkages.base.kernel.by_reference import packed, reference
 from linkages.engines.compiled.run.replay import replay
 from linkages.engines.compiled.run.runner import Runner, join
-from linkages.engines.drop import drop
+from linkages.engines.drop import GRAVITY, drop
 from linkages.engines.methods import method
 from linkages.mechanics.integrate.stepper import COUNT, make_stepper
 
@@ -239,3 +239,28 @@ def test_steps_of_accurate_runs_end_at_kinks_of_friction():
         assert np.all(apart.min(axis=1) < 2e-9 * np.abs(speeds))
         between.append(np.diff(run.time[reversal][apart.argmin(axis=1)]))
     np.testing.assert_allclose(between[0], between[1], rtol=1e-6)
+
+
+UNCOMPILED = """
+import linkages
+from linkages.engines.drop import GRAVITY, drop
+
+system = drop().replaced({"duration": 1e-3})
+print(linkages.simulate(system)["journal.y"][-1])
+for changed, wrt in (({"solver.integrator": "radau_iia_5"}, ()), ({}, ["joints.J.clearance"])):
+    try:
+        linkages.simulate(system.replaced(changed), wrt=wrt)
+    except linkages.InputError as refusal:
+        print(refusal)
+"""
+
+
+def test_without_the_compiler_the_explicit_method_runs_and_what_needs_duals_is_refused():
+    command, environment = [sys.executable, "-c", UNCOMPILED], os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    found = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert float(found[0]) == pytest.approx(-0.5 * GRAVITY * 1e-6, rel=1e-9)
+    start = "environment: NUMBA_DISABLE_JIT:"
+    assert found[1:] == [
+        f"{start} the implicit method needs the compiler; unset it, or set solver.integrator to dormand_prince_5_4",
+        f"{start} derivatives need the compiler; unset it",
+    ]

@@ -111,6 +111,12 @@ def test_dry_slider_crank_agrees_through_impacts_and_reversals_of_sliding(path, 
             ["B.eccentricity_ratio", "O.torque"],
         ),
         ("slider_crank_lubricated.toml", {"duration": 0.002}, "gravity.y", ["guide.force", "B.fy"]),
+        (
+            "slider_crank_main_bearing.toml",
+            {"duration": 0.002},
+            "joints.O.clearance",
+            ["O.eccentricity_ratio", "O.friction_torque"],
+        ),
         ("six_bar_dry.toml", {"duration": 0.004}, "sdf.frames.link5_D.pose.x", ["output.angle", "output.alpha"]),
         # a stiff contact in oil: the depth changes by little, the journal moves along the wall by much
         (

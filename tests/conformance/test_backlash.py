@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from engines import slow_on_drake
 from machines import joint, model, solid
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
+from shipped import shipped
 
 from linkages import InputError, assess, impacts, load, simulate, simulate_batch, summarize
+from linkages.show.report.answer import answer
 
 J1, J2, K, PLAY, SPEED = 0.2, 0.05, 1e4, 0.02, 2.0
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-11\nmax_step = 1e-3\n"
@@ -111,7 +114,14 @@ def test_results_of_a_coupling_beside_its_ideal(system_of):
     push, speed = ideal / K, 10.0 / J1 * start
     assert first.peak_penetration == pytest.approx(push + np.hypot(push, speed / swing), rel=1e-8)
     summary = summarize(found)
-    assert summary["loads"]["mesh"]["torque"]["peak"] == pytest.approx(K * first.peak_penetration, rel=1e-8)
+    entry = summary["loads"]["mesh"]
+    assert entry["torque"]["peak"] == pytest.approx(K * first.peak_penetration, rel=1e-8)
+    assert entry["impacts"] == len(found.contacts)
+    touching = sum(row.duration for row in found.contacts)
+    assert entry["contact_fraction"] == pytest.approx(touching / 0.05, rel=1e-9)
+    assert entry["impacts"] == 1
+    told = "All joints are ideal; the flanks of mesh touch once and are in contact for "
+    assert answer(summary, "machine.toml")[0].startswith(told)
 
 
 # -- limit cycles ------------------------------------------------------------------------------------------------------
@@ -171,6 +181,60 @@ def test_a_controlled_load_behind_backlash_swings_as_its_exact_solution(system_o
     assert len(changes) > 8
     np.testing.assert_allclose(met[: len(changes)], changes, rtol=1e-6, atol=0.0)
     np.testing.assert_allclose([found["q.A"][-1], found["q.B"][-1]], last[:2], atol=1e-6 * np.abs(found["q.B"]).max())
+
+
+# -- a driven pinion -------------------------------------------------------------------------------------------------
+
+
+def rattled(count):
+    """Starts, approach speeds and peak penetrations of the first contacts of gear_rattle.toml, phase by phase."""
+    inertia, ratio, base, half, stiff, e = 3.2e-3, -0.5, 0.0564, 0.5 * 50e-6, 5e8, 0.6
+    chi = 8.0 * (1.0 - e) / (5.0 * e)
+
+    def apart(t, y):  # of the flanks from the middle, and its rate
+        drive, speed = 80.0 * t + 0.01 * np.sin(251.3 * t), 80.0 + 2.513 * np.cos(251.3 * t)
+        return base * (y[0] - ratio * drive), base * (y[1] - ratio * speed)
+
+    def rates(t, y, side, began):
+        at, rate = apart(t, y)
+        depth = side * at - half if side else 0.0
+        force = stiff * max(depth, 0.0) ** 1.5 * max(1.0 + chi * np.clip(side * rate / began, -1.0, 1.0), 0.0)
+        return y[1], (-0.3 * np.tanh(y[1] / 0.5) - side * base * force) / inertia
+
+    def crossing(side, direction):
+        def depth(t, y, *_):
+            return side * apart(t, y)[0] - half
+
+        depth.terminal, depth.direction = True, direction
+        return depth
+
+    def deepest(t, y, side, began):
+        return side * apart(t, y)[1]
+
+    deepest.direction = -1
+    t, y, rows = 0.0, np.array([0.0, ratio * (80.0 + 2.513)]), []
+    tight = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14, "max_step": 1e-4}
+    while len(rows) < count:
+        flight = solve_ivp(rates, (t, 0.25), y, args=(0.0, 1.0), events=[crossing(1.0, 1), crossing(-1.0, 1)], **tight)
+        side = 1.0 if len(flight.t_events[0]) else -1.0
+        t, y = flight.t[-1], flight.y[:, -1]
+        began = side * apart(t, y)[1]
+        touch = solve_ivp(rates, (t, 0.25), y, args=(side, began), events=[crossing(side, -1), deepest], **tight)
+        peak = max(side * apart(*one)[0] - half for one in zip(touch.t_events[1], touch.y_events[1], strict=True))
+        rows.append((t, began, peak))
+        t, y = touch.t[-1], touch.y[:, -1]
+    return np.array(rows)
+
+
+@slow_on_drake
+def test_the_idle_wheel_rattles_as_an_independent_integration(engine):
+    """A driven pinion: its angle is prescribed, the contacts act on the wheel alone."""
+    system = shipped("gear_rattle", duration=0.06, **{"solver.accuracy": 1e-10, "solver.max_step": 1e-4})
+    rows = impacts(simulate(system, engine), ["mesh.upper", "mesh.lower"])
+    starts, speeds, depths = rattled(6).T
+    assert [row.start for row in rows[:6]] == pytest.approx(starts.tolist(), abs=1e-8)
+    assert [row.approach_speed for row in rows[:6]] == pytest.approx(speeds.tolist(), rel=1e-5)
+    assert [row.peak_penetration for row in rows[:6]] == pytest.approx(depths.tolist(), rel=1e-5)
 
 
 # -- wrong input -------------------------------------------------------------------------------------------------------

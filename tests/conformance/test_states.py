@@ -8,7 +8,7 @@ from pydrake.systems.analysis import Simulator
 from scipy.integrate import simpson, solve_ivp
 from scipy.linalg import expm
 
-from linkages import InputError, Status, linearise, load, simulate, simulate_batch
+from linkages import InputError, Status, Stepper, linearise, load, simulate, simulate_batch
 from linkages.engines.drake import build_diagram
 
 FLYWHEEL = model("flywheel", solid("wheel", 1.0, 0.02) + joint("O", "world", "wheel"))
@@ -296,6 +296,18 @@ def test_wrong_tables_are_refused_in_one_line(experiment_file, case):
 def test_sampled_states_have_no_derivatives(system_of):
     with pytest.raises(InputError, match=r"controllers\.C\.sample_time: makes sampling instants, which derivatives"):
         simulate(system_of(FLYWHEEL, FREE + CONTROL + "sample_time = 0.01\n"), wrt=["duration"])
+
+
+def test_a_stepper_samples_at_the_ends_of_its_steps(system_of):
+    """Ends are rounded sums, which may lie before or after the sampling instants."""
+    system = system_of(FLYWHEEL, FREE + CONTROL + "sample_time = 0.01\n" + EXACT)
+    stepper, time = Stepper(system, outputs=["O.rate"]), 0.0
+    for _ in range(49):
+        time += 0.01
+        stepper.step(time)
+    assert stepper.outputs()["O.rate"] == pytest.approx(
+        simulate(system).evaluate(np.array([time]))["O.rate"][0], rel=1e-10
+    )
 
 
 def test_diagrams_have_continuous_states_but_refuse_sampled_ones(system_of):

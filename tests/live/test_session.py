@@ -56,6 +56,7 @@ def steady_numbers(path):
     [
         ("seven_bar", {"joints.A.clearance": 2e-4, "sdf.links.link2.mass": 0.3}),
         ("slider_crank_dry", {"joints.B.clearance": "0.3 mm", "drives.O.speed": 300.0}),
+        ("slider_crank_main_bearing", {"joints.O.clearance": "0.04 mm", "drives.O.speed": 400.0}),
         pytest.param("slider_crank_flexible", {"drives.O.speed": 120.0}, marks=pytest.mark.slow),
     ],
 )

@@ -14,6 +14,7 @@ DURATION = {
     "seven_bar_rig": 0.1,
     "seven_bar_paper": 0.1,
     "slider_crank_lubricated": 0.002,
+    "slider_crank_main_bearing": 0.002,
     "slider_crank_motor": 0.02,
     "four_bar_dry": 0.004,
     "five_bar_dry": 0.0014,

@@ -6,6 +6,7 @@ It may import errors and `flexible`.
 |--------------------|---------------------------------------------------------------------|
 | reading            | complete reading of files: texts, NumPy archives                    |
 | fits               | limits and fits of ISO 286                                          |
+| general_tolerances | general tolerances of ISO 2768                                      |
 | shipped            | mechanisms and experiments of the package                           |
 | toml               | typed tables, comments as sources, values replaced by dotted path   |
 | table_keys         | keys of tables: allowed values, units                               |

@@ -15,6 +15,7 @@
 | functions         | formulas and tables of time, positions and speeds                                |
 | recorded_tables   | the part of a table that takes its signal from a data file                       |
 | smoothing         | smooth functions of recorded signals: Fourier series, smoothing splines          |
+| state_tables      | tables of states, motors and controllers                                         |
 | worn              | worn profiles of joints from a ``wear.json``                                     |
 | skeleton          | default shape of a link: bars between its joints and frames                      |
 | plausibility      | questions about values that suggest a wrong unit                                 |

@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, Records, kernel, lazy_kernel
+from linkages.base.kernel import Array, Indices, Records, inlined_kernel, kernel, lazy_kernel
 from linkages.mechanics.planar.closure_rows import add_term_wrench, term_rate, term_value
 from linkages.mechanics.planar.markers import add_force, add_pair, arm, gap, gap_rate, marker_velocity, turned
 from linkages.mechanics.planar.motion import Curves, function_jet
@@ -120,13 +120,28 @@ def state_rates(loads: Loads, t: float, v: Array, pose: Array, vel: Array, a: Ar
             a[before + k] = function_jet(loads[3:], states[k].function, inputs)[0]
 
 
+_TICK = 1e-12  # relative error of a sampling time that counts as rounding
+
+
+@inlined_kernel
+def is_due(t: float, due: float) -> bool:
+    """Whether a sampling time has come, but for rounding."""
+    return t * (1.0 + _TICK) >= due
+
+
+@inlined_kernel
+def next_due(t: float, period: float) -> float:
+    """Return the first sampling time after those that have come."""
+    return (math.floor(t * (1.0 + _TICK) / period) + 1.0) * period
+
+
 @lazy_kernel
 def sample_states(loads: Loads, due: Array, t: float, v: Array, pose: Array, vel: Array) -> None:
     """Give sampled states whose times ``due`` (nz,) [s] have come their next values, all from the values before."""
     states, before = loads[2], len(v) - len(loads[2])
     inputs = load_inputs(loads[1], states, t, v, pose, vel)
     for k in range(len(states)):
-        if t >= due[k]:
+        if is_due(t, due[k]):
             v[before + k] = function_jet(loads[3:], states[k].function, inputs)[0]
 
 

@@ -9,8 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.arguments import Dense
+from linkages.base.errors import InputError
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.by_reference import packed
+from linkages.base.kernel.private import OFF
 from linkages.engines.compiled.derivatives.neighbours import neighbours
 from linkages.engines.compiled.derivatives.output_derivatives import IdealMotions, OutputTable
 from linkages.engines.compiled.derivatives.run_derivatives import (
@@ -77,6 +79,8 @@ class Differentiation:
     """
 
     def __init__(self, runner: Runner, steps: Steps, values: Sequence[str | Direction] = ()) -> None:
+        if OFF:
+            raise InputError("environment", "NUMBA_DISABLE_JIT", "derivatives need the compiler; unset it")
         system = runner.system
         system.check_analysis(Analysis.DERIVATIVES)
         self.runner, self.steps = runner, steps

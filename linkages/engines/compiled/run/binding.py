@@ -28,7 +28,7 @@ from linkages.mechanics.planar.contacts import (
     start_films,
 )
 from linkages.mechanics.planar.joint_friction import is_jammed
-from linkages.mechanics.planar.loads import sample_states
+from linkages.mechanics.planar.loads import is_due, next_due, sample_states
 
 #: Status of a run whose journal left its film; `linkages.mechanics.integrate.driver` has the others.
 LEFT = 3
@@ -36,8 +36,6 @@ LEFT = 3
 OPEN = 4
 #: Status of a run that ends where the friction of joints has no solution.
 JAMMED = 5
-
-_TICK = 1e-12  # relative error of a sampling time that counts as rounding
 
 
 @kernel
@@ -74,7 +72,7 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
     if event >= 0 and work.modes[event] > 0:
         work.memory[event, APPROACH] = work.contacts[event, CLOSING]
     changed = False
-    if next_sample(equations, t) <= t:
+    if is_due(t, next_sample(equations, t)):
         _sample(equations, t, y)
         changed = True
     if len(model.rows):
@@ -119,7 +117,7 @@ def set_due(equations: Equations, t: float, at_start: bool) -> None:
     for k in range(len(states)):
         period = states[k].period
         if period > 0.0:
-            due[k] = 0.0 if at_start else (math.floor(t / period * (1.0 + _TICK)) + 1.0) * period
+            due[k] = 0.0 if at_start else next_due(t, period)
 
 
 @lazy_kernel

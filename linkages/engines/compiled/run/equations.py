@@ -19,7 +19,7 @@ from linkages.mechanics.planar.singularities import smooth_dynamics
 from linkages.mechanics.planar.workspace import Workspace
 
 
-@kernel
+@inlined_kernel
 def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
     """Fill the work's coordinates, rates, prescribed accelerations, torques, poses and velocities."""
     w, n = work.dynamics, len(model.free)
@@ -50,7 +50,7 @@ def set_drive_forces(model: Arrays, work: Work, t: float) -> None:
             work.dynamics.tau[model.powered[k]] = work.value[k]
 
 
-@kernel
+@inlined_kernel
 def _add_forces(equations: Equations, t: float) -> None:
     """Fill the wrenches of contacts and applied loads on the bodies, at a state that is set."""
     model, work = equations.model, equations.work
