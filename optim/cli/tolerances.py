@@ -47,7 +47,8 @@ def run(options: argparse.Namespace) -> int:
     from optim.evaluate.evaluator import Evaluator
     from optim.problem.load import find_study, load_study
     from optim.report.tolerance_text import format_tolerances
-    from optim.search.tolerances import sampled, settings_of
+    from optim.search.sampled_machines import settings_of
+    from optim.search.tolerances import sampled
 
     if options.threads is not None and options.threads < 1:
         raise InputError("--threads", str(options.threads), "must be at least 1")

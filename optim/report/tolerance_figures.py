@@ -12,7 +12,7 @@ from linkages.input.model.experiment import value_unit
 from linkages.show.plots.style import COLORS, axis_label, typeset
 from optim.problem.study import Study
 from optim.report.figures import label_of, png
-from optim.search.tolerances import Sample
+from optim.search.sampled_machines import Sample
 
 HISTOGRAMS, INFLUENCE, CONTRIBUTIONS = "histograms.png", "influence.png", "contributions.png"
 _SHOWN = 2000  # points of a figure, at most

@@ -7,6 +7,7 @@
 | verification | an optimum run again: on Drake, more tightly, from unseen starts             |
 | derivative_check | sensitivities of runs against differences of designs                     |
 | tolerances   | `tolerances`: machines of a study with ``[scatter]``, judged by its constraints |
+| sampled_machines | machines of such a study, run until there are enough                    |
 | tolerance_statistics | intervals, shares of the variance, yields of narrower tolerances, FORM |
 | sensitivity  | Sobol's indices, one variable at a time                                      |
 """

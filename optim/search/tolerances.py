@@ -6,32 +6,23 @@ import math
 import tempfile
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import Field
 
-from linkages import InputError
 from linkages.base.arguments import Whole, validated
-from linkages.input.files.toml import Positive, Table, validate
 from linkages.input.files.versions import versions
-from optim.algorithms.derivatives import DIFFERENCES, SOURCES, Source
-from optim.evaluate.evaluations import OK, Evaluations, finite
+from optim.evaluate.evaluations import OK, finite
 from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.gradients import Gradients, check_sensitivities
-from optim.evaluate.limits import Limit, in_units, limits
 from optim.problem.scatter import Scatter
 from optim.problem.schema import SAMPLING
 from optim.problem.study import Array, Study
 from optim.search import tolerance_statistics as statistics
-from optim.search.recorder import Recorder, recording
+from optim.search.recorder import recording
+from optim.search.sampled_machines import Sample, SampledMachines, identity_of, settings_of
 
-_CHUNK = 512  # machines in a transaction of the store; after each the interval of the yield is judged
-_STEP = 0.1  # of differences, in deviations
 _CHANGE = 1e-6  # relative change of the values that shows how predictable the machines are
 _REPEATED = 64  # machines that are run again with this change
 _CORNERS = 6  # most values for which all corners of their limits are run
@@ -39,31 +30,6 @@ _RARE = 1e-3  # share of machines beyond a limit below which the design point is
 _CHECKED = 512  # machines about the design point
 _FAR = 8.0  # deviations between mean and limit from which nothing is sought: probability 1e-15
 _CHAOTIC = 0.01  # share of the variance that the change causes above which derivatives mean nothing
-
-
-class Sampling(Table):
-    """Settings of a study of tolerances."""
-
-    samples: Annotated[int, Field(ge=2, le=10**6)] = Field(1024, description="machines, at most")
-    sequence: Literal["sobol", "random"] = Field("sobol", description="points of a scrambled Sobol sequence, or random")
-    confidence: Annotated[float, Field(gt=0.5, lt=1)] = Field(0.95, description="of the intervals")
-    width: Positive | None = Field(None, description="stop where the interval of the yield is narrower [1]")
-    derivatives: Source = Field(DIFFERENCES, description=SOURCES)
-
-
-@dataclass(frozen=True)
-class Sample:
-    """Machines of a study: values (m, n), quantities (m, nq), NaN where a run failed, and which meet all limits."""
-
-    designs: Array
-    values: Array
-    good: NDArray[np.bool_]
-    status: tuple[str, ...]
-
-    @property
-    def ran(self) -> NDArray[np.bool_]:
-        """Tell which machines have values, (m,)."""
-        return np.array([state == OK for state in self.status], dtype=bool)
 
 
 @validated
@@ -117,18 +83,6 @@ def tolerances(
     return sampled(study, store, seed, samples, evaluator, resume, progress)[0]
 
 
-def settings_of(study: Study, samples: int | None = None) -> Sampling:
-    """Return the settings of a study of tolerances, with another number of machines; InputError if it is none."""
-    if not study.file.sampled:
-        raise InputError(study.source, "algorithm.name", f'must be "{SAMPLING}" for tolerances')
-    given = {key: value for key, value in study.file.algorithm.items() if key != "name"}
-    more = {} if samples is None else {"samples": samples}
-    settings = validate(Sampling, given | more, Path(f"{study.source.name}: algorithm"))
-    if settings.derivatives != DIFFERENCES:
-        check_sensitivities(study)
-    return settings
-
-
 def sampled(
     study: Study,
     store: Path | None,
@@ -145,102 +99,12 @@ def sampled(
         if store is None:
             store = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "study.sqlite"
         recorder = stack.enter_context(recording(store, identity_of(study, settings, seed), evaluator, resume))
-        machines = _Machines(study, settings, seed, recorder)
+        machines = SampledMachines(study, settings, seed, recorder)
         sample = machines.sample(evaluator, progress or (lambda part: None))
         return _report(machines, sample), sample
 
 
-def identity_of(study: Study, settings: Sampling, seed: int) -> dict[str, Any]:
-    """Return what tells the store of a study from others; the number of machines may grow."""
-    algorithm = {"name": SAMPLING, "sequence": settings.sequence}
-    return {
-        "task": {"algorithm": algorithm, "seed": seed, "start": None} | study.description(),
-        "versions": versions("scipy"),
-        "variables": study.paths,
-        "objectives": tuple(study.file.objectives),
-        "constraints": tuple(study.file.constraints),
-    }
-
-
-class _Machines:
-    """Machines of a study by their values, each run once."""
-
-    def __init__(self, study: Study, settings: Sampling, seed: int, recorder: Recorder) -> None:
-        assert study.scatter is not None  # as the study is sampled
-        self.study, self.settings, self.seed, self.recorder = study, settings, seed, recorder
-        self.scatter: Scatter = study.scatter
-        self.nominal = recorder.evaluate(study.nominal[None])
-        self.limits: list[Limit] = limits(study)
-        names = [name for _, name, _ in study.quantities]
-        self.columns = [names.index(limit.name) for limit in self.limits]
-        self._gradients: Gradients | None = None
-        if settings.derivatives != DIFFERENCES:
-            self._gradients = Gradients(study, recorder.evaluate, self.nominal)
-
-    def run(self, designs: Array) -> tuple[Array, Evaluations]:
-        """Return quantities (m, nq) of machines (m, n), and how they ended."""
-        found = self.recorder.evaluate(designs)
-        return np.hstack(in_units(self.study, found, self.nominal)), found
-
-    def excess(self, values: Array) -> Array:
-        """Return by how much quantities (m, nq) exceed each limit, (m, nl), relative to it; infinite if they failed."""
-        table = np.column_stack(
-            [
-                np.empty((len(values), 0)),
-                *(limit.excess(values[:, k]) for limit, k in zip(self.limits, self.columns, strict=True)),
-            ]
-        )
-        return np.where(np.isnan(table), np.inf, table)
-
-    def sample(self, evaluator: Evaluator, progress: Callable[[float], None]) -> Sample:
-        """Run machines until there are enough."""
-        settings = self.settings
-        points = self.scatter.values(self.scatter.points(settings.samples, self.seed, settings.sequence))
-        rows: list[Array] = [np.empty((0, len(self.study.quantities)))]
-        done, status = 0, list[str]()
-        for start in range(0, len(points), _CHUNK):
-            evaluator.progress = _part(progress, start, min(_CHUNK, len(points) - start), len(points), evaluator)
-            values, found = self.run(points[start : start + _CHUNK])
-            rows.append(values)
-            status += found.status
-            done += len(values)
-            progress(done / len(points))
-            good = self._good(np.concatenate(rows))
-            if settings.width is not None:
-                lower, upper = statistics.clopper_pearson(int(good.sum()), done, settings.confidence)
-                if upper - lower <= settings.width:
-                    break
-        evaluator.progress = None
-        progress(1.0)
-        return Sample(points[:done], np.concatenate(rows), good, tuple(status))
-
-    def _good(self, values: Array) -> NDArray[np.bool_]:
-        return np.asarray(np.isfinite(values).all(axis=1) & (self.excess(values) <= 0.0).all(axis=1))
-
-    def rates(self, design: Array) -> Array:
-        """Differentiate the quantities with respect to the values of a machine (n,), (nq, n); NaN where it failed."""
-        if self._gradients is not None:
-            found = self._gradients.rates(design)
-            if np.isfinite(found).all():
-                return found
-        steps = np.diag(_STEP * self.scatter.deviations)
-        moved = np.concatenate([design + steps, design - steps])
-        values, _ = self.run(moved)
-        size = np.diag(moved[: len(design)] - moved[len(design) :])
-        return np.asarray((values[: len(design)] - values[len(design) :]).T / size)
-
-
-def _part(
-    progress: Callable[[float], None], start: int, size: int, total: int, evaluator: Evaluator
-) -> Callable[[float], None] | None:
-    """Return what a batch calls with its finished part; None where other processes run it."""
-    return (lambda part: progress((start + size * part) / total)) if evaluator.executor is None else None
-
-
-# -- the report --------------------------------------------------------------------------------------------------------
-
-
-def _report(machines: _Machines, sample: Sample) -> dict[str, Any]:
+def _report(machines: SampledMachines, sample: Sample) -> dict[str, Any]:
     """Judge the machines."""
     study, settings, total = machines.study, machines.settings, len(sample.good)
     failures = {state: sample.status.count(state) for state in dict.fromkeys(sample.status) if state != OK}
@@ -283,7 +147,9 @@ def _value(scatter: Scatter, k: int, path: str) -> dict[str, Any]:
     }
 
 
-def _quantity(machines: _Machines, sample: Sample, k: int, scattered: float | None, rates: Array) -> dict[str, Any]:
+def _quantity(
+    machines: SampledMachines, sample: Sample, k: int, scattered: float | None, rates: Array
+) -> dict[str, Any]:
     """Describe the scatter of quantity k."""
     study, confidence = machines.study, machines.settings.confidence
     quantity = study.quantities[k][2]
@@ -312,7 +178,7 @@ def _quantity(machines: _Machines, sample: Sample, k: int, scattered: float | No
     return report
 
 
-def _shares(machines: _Machines, sample: Sample, values: Array) -> dict[str, Any] | None:
+def _shares(machines: SampledMachines, sample: Sample, values: Array) -> dict[str, Any] | None:
     """Split the variance of the values of the machines that ran among the scattering values."""
     settings, scatter = machines.settings, machines.scatter
     normal = scatter.points(settings.samples, machines.seed, settings.sequence)[: len(sample.good)][sample.ran]
@@ -327,7 +193,7 @@ def _shares(machines: _Machines, sample: Sample, values: Array) -> dict[str, Any
     return {"values": by_name, "unexplained": found.unexplained}
 
 
-def _chaos(machines: _Machines, sample: Sample) -> list[float | None]:
+def _chaos(machines: SampledMachines, sample: Sample) -> list[float | None]:
     """Return the deviation of each quantity that a relative change of the values by 1e-6 causes."""
     rows = np.flatnonzero(sample.ran)[:_REPEATED]
     if len(rows) == 0:
@@ -345,7 +211,7 @@ def _chaos(machines: _Machines, sample: Sample) -> list[float | None]:
     )
 
 
-def _add_corners(machines: _Machines, quantities: Mapping[str, dict[str, Any]]) -> None:
+def _add_corners(machines: SampledMachines, quantities: Mapping[str, dict[str, Any]]) -> None:
     """Add the least and greatest value of each quantity at the corners of the tolerance limits, of few values."""
     n = len(machines.scatter.names)
     if n > _CORNERS:
@@ -363,7 +229,7 @@ def _add_corners(machines: _Machines, quantities: Mapping[str, dict[str, Any]]) 
         report["worst_case"] = {"range": ends, "failed": int(found.failed.sum())}
 
 
-def _contributions(machines: _Machines, sample: Sample) -> dict[str, Any]:
+def _contributions(machines: SampledMachines, sample: Sample) -> dict[str, Any]:
     """Return the yields that half of each tolerance gives, the best first."""
     found = {}
     for k, name in enumerate(machines.scatter.names):
@@ -375,7 +241,7 @@ def _contributions(machines: _Machines, sample: Sample) -> dict[str, Any]:
 
 
 def _rare(
-    machines: _Machines, violated: Mapping[str, int], total: int, quantities: Mapping[str, Mapping[str, Any]]
+    machines: SampledMachines, violated: Mapping[str, int], total: int, quantities: Mapping[str, Mapping[str, Any]]
 ) -> dict[str, Any]:
     """Find the probability beyond limits that hardly any machine exceeds, from the most probable machine there."""
     found: dict[str, Any] = {}
@@ -392,7 +258,7 @@ def _rare(
     return found
 
 
-def _beyond(machines: _Machines, k: int) -> dict[str, Any] | None:
+def _beyond(machines: SampledMachines, k: int) -> dict[str, Any] | None:
     """Return the probability beyond limit k; None if the search meets machines without values."""
     from scipy.special import ndtr, ndtri
 

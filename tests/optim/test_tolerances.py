@@ -16,8 +16,9 @@ from optim.evaluate.evaluator import Evaluator
 from optim.problem.distributions import Empirical, of_fit, of_shape
 from optim.problem.load import load_study
 from optim.search.optimise import optimise
+from optim.search.sampled_machines import Sampling
 from optim.search.tolerance_statistics import clopper_pearson, quantile, variance_shares
-from optim.search.tolerances import Sampling, tolerances
+from optim.search.tolerances import tolerances
 from optim.store.store import read_store
 
 HEAD = 'experiment = "slider_crank_dry.toml"\n'

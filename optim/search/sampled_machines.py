@@ -1,0 +1,153 @@
+"""`SampledMachines`: machines of a study with ``[scatter]``, run until there are enough."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from linkages import InputError
+from linkages.input.files.toml import Positive, Table, validate
+from linkages.input.files.versions import versions
+from optim.algorithms.derivatives import DIFFERENCES, SOURCES, Source
+from optim.evaluate.evaluations import OK, Evaluations
+from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.gradients import Gradients, check_sensitivities
+from optim.evaluate.limits import Limit, in_units, limits
+from optim.problem.scatter import Scatter
+from optim.problem.schema import SAMPLING
+from optim.problem.study import Array, Study
+from optim.search.recorder import Recorder
+from optim.search.tolerance_statistics import clopper_pearson
+
+_CHUNK = 512  # machines in a transaction of the store; after each the interval of the yield is judged
+_STEP = 0.1  # of differences, in deviations
+
+
+class Sampling(Table):
+    """Settings of a study of tolerances."""
+
+    samples: Annotated[int, Field(ge=2, le=10**6)] = Field(1024, description="machines, at most")
+    sequence: Literal["sobol", "random"] = Field("sobol", description="points of a scrambled Sobol sequence, or random")
+    confidence: Annotated[float, Field(gt=0.5, lt=1)] = Field(0.95, description="of the intervals")
+    width: Positive | None = Field(None, description="stop where the interval of the yield is narrower [1]")
+    derivatives: Source = Field(DIFFERENCES, description=SOURCES)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Machines of a study: values (m, n), quantities (m, nq), NaN where a run failed, and which meet all limits."""
+
+    designs: Array
+    values: Array
+    good: NDArray[np.bool_]
+    status: tuple[str, ...]
+
+    @property
+    def ran(self) -> NDArray[np.bool_]:
+        """Tell which machines have values, (m,)."""
+        return np.array([state == OK for state in self.status], dtype=bool)
+
+
+def settings_of(study: Study, samples: int | None = None) -> Sampling:
+    """Return the settings of a study of tolerances, with another number of machines; InputError if it is none."""
+    if not study.file.sampled:
+        raise InputError(study.source, "algorithm.name", f'must be "{SAMPLING}" for tolerances')
+    given = {key: value for key, value in study.file.algorithm.items() if key != "name"}
+    more = {} if samples is None else {"samples": samples}
+    settings = validate(Sampling, given | more, Path(f"{study.source.name}: algorithm"))
+    if settings.derivatives != DIFFERENCES:
+        check_sensitivities(study)
+    return settings
+
+
+def identity_of(study: Study, settings: Sampling, seed: int) -> dict[str, Any]:
+    """Return what tells the store of a study from others; the number of machines may grow."""
+    algorithm = {"name": SAMPLING, "sequence": settings.sequence}
+    return {
+        "task": {"algorithm": algorithm, "seed": seed, "start": None} | study.description(),
+        "versions": versions("scipy"),
+        "variables": study.paths,
+        "objectives": tuple(study.file.objectives),
+        "constraints": tuple(study.file.constraints),
+    }
+
+
+class SampledMachines:
+    """Machines of a study by their values, each run once."""
+
+    def __init__(self, study: Study, settings: Sampling, seed: int, recorder: Recorder) -> None:
+        assert study.scatter is not None  # as the study is sampled
+        self.study, self.settings, self.seed, self.recorder = study, settings, seed, recorder
+        self.scatter: Scatter = study.scatter
+        self.nominal = recorder.evaluate(study.nominal[None])
+        self.limits: list[Limit] = limits(study)
+        names = [name for _, name, _ in study.quantities]
+        self.columns = [names.index(limit.name) for limit in self.limits]
+        self._gradients: Gradients | None = None
+        if settings.derivatives != DIFFERENCES:
+            self._gradients = Gradients(study, recorder.evaluate, self.nominal)
+
+    def run(self, designs: Array) -> tuple[Array, Evaluations]:
+        """Return quantities (m, nq) of machines (m, n), and how they ended."""
+        found = self.recorder.evaluate(designs)
+        return np.hstack(in_units(self.study, found, self.nominal)), found
+
+    def excess(self, values: Array) -> Array:
+        """Return by how much quantities (m, nq) exceed each limit, (m, nl), relative to it; infinite if they failed."""
+        table = np.column_stack(
+            [
+                np.empty((len(values), 0)),
+                *(limit.excess(values[:, k]) for limit, k in zip(self.limits, self.columns, strict=True)),
+            ]
+        )
+        return np.where(np.isnan(table), np.inf, table)
+
+    def sample(self, evaluator: Evaluator, progress: Callable[[float], None]) -> Sample:
+        """Run machines until there are enough."""
+        settings = self.settings
+        points = self.scatter.values(self.scatter.points(settings.samples, self.seed, settings.sequence))
+        rows: list[Array] = [np.empty((0, len(self.study.quantities)))]
+        done, status = 0, list[str]()
+        for start in range(0, len(points), _CHUNK):
+            evaluator.progress = _part(progress, start, min(_CHUNK, len(points) - start), len(points), evaluator)
+            values, found = self.run(points[start : start + _CHUNK])
+            rows.append(values)
+            status += found.status
+            done += len(values)
+            progress(done / len(points))
+            good = self._good(np.concatenate(rows))
+            if settings.width is not None:
+                lower, upper = clopper_pearson(int(good.sum()), done, settings.confidence)
+                if upper - lower <= settings.width:
+                    break
+        evaluator.progress = None
+        progress(1.0)
+        return Sample(points[:done], np.concatenate(rows), good, tuple(status))
+
+    def _good(self, values: Array) -> NDArray[np.bool_]:
+        return np.asarray(np.isfinite(values).all(axis=1) & (self.excess(values) <= 0.0).all(axis=1))
+
+    def rates(self, design: Array) -> Array:
+        """Differentiate the quantities with respect to the values of a machine (n,), (nq, n); NaN where it failed."""
+        if self._gradients is not None:
+            found = self._gradients.rates(design)
+            if np.isfinite(found).all():
+                return found
+        steps = np.diag(_STEP * self.scatter.deviations)
+        moved = np.concatenate([design + steps, design - steps])
+        values, _ = self.run(moved)
+        size = np.diag(moved[: len(design)] - moved[len(design) :])
+        return np.asarray((values[: len(design)] - values[len(design) :]).T / size)
+
+
+def _part(
+    progress: Callable[[float], None], start: int, size: int, total: int, evaluator: Evaluator
+) -> Callable[[float], None] | None:
+    """Return what a batch calls with its finished part; None where other processes run it."""
+    return (lambda part: progress((start + size * part) / total)) if evaluator.executor is None else None
