@@ -74,7 +74,7 @@ class Evaluator:
         progress: Callable[[float], None] | None = None,
     ) -> None:
         searched = study.scatter is not None and not study.file.sampled
-        self.machines = Machines(study) if searched else None
+        self._machines = Machines(study) if searched else None
         self._size = len(study.names)
         self.study = study.with_machines() if searched else study
         self.executor = executor
@@ -91,9 +91,9 @@ class Evaluator:
     def __call__(self, designs: Lines) -> Evaluations:
         """Evaluate designs (m, n), in SI units; a design's values do not depend on the others."""
         fitting(designs, self._size, "designs", "variables")
-        if self.machines is None:
+        if self._machines is None:
             return self._evaluate(designs)
-        return self.machines.combined(self._evaluate(self.machines.rows(designs)))
+        return self._machines.combined(self._evaluate(self._machines.rows(designs)))
 
     def _evaluate(self, designs: Array) -> Evaluations:
         """Evaluate machines, or designs without scatter."""

@@ -19,9 +19,17 @@ _HALVINGS = 60  # of an interval, for a quantile
 
 
 class Marginal(NamedTuple):
-    """Distribution of one value: `law` with the methods of a frozen distribution of SciPy, and tolerance limits."""
+    """Distribution of one value.
 
-    law: Any  # ppf, cdf, pdf, mean, std
+    Attributes
+    ----------
+    law : object
+        With the methods ``ppf``, ``cdf``, ``pdf``, ``mean`` and ``std`` of a frozen distribution of SciPy.
+    lower, upper : float
+        Limits of the tolerance.
+    """
+
+    law: Any
     lower: float
     upper: float
 

@@ -230,7 +230,7 @@ class JointFriction(Table):
 
 
 class Backlash(Table):
-    """Backlash: the second joint has play, at whose ends two contacts act instead of the coupling.
+    """Backlash: two contacts, at the ends of the second joint's free travel, act instead of the coupling.
 
     With `play` a contact's penetration is the second joint's angle beyond the play, and its force a torque; with
     `normal` and `radius` both are along the line of action of the teeth.

@@ -21,7 +21,7 @@ from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.closure_rows import add_row_wrench, add_term_wrench
 from linkages.mechanics.planar.kinematics import body_accelerations
-from linkages.mechanics.planar.loads import load_inputs
+from linkages.mechanics.planar.loads import fill_inputs, inputs_shape
 from linkages.mechanics.planar.loop_dynamics import forward_dynamics
 from linkages.mechanics.planar.motion import function_jet
 from linkages.mechanics.planar.newton_euler import inertial_forces, joint_wrenches
@@ -86,10 +86,9 @@ def solve_friction(model: Arrays, t: float, torques: Array, w: Workspace, work: 
         if loads[k].joint >= 0:
             places[m] = k
             m += 1
-    curves, inputs = (
-        (model.load_t, model.load_c, model.load_n),
-        load_inputs(model.signals, model.states, t, w.v, w.pose, w.vel),
-    )
+    curves = (model.load_t, model.load_c, model.load_n)
+    inputs = np.zeros(inputs_shape(model.signals, model.states), w.vel.dtype)
+    fill_inputs(model.signals, model.states, t, w.v, w.pose, w.vel, inputs)
     none, unit, change = np.zeros((m, 3), w.vel.dtype), np.zeros((m, 3), w.vel.dtype), np.zeros((m, m, 3), w.vel.dtype)
     shares, normal = np.zeros(m, w.vel.dtype), np.zeros(m, w.vel.dtype)
     _enter(w, state)

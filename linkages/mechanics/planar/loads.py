@@ -37,7 +37,8 @@ VALUE, SECOND, POWER, ENERGY = range(len(LOAD_OUTPUTS))
 def load_wrenches(loads: Loads, t: float, v: Array, pose: Array, vel: Array, wrench: Array) -> None:
     """Add the wrenches of all loads at time t [s] to the bodies' wrenches."""
     records, curves = loads[0], loads[3:]
-    inputs = load_inputs(loads[1], loads[2], t, v, pose, vel)
+    inputs = np.zeros(inputs_shape(loads[1], loads[2]), vel.dtype)
+    fill_inputs(loads[1], loads[2], t, v, pose, vel, inputs)
     for k in range(len(records)):
         load = records[k]
         if load.kind == FORCE:
@@ -65,7 +66,8 @@ def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, 
     ``efforts`` (nl,): see `linkages.mechanics.planar.joint_friction.FrictionWork`; read for its frictions alone.
     """
     records, curves = loads[0], loads[3:]
-    inputs = load_inputs(loads[1], loads[2], t, v, pose, vel)
+    inputs = np.zeros(inputs_shape(loads[1], loads[2]), vel.dtype)
+    fill_inputs(loads[1], loads[2], t, v, pose, vel, inputs)
     for k in range(len(records)):
         load = records[k]
         second, energy = 0.0, 0.0
@@ -92,10 +94,15 @@ def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, 
 
 
 @kernel
-def load_inputs(signals: Records, states: Records, t: float, v: Array, pose: Array, vel: Array) -> Array:
-    """Time, states and signals, (1 + nz + ns, 3), with zero derivatives; the states are the last entries of v."""
+def inputs_shape(signals: Records, states: Records) -> tuple[int, int]:
+    """Return the shape of the inputs of functions: time, states and signals, with two derivatives."""
+    return 1 + len(states) + len(signals), 3
+
+
+@kernel
+def fill_inputs(signals: Records, states: Records, t: float, v: Array, pose: Array, vel: Array, inputs: Array) -> None:
+    """Fill time, states and signals into zeros of `inputs_shape`; the states are the last entries of v."""
     first, before = 1 + len(states), len(v) - len(states)
-    inputs = np.zeros((first + len(signals), 3), vel.dtype)
     inputs[0, 0] = t
     for k in range(len(states)):
         inputs[1 + k, 0] = v[before + k]
@@ -105,14 +112,14 @@ def load_inputs(signals: Records, states: Records, t: float, v: Array, pose: Arr
             inputs[first + k, 0] = signal.scale * term_rate(signal.term, pose, vel)
         else:
             inputs[first + k, 0] = signal.scale * (term_value(signal.term, pose) - signal.offset)
-    return inputs
 
 
 @lazy_kernel
 def state_rates(loads: Loads, t: float, v: Array, pose: Array, vel: Array, a: Array) -> None:
     """Fill the last entries of ``a`` (n + nz,) with the rates of the states; sampled ones rest between samples."""
     states, before = loads[2], len(v) - len(loads[2])
-    inputs = load_inputs(loads[1], states, t, v, pose, vel)
+    inputs = np.zeros(inputs_shape(loads[1], states), vel.dtype)
+    fill_inputs(loads[1], states, t, v, pose, vel, inputs)
     for k in range(len(states)):
         if states[k].period > 0.0:
             a[before + k] = 0.0
@@ -139,7 +146,8 @@ def next_due(t: float, period: float) -> float:
 def sample_states(loads: Loads, due: Array, t: float, v: Array, pose: Array, vel: Array) -> None:
     """Give sampled states whose times ``due`` (nz,) [s] have come their next values, all from the values before."""
     states, before = loads[2], len(v) - len(loads[2])
-    inputs = load_inputs(loads[1], states, t, v, pose, vel)
+    inputs = np.zeros(inputs_shape(loads[1], states), vel.dtype)
+    fill_inputs(loads[1], states, t, v, pose, vel, inputs)
     for k in range(len(states)):
         if is_due(t, due[k]):
             v[before + k] = function_jet(loads[3:], states[k].function, inputs)[0]
