@@ -71,7 +71,7 @@ def errors(file: Path, seeds: int, mean: float) -> dict[str, float]:
         study = optim.load_study(file)
         study.file.algorithm["sequence"] = sequence
         means = [
-            optim.tolerances(study, seed=seed, samples=FEW)["quantities"]["force"]["mean"]
+            optim.tolerances(study, seed=seed, samples=FEW)["outputs"]["force"]["mean"]
             for seed in range(100, 100 + seeds)
         ]
         found[sequence] = float(np.sqrt(np.mean((np.array(means) - mean) ** 2)))
@@ -89,7 +89,7 @@ def main() -> None:
             file = Path(folder) / f"{name}.toml"
             file.write_text(text)
             seconds, memory, result = used(file, options.samples)
-            entry = result["quantities"]["force"]
+            entry = result["outputs"]["force"]
             print(f"{name}: {options.samples} machines, {seconds:.1f} s of processors, {memory:.0f} MB")
             print(f"  yield {result['yield']}, first order {entry['first_order']['error']:+.2%} of the deviation")
             if name == "press":

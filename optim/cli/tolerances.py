@@ -75,9 +75,8 @@ def run(options: argparse.Namespace) -> int:
             return 130
     write_json(folder / RESULT, result)
     table, shares = format_tolerances(study, result), result["yield"]
-    answer = [
-        f"{shares['value']:.2%} of the machines meet all limits ({shares['lower']:.2%} to {shares['upper']:.2%})."
-    ]
+    low, high = shares["interval"]
+    answer = [f"{shares['value']:.2%} of the machines meet all limits ({low:.2%} to {high:.2%})."]
     record(options, folder, result["title"], "Which share of the machines meets the limits?", answer, table)
     names = [STORE, RESULT, "record.json"]
     if not options.no_plots:

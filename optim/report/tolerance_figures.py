@@ -21,7 +21,7 @@ _GOOD, _BAD = COLORS[0], COLORS[1]
 
 def write_tolerances(study: Study, result: Mapping[str, Any], sample: Sample, folder: Path) -> list[str]:
     """Draw all figures of a study of tolerances into a folder; return their names."""
-    quantities = {name: entry for name, entry in result["quantities"].items() if "histogram" in entry}
+    quantities = {name: entry for name, entry in result["outputs"].items() if "histogram" in entry}
     if not quantities:
         return []
     _write_histograms(study, result, quantities, folder / HISTOGRAMS)
@@ -51,7 +51,7 @@ def _write_histograms(study: Study, result: Mapping[str, Any], quantities: Mappi
         found = result["yield"]
         figure.suptitle(
             f"{result['title']}\n{result['samples']:,} machines, yield {found['value']:.2%}"
-            f" ({found['lower']:.2%} to {found['upper']:.2%})",
+            f" ({found['interval'][0]:.2%} to {found['interval'][1]:.2%})",
             fontsize=9,
         )
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
@@ -63,8 +63,8 @@ def _write_contributions(study: Study, result: Mapping[str, Any], quantities: Ma
     with png(path, 2.2 + 2.4 * (len(quantities) + 1), 1.3 + 0.42 * len(places)) as figure:
         axes = figure.subplots(1, len(quantities) + 1, sharey=True, squeeze=False)[0]
         for ax, (name, entry) in zip(axes, quantities.items(), strict=False):
-            if entry["shares"] is not None:
-                rows = [entry["shares"]["values"][one] for one in study.names]
+            if entry["variance"] is not None:
+                rows = [entry["variance"]["values"][one] for one in study.names]
                 for key, shift, colour, text in (
                     ("first", -0.2, COLORS[5], "alone"),
                     ("total", 0.2, COLORS[0], "with others"),
@@ -94,8 +94,8 @@ def _write_influence(study: Study, quantities: Mapping[str, Any], sample: Sample
     """Draw the machines over the two values that explain most of the scatter."""
     weight = np.zeros(len(study.names))
     for entry in quantities.values():
-        if entry["shares"] is not None:
-            weight += [entry["shares"]["values"][name]["total"] for name in study.names]
+        if entry["variance"] is not None:
+            weight += [entry["variance"]["values"][name]["total"] for name in study.names]
     i, j = sorted(np.argsort(-weight, kind="stable")[:2])
     with png(path, 4.6, 4.0) as figure:
         ax = figure.subplots()

@@ -32,7 +32,7 @@ def format_tolerances(study: Study, result: dict[str, Any]) -> str:
         result["title"],
         f"{counted(result['samples'], 'machine')} ({result['failed']} failed), seed {result['seed']}",
         f"yield: {found['value']:.2%}, interval of {confidence:.0%} confidence"
-        f" {found['lower']:.2%} to {found['upper']:.2%}",
+        f" {found['interval'][0]:.2%} to {found['interval'][1]:.2%}",
     ]
     lines += [f"failed: {count} {status}" for status, count in result["failures"].items()]
     lines += _quantities(study, result) + _contributions(result)
@@ -49,7 +49,7 @@ def format_tolerances(study: Study, result: dict[str, Any]) -> str:
 def _quantities(study: Study, result: dict[str, Any]) -> list[str]:
     """Format a block for each quantity: moments, quantiles, limits, shares of the variance."""
     lines = []
-    for name, entry in result["quantities"].items():
+    for name, entry in result["outputs"].items():
         lines += ["", f"{study.label(name)}"]
         for key, limit in entry["limits"].items():
             beyond = result["violated"][f"{name}.{key}"] / result["samples"]
@@ -80,7 +80,7 @@ def _quantities(study: Study, result: dict[str, Any]) -> list[str]:
 
 def _shares(entry: dict[str, Any]) -> list[str]:
     """Format the shares of the variance of a quantity."""
-    shares, linear = entry["shares"], entry.get("first_order")
+    shares, linear = entry["variance"], entry.get("first_order")
     if shares is None:
         return []
     first = max(24, *(4 + len(name) for name in shares["values"]))

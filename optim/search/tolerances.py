@@ -126,14 +126,21 @@ def _report(machines: SampledMachines, sample: Sample) -> dict[str, Any]:
         "samples": total,
         "failed": sum(failures.values()),
         "failures": failures,
-        "yield": {"value": sample.good.mean().item(), "lower": lower, "upper": upper},
+        "yield": {"value": sample.good.mean().item(), "interval": [lower, upper]},
         "violated": violated,
         "scatter": {name: _value(machines.scatter, k, study.paths[k]) for k, name in enumerate(study.names)},
-        "quantities": quantities,
+        "outputs": quantities,
+        "shares": {name: _alone(entry) for name, entry in quantities.items()},
         "contributions": _contributions(machines, sample),
         "rare": _rare(machines, violated, total, quantities),
         "versions": versions("scipy"),
     }
+
+
+def _alone(entry: Mapping[str, Any]) -> dict[str, float]:
+    """Return the share of the variance that each value alone causes."""
+    found = entry.get("variance")
+    return {} if found is None else {name: row["first"] for name, row in found["values"].items()}
 
 
 def _value(scatter: Scatter, k: int, path: str) -> dict[str, Any]:
@@ -166,7 +173,7 @@ def _quantity(
         "capability": statistics.capability(report["mean"], report["deviation"], ends["at_least"], ends["at_most"]),
         "histogram": {"counts": counts.tolist(), "edges": edges.tolist()},
         "unpredictable_deviation": scattered,
-        "shares": _shares(machines, sample, values),
+        "variance": _shares(machines, sample, values),
     }
     linear = statistics.first_order(rates, machines.scatter)
     if math.isfinite(linear.deviation):

@@ -108,13 +108,14 @@ def test_measured_values():
 def test_sum_of_normal_values(study_of):
     """The sum has the mean 5 and the variance 0.17."""
     result = tolerances(study_of(SUM))
-    entry, deviation = result["quantities"]["sum"], math.sqrt(0.17)
+    entry, deviation = result["outputs"]["sum"], math.sqrt(0.17)
     assert entry["mean"] == pytest.approx(5.0, abs=1e-3)
     assert entry["deviation"] == pytest.approx(deviation, rel=5e-3)
     assert result["yield"]["value"] == pytest.approx(norm.cdf(0.5 / deviation), abs=2e-3)
     assert entry["capability"] == pytest.approx(0.5 / (3.0 * deviation), rel=1e-2)
     assert entry["quantiles"]["0.95"][0] == pytest.approx(5.0 + 1.644854 * deviation, rel=2e-3)
-    shares = entry["shares"]["values"]
+    assert result["shares"]["sum"] == {name: entry["variance"]["values"][name]["first"] for name in "ab"}
+    shares = entry["variance"]["values"]
     assert [shares[name]["first"] for name in "ab"] == pytest.approx([1.0 / 17.0, 16.0 / 17.0], abs=3e-3)
     assert entry["first_order"]["deviation"] == pytest.approx(deviation, rel=1e-9)
     assert entry["worst_case"]["range"] == pytest.approx([5.0 - 1.5, 5.0 + 1.5], rel=1e-9)
@@ -127,7 +128,7 @@ def test_sum_of_normal_values(study_of):
 def test_correlated_values(study_of):
     result = tolerances(study_of(SUM + '[[correlated]]\nnames = ["a", "b"]\ncorrelation = 0.5\n'))
     deviation = math.sqrt(0.17 + 2.0 * 0.5 * 0.1 * 0.4)
-    entry = result["quantities"]["sum"]
+    entry = result["outputs"]["sum"]
     assert entry["deviation"] == pytest.approx(deviation, rel=5e-3)
     assert entry["first_order"]["deviation"] == pytest.approx(deviation, rel=1e-9)
     halved = math.sqrt(0.01 + 0.04 + 2.0 * 0.5 * 0.1 * 0.2)
@@ -178,11 +179,12 @@ at_most = 0.1001
         "samples = 64",
     )
     result = tolerances(study)
-    entry = result["quantities"]["stroke"]
+    entry = result["outputs"]["stroke"]
     assert entry["mean"] == pytest.approx(0.1, abs=2e-6)
     assert entry["first_order"]["deviation"] == pytest.approx(1e-4, rel=1e-6)
     assert entry["first_order"]["shares"] == pytest.approx({"crank": 1.0, "rod": 0.0}, abs=1e-6)
-    assert result["yield"]["lower"] < norm.cdf(1.0) < result["yield"]["upper"]
+    low, high = result["yield"]["interval"]
+    assert low < norm.cdf(1.0) < high
 
 
 def test_intervals_hold_what_they_say(study_of):
@@ -218,14 +220,14 @@ def test_sobol_points_are_better_than_random(study_of):
     errors = {"sobol": [], "random": []}
     for sequence, found in errors.items():
         study = study_of(SUM, f'samples = 256\nsequence = "{sequence}"')
-        found += [tolerances(study, seed=seed)["quantities"]["sum"]["mean"] - 5.0 for seed in range(12)]
+        found += [tolerances(study, seed=seed)["outputs"]["sum"]["mean"] - 5.0 for seed in range(12)]
     assert np.std(errors["random"]) > 10.0 * np.std(errors["sobol"])
 
 
 def test_stops_at_a_narrow_interval(study_of):
     result = tolerances(study_of(SUM, "samples = 100000\nwidth = 0.05"))
     assert result["samples"] == 1024  # 0.065 wide after 512
-    assert result["yield"]["upper"] - result["yield"]["lower"] < 0.05
+    assert np.diff(result["yield"]["interval"])[0] < 0.05
 
 
 def test_interference_counts_as_failed(study_of):
@@ -241,7 +243,8 @@ at_most = 1.0
 """
     result = tolerances(study_of("set.duration = 1e-3\n" + text, "samples = 32"))
     share = 1.0 - of_fit(linkages.fit("20 H7/k6"), "uniform").law.cdf(0.0)
-    assert result["yield"]["lower"] < share < result["yield"]["upper"]
+    low, high = result["yield"]["interval"]
+    assert low < share < high
     assert result["failed"] == round(32 * (1.0 - result["yield"]["value"]))
 
 

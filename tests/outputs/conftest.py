@@ -16,6 +16,8 @@ DURATION = {
     "slider_crank_lubricated": 0.002,
     "slider_crank_main_bearing": 0.002,
     "slider_crank_motor": 0.02,
+    "slider_crank_flywheel": 0.02,
+    "gear_rattle": 0.014,
     "four_bar_dry": 0.004,
     "five_bar_dry": 0.0014,
     "six_bar_dry": 0.005,

@@ -14,6 +14,8 @@ from linkages.base.errors import nearest
 from linkages.input.files.formula import parse
 from linkages.input.files.raw_model import Pose, rotation
 
+_LONGEST_CHAIN = 150  # parameters that refer to each other
+
 
 class DraftError(Exception):
     """An invalid value of a description: dotted path and reason."""
@@ -52,6 +54,8 @@ class Numbers:
         if name not in self.found:
             if name in self.asked:
                 raise DraftError(where, f"depends on itself ({' -> '.join([*self.asked, name])}); break the circle")
+            if len(self.asked) > _LONGEST_CHAIN:
+                raise DraftError("parameters and points", "refer to each other in a chain that is too long")
             self.asked.append(name)
             if dot and owner in self.points and part in ("x", "y"):
                 self.found[name] = self.place(owner, where)["xy".index(part)]
