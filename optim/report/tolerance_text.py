@@ -86,7 +86,8 @@ def _shares(entry: dict[str, Any]) -> list[str]:
     first = max(24, *(4 + len(name) for name in shares["values"]))
     lines = [f"  {'share of the variance':{first}s}{'alone':>18s}{'with others':>18s}{'first order':>14s}"]
     for name, one in shares["values"].items():
-        cells = "".join(f"{round(one[key], 3) or 0.0:9.3f} +-{1.96 * one[f'{key}_error']:6.3f}" for key in ("first", "total"))
+        pairs = ((round(one[key], 3) or 0.0, 1.96 * one[f"{key}_error"]) for key in ("first", "total"))
+        cells = "".join(f"{share:9.3f} +-{error:6.3f}" for share, error in pairs)
         lines.append(f"  {name:{first}s}{cells}{cell(linear and linear['shares'][name], 14, '.3f')}")
     if linear and linear["error"] is not None:
         lines.append(
