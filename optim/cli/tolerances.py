@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from linkages import InputError
-from linkages.cli.options import add_cluster, add_out, output_folder, record, written
+from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 from optim.cli.seeds import seeds_of
@@ -38,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_out(parser)
     parser.add_argument("--threads", type=int, metavar="N", help="threads of the compiled engine; default: all")
     add_cluster(parser)
-    parser.add_argument("--no-plots", action="store_true", help="draw no figures")
+    add_pictures(parser)
     parser.set_defaults(seeds=None)
 
 

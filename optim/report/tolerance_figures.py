@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from linkages.input.model.experiment import value_unit
+from linkages.show.plots.presentation import presentation
 from linkages.show.plots.style import COLORS, axis_label, typeset
 from optim.problem.study import Study
 from optim.report.figures import label_of, png
 from optim.search.sampled_machines import Sample
 
-HISTOGRAMS, INFLUENCE, CONTRIBUTIONS = "histograms.png", "influence.png", "contributions.png"
 _SHOWN = 2000  # points of a figure, at most
 _GOOD, _BAD = COLORS[0], COLORS[1]
 
@@ -24,12 +24,13 @@ def write_tolerances(study: Study, result: Mapping[str, Any], sample: Sample, fo
     quantities = {name: entry for name, entry in result["outputs"].items() if "histogram" in entry}
     if not quantities:
         return []
-    _write_histograms(study, result, quantities, folder / HISTOGRAMS)
-    _write_contributions(study, result, quantities, folder / CONTRIBUTIONS)
-    if len(study.names) > 1:
-        _write_influence(study, quantities, sample, folder / INFLUENCE)
-        return [HISTOGRAMS, CONTRIBUTIONS, INFLUENCE]
-    return [HISTOGRAMS, CONTRIBUTIONS]
+    names = [f"{stem}.{presentation().format}" for stem in ("histograms", "contributions", "influence")]
+    _write_histograms(study, result, quantities, folder / names[0])
+    _write_contributions(study, result, quantities, folder / names[1])
+    if len(study.names) == 1:
+        return names[:2]
+    _write_influence(study, quantities, sample, folder / names[2])
+    return names
 
 
 def _write_histograms(study: Study, result: Mapping[str, Any], quantities: Mapping[str, Any], path: Path) -> None:
