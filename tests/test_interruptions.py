@@ -60,6 +60,8 @@ def made(folder: Path) -> dict[str, bytes]:
             data = json.loads(data)
             data.pop("wall_time", None)
             data.get("provenance", {}).pop("wall_time", None)
+        if path.name == "record.json":
+            data["table"] = re.sub(r"[\d.]+ s$", "", data["table"], flags=re.MULTILINE)
         if path.suffix == ".npz":
             data = load_trajectory(path)["time"].tolist()
         if path.suffix in (".sqlite", ".sqlite-wal", ".sqlite-shm"):

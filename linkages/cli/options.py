@@ -243,13 +243,18 @@ def written(out: Path, names: Iterable[str]) -> str:
     return f"written to {out}{os.sep}: {', '.join(names)}"
 
 
+#: Options with a value that say where results go and where work is done: a repetition does not need them.
+_OWN_PLACE = frozenset({"--out", "--cluster"})
+
+
 def record(options: argparse.Namespace, folder: Path, title: str, question: str, answer: list[str], table: str) -> None:
     """Write ``record.json`` for ``linkages report``: question, answer, table, command line without its folder."""
     from linkages.input.files.versions import versions
 
     given = {"title": title, "question": question, "answer": answer, "table": table}
     pairs = pairwise(["", *options.words])
-    words = [word for before, word in pairs if "--out" not in (before, word) and not word.startswith("--out=")]
+    words = [word for before, word in pairs if _OWN_PLACE.isdisjoint((before, word.partition("=")[0]))]
+    words = [word for word in words if word != "--resume"]  # the repetition begins anew
     write_json(folder / "record.json", given | {"words": words, "versions": versions()})
 
 

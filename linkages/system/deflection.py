@@ -18,6 +18,7 @@ from linkages.system.tree import without
 from linkages.system.unassembled import Unassembled
 
 _ROUNDS = 60  # most iterations of Newton's method
+_STIFF = 1e-12  # least stiffness, relative to the largest
 _DONE, _DIFFERENCE = 1e-11, 1e-6  # tolerance and difference step of a deflection over the length
 _TURN = 0.5  # largest rotation of a section in one Newton step [rad]
 _STEP = 1e-3  # difference step of the fastest coordinate for the rates [rad, or linkage lengths]
@@ -84,7 +85,10 @@ class _Finder:
             if values.real[softest] > 0.0:
                 change = np.linalg.solve(slope, left)
             else:  # Newton's method would converge to an unstable shape: step away from it
-                change = (ways @ (np.linalg.pinv(ways) @ left / np.abs(values))).real
+                sizes = np.abs(values)
+                if not np.any(sizes):
+                    raise self._refused(0, "deflect it without any resistance")
+                change = (ways @ (np.linalg.pinv(ways) @ left / np.maximum(sizes, _STIFF * sizes.max()))).real
             beside = q.copy()
             beside[self.modes] -= change
             turns = np.abs(poses_at(tree.bodies, beside) - poses_at(tree.bodies, q))[:, 2]

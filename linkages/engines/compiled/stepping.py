@@ -83,7 +83,7 @@ class Stepper:
     >>> stepper = linkages.Stepper(system, outputs=["slider.x"])
     >>> start = stepper.state()
     >>> stepper.step(1e-3).value, round(stepper.outputs()["slider.x"], 3)
-    ('ok', 0.148)
+    ('ok', 0.161)
     >>> stepper.restore(start)
     >>> stepper.time
     0.0

@@ -25,7 +25,8 @@ def overlay_figure(runs: Mapping[str, Trajectory], names: Sequence[str]) -> Show
     --------
     >>> import linkages
     >>> from linkages.plots import overlay_figure
-    >>> runs = {name: linkages.ideal(linkages.load(linkages.find_file(name))) for name in ("seven_bar", "six_bar_dry")}
+    >>> systems = {name: linkages.load(linkages.find_file(f"{name}.toml")) for name in ("seven_bar", "six_bar_dry")}
+    >>> runs = {name: linkages.ideal(system) for name, system in systems.items()}
     >>> figure = overlay_figure(runs, ["A.force"])
     >>> len(figure.axes[0].lines)
     2
