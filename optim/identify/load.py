@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from linkages import InputError, System, find_file, load
+from linkages import InputError, System
 from linkages.base.arrays import Array
 from linkages.input.files.recorded import Recording, read_recording
 from linkages.input.files.toml import leaves, read_toml, validate
@@ -21,6 +19,7 @@ from linkages.input.files.unit_conversion import is_quantity, read_either, si
 from linkages.input.model.experiment import value_unit
 from linkages.results.outputs.registry import check_output, unit
 from optim.identify.schema import DataFile, Filter, IdentificationFile, MeasuredColumn, Unknown
+from optim.problem.load import shipped_or_beside, within
 
 _FEWEST = 8  # samples of a column
 _UNEVEN = 1e-3  # largest deviation of the intervals of a column with a filter, relative to their mean
@@ -149,8 +148,8 @@ def load_identification(path: str | Path) -> Identification:
         path = shipped
     data, _ = read_toml(path)
     file = validate(IdentificationFile, data, path)
-    system = _system(path, "experiment", file.experiment).replaced({})
-    with _within(path, "set"):
+    system = shipped_or_beside(path, "experiment", file.experiment)
+    with within(path, "set"):
         system = system.replaced(dict(leaves(file.set)))
     measurements = tuple(_measurement(path, file, name, one, system) for name, one in file.data.items())
     rows = np.array([_unknown(path, name, one, system) for name, one in file.unknowns.items()])
@@ -164,25 +163,10 @@ def load_identification(path: str | Path) -> Identification:
     )
 
 
-@contextmanager
-def _within(path: Path, where: str) -> Iterator[None]:
-    """Put the file and the key before an error of an experiment."""
-    try:
-        yield
-    except InputError as problem:
-        raise InputError(path, where, str(problem).removeprefix("argument: ")) from None
-
-
-def _system(path: Path, where: str, experiment: str) -> System:
-    with _within(path, where):
-        beside = path.parent / experiment
-        return load(beside if os.path.exists(beside) else find_file(experiment))
-
-
 def _unknown(path: Path, name: str, unknown: Unknown, system: System) -> tuple[float, ...]:
     """Return lower and upper limit, start, and the prior's mean and deviation."""
     where = f"unknowns.{name}"
-    with _within(path, f"{where}.path"):
+    with within(path, f"{where}.path"):
         usual = system.value(unknown.path)
     read = lambda key, value: _number(path, f"{where}.{key}", value, unknown.path)  # noqa: E731
     lower, upper = read("lower", unknown.lower), read("upper", unknown.upper)
@@ -213,10 +197,10 @@ def _measurement(path: Path, file: IdentificationFile, name: str, one: DataFile,
     """Read the data of a measurement, and build its machine."""
     where = f"data.{name}"
     if one.experiment is not None:
-        system = _system(path, f"{where}.experiment", one.experiment)
-        with _within(path, "set"):
+        system = shipped_or_beside(path, f"{where}.experiment", one.experiment)
+        with within(path, "set"):
             system = system.replaced(dict(leaves(file.set)))
-    with _within(path, f"{where}.set"):
+    with within(path, f"{where}.set"):
         system = system.replaced(dict(leaves(one.set)) | {"solver.max_steps": file.fit.max_steps})
     recording = read_recording(path.parent / one.file)
     channels = tuple(
@@ -230,7 +214,7 @@ def _channel(
     path: Path, where: str, name: str, column: MeasuredColumn, recording: Recording, data: DataFile, system: System
 ) -> Channel:
     """Read and check a column."""
-    with _within(path, where):
+    with within(path, where):
         check_output(system, column.output)
     si_unit = unit(system, column.output)
     try:

@@ -66,10 +66,8 @@ def load_study(path: str | Path) -> Study:
     path = Path(path)
     data, sources = read_toml(path)
     file = validate(StudyFile, data, path)
-    with _within(path, "experiment"):
-        beside = path.parent / file.experiment
-        system = load(beside if os.path.exists(beside) else find_file(file.experiment))
-    with _within(path, "set"):
+    system = shipped_or_beside(path, "experiment", file.experiment)
+    with within(path, "set"):
         system = system.replaced(dict(leaves(file.set)))
     rows = [_variable(path, file, name, system) for name in file.variables]
     scatter = read_scatter(path, file, system)
@@ -114,8 +112,15 @@ def load_study(path: str | Path) -> Study:
     return study
 
 
+def shipped_or_beside(path: Path, where: str, experiment: str) -> System:
+    """Load the experiment that a file names at a key: in the file's folder, or a shipped one."""
+    with within(path, where):
+        beside = path.parent / experiment
+        return load(beside if os.path.exists(beside) else find_file(experiment))
+
+
 @contextmanager
-def _within(path: Path, where: str) -> Iterator[None]:
+def within(path: Path, where: str) -> Iterator[None]:
     """Put the study and the key before an error of its experiment."""
     try:
         yield
@@ -132,7 +137,7 @@ def _variable(path: Path, file: StudyFile, name: str, system: System) -> tuple[f
             raise InputError(path, f"{where}.path", f'"{variable.path}" is unknown; {nearest(variable.path, known)}')
         nominal = 1.0 if variable.nominal is None else variable.nominal
     else:
-        with _within(path, f"{where}.path"):
+        with within(path, f"{where}.path"):
             nominal = system.value(variable.path) if variable.nominal is None else variable.nominal
     found = []
     for side, bound in (("lower", variable.lower), ("upper", variable.upper)):
@@ -216,7 +221,7 @@ def _point(
         design[key] = found(named)
         if math.isnan(design[key]):
             raise InputError(path, f"linked.{key}", "has no finite value at the nominal design")
-    with _within(path, where if file.points else "nominal design"):
+    with within(path, where if file.points else "nominal design"):
         system = base.replaced(replaced)
         system.replaced(design)
     windows = {
@@ -262,7 +267,7 @@ def _check_quantities(study: Study) -> None:
                 _check_life(study, where, term)
                 continue
             for point in study.points:
-                with _within(study.source, where):
+                with within(study.source, where):
                     check_output(point.system, term.output)
 
 
@@ -276,5 +281,5 @@ def _check_life(study: Study, where: str, term: Term) -> None:
     if term.functional not in ("mean", "min", "max"):
         raise InputError(study.source, f"{where}.functional", f'is "{term.functional}" of one number; write "mean"')
     for point in study.points:
-        with _within(study.source, f"lives.{name}"):
+        with within(study.source, f"lives.{name}"):
             check_life(point.system, lives[name].until, lives[name].drive)
