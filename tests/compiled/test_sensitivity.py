@@ -393,3 +393,20 @@ def test_the_stated_error_of_a_mean_includes_its_quadrature(accuracy):
     found = linkages.sensitivities(system, [path], ["rod.stress"])
     key = "rod.stress.mean"
     assert abs(found.derivatives[path][key] + 6.80804e9) < 2.0 * found.errors[path][key] < 1e-2 * 6.8e9
+
+
+def test_a_mass_changes_the_quasi_static_start_of_a_flexible_link():
+    system, path = (
+        linkages.load(linkages.find_file("slider_crank_flexible.toml"), {"duration": 0.002}),
+        ("sdf.links.slider.mass"),
+    )
+    system = system.replaced({"solver.accuracy": 1e-11})
+    times, value = np.linspace(5e-4, 0.002, 4), system.value(path)
+    run = linkages.simulate(system, outputs=["slider.x"], wrt=[path])
+    low, high = (
+        linkages.simulate(system.replaced({path: value * (1.0 + k)}), outputs=["slider.x"]).evaluate(times)["slider.x"]
+        for k in (-1e-4, 1e-4)
+    )
+    expected = (high - low) / (2e-4 * value)
+    found = run.sensitivity.evaluate(times)[path]["slider.x"]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 * np.abs(expected).max())

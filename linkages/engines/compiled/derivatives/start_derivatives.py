@@ -68,7 +68,8 @@ def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
     )
     determined = determined and bool(np.isfinite(system.assembly.quality))
     found = np.zeros((len(nearby), len(start_state(system))))
-    moved = [k for k, near in enumerate(nearby) if not all(map(keeps_start, near.along))]
+    kept = experiment.start == "centred" and not tree.flexible  # otherwise masses and laws change the start
+    moved = [k for k, near in enumerate(nearby) if not (kept and all(map(keeps_start, near.along)))]
     for first in range(0, len(moved), DIRECTIONS):
         part = moved[first : first + DIRECTIONS]
         followed = _followed(system, [nearby[k] for k in part]) if determined else None
