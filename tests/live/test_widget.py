@@ -34,6 +34,7 @@ def test_messages_of_another_form_are_left_alone(widget):
 
 
 def test_the_module_has_the_front_end_of_the_page():
-    assert "export function mount" in front_end("live.js")
-    assert "export default" in front_end("live.js")
-    assert "function drawCurves" in front_end("live.js")
+    text = front_end("live.js")
+    assert text.count("export default") == text.count("export ") == 1
+    assert "\nimport " not in text
+    assert "function drawCurves" in text

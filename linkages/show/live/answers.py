@@ -23,6 +23,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import cache, partial
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,8 @@ from linkages.show.plots.pages import own_text, script
 from linkages.system import System
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
+_PACKAGE = "linkages.show.live"
+_BORDER = re.compile(r"^import .*\n|^export (?!default)", re.MULTILINE)  # borders between modules
 _EXPORT = 600.0  # longest time of an export [s]
 _PAGES = 20  # pages whose last run is kept
 
@@ -182,9 +185,15 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
 
 @cache
 def front_end(name: str) -> str:
-    """Return the page, its style, or its script, one ES module that exports `mount` and, for anywidget, a default."""
-    text = own_text("linkages.show.live", name)
-    return f"{script()}\n{text}" if name == "live.js" else text
+    """Return the page, its style, or as ``live.js`` all its modules and `drawCurves` as one ES module.
+
+    The module exports a default for anywidget, which loads one module. The modules use each other's functions by name.
+    """
+    if name != "live.js":
+        return own_text(_PACKAGE, name)
+    modules = sorted(file.name for file in files(_PACKAGE).iterdir() if file.name.endswith(".js") and file.name != name)
+    texts = [own_text(_PACKAGE, module) for module in (*modules, name)]
+    return "\n".join([script(), *(_BORDER.sub("", text) for text in texts)])
 
 
 def page_of(request: Any) -> str:
