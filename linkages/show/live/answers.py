@@ -1,18 +1,6 @@
 """Requests of the front end and their replies, the same for the page and for a notebook.
 
-| kind     | request                       | reply                                                                 |
-|----------|-------------------------------|-----------------------------------------------------------------------|
-| start    |                               | title, versions, controls, names of the file and of the folder        |
-| run      | values, restart               | see `compute`                           |
-| picture  | values                        | see `picture`                           |
-| numbers  |                               | the table of that run, see `numbers_for`           |
-| warnings |                               | warnings about that run                                               |
-| save     | values, name, replace         | the file that was written, and the command that runs it               |
-| export   | values, name, replace         | the folder that was written, by ``linkages simulate``                 |
-
-Each request can name its page by a text ``page``: runs, numbers and warnings of pages are independent. A request that
-cannot be answered gets ``{"error": TEXT}``, and a request for a run that a newer one of its page has overtaken
-``{"outdated": true}``.
+`linkages.show.live.server` has the list of requests and replies.
 """
 
 from __future__ import annotations
@@ -168,7 +156,7 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     class Page(anywidget.AnyWidget):
         """The front end, and the answers to its requests."""
 
-        _esm = front_end("live.js")
+        _esm = front_end("widget.js")
         _css = front_end("live.css")
 
     def reply(widget: Any, message: Any, _: Any) -> None:
@@ -180,11 +168,23 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     return page
 
 
+#: The modules of the front end, each after those that it imports; names at their top level are unique.
+MODULES = ("curves.js", "joints.js", "explore.js", "live.js")
+
+
 @cache
 def front_end(name: str) -> str:
-    """Return the page, its style, or its script, one ES module that exports `mount` and, for anywidget, a default."""
-    text = own_text("linkages.show.live", name)
-    return f"{script()}\n{text}" if name == "live.js" else text
+    """Return the page, its style or a module of its script; "widget.js" is one module of all, for anywidget.
+
+    Modules import names of others, unchanged, by lines of the form ``import {NAME, NAME} from "./MODULE.js";``.
+    """
+    if name == "widget.js":
+        lines = "\n".join(map(front_end, MODULES)).split("\n")
+        kept = [line for line in lines if not line.startswith(("import {", "export {"))]
+        return "\n".join(re.sub("^export (?!default)", "", line) for line in kept)
+    if name == "curves.js":
+        return f"{script()}\nexport {{drawCurves}};\n"
+    return own_text("linkages.show.live", name)
 
 
 def page_of(request: Any) -> str:

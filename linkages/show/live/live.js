@@ -1,6 +1,10 @@
 // The live page: controls, a moving picture, orbits, curves and a table of one machine.
 // mount(root, send) builds it into an element; send(kind, request) returns the promise of a reply.
 
+import {drawCurves} from "./curves.js";
+import {explore} from "./explore.js";
+import {joints} from "./joints.js";
+
 const RETRIES = 12; // runs after a change until the motion is steady
 const SHARE = 0.1; // most of the time that picture and table take while values change
 const SLOW = 400; // time after which a run is slow: what is shown becomes pale [ms]
@@ -91,6 +95,12 @@ export function mount(root, ask) {
     changed();
     state.shown.forEach((path) => tell(path));
   }
+  function apply(values, controls = []) { // all values at once
+    for (const control of controls) state.controls.set(control.path, control);
+    state.future = [];
+    restore({...values}, null, state.past);
+    controls.forEach(({path}) => show(path));
+  }
   function undo() { if (state.past.length) restore(state.past.pop(), state.past, state.future); }
   function redo() { if (state.future.length) restore(state.future.pop(), state.future, state.past); }
   function reset() {
@@ -155,7 +165,7 @@ export function mount(root, ask) {
     const {view} = state;
     try {
       const {warnings} = await send("warnings", {});
-      if (state.view === view && !state.busy) at(".said").append(...warnings.map((text) => make("li", {class: "warning"}, text)));
+      if (state.view === view && !state.busy) at(".said").append(...warnings.map(({text}) => make("li", {class: "warning"}, text)));
     } catch { /* the run before has reported the failure */ }
   }
   async function tellSlow() {
@@ -370,6 +380,9 @@ export function mount(root, ask) {
 
   // -- start -------------------------------------------------------------------------------------------------------------
 
+  const api = {root, at, send, state, show, apply, note, complain, make, button, select, g};
+  joints(api);
+  explore(api);
   (async () => {
     try {
       state.start = await send("start", {});
