@@ -8,7 +8,6 @@
 | answers   | requests of the front end -> replies, files; the front end, and as a notebook's widget      |
 | server    | the page on 127.0.0.1: token, checks of each request, one computation at a time             |
 
-The front end consists of ES modules, which the server joins; with ``curves.js`` of the reports they serve page and
-notebook. ``live.js`` builds the page and says what its modules may use. It
-sends one request at a time and skips outdated ones; values from it have the rights of values in a file, and no others.
+The front end is a few ES modules, which serve page and notebook, with ``curves.js`` of the reports. It sends one request
+at a time and skips outdated ones; values from it have the rights of values in a file, and no others.
 """

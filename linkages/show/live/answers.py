@@ -1,18 +1,6 @@
 """Requests of the front end and their replies, the same for the page and for a notebook.
 
-| kind     | request                       | reply                                                                 |
-|----------|-------------------------------|-----------------------------------------------------------------------|
-| start    |                               | title, versions, controls, names of the file and of the folder        |
-| run      | values, restart               | see `compute`                           |
-| picture  | values                        | see `picture`                           |
-| numbers  |                               | the table of that run, see `numbers_for`           |
-| warnings |                               | warnings about that run                                               |
-| save     | values, name, replace         | the file that was written, and the command that runs it               |
-| export   | values, name, replace         | the folder that was written, by ``linkages simulate``                 |
-
-Each request can name its page by a text ``page``: runs, numbers and warnings of pages are independent. A request that
-cannot be answered gets ``{"error": TEXT}``, and a request for a run that a newer one of its page has overtaken
-``{"outdated": true}``.
+`linkages.show.live.server` has the list of requests and replies.
 """
 
 from __future__ import annotations
@@ -23,7 +11,6 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import cache, partial
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -38,8 +25,6 @@ from linkages.show.plots.pages import own_text, script
 from linkages.system import System
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
-_PACKAGE = "linkages.show.live"
-_BORDER = re.compile(r"^import .*\n|^export (?!default)", re.MULTILINE)  # borders between modules
 _EXPORT = 600.0  # longest time of an export [s]
 _PAGES = 20  # pages whose last run is kept
 
@@ -171,7 +156,7 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     class Page(anywidget.AnyWidget):
         """The front end, and the answers to its requests."""
 
-        _esm = front_end("live.js")
+        _esm = front_end("widget.js")
         _css = front_end("live.css")
 
     def reply(widget: Any, message: Any, _: Any) -> None:
@@ -183,17 +168,23 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     return page
 
 
+#: The modules of the front end, each after those that it imports; names at their top level are unique.
+MODULES = ("curves.js", "dom.js", "joints.js", "explore.js", "live.js")
+
+
 @cache
 def front_end(name: str) -> str:
-    """Return the page, its style, or as ``live.js`` all its modules and `drawCurves` as one ES module.
+    """Return the page, its style or a module of its script; "widget.js" is one module of all, for anywidget.
 
-    The module exports a default for anywidget, which loads one module. The modules use each other's functions by name.
+    Modules import names of others, unchanged, by lines of the form ``import {NAME, NAME} from "./MODULE.js";``.
     """
-    if name != "live.js":
-        return own_text(_PACKAGE, name)
-    modules = sorted(file.name for file in files(_PACKAGE).iterdir() if file.name.endswith(".js") and file.name != name)
-    texts = [own_text(_PACKAGE, module) for module in (*modules, name)]
-    return "\n".join([script(), *(_BORDER.sub("", text) for text in texts)])
+    if name == "widget.js":
+        lines = "\n".join(map(front_end, MODULES)).split("\n")
+        kept = [line for line in lines if not line.startswith(("import {", "export {"))]
+        return "\n".join(re.sub("^export (?!default)", "", line) for line in kept)
+    if name == "curves.js":
+        return f"{script()}\nexport {{drawCurves}};\n"
+    return own_text("linkages.show.live", name)
 
 
 def page_of(request: Any) -> str:

@@ -1,15 +1,11 @@
 // The live page: controls, a moving picture, orbits, curves and a table of one machine.
-// Modules add to the page by functions mountNAME(live), which are called once. `live` has: root, at(selector), state (start,
-// controls by path, values, view: the last reply to "run", pins), send(kind, request) -> promise of a reply, valueOf(path),
-// change({path: value, ...}) -> a run, one step of undo, show(path): the row of a control, tool(text, action, title): a
-// button of the header, note(text), complain(text). `root` dispatches "ready" once the controls are known, "shown" after a
-// run, "drawn" after a new picture of the machine, "counted" after a new table.
-// The server joins all modules into one, so names of functions and constants are unique among them.
 // mount(root, send) builds it into an element; send(kind, request) returns the promise of a reply.
 
+import {drawCurves} from "./curves.js";
+import {explore} from "./explore.js";
+import {joints} from "./joints.js";
 import {button, draw, g, make, percent, select} from "./dom.js";
 
-const PARTS = []; // the mountNAME of other modules
 const RETRIES = 12; // runs after a change until the motion is steady
 const SHARE = 0.1; // most of the time that picture and table take while values change
 const SLOW = 400; // time after which a run is slow: what is shown becomes pale [ms]
@@ -26,7 +22,7 @@ export function mount(root, ask) {
   };
   root.replaceChildren();
   root.append(
-    make("header", {}, make("h1"), make("span", {class: "state", role: "status"}), make("div", {class: "buttons"})),
+    make("header", {}, make("h1"), make("span", {class: "state", role: "status"}), make("div", {class: "buttons"}), make("div", {class: "tools"})),
     make("p", {class: "error", role: "alert", hidden: ""}),
     make("div", {class: "columns"},
       make("section", {class: "machine", "aria-label": "machine"},
@@ -82,14 +78,6 @@ export function mount(root, ask) {
     event.preventDefault();
   });
 
-  const tool = (text, action, title) => {
-    const added = button(text, action, title);
-    at(".buttons").append(added);
-    return added;
-  };
-  const live = {root, at, state, send, valueOf: (path) => valueOf(path), change, show, tool, note, complain};
-  PARTS.forEach((mountPart) => mountPart(live));
-
   // -- values ----------------------------------------------------------------------------------------------------------
 
   const valueOf = (path) => state.values[path] ?? state.controls.get(path).value;
@@ -110,6 +98,12 @@ export function mount(root, ask) {
     state.values = values;
     changed();
     state.shown.forEach((path) => tell(path));
+  }
+  function apply(values, controls = []) { // all values at once
+    for (const control of controls) state.controls.set(control.path, control);
+    state.future = [];
+    restore({...values}, null, state.past);
+    controls.forEach(({path}) => show(path));
   }
   function undo() { if (state.past.length) restore(state.past.pop(), state.past, state.future); }
   function redo() { if (state.future.length) restore(state.future.pop(), state.future, state.past); }
@@ -176,7 +170,7 @@ export function mount(root, ask) {
     const {view} = state;
     try {
       const {warnings} = await send("warnings", {});
-      if (state.view === view && !state.busy) at(".said").append(...warnings.map((text) => make("li", {class: "warning"}, text)));
+      if (state.view === view && !state.busy) at(".said").append(...warnings.map(({text}) => make("li", {class: "warning"}, text)));
     } catch { /* the run before has reported the failure */ }
   }
   async function tellSlow() {
@@ -391,6 +385,9 @@ export function mount(root, ask) {
 
   // -- start -------------------------------------------------------------------------------------------------------------
 
+  const api = {root, at, send, state, valueOf, change, show, apply, note, complain, make, button, select, g};
+  joints(api);
+  explore(api);
   (async () => {
     try {
       state.start = await send("start", {});

@@ -139,13 +139,13 @@ class Session:
             raise InputError("page", "numbers", "has no run yet; change a value, or press reset")
         return numbers_for(self._result.assessment, self._result.exact)
 
-    def warnings(self) -> list[str]:
-        """Return the warnings about the run that was shown last."""
+    def warnings(self) -> list[dict[str, Any]]:
+        """Return the warnings about the run that was shown last: `text`, and `remedies` with `label` and `values`."""
         if self._result is None:
             return []
         shown = self._result.assessment
         found = warnings_of_run(shown.system, shown.sound, shown.contacts)
-        return [line for line in format_warnings(found) if line]
+        return [{"text": line, "remedies": []} for line in format_warnings(found) if line]
 
     def restart(self) -> None:
         """Forget where the journals were: the next run starts as its file says."""
