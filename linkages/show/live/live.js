@@ -4,6 +4,7 @@
 import {drawCurves} from "./curves.js";
 import {explore} from "./explore.js";
 import {joints} from "./joints.js";
+import {button, draw, g, make, percent, select} from "./dom.js";
 
 const RETRIES = 12; // runs after a change until the motion is steady
 const SHARE = 0.1; // most of the time that picture and table take while values change
@@ -11,7 +12,6 @@ const SLOW = 400; // time after which a run is slow: what is shown becomes pale 
 const REST = 400; // time without a change after which warnings are computed [ms]
 const FRAME = 100; // time between frames while a run is computed: drawing takes the same processor [ms]
 const LOOP = 4; // time in which the shown part of the run is played at the speed 1 [s]
-const SVG = "http://www.w3.org/2000/svg";
 
 export function mount(root, ask) {
   const page = crypto.getRandomValues(new Uint32Array(3)).join("-"); // the server keeps the runs of pages apart
@@ -22,7 +22,7 @@ export function mount(root, ask) {
   };
   root.replaceChildren();
   root.append(
-    make("header", {}, make("h1"), make("span", {class: "state", role: "status"}), make("div", {class: "buttons"})),
+    make("header", {}, make("h1"), make("span", {class: "state", role: "status"}), make("div", {class: "buttons"}), make("div", {class: "tools"})),
     make("p", {class: "error", role: "alert", hidden: ""}),
     make("div", {class: "columns"},
       make("section", {class: "machine", "aria-label": "machine"},
@@ -82,11 +82,15 @@ export function mount(root, ask) {
 
   const valueOf = (path) => state.values[path] ?? state.controls.get(path).value;
 
-  function change(path, value, remember = true) {
-    if (value === valueOf(path)) return;
+  function change(values, remember = true) {
+    const changes = Object.entries(values).filter(([path, value]) => value !== valueOf(path));
+    if (!changes.length) return;
     if (remember) { state.past.push({...state.values}); state.future = []; }
-    state.values = {...state.values, [path]: value};
-    if (value === state.controls.get(path).value) delete state.values[path];
+    state.values = {...state.values, ...Object.fromEntries(changes)};
+    for (const [path, value] of changes) {
+      if (value === state.controls.get(path).value) delete state.values[path];
+      tell(path);
+    }
     changed();
   }
   function restore(values, from, to) {
@@ -160,6 +164,7 @@ export function mount(root, ask) {
     if (reply.error) return fail(reply.error);
     Object.assign(view, reply);
     drawNumbers();
+    root.dispatchEvent(new CustomEvent("counted"));
   }
   async function warn() { // some warnings take longer than a run: they wait until nothing is changed
     const {view} = state;
@@ -188,6 +193,7 @@ export function mount(root, ask) {
     state.shapes = [...at(".picture").querySelectorAll("[data-at]")].map((element) =>
       [element, element.dataset.at.split(" ").map((row) => row.split(",").map(Number))]);
     seek(state.phase);
+    root.dispatchEvent(new CustomEvent("drawn"));
   }
   function complain(text) {
     if (!text && root.classList.contains("stale")) return; // the reason is still shown
@@ -307,7 +313,7 @@ export function mount(root, ask) {
     if (control.choices.length) {
       const field = select(control.choices, valueOf(path));
       field.id = `value-${path}`;
-      field.addEventListener("change", () => change(path, field.value));
+      field.addEventListener("change", () => change({[path]: field.value}));
       row.append(field);
     } else {
       const field = make("input", {id: `value-${path}`, class: "typed", inputmode: "text", autocomplete: "off", title: `a number, or one with a unit; the file has ${g(control.value)} ${control.unit}`});
@@ -315,13 +321,12 @@ export function mount(root, ask) {
       let began = null;
       slider.addEventListener("input", () => {
         if (began === null) { began = true; state.past.push({...state.values}); state.future = []; }
-        change(path, fromSlider(control, slider.value), false);
-        tell(path);
+        change({[path]: fromSlider(control, slider.value)}, false);
       });
       slider.addEventListener("change", () => { began = null; });
       field.addEventListener("change", () => {
         const text = field.value.trim(), number = Number(text);
-        if (text) change(path, Number.isFinite(number) ? number : text);
+        if (text) change({[path]: Number.isFinite(number) ? number : text});
         tell(path);
       });
       const ends = make("span", {class: "ends"}, make("span", {}, g(control.low, 3)), make("span", {}, g(control.high, 3)));
@@ -380,7 +385,7 @@ export function mount(root, ask) {
 
   // -- start -------------------------------------------------------------------------------------------------------------
 
-  const api = {root, at, send, state, show, apply, note, complain, make, button, select, g};
+  const api = {root, at, send, state, valueOf, change, show, apply, note, complain, make, button, select, g};
   joints(api);
   explore(api);
   (async () => {
@@ -394,6 +399,7 @@ export function mount(root, ask) {
     at("#paths").replaceChildren(...state.start.controls.map(({path}) => make("option", {value: path})));
     state.values = root.dataset.server ? valuesOf(location.hash, state.controls) : {};
     state.start.controls.filter(({first, path}) => first || path in state.values).forEach(({path}) => show(path));
+    root.dispatchEvent(new CustomEvent("ready"));
     changed();
     requestAnimationFrame(animate);
   })();
@@ -429,41 +435,6 @@ function toSlider({low, high, logarithmic}, value) {
   const part = logarithmic ? Math.log(Math.max(value, 1e-300) / low) / Math.log(high / low) : (value - low) / (high - low);
   return Math.round(1000 * Math.min(Math.max(part, 0), 1));
 }
-function g(value, digits = 5) { // as Python's format(value, ".5g")
-  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  if (value === 0) return "0";
-  const exponent = Number(value.toExponential(digits - 1).split("e")[1]);
-  if (exponent >= -4 && exponent < digits) return String(Number(value.toPrecision(digits)));
-  const [mantissa, power] = value.toExponential(digits - 1).split("e");
-  return `${Number(mantissa)}e${power[0]}${power.slice(1).padStart(2, "0")}`;
-}
-function percent(value, other) {
-  if (value === null || !other) return "–";
-  const change = 100 * (value / other - 1);
-  return `${change >= 0 ? "+" : "−"}${g(Math.abs(change), 3)} %`;
-}
-function make(tag, attributes = {}, ...children) {
-  const element = document.createElement(tag);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
-  element.append(...children);
-  return element;
-}
-function draw(tag, attributes) {
-  const element = document.createElementNS(SVG, tag);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
-  return element;
-}
-function button(text, action, title) {
-  const element = make("button", {type: "button", title}, text);
-  element.addEventListener("click", action);
-  return element;
-}
-function select(options, chosen) {
-  const element = make("select", {}, ...options.map((option) => make("option", {value: option}, option)));
-  element.value = chosen;
-  return element;
-}
-
 // -- the page, and the widget of a notebook --------------------------------------------------------------------------------
 
 const page = globalThis.document?.querySelector("main[data-server]");
