@@ -81,9 +81,13 @@ def _sizes(system: System, joint: Joint) -> list[tuple[str, float]]:
     kind, keys = ("bearing", ("radius", "length")) if joint.type == "revolute" else ("slot", ("height", "length"))
     others = [own for other in system.mechanism.joints if (own := getattr(other, kind)) is not None]
     size = float(f"{_BESIDE * system.tree.extent:.1g}")
-    usual = {key: np.median([getattr(own, key) for own in others]) if others else k * size for k, key in enumerate(keys, 1)}
+    usual = {
+        key: np.median([getattr(own, key) for own in others]) if others else k * size for k, key in enumerate(keys, 1)
+    }
     own = getattr(joint, kind)
-    return [(f"joints.{joint.name}.{kind}.{key}", float(usual[key] if own is None else getattr(own, key))) for key in keys]
+    return [
+        (f"joints.{joint.name}.{kind}.{key}", float(usual[key] if own is None else getattr(own, key))) for key in keys
+    ]
 
 
 def remedies(system: System, warning: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
@@ -96,7 +100,10 @@ def remedies(system: System, warning: Mapping[str, Any]) -> Iterator[dict[str, A
         ("such as johnson", "use the law johnson", "contact.law", "johnson"),
     ):
         if text in said and named:
-            yield {"label": f"{label} in {', '.join(named)}", "values": {f"joints.{name}.{key}": choice for name in named}}
+            yield {
+                "label": f"{label} in {', '.join(named)}",
+                "values": {f"joints.{name}.{key}": choice for name in named},
+            }
     thick = [name for name in named if system.experiment.joints[name].viscosity]
     if "raise the viscosity" in said and thick:
         values = {path: 2.0 * system.value(path) for path in (f"joints.{name}.viscosity" for name in thick)}
@@ -149,7 +156,9 @@ class Places:
                 same = [
                     other.name
                     for (other, its), there in zip(self._ends, self._local, strict=True)
-                    if its == link != "world" and other.type == joint.type == "revolute" and np.hypot(*(there - here)) < near
+                    if its == link != "world"
+                    and other.type == joint.type == "revolute"
+                    and np.hypot(*(there - here)) < near
                 ]
                 if joint.name in found:
                     found |= set(same)
@@ -166,7 +175,9 @@ class Places:
         body = [links.index(link) if link in links else -1 for _, link in self._ends]
         across = [self._across(joint, angles) for joint, _ in self._ends]
         moves = np.array([joint.name in moved for joint, _ in self._ends])
-        goal = np.array([_turn(pose[b, 2]) @ own for b, own in zip(body, self._local, strict=True)]) + np.outer(moves, way)
+        goal = np.array([_turn(pose[b, 2]) @ own for b, own in zip(body, self._local, strict=True)]) + np.outer(
+            moves, way
+        )
         left = np.zeros((len(body), 2))
         for round_ in range(_ROUNDS + 1):
             matrix = np.zeros((len(body), 2, len(paths) + pose.size))
