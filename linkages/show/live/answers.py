@@ -196,7 +196,10 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
 
 
 #: The modules of the front end, each after those that it imports; names at their top level are unique.
-MODULES = ("curves.js", "dom.js", "joints.js", "explore.js", "live.js")
+MODULES = (
+    "curves.js", "dom.js", "words.js", "layout.js", "machine.js", "controls.js", "numbers.js", "charts.js", "runs.js",
+    "joints.js", "explore.js", "live.js",
+)  # fmt: skip
 
 
 @cache

@@ -1,6 +1,7 @@
-// Numbers as text, and elements of the page.
+// Elements of the page, numbers as text, and choices that last.
 
 const SVG = "http://www.w3.org/2000/svg";
+const YEAR = 31536000; // [s]
 
 export function g(value, digits = 5) { // as Python's format(value, ".5g")
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
@@ -31,8 +32,27 @@ export function button(text, action, title) {
   element.addEventListener("click", action);
   return element;
 }
+export function toggle(text, action, title, pressed = false) { // action gets whether it is pressed now
+  const element = button(text, () => {
+    const now = element.getAttribute("aria-pressed") !== "true";
+    element.setAttribute("aria-pressed", now);
+    action(now);
+  }, title);
+  element.setAttribute("aria-pressed", pressed);
+  return element;
+}
 export function select(options, chosen) {
   const element = make("select", {}, ...options.map((option) => make("option", {value: option}, option)));
   element.value = chosen;
   return element;
+}
+export function download(name, text, type) {
+  const link = make("a", {href: URL.createObjectURL(new Blob([text], {type})), download: name});
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+export function kept(key, value) { // keeps a choice if it is given; cookies, unlike other storage, are the same for all ports
+  if (value !== undefined) document.cookie = `linkages-${key}=${encodeURIComponent(JSON.stringify(value))}; path=/; max-age=${YEAR}; SameSite=Strict`;
+  const found = document.cookie.split("; ").find((one) => one.startsWith(`linkages-${key}=`));
+  try { return JSON.parse(decodeURIComponent(found.split("=")[1])); } catch { return undefined; }
 }

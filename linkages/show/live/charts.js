@@ -1,0 +1,45 @@
+// Curves over time of the run, the pinned runs and ideal joints, or their difference from the compared run.
+
+import {drawCurves} from "./curves.js";
+import {button, make, toggle} from "./dom.js";
+import {labelOfOutput, unitOf} from "./words.js";
+
+export function charts(page) {
+  const {root, at, state} = page;
+  let names = "", difference = false;
+  at(".curves").append(
+    make("div", {class: "head"}, make("h2", {}, "Curves"), button("whole time", () => state.plots?.all(), "show the whole time (0)"),
+      toggle("difference", (on) => { difference = on; show(); }, "show the run minus the compared run")),
+    make("div", {class: "plots"}));
+
+  function show() {
+    const {view} = state;
+    if (!view?.curves.length) return;
+    const curves = view.curves.map((curve) => shown(curve, page.reference()));
+    const now = curves.map(({name}) => name).join(" ");
+    if (state.plots && names === now) return state.plots.update(curves);
+    state.plots = drawCurves(at(".plots"), curves, (time) => page.hold(time / (state.view.to - state.view.from)));
+    names = now;
+  }
+  function shown({name, unit: si, run, ideal, measured}, reference) {
+    const [unit, factor] = unitOf(si, state.units), label = labelOfOutput(name);
+    const scaled = (line) => line && {time: line.time, values: line.values.map((value) => value && factor * value)};
+    const of = (pinned) => pinned.view.curves.find((curve) => curve.name === name)?.run;
+    const other = reference ? of(reference) : ideal;
+    if (difference) return {name, label: `${label} minus ${reference?.name ?? "ideal"}`, unit, run: scaled(other ? minus(run, other) : run)};
+    const others = state.pins.filter(of).map((pinned) => ({...scaled(of(pinned)), look: pinned.look, name: pinned.name}));
+    const {time, bands} = state.bands ?? {}, band = bands?.[name] && {time, low: scaled({values: bands[name][0]}).values, high: scaled({values: bands[name].at(-1)}).values};
+    return {name, label, unit, run: scaled(run), ideal: scaled(ideal), measured: scaled(measured), others, band};
+  }
+  for (const event of ["shown", "units", "pinned"]) root.addEventListener(event, show);
+}
+
+function minus(run, other) {
+  let k = 0;
+  const values = run.time.map((time, n) => {
+    while (k < other.time.length - 2 && other.time[k + 1] < time) k++;
+    const [a, b] = [other.values[k], other.values[k + 1]], part = (time - other.time[k]) / (other.time[k + 1] - other.time[k] || 1);
+    return [a, b, run.values[n]].includes(null) ? null : run.values[n] - a - part * (b - a);
+  });
+  return {time: run.time, values};
+}
