@@ -5,10 +5,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict
 from functools import cache, partial
 from pathlib import Path
@@ -19,8 +21,10 @@ from linkages.input.files.versions import versions
 from linkages.input.files.writing import errors_of_writing, whole
 from linkages.input.model.editing import edited
 from linkages.input.model.experiment import Experiment
-from linkages.show.live.controls import Control, controls
-from linkages.show.live.session import OutdatedError, Session, TimeLimitError, checked
+from linkages.show.live.controls import Control, controls, extended
+from linkages.show.live.edits import parts, with_model
+from linkages.show.live.session import Session, checked
+from linkages.show.live.watch import OutdatedError, TimeLimitError
 from linkages.show.plots.pages import own_text, script
 from linkages.system import System
 
@@ -46,6 +50,8 @@ class Answers:
         """Answer a request from outside: everything in it is checked. `outdated` tells whether a newer one waits."""
         known: dict[str, Callable[[Session, dict[str, Any]], dict[str, Any]]] = {
             "start": self._start,
+            "edit": self._edit,
+            "move": self._move,
             "run": partial(self._run, outdated),
             "picture": lambda session, request: session.picture(self._values(request)),
             "numbers": lambda session, _: session.numbers(),
@@ -75,22 +81,43 @@ class Answers:
             self._pages.pop(next(iter(self._pages)))
         return session
 
-    def _start(self, session: Session, _: dict[str, Any]) -> dict[str, Any]:
-        experiment = session.system.experiment
+    def _start(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        experiment, known = session.system.experiment, self.controls
+        if "values" in request:
+            with suppress(InputError):  # the first run reports it
+                known = extended(known, session.system.replaced(self._values(request)))
         return {
             "title": experiment.title or experiment.source.stem,
             "file": experiment.source.name,
             "name": f"{experiment.source.stem}_play",
             "folder": str(self.folder.resolve()),
             "versions": versions(),
-            "controls": [asdict(control) for control in self.controls.values()],
+            "controls": [asdict(control) for control in known.values()],
+            "parts": parts(session.system, known),
         }
+
+    def _edit(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        """Give a joint or a link another model, with the values that it needs."""
+        values, name = self._values(request), _text(request, "name")
+        system = session.system.replaced(values)
+        values |= with_model(system, _text(request, "part"), name, _text(request, "model"))
+        found, tables = extended(self.controls, session.system.replaced(values)), ("joints", "links", "sdf.joints")
+        own = tuple(f"{table}.{name}." for table in tables)
+        return {"values": values, "controls": [asdict(one) for path, one in found.items() if path.startswith(own)]}
+
+    def _move(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        to, phase = request.get("to"), request.get("phase")
+        numbers: list[Any] = [phase, *to] if isinstance(to, list) else []
+        finite = [float(one) for one in numbers if isinstance(one, int | float) and math.isfinite(one)]
+        if not len(numbers) == len(finite) == 3 or not 0.0 <= finite[0] <= 1.0:
+            raise InputError("page", "to", "must be a place [x, y] in metres, with a phase from 0 to 1")
+        return {"values": session.moved(self._values(request), _text(request, "joint"), finite[1:], finite[0])}
 
     def _run(self, outdated: Callable[[], bool], session: Session, request: dict[str, Any]) -> dict[str, Any]:
         values = self._values(request)
         if request.get("restart") is True:
             session.restart()
-        return session.compute(values, outdated)
+        return session.compute(values, outdated, request.get("refine") is True)
 
     def _save(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
         """Save a file with the values of the run that the page shows: it gives the same numbers."""
@@ -118,7 +145,7 @@ class Answers:
         return {"written": str(out), "command": f"linkages report {out}"}
 
     def _values(self, request: dict[str, Any]) -> dict[str, float | str]:
-        return checked(request.get("values", {}), self.controls)
+        return checked(request.get("values", {}), self.controls, self.session.system.mechanism)
 
 
 def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, folder: str | Path = ".") -> Any:
@@ -188,6 +215,13 @@ def front_end(name: str) -> str:
     if name == "curves.js":
         return f"{script()}\nexport {{drawCurves, valueAt}};\n"
     return own_text("linkages.show.live", name)
+
+
+def _text(request: Mapping[str, Any], key: str) -> str:
+    """Return a text of a request; InputError if it is none."""
+    if not isinstance(request.get(key), str):
+        raise InputError("page", key, "must be a text")
+    return str(request[key])
 
 
 def page_of(request: Any) -> str:

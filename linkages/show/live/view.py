@@ -16,6 +16,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
 from linkages.input.model.experiment import QUANTITIES
+from linkages.input.model.mechanism import Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.extremes import peaks
@@ -128,6 +129,17 @@ def _orbit(system: System, name: str, shown: Trajectory, frames: Mapping[str, Ar
     now = [short(frames.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
     turns = system.mechanism.joint[name].type == "revolute"
     return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns}
+
+
+def joints_of(drawing: Drawing, mechanism: Mechanism) -> dict[str, list[float]]:
+    """Return the body of each joint in a drawing, and the place on it [m], by name."""
+    bodies, found = {link: body for body, link in drawing.links_of.items()}, {}
+    for name, pin in mechanism.pin.items():
+        if pin.link in bodies:
+            x, y, angle = drawing.reference[bodies[pin.link]].tolist()
+            dx, dy, cos, sin = pin.origin[0] - x, pin.origin[1] - y, np.cos(angle), np.sin(angle)
+            found[name] = [bodies[pin.link], float(cos * dx + sin * dy), float(cos * dy - sin * dx)]
+    return found
 
 
 def poses_of(drawing: Drawing, system: System, frames: Mapping[str, Array]) -> list[list[list[float | None]]]:
