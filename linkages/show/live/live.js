@@ -148,7 +148,7 @@ export function mount(root, ask) {
   async function complete(values) { // picture and table can take longer than curves: they get a part of the time
     const {view} = state, began = performance.now();
     if (view.picture !== state.picture) await page.redraw(values);
-    const locked = {table: [], motion: ["a linkage that locks has no steady motion and no peaks"]};
+    const locked = {table: [], motion: [view.remedy, "a linkage that locks has no steady motion and no peaks"]};
     const reply = view.locked === null ? await send("numbers", {}) : locked;
     state.next = performance.now() + (performance.now() - began) / SHARE;
     if (reply.error) return fail(reply.error);
@@ -177,8 +177,8 @@ export function mount(root, ask) {
     state.view = view;
     for (const [path, value] of Object.entries(view.numbers)) page.tell(path, value);
     const kind = view.coarse ? "preview" : !view.settled ? "settling" : view.periodic ? "periodic" : "not periodic";
-    const stopped = view.locked === null ? view.status : `locks at ${g(view.locked, 4)} s`;
-    note(view.status === "ok" ? `${kind}; computed in ${Math.max(1, Math.round(1e3 * view.took))} ms` : `${stopped}: ${view.remedy}`);
+    if (view.locked !== null) note(`locks at ${g(view.locked, 4)} s`);
+    else note(view.status === "ok" ? `${kind}; computed in ${Math.max(1, Math.round(1e3 * view.took))} ms` : `${view.status}: ${view.remedy}`);
     announce("shown");
     if (view.locked !== null) page.hold(1);
   }
