@@ -67,6 +67,7 @@ _OWN_NAMES = ("127.0.0.1", "localhost")
 _LARGEST = 1 << 20  # of a request [bytes]
 _SLOW = 30.0  # longest wait for a request to arrive [s]
 
+_LONG = ("run", "sweep", "sensitivities", "tolerances")  # kinds that a newer request of them ends
 _INVALID = SplitResult("", "", "", "", "")
 
 _HEADERS = {
@@ -107,18 +108,18 @@ class LiveServer(ThreadingHTTPServer):
         return f"http://{HOST}:{self.server_address[1]}/{self.token}/"
 
     def answer(self, kind: str, request: Any) -> dict[str, Any]:
-        """Answer a request; the runs of a page are counted, and only the latest one is computed."""
+        """Answer a request; the computations of a page are counted, and only the latest is made."""
         if kind == "status":
-            return {"said": self.said}
+            return {"said": self.answers.said or self.said}
         page = page_of(request)
         with self._counting:
-            self._latest[page] += kind in ("run", "stop")
+            self._latest[page] += kind in _LONG or kind == "stop"
             mine = self._latest[page]
         if kind == "stop":
             return {}
 
         def outdated() -> bool:
-            return kind == "run" and mine != self._latest[page]
+            return kind in _LONG and mine != self._latest[page]
 
         with self._computing:
             if outdated():
