@@ -100,9 +100,8 @@ class Session:
         period = _period(changed)
         exact = self._ideal(values, changed, changed.experiment.duration if period is None else period)
         if exact is not None and exact.status is Status.LOCKED and changed.determinate:
-            return self._view(values, changed, exact, None, (0.0, float(exact.time[-1])), begun) | {
-                "settled": True, "coarse": False, "locked": float(exact.time[-1]),
-            }  # fmt: skip
+            shown = self._view(values, changed.ideal(), exact, None, (0.0, float(exact.time[-1])), begun)
+            return shown | {"settled": True, "locked": float(exact.time[-1])}
         added = self._added(values, changed, period)
         system, run, coarse = self._run(changed.replaced(added), period, outdated, refine)
         carried = period is not None and "duration" not in values and not changed.experiment.can_touch
