@@ -1,14 +1,21 @@
-"""A live page that is served to a test."""
+"""A live page that is served to a test, and a browser for it."""
 
 import threading
 
 import pytest
+from browser import started
 
 import linkages
 from linkages.show.live.answers import Answers
 from linkages.show.live.controls import controls
 from linkages.show.live.server import LiveServer
 from linkages.show.live.session import Session
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with started("--window-size=1280,1200") as found:
+        yield found
 
 
 @pytest.fixture

@@ -265,7 +265,7 @@ def front_end(name: str) -> str:
         kept = [line for line in lines if not line.startswith(("import {", "export {"))]
         return "\n".join(re.sub("^export (?!default)", "", line) for line in kept)
     if name == "curves.js":
-        return f"{script()}\nexport {{drawCurves}};\n"
+        return f"{script()}\nexport {{drawCurves, valueAt}};\n"
     return own_text("linkages.show.live", name)
 
 

@@ -1,6 +1,6 @@
 // Curves over time of the run, the pinned runs and ideal joints, or their difference from the compared run.
 
-import {drawCurves} from "./curves.js";
+import {drawCurves, valueAt} from "./curves.js";
 import {button, make, toggle} from "./dom.js";
 import {labelOfOutput, unitOf} from "./words.js";
 
@@ -35,11 +35,8 @@ export function charts(page) {
 }
 
 function minus(run, other) {
-  let k = 0;
-  const values = run.time.map((time, n) => {
-    while (k < other.time.length - 2 && other.time[k + 1] < time) k++;
-    const [a, b] = [other.values[k], other.values[k + 1]], part = (time - other.time[k]) / (other.time[k + 1] - other.time[k] || 1);
-    return [a, b, run.values[n]].includes(null) ? null : run.values[n] - a - part * (b - a);
-  });
-  return {time: run.time, values};
+  const end = Math.min(run.time.at(-1), other.time.at(-1));
+  const time = [...new Set([...run.time, ...other.time])].filter((t) => t <= end).sort((a, b) => a - b);
+  const values = time.map((t) => [valueAt(run, t), valueAt(other, t)]);
+  return {time, values: values.map((pair) => (pair.includes(null) ? null : pair[0] - pair[1]))};
 }

@@ -41,12 +41,6 @@ function drawCurves(holder, curves, seek) {
     const box = svg.getBoundingClientRect(), at = (event.clientX - box.left) / box.width * W;
     return view[0] + (at - LEFT) / (W - LEFT - RIGHT) * (view[1] - view[0]);
   };
-  function valueAt({time, values}, t) {
-    let k = time.findIndex((other) => other >= t);
-    if (k < 0) k = time.length - 1;
-    if (k === 0 || values[k] === null || values[k - 1] === null) return values[k];
-    return values[k - 1] + (values[k] - values[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1] || 1);
-  }
   function draw(plot) {
     const {curve, svg} = plot, {ideal, measured, run, others = [], band} = curve, inside = [];
     const edges = band ? [{time: band.time, values: band.low}, {time: band.time, values: band.high}] : [];
@@ -163,4 +157,10 @@ function drawCurves(holder, curves, seek) {
     if (now && now !== width) { width = now; show(); }
   }).observe(holder);
   return {point, all: () => look(from, to), update};
+}
+function valueAt({time, values}, t) {
+  let k = time.findIndex((other) => other >= t);
+  if (k < 0) k = time.length - 1;
+  if (k === 0 || values[k] === null || values[k - 1] === null) return values[k];
+  return values[k - 1] + (values[k] - values[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1] || 1);
 }
