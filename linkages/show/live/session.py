@@ -100,7 +100,9 @@ class Session:
         period = _period(changed)
         exact = self._ideal(values, changed, changed.experiment.duration if period is None else period)
         if exact is not None and exact.status is Status.LOCKED and changed.determinate:
-            shown = self._view(values, changed.ideal(), exact, None, (0.0, float(exact.time[-1])), begun)
+            perfect = changed.ideal().replaced({"duration": changed.experiment.duration if period is None else period})
+            exact = ideal(perfect)  # with the quantities of a machine without clearance
+            shown = self._view(values, perfect, exact, None, (0.0, float(exact.time[-1])), begun)
             return shown | {"settled": True, "locked": float(exact.time[-1])}
         added = self._added(values, changed, period)
         system, run, coarse = self._run(changed.replaced(added), period, outdated, refine)
