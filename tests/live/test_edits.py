@@ -64,6 +64,16 @@ def test_values_are_proposed_from_the_size_of_the_bearing(answers):
     assert controls["joints.C2.clearance"]["first"]
 
 
+@pytest.mark.parametrize(("name", "add", "joint"), [("seven_bar", "groove", "A"), ("slider_crank_dry", "wear", "B")])
+def test_a_groove_and_wear_are_added(answers, name, add, joint):
+    of = answers(name)
+    values = ask(of, "edit", values={}, name=joint, add=add)["values"]
+    ask(of, "run", values={})
+    before = ask(of, "run", values={})["curves"]
+    assert ask(of, "run", values=values)["curves"] != before
+    assert of.session.system.replaced(values).experiment.joints[joint].model_dump()[add]
+
+
 def test_what_the_file_says_stays(answers):
     of = answers("seven_bar")
     values = ask(of, "edit", values={"joints.A.clearance": 2e-4}, part="joint", name="A", model="mixed")["values"]

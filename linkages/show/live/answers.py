@@ -18,7 +18,7 @@ from linkages.base.errors import AssemblyError, InputError, RunError
 from linkages.input.files.versions import versions
 from linkages.results.outputs.registry import default_outputs
 from linkages.show.live.controls import Control, controls, extended
-from linkages.show.live.edits import parts, with_model
+from linkages.show.live.edits import parts, with_addition, with_model
 from linkages.show.live.exploring import (
     MOST_RUNS,
     Around,
@@ -126,10 +126,13 @@ class Answers:
         }
 
     def _edit(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
-        """Give a joint or a link another model, with the values that it needs."""
+        """Give a joint or a link another model, or a joint a groove or wear, with the values that it needs."""
         values, name = self._values(request), _text(request, "name")
         system = session.system.replaced(values)
-        values |= with_model(system, _text(request, "part"), name, _text(request, "model"))
+        if "add" in request:
+            values |= with_addition(system, name, _text(request, "add"))
+        else:
+            values |= with_model(system, _text(request, "part"), name, _text(request, "model"))
         found, tables = self._known({"values": values}), ("joints", "links", "sdf.joints")
         own = tuple(f"{table}.{name}." for table in tables)
         return {"values": values, "controls": [asdict(one) for path, one in found.items() if path.startswith(own)]}

@@ -44,7 +44,6 @@ _COARSE = 1e-4  # accuracy of a coarse run [1]
 _FASTER = 0.2  # time of a coarse run, over the one of the run in full
 
 _OF_MASSES = ("mass", "inertia", "duration")  # ends of paths that do not change the picture
-_WORDS = ("model", "film", "start", "law", "cavitation")  # ends of paths of choices
 
 
 class Session:
@@ -155,8 +154,10 @@ class Session:
         self._shown = dict(values), ran
         assessment = Assessment(system, "compiled", run, run if exact is None else exact, None)
         result = self._result = _Result(assessment, exact, frames_of(run, part), _picture(values), coarse)
-        texts = [path for path, value in values.items() if isinstance(value, str)]
-        numbers = {path: system.value(path) for path in texts if path.rpartition(".")[2] not in _WORDS}
+        numbers = {}
+        for path in (path for path, value in values.items() if isinstance(value, str)):
+            with suppress(InputError):  # of a choice or a list
+                numbers[path] = system.value(path)
         shown = view(assessment, exact, part, result.frames) | self._poses()
         told = {"numbers": numbers, "ran": ran, "picture": result.picture, "coarse": coarse}
         return shown | told | {"took": clock.perf_counter() - begun}
