@@ -217,3 +217,31 @@ def test_the_picture_moves(page):
 
     before = places()
     page.wait(lambda: np.abs(places() - before).max() > 5.0)
+
+
+def test_a_design_that_locks_shows_where(page):
+    page.search("frames.link2_C.pose.x")
+    page.type("sdf.frames.link2_C.pose.x", "0.13")
+    assert page.state.startswith("locks at 1.5")
+    assert page.one(".phase").get_attribute("value") == "1000"
+    assert page.table() == {}
+    page.button("undo")
+    page.settle()
+    assert "computed in" in page.state
+    assert page.table()
+
+
+def test_a_slow_run_has_a_preview(browser, serve):
+    server = serve(linkages.load(linkages.find_file("slider_crank_dry.toml")))
+    server.answers.session.preview = 0.0
+    browser.execute_cdp_cmd(
+        "Page.addScriptToEvaluateOnNewDocument",
+        {
+            "source": """window.said = [];
+        new MutationObserver(() => said.push(document.querySelector(".state")?.textContent)).observe(document, {subtree: true, childList: true});"""
+        },
+    )
+    page = Page(browser, server)
+    said = page.browser.execute_script("return said")
+    assert any(text and text.startswith("preview; computed in") for text in said)
+    assert page.state.startswith("not periodic; computed in")

@@ -15,7 +15,7 @@ export function charts(page) {
   function show() {
     const {view} = state;
     if (!view?.curves.length) return;
-    const curves = view.curves.map((curve) => shown(curve, page.reference()));
+    const curves = view.curves.filter(({unit}) => view.locked === null || ["m", "rad"].includes(unit)).map((curve) => shown(curve, page.reference()));
     const now = curves.map(({name}) => name).join(" ");
     if (state.plots && names === now) return state.plots.update(curves);
     state.plots = drawCurves(at(".plots"), curves, (time) => page.hold(time / (state.view.to - state.view.from)));

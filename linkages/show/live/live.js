@@ -148,7 +148,8 @@ export function mount(root, ask) {
   async function complete(values) { // picture and table can take longer than curves: they get a part of the time
     const {view} = state, began = performance.now();
     if (view.picture !== state.picture) await page.redraw(values);
-    const reply = await send("numbers", {});
+    const locked = {table: [], motion: ["a linkage that locks has no steady motion and no peaks"]};
+    const reply = view.locked === null ? await send("numbers", {}) : locked;
     state.next = performance.now() + (performance.now() - began) / SHARE;
     if (reply.error) return fail(reply.error);
     Object.assign(view, reply);
@@ -156,6 +157,7 @@ export function mount(root, ask) {
   }
   async function warn() { // some warnings take longer than a run: they wait until nothing is changed
     const {view} = state;
+    if (!view || view.locked !== null) return;
     try {
       const {warnings} = await send("warnings", {});
       if (state.view === view && !state.busy) page.say(warnings);
@@ -175,10 +177,12 @@ export function mount(root, ask) {
     state.view = view;
     for (const [path, value] of Object.entries(view.numbers)) page.tell(path, value);
     const kind = view.coarse ? "preview" : !view.settled ? "settling" : view.periodic ? "periodic" : "not periodic";
-    note(view.status === "ok" ? `${kind}; computed in ${Math.max(1, Math.round(1e3 * view.took))} ms` : `${view.status}: ${view.remedy}`);
+    const stopped = view.locked === null ? view.status : `locks at ${g(view.locked, 4)} s`;
+    note(view.status === "ok" ? `${kind}; computed in ${Math.max(1, Math.round(1e3 * view.took))} ms` : `${stopped}: ${view.remedy}`);
     announce("shown");
+    if (view.locked !== null) page.hold(1);
   }
-  function note(text) { at(".state").textContent = text; }
+  function note(text) { at(".state").textContent = at(".state").title = text; }
   function complain(text) {
     if (!text && root.classList.contains("stale")) return; // the reason is still shown
     at(".error").textContent = text;

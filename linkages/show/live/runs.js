@@ -11,7 +11,7 @@ export function runs(page) {
 
   root.addEventListener("rested", () => {
     const {view} = state, values = {...state.values, ...view.numbers};
-    if (!view.settled || !view.table || JSON.stringify(values) === JSON.stringify(list.at(-1)?.values)) return;
+    if (!view.settled || !view.table?.length || JSON.stringify(values) === JSON.stringify(list.at(-1)?.values)) return;
     list.push({number: list.length + 1, values, table: view.table});
     shower.textContent = `runs (${list.length})`;
   });

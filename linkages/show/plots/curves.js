@@ -18,7 +18,7 @@ function drawCurves(holder, curves, seek) {
   }
   function text(number) {
     const short = Number(number.toPrecision(4));
-    return (short && Math.abs(short) < 1e-3 ? short.toExponential() : short.toString()).replace("-", "−");
+    return (short && (Math.abs(short) < 1e-3 || Math.abs(short) >= 1e5) ? short.toExponential() : short.toString()).replace("-", "−");
   }
   function marks(low, high, count) {
     const raw = (high - low) / count, unit = 10 ** Math.floor(Math.log10(raw));
