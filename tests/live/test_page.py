@@ -47,7 +47,7 @@ def test_the_numbers_of_the_page_are_those_of_simulate(page, tmp_path):
 def test_enter_writes_the_file_and_escape_does_not(page, tmp_path, monkeypatch, kind):
     done = subprocess.CompletedProcess([], 0, "", "")
     monkeypatch.setattr(
-        "linkages.show.live.answers.subprocess.run", lambda *_, **__: done
+        "linkages.show.live.keeping.subprocess.run", lambda *_, **__: done
     )  # the run of an export is slow
     page.button(kind)
     page.one("dialog input").send_keys("not", Keys.ESCAPE)

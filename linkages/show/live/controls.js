@@ -49,6 +49,8 @@ export function controls(page) {
     const row = at(`[data-path="${CSS.escape(path)}"]`);
     if (!row) return;
     const control = state.controls.get(path), value = valueOf(path);
+    row.hidden = value === null; // the file has no such value, and nothing adds it now
+    if (row.hidden) return;
     row.classList.toggle("changed", path in state.values);
     if (control.choices.length) { row.querySelector("select").value = value; return; }
     const field = row.querySelector(".typed"), [unit, factor] = unitOf(control.unit, state.units);

@@ -24,6 +24,7 @@ _CORNER = {
     "contact.law": "flores", "contact.restitution": 0.6, "contact.stiffness": 1e10,  # of a corner of 5 mm radius
     "friction.law": "coulomb", "friction.coefficient": 0.1, "friction.v_1": 1e-2,
 }  # fmt: skip
+_NODES = 24  # of a profile of wear
 _BESIDE = 0.02  # radius of a bearing, over the size of a machine without any
 
 
@@ -82,6 +83,26 @@ def with_model(system: System, part: str, name: str, model: str) -> dict[str, An
     proposed |= {key: value for key, value in solid.items() if key.partition(".")[0] in set(touches) - has}
     added = {f"sdf.{path}": size for path, size in sizes if path not in system.mechanism.values}
     return added | {f"{start}{key}": value for key, value in proposed.items()} | {f"{start}model": model}
+
+
+def with_addition(system: System, name: str, kind: str) -> dict[str, Any]:
+    """Return the values that give a joint a feed groove on top, or wear with a shallow recess below.
+
+    InputError for an unknown joint or addition.
+    """
+    if name not in system.mechanism.joint or kind not in ("groove", "wear"):
+        raise InputError("page", f"{name} {kind}"[:60], "is no groove or wear of a joint")
+    if kind == "groove":
+        groove = {"angle": 1.5708, "extent": 0.5, "length": 0.8, "pressure": 1e5}
+        new = {"film": "finite", "cavitation": "reynolds"} | {f"groove.{key}": value for key, value in groove.items()}
+    else:
+        joint = system.experiment.joints.get(name)
+        depth = 0.1 * (joint.clearance if joint is not None and joint.clearance else 0.0)
+        turn = np.linspace(0.0, 2.0 * np.pi, _NODES, endpoint=False)
+        depths = np.maximum(-np.sin(turn) - 0.5, 0.0) * 2.0 * depth
+        new = {"wear.coefficient": 1e-16, "wear.nodes": _NODES}
+        new["wear.bearing_depth"] = "[" + ",".join(f"{one:.2g}" for one in depths) + "]"
+    return {f"joints.{name}.{key}": value for key, value in new.items()}
 
 
 def _sizes(system: System, joint: Joint) -> list[tuple[str, float]]:

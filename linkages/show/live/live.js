@@ -89,7 +89,7 @@ export function mount(root, ask) {
     for (const control of added) state.controls.set(control.path, control);
     state.future = [];
     restore(values, null, state.past);
-    added.forEach(({path}) => page.show(path));
+    added.filter(({first}) => first).forEach(({path}) => page.show(path));
   }
   function undo() { if (state.past.length) restore(state.past.pop(), state.past, state.future); }
   function redo() { if (state.future.length) restore(state.future.pop(), state.future, state.past); }

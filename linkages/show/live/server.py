@@ -15,6 +15,7 @@ The page sends ``POST KIND`` with a JSON table, and gets one:
 | numbers       |                                | `motion` (lines) and `table` of the run that was shown last         |
 | warnings      |                                | `warnings`: `text`, `remedies`, each with `label` and `values`      |
 | edit          | values, part, name, model      | `values`, `controls`: a joint or link with another model            |
+| edit          | values, name, add              | the same: a joint with a further "groove" or "wear"                 |
 | move          | values, joint, to, phase       | `values`: the pin of a joint at a place [m] of the picture          |
 | sweep         | values, path, low, high, count | `values` (n) of the path, `peaks` (n) by output, None: no run       |
 | sensitivities | values, paths                  | `peaks` by output; `changes` [1] by path and output, see below      |
@@ -37,13 +38,14 @@ The page sends ``POST KIND`` with a JSON table, and gets one:
 - A view has `status`, `remedy`, `periodic`, `settled`, `from`, `to`, `time`, `curves`, `orbits`, `poses`, `numbers`,
   `ran`, `picture`, `took`. A run that takes longer than 0.5 s is repeated coarsely: `coarse` is true, and the page asks
   again with `refine` for the run in full, unless its values have changed. A design that locks is not run: its `status`
-  is "locked", `poses` and `curves` are those of the ideal linkage until then, `locked` is the time [s], None if the
-  linkage cannot be assembled at all.
+  is "locked", `poses` and `curves` are those of the ideal linkage until then, and `locked` is the time [s]. Loops that
+  cannot be closed at all are an error, and the picture has them open.
 - `to` is a place [x, y] in plane axes; `phase`, 0 to 1, is the time of the shown poses. The lengths of both links of
-  the pin change such that the loops stay closed there, see `linkages.show.live.edits`.
+  the pin change such that the loops stay closed there, see `linkages.show.live.pins`.
 - `changes` are relative changes of a peak for a relative change of a value, d log(peak) / d log(value).
-- `spreads` are standard deviations by path, as parts of the value, or without them 1/6 of 2 % of each number that is
-  shown; `bands` have the curves' 5 %, 50 % and 95 % quantiles over `time`, `peaks` their mean, deviation and quantiles.
+- `spreads` are standard deviations by path, as parts of the value, by default a third of 1 % of each number that is
+  shown at first but those of drives; `bands` have the curves' 5 %, 50 % and 95 % quantiles over `time`, `peaks` have
+  their `mean`, `deviation` and `quantiles`.
 """
 
 from __future__ import annotations
@@ -67,6 +69,7 @@ _OWN_NAMES = ("127.0.0.1", "localhost")
 _LARGEST = 1 << 20  # of a request [bytes]
 _SLOW = 30.0  # longest wait for a request to arrive [s]
 
+_LONG = ("run", "sweep", "sensitivities", "tolerances")  # kinds that a newer request of them ends
 _INVALID = SplitResult("", "", "", "", "")
 
 _HEADERS = {
@@ -107,18 +110,18 @@ class LiveServer(ThreadingHTTPServer):
         return f"http://{HOST}:{self.server_address[1]}/{self.token}/"
 
     def answer(self, kind: str, request: Any) -> dict[str, Any]:
-        """Answer a request; the runs of a page are counted, and only the latest one is computed."""
+        """Answer a request; the computations of a page are counted, and only the latest is made."""
         if kind == "status":
-            return {"said": self.said}
+            return {"said": self.answers.said or self.said}
         page = page_of(request)
         with self._counting:
-            self._latest[page] += kind in ("run", "stop")
+            self._latest[page] += kind in _LONG or kind == "stop"
             mine = self._latest[page]
         if kind == "stop":
             return {}
 
         def outdated() -> bool:
-            return kind == "run" and mine != self._latest[page]
+            return kind in _LONG and mine != self._latest[page]
 
         with self._computing:
             if outdated():

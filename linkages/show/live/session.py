@@ -44,7 +44,6 @@ _COARSE = 1e-4  # accuracy of a coarse run [1]
 _FASTER = 0.2  # time of a coarse run, over the one of the run in full
 
 _OF_MASSES = ("mass", "inertia", "duration")  # ends of paths that do not change the picture
-_WORDS = ("model", "film", "start", "law", "cavitation")  # ends of paths of choices
 
 
 class Session:
@@ -100,9 +99,10 @@ class Session:
         period = _period(changed)
         exact = self._ideal(values, changed, changed.experiment.duration if period is None else period)
         if exact is not None and exact.status is Status.LOCKED and changed.determinate:
-            return self._view(values, changed, exact, None, (0.0, float(exact.time[-1])), begun) | {
-                "settled": True, "coarse": False, "locked": float(exact.time[-1]),
-            }  # fmt: skip
+            perfect = changed.ideal().replaced({"duration": changed.experiment.duration if period is None else period})
+            exact = ideal(perfect)  # with the quantities of a machine without clearance
+            shown = self._view(values, perfect, exact, None, (0.0, float(exact.time[-1])), begun)
+            return shown | {"settled": True, "locked": float(exact.time[-1])}
         added = self._added(values, changed, period)
         system, run, coarse = self._run(changed.replaced(added), period, outdated, refine)
         carried = period is not None and "duration" not in values and not changed.experiment.can_touch
@@ -113,8 +113,8 @@ class Session:
         if part is None:
             part = 0.0 if period is None else max(motion.end - 2.0 * period, 0.0), motion.end
         exact = self._ideal(values, changed, part[1] - part[0])
-        shown = self._view(values, system, run, exact, part, begun, added)
-        return shown | {"settled": settled, "coarse": coarse, "locked": None}
+        shown = self._view(values, system, run, exact, part, begun, added, coarse)
+        return shown | {"settled": settled, "locked": None}
 
     def _run(
         self, system: System, period: float | None, outdated: Callable[[], bool], refine: bool
@@ -147,16 +147,19 @@ class Session:
         part: tuple[float, float],
         begun: float,
         added: Mapping[str, Any] = MappingProxyType({}),
+        coarse: bool = False,
     ) -> dict[str, Any]:
         """Keep a run as the one that is shown, and return its view."""
         ran = {**values, **added}
         self._shown = dict(values), ran
         assessment = Assessment(system, "compiled", run, run if exact is None else exact, None)
-        result = self._result = _Result(assessment, exact, frames_of(run, part), _picture(values))
-        texts = [path for path, value in values.items() if isinstance(value, str)]
-        numbers = {path: system.value(path) for path in texts if path.rpartition(".")[2] not in _WORDS}
+        result = self._result = _Result(assessment, exact, frames_of(run, part), _picture(values), coarse)
+        numbers = {}
+        for path in (path for path, value in values.items() if isinstance(value, str)):
+            with suppress(InputError):  # of a choice or a list
+                numbers[path] = system.value(path)
         shown = view(assessment, exact, part, result.frames) | self._poses()
-        told = {"numbers": numbers, "ran": ran, "picture": result.picture}
+        told = {"numbers": numbers, "ran": ran, "picture": result.picture, "coarse": coarse}
         return shown | told | {"took": clock.perf_counter() - begun}
 
     def values_shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -166,6 +169,15 @@ class Session:
             return dict(ran)
         system = self.system.replaced(values)
         return dict(values) | self._added(values, system, _period(system))
+
+    def part_shown(self, values: Mapping[str, Any], outdated: Callable[[], bool]) -> tuple[float, float]:
+        """Return begin and end [s] of the part of a run in full that the table is about; see `values_shown`."""
+        if self._shown[0] != dict(values) or self._result is None or self._result.coarse:
+            self.compute(values, outdated, refine=True)
+        if self._result is None or self._result.assessment.run.status is not Status.OK:
+            raise InputError("page", "run", "does not reach its end with these values")
+        assessment = self._result.assessment
+        return assessment.windows.get(assessment.reported, (0.0, float(assessment.run.time[-1])))
 
     def numbers(self) -> dict[str, Any]:
         """Return the numbers of the run that was shown last, see `linkages.show.live.view.numbers_for`."""
@@ -244,6 +256,7 @@ class _Result(NamedTuple):
     exact: Trajectory | None
     frames: Mapping[str, Array]  # of the moving picture
     picture: str  # key of its drawing
+    coarse: bool
 
 
 def _period(system: System) -> float | None:

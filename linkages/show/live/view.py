@@ -27,7 +27,7 @@ from linkages.show.plots.pages import columns, curves, short
 from linkages.show.report.words import motion_lines
 from linkages.system import System
 
-_FRAMES = 121  # poses of the moving picture; the page interpolates
+FRAMES = 121  # poses of the moving picture; the page interpolates
 _ORBIT = 600  # points of an orbit
 _INTERVALS = 160  # parts of the time of a curve, see `linkages.show.plots.pages.seen`
 
@@ -57,7 +57,7 @@ def view(
         "periodic": assessment.motion.kind == "periodic",
         "from": part[0],
         "to": part[1],
-        "time": short(np.linspace(0.0, part[1] - part[0], _FRAMES)),
+        "time": short(np.linspace(0.0, part[1] - part[0], FRAMES)),
         "curves": curves(drawn, moved, exact, assessment.noise, _INTERVALS, _measured(assessment, part)),
         "orbits": [_orbit(system, name, shown, frames) for name in system.tree.play if f"{name}.ex" in run.columns],
     }
@@ -75,7 +75,7 @@ def _measured(assessment: Assessment, part: tuple[float, float]) -> dict[str, tu
 
 def frames_of(run: Trajectory, part: tuple[float, float]) -> Mapping[str, Array]:
     """Evaluate a run at the times of the frames of the moving picture, from the begin to the end of a part [s]."""
-    return run.evaluate(np.linspace(*part, _FRAMES)) if run.evaluate is not None else {}
+    return run.evaluate(np.linspace(*part, FRAMES)) if run.evaluate is not None else {}
 
 
 def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, Any]:
