@@ -182,23 +182,65 @@ joint = "O"
 """
 
 
-def test_a_sampled_controller_with_saturation_is_its_exact_discretisation(run):
-    """The torque of a flywheel is constant between two samples, so that its speed is known there."""
-    T, speed, integral, slope, before, speeds, outputs = 0.01, 0.0, 0.0, 0.0, 0.0, [], []
+T = 0.01  # between the samples of the controller
+SAMPLED = FREE.replace("0.5", "1.0") + CONTROL + f"sample_time = {T}\n" + EXACT
+
+
+def sampled_states(proportional=0.3, integral=1.5, derivative=0.002, low=-0.4, high=0.4, inertia=J):
+    """Speed in the middle between samples and output, (100, 2): the torque is constant there. Values may be complex."""
+    speed, part, slope, before, found = 0.0, 0.0, 0.0, 0.0, []
     for _ in range(100):
         error = 5.0 - speed
         slope = (0.01 * slope + error - before) / (0.01 + T)
-        wanted = 0.3 * error + integral + 0.002 * slope
-        output = min(max(wanted, -0.4), 0.4)
-        speeds.append(speed + 0.5 * T * output / J)
-        outputs.append(output)
-        integral += T * (1.5 * error + (output - wanted) / 0.2)
-        speed, before = speed + T * output / J, error
-    found = run(FLYWHEEL, FREE.replace("0.5", "1.0") + CONTROL + f"sample_time = {T}\n" + EXACT)
-    columns = found.evaluate(T * (np.arange(100) + 0.5))
-    np.testing.assert_allclose(columns["O.rate"], speeds, atol=1e-10)
-    np.testing.assert_allclose(columns["C.output"], outputs, atol=1e-10)
-    assert 20 < np.count_nonzero(np.abs(outputs) == 0.4) < 30
+        wanted = proportional * error + part + derivative * slope
+        output = min(max(wanted, low, key=np.real), high, key=np.real)
+        found.append((speed + 0.5 * T * output / inertia, output))
+        part += T * (integral * error + (output - wanted) * integral / proportional)
+        speed, before = speed + T * output / inertia, error
+    return np.array(found)
+
+
+def test_a_sampled_controller_with_saturation_is_its_exact_discretisation(run):
+    columns, exact = run(FLYWHEEL, SAMPLED).evaluate(T * (np.arange(100) + 0.5)), sampled_states()
+    np.testing.assert_allclose(columns["O.rate"], exact[:, 0], atol=1e-10)
+    np.testing.assert_allclose(columns["C.output"], exact[:, 1], atol=1e-10)
+    assert 20 < np.count_nonzero(np.abs(exact[:, 1]) == 0.4) < 30
+
+
+@pytest.mark.parametrize("method", ["dormand_prince_5_4", "radau_iia_5"])
+def test_derivatives_pass_the_samples_of_a_controller_as_those_of_its_discretisation(system_of, method):
+    """Between the samples the output is constant; at a sample its derivative jumps, as the formulas of the next one."""
+    system = system_of(FLYWHEEL, SAMPLED.replace("dormand_prince_5_4", method))
+    wrt = {"sdf.links.wheel.inertia": ("inertia", J)}
+    wrt |= {f"controllers.C.{key}": (key, value) for key, value in (("proportional", 0.3), ("integral", 1.5))}
+    times = T * (np.arange(100) + 0.5)
+    found = simulate(system, wrt=list(wrt)).sensitivity.evaluate(times)
+    for path, (key, value) in wrt.items():
+        exact = sampled_states(**{key: value + 1e-30j}).imag / 1e-30
+        for name, slopes in zip(("O.rate", "C.output"), exact.T, strict=True):
+            np.testing.assert_allclose(found[path][name], slopes, atol=1e-8 * np.abs(slopes).max(), err_msg=path)
+
+
+def test_derivatives_of_a_sampled_slider_crank_are_differences_of_runs(system_of):
+    """Samples of two rates meet in one instant; the start of a state and a length act through positions and speeds."""
+    text = (
+        "duration = 0.1\n[drives.O]\ntorque = 0.0\nspeed = 20.0\n[torques.T]\njoint = 'O'\nformula = 'C.output + y'\n"
+    )
+    text += CONTROL.split("[controllers.C]")[1].join(("[controllers.C]", "sample_time = 0.01\n"))
+    text += "[states.y]\nnext = '0.5*y + slider.vx*slider.x'\nsample_time = 0.005\nstart = 0.1\n"
+    system = system_of(slider_crank(), text + EXACT.replace("1e-9", "1e-11"))
+    times, names = np.linspace(0.003, 0.099, 13), ["O.rate", "slider.x", "y.value"]
+    wrt = ["states.y.start", "sdf.links.rod.mass", "controllers.C.derivative"]
+    found = simulate(system, outputs=names, wrt=wrt).sensitivity.evaluate(times)
+    for path in wrt:
+        step = 1e-4 * system.value(path)
+        above, below = (
+            simulate(system.replaced({path: system.value(path) + side * step}), outputs=names).evaluate(times)
+            for side in (1.0, -1.0)
+        )
+        for name in names:
+            exact = (above[name] - below[name]) / (2.0 * step)
+            np.testing.assert_allclose(found[path][name], exact, atol=1e-6 * np.abs(exact).max(), err_msg=path)
 
 
 def test_a_continuous_controller_is_an_independent_integration(run):
@@ -293,9 +335,9 @@ def test_wrong_tables_are_refused_in_one_line(experiment_file, case):
     assert "\n" not in str(found.value)
 
 
-def test_sampled_states_have_no_derivatives(system_of):
-    with pytest.raises(InputError, match=r"controllers\.C\.sample_time: makes sampling instants, which derivatives"):
-        simulate(system_of(FLYWHEEL, FREE + CONTROL + "sample_time = 0.01\n"), wrt=["duration"])
+def test_the_time_between_samples_has_no_derivative(system_of):
+    with pytest.raises(InputError, match=r"controllers\.C\.sample_time: moves the sampling instants: there is no"):
+        simulate(system_of(FLYWHEEL, SAMPLED), wrt=["controllers.C.sample_time"])
 
 
 def test_a_stepper_samples_at_the_ends_of_its_steps(system_of):

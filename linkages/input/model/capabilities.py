@@ -39,7 +39,7 @@ def _sampled(table: str, experiment: Experiment) -> list[str]:
 
 
 _SAMPLED = "makes sampling instants, which {} cannot follow; make it continuous"
-_SMOOTH = Analysis.DIAGRAM, Analysis.DERIVATIVES, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
+_SMOOTH = Analysis.DIAGRAM, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
 
 #: The table. A film with history runs on the compiled engine alone: single runs, batches and sweeps, with errors.
