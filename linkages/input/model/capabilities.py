@@ -59,6 +59,11 @@ UNSUPPORTED = (
         for table in ("states", "controllers")
     ),
     Unsupported(
+        "controllers.{}.function",
+        lambda experiment: [name for name, one in experiment.controllers.items() if one.function is not None],
+        {Analysis.DERIVATIVES: "is in Python, which has no derivatives; give the controller by formulas of states"},
+    ),
+    Unsupported(
         "links.{}.stiffening",
         lambda experiment: [name for name in experiment.flexible if not experiment.links[name].stiffening],
         {Analysis.DRAKE: "is false, but Drake's rigid segments always stiffen; remove it, or use the compiled engine"},
