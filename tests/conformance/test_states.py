@@ -429,7 +429,10 @@ def test_errors_of_a_function_in_python_are_raised(system_of, engine, own_regist
 
 
 OF_PYTHON = {
-    "unknown": (PYTHON.replace("own pid", "their pid"), 'controllers.C.function: "their pid" is unknown; did you mean'),
+    "unknown": (
+        PYTHON.replace("own pid", "their pid"),
+        'controllers.C: function "their pid" is not registered in this process: call',
+    ),
     "names": (
         PYTHON.replace("gain =", "gains ="),
         'controllers.C: function "own pid" takes (t, speed, wanted, gain, part, slope, before); inputs, parameters and'

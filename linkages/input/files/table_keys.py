@@ -15,7 +15,7 @@ from pydantic_core.core_schema import no_info_after_validator_function
 from linkages.base.errors import nearest
 
 
-@dataclass(frozen=True, eq=False)  # a registry has no hash
+@dataclass(frozen=True)
 class OneOf:
     """Validates a name against a registry at the time of use, so that later entries are valid too."""
 

@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from linkages.base.errors import nearest
 from linkages.input.files.formula import parse
-from linkages.input.files.table_keys import OneOf
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_increasing
 from linkages.input.model.functions import Call, Definition, Quantity, formula, named
 from linkages.laws.control import CONTROLLERS
@@ -180,7 +180,7 @@ class Controller(Table):
         None, description="pid: measured value: a formula of t, positions, speeds and states, such as O.rate"
     )
     reference: str | None = Field(None, description="pid: wanted value: a formula, the same")
-    function: Annotated[str, OneOf(CONTROLLERS)] | None = Field(
+    function: str | None = Field(
         None, description="python: name of a registered function of the time, inputs, parameters and memory"
     )
     inputs: dict[str, str] = Field({}, description="python: formulas by the names of the function's parameters")
@@ -214,7 +214,7 @@ class Controller(Table):
             if (kind := "python" if key in _OF_PYTHON else "pid") != self.kind:
                 raise ValueError(f'{key} belongs to kind "{kind}"; remove it')
         if self.function is not None:
-            self._check_names(self.function, CONTROLLERS[self.function].names)
+            self._check_names(self.function)
         for text in (self.signal, self.reference, self.feedforward, *self.inputs.values()):
             if text is not None and text != IDEAL_TORQUE:
                 formula(text)
@@ -230,7 +230,11 @@ class Controller(Table):
             raise ValueError("tracking_time is missing: without proportional and sample_time it has no default [s]")
         return self
 
-    def _check_names(self, function: str, wanted: tuple[str, ...]) -> None:
+    def _check_names(self, function: str) -> None:
+        if function not in CONTROLLERS:
+            remedy = f"call linkages.laws.register_controller before; {nearest(function, CONTROLLERS)}"
+            raise ValueError(f'function "{function}" is not registered in this process: {remedy}')
+        wanted = CONTROLLERS[function].names
         given = [*self.inputs, *self.parameters, *self.memory]
         if sorted(given) != sorted(wanted) or "output" in wanted:
             found = f"inputs, parameters and memory give {', '.join(given) or 'nothing'}"
