@@ -155,14 +155,13 @@ def sample_states(loads: Loads, due: Array, t: float, v: Array, pose: Array, vel
             state = states[k]
             if state.controller == 0:
                 v[before + k] = function_jet(loads[3:], state.function, inputs)[0]
-            else:
+            elif state.results > 0:
                 count = 1 + state.arguments
                 numbers = np.empty(count + state.results)
                 numbers[0] = number(t)
                 for i in range(1, count):
                     numbers[i] = number(function_jet(loads[3:], state.function + i - 1, inputs)[0])
-                if state.results > 0:
-                    call_controller(state.controller, (numbers.ctypes.data, count, state.results))
+                call_controller(state.controller, (numbers.ctypes.data, count, state.results))
                 for i in range(state.results):
                     v[before + k + i] = numbers[count + i]
 
