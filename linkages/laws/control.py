@@ -17,7 +17,7 @@ from linkages.laws.parameters import Parameter
 
 _F = types.float64
 _CALLED = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, ctypes.c_double, ctypes.c_double)
-_alive: list[Any] = []  # what compiled code calls
+_alive: list[Any] = []  # callbacks and their tables
 
 #: ``call_controller(address, (place, arguments, results))`` within kernels: numbers begin at this place in memory, the
 #: arguments with the time first; the function fills the results, which follow them. Exceptions are raised when
@@ -65,7 +65,7 @@ def _address(function: Callable[..., float | Sequence[float]]) -> int:
 
 
 def _called(function: Callable[..., float | Sequence[float]], arguments: list[float], results: int) -> Any:
-    """Return what a function gives, (results,); ValueError if these are not so many finite numbers."""
+    """Return the results of a function, (results,); ValueError if these are not so many finite numbers."""
     name = getattr(function, "__name__", repr(function))
     try:
         found = function(*arguments)

@@ -41,7 +41,7 @@ class Call(NamedTuple):
 
     function: str
     arguments: tuple[str, ...]  # quantities
-    results: int  # number of states; 0 for those after the first
+    results: int  # number of states; 0 after the first one
 
 
 class Quantity(NamedTuple):

@@ -185,7 +185,7 @@ class Controller(Table):
     )
     inputs: dict[str, str] = Field({}, description="python: formulas by the names of the function's parameters")
     parameters: dict[str, Finite] = Field({}, description="python: numbers by the same, in SI units")
-    memory: dict[str, Finite] = Field({}, description="python: what it remembers by the same: values at t = 0")
+    memory: dict[str, Finite] = Field({}, description="python: its memory by the same: values at t = 0, in SI units")
     proportional: Finite = Field(0.0, description="K_p, output per error, in SI units")
     integral: Finite = Field(0.0, description="K_i, rate of the output per error, in SI units")
     derivative: Finite = Field(0.0, description="K_d, output per rate of the error, in SI units")

@@ -100,7 +100,7 @@ STATE = record_type(
     period="f8",  # [s]; 0: continuous
     controller="i8",  # CONTROLLERS[name].address; 0: none
     arguments="i8",  # their number after the time
-    results="i8",  # number of states that it gives; 0 for those after the first
+    results="i8",  # number of states that it gives; 0 after the first one
 )
 
 #: A flexible link, or a substructure of one, for its internal forces and deflection.

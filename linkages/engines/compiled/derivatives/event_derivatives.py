@@ -1,7 +1,7 @@
 """Events, differentiated: the start and the end of a contact, and the samples of states.
 
 A contact has the time of its start or end, its memory, and jumps of derivatives. A sample has none of these: its time
-is given, and the derivative of the next value is that of its formula before the sample.
+is given, and its formula before the sample determines the derivative of the next value.
 """
 
 from __future__ import annotations
