@@ -153,12 +153,13 @@ export function joints(page) {
     if (!reply.error) apply(reply.values, reply.controls);
     return !reply.error;
   }
-  root.addEventListener("row", ({detail: {row, control: {path}}}) => { // the row of a model offers all, with proposed values
+  root.addEventListener("row", ({detail: {row, control: {path, choices}}}) => { // the row of a model offers all, with proposed values
     const [kind, name, key] = path.split("."), part = state.start.parts[kind]?.find((one) => one.name === name), field = row.querySelector("select");
     if (key !== "model" || !part || !field) return;
     field.replaceChildren(...part.models.map((model) => make("option", {value: model}, model)));
     field.value = page.valueOf(path);
     row.addEventListener("change", async (event) => {
+      if (choices.includes(field.value)) return; // the file has all that this model needs
       event.stopImmediatePropagation();
       if (!await edit(kind.slice(0, -1), name, {model: field.value})) field.value = page.valueOf(path);
     }, true);

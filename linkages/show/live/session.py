@@ -40,6 +40,7 @@ _REVOLUTIONS = 8  # periods of a run with contact
 _GAP = 0.02  # of an orbit's size: between its begin and its end, for a motion that is steady
 _FARTHEST = 0.95  # eccentricity ratio at which a run may start
 
+_SLOWLY, _AHEAD = 0.2, 10.0  # least ratio of the ways of two runs that is extrapolated, most ways ahead
 _COARSE = 1e-4  # accuracy of a coarse run [1]
 _FASTER = 0.2  # time of a coarse run, over the one of the run in full
 
@@ -57,7 +58,7 @@ class Session:
         system.check_analysis(Analysis.LIVE)
         self.system, self.limit, self.preview = system, limit, min(preview, limit)
         self._slow = False  # whether the run before would have taken longer than a preview
-        self._ratios: dict[str, tuple[float, float]] = {}
+        self._ends: list[dict[str, Array]] = []  # where the journals were at the ends of the last runs for these values
         self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values of the last request, values of that run
         self._result: _Result | None = None  # of that run
         self._drawings: dict[str, tuple[Drawing, dict[str, Any]]] = {}
@@ -67,7 +68,7 @@ class Session:
     def for_page(self) -> Session:
         """Return a session of the same machine for another page; both share drawings and ideal motions."""
         other = copy(self)
-        other._ratios, other._shown, other._result, other._slow = {}, ({}, {}), None, False
+        other._ends, other._shown, other._result, other._slow = [], ({}, {}), None, False
         return other
 
     def _added(self, values: Mapping[str, Any], system: System, period: float | None) -> dict[str, Any]:
@@ -77,10 +78,10 @@ class Session:
         if system.experiment.can_touch:
             return {"duration": _REVOLUTIONS * period}
         added: dict[str, Any] = {"duration": _PERIODS * period}
-        for name, ratio in self._ratios.items():
+        for name, ratio in _start_after(self._ends).items():
             joint = system.experiment.joints.get(name)
             if name in system.experiment.play and joint is not None and joint.clearance:
-                added[f"joints.{name}.offset"] = [joint.clearance * part for part in ratio]
+                added[f"joints.{name}.offset"] = (joint.clearance * ratio).tolist()
                 added["start"] = "centred"
         return added
 
@@ -108,7 +109,9 @@ class Session:
         carried = period is not None and "duration" not in values and not changed.experiment.can_touch
         carried, motion = carried and run.status is Status.OK, motion_of(system, run)
         settled = not carried or (motion.kind == "periodic" and _closed(system, run, period or 0.0))
-        self._ratios = _end_of(system, run) if carried else {}
+        self._ends = (
+            [*(self._ends if dict(values) == self._shown[0] else []), _end_of(system, run)][-3:] if carried else []
+        )
         part = motion.cycle  # else two periods, or all of the run
         if part is None:
             part = 0.0 if period is None else max(motion.end - 2.0 * period, 0.0), motion.end
@@ -176,7 +179,9 @@ class Session:
             self.compute(values, outdated, refine=True)
         if self._result is None or self._result.assessment.run.status is not Status.OK:
             raise InputError("page", "run", "does not reach its end with these values")
-        assessment = self._result.assessment
+        assessment, period = self._result.assessment, _period(self._result.assessment.system)
+        if period is not None and not assessment.system.experiment.can_touch:  # even if it has not settled
+            return float(assessment.run.time[-1]) - period, float(assessment.run.time[-1])
         return assessment.windows.get(assessment.reported, (0.0, float(assessment.run.time[-1])))
 
     def numbers(self) -> dict[str, Any]:
@@ -211,7 +216,7 @@ class Session:
 
     def restart(self) -> None:
         """Forget where the journals were: the next run starts as its file says."""
-        self._ratios = {}
+        self._ends = []
 
     def picture(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Draw the machine with changed values, with its place on the page and the poses of the last run."""
@@ -266,16 +271,32 @@ def _period(system: System) -> float | None:
     return common_period(system)
 
 
-def _end_of(system: System, run: Trajectory) -> dict[str, tuple[float, float]]:
-    """Where the journals are at the end of a run, in parts of the clearance."""
+def _end_of(system: System, run: Trajectory) -> dict[str, Array]:
+    """Where the journals are at the end of a run, in parts of the clearance (2,)."""
     found = {}
     for name in system.tree.journals:
         clearance = system.experiment.joints[name].clearance
         if clearance and f"{name}.ex" in run.columns:
-            ratio = np.array([run[f"{name}.ex"][-1], run[f"{name}.ey"][-1]]) / clearance
-            ratio *= min(1.0, _FARTHEST / max(float(np.hypot(*ratio)), 1e-300))
-            found[name] = (float(ratio[0]), float(ratio[1]))
+            found[name] = _inside(np.array([run[f"{name}.ex"][-1], run[f"{name}.ey"][-1]]) / clearance)
     return found
+
+
+def _start_after(ends: Sequence[dict[str, Array]]) -> dict[str, Array]:
+    """Where the journals start after runs with these ends: where they are going to, if they settle slowly (Aitken)."""
+    start = dict(ends[-1]) if ends else {}
+    if len(ends) < 3:
+        return start
+    for name, (first, second, third) in {name: [end[name] for end in ends] for name in start}.items():
+        before, last = second - first, third - second
+        ratio = float(before @ last) / max(float(before @ before), 1e-300)
+        if _SLOWLY < ratio < 1.0:
+            start[name] = _inside(third + last * min(ratio / (1.0 - ratio), _AHEAD))
+    return start
+
+
+def _inside(ratio: Array) -> Array:
+    """Return a place within the clearance, in parts of it, from where a run may start."""
+    return np.asarray(ratio * min(1.0, _FARTHEST / max(float(np.hypot(*ratio)), 1e-300)))
 
 
 def _closed(system: System, run: Trajectory, period: float) -> bool:
