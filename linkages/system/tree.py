@@ -204,6 +204,12 @@ class Tree:
         return without(np.arange(self.size), self.driven_dofs)
 
     @cached_property
+    def free_angles(self) -> NDArray[np.int64]:
+        """Return the places of the angles of revolute joints among the free coordinates."""
+        records = self.bodies.records
+        return np.flatnonzero(np.isin(self.free_dofs, records["dof"][records["type"] == types.REVOLUTE]))
+
+    @cached_property
     def joint_dofs(self) -> NDArray[np.int64]:
         """Return the coordinates of joints and floating links, without modes and hinges."""
         count = self.size - sum(len(link.modes.names) for link in self.substructures.values())

@@ -42,6 +42,13 @@ _SAMPLED = "makes sampling instants, which {} cannot follow; make it continuous"
 _SMOOTH = Analysis.DIAGRAM, Analysis.DERIVATIVES, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
 
+
+def _fractional(experiment: Experiment) -> list[str]:
+    """List the gears of a turning drive whose wheels have another pose after a revolution."""
+    turns = any(drive.prescribed and drive.speed for drive in experiment.drives.values())
+    return [name for name, gear in experiment.gears.items() if turns and gear.ratio % 1.0]
+
+
 #: The table. A film with history runs on the compiled engine alone: single runs, batches and sweeps, with errors.
 UNSUPPORTED = (
     Unsupported(
@@ -57,6 +64,11 @@ UNSUPPORTED = (
             {analysis: _SAMPLED.format(analysis) for analysis in _SMOOTH},
         )
         for table in ("states", "controllers")
+    ),
+    Unsupported(
+        "gears.{}.ratio",
+        _fractional,
+        {Analysis.WEAR: "is no whole number: cycles of the drive do not begin in the same pose; drive the other joint"},
     ),
     Unsupported(
         "links.{}.stiffening",
