@@ -6,7 +6,7 @@ import numpy as np
 
 from linkages.base.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.film.film_history import advance_film, start_film
+from linkages.laws.film.film_history import advance_film, memory_of, start_film
 from linkages.laws.journal import clearance_force, dry_force, history_force
 from linkages.laws.wear.force import call_worn
 from linkages.mechanics.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
@@ -38,6 +38,12 @@ def fill_landing(laws: Records, size: float, out: Array) -> None:
     """Fill ``out`` (nc,) with the accuracies to which the start and end of each contact are located [m; stop: rad]."""
     for k in range(len(laws)):
         out[k] = max(_LANDING * laws[k].clearance, _ROUNDING * size)
+
+
+def make_memory(ends: Records, tables: Array) -> Array:
+    """Make the memory of contacts, (nc, 2), or wider if a film has a history; all zero."""
+    films = np.flatnonzero(ends["kind"] == HISTORY)
+    return np.zeros((len(ends), OIL + max((memory_of(tables[k]) for k in films), default=0)))
 
 
 @inlined_kernel
