@@ -18,7 +18,7 @@ from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bou
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.mechanics.planar.joint_friction import FrictionWork, make_friction_work
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS
-from linkages.mechanics.planar.record_types import REVOLUTE, STOP
+from linkages.mechanics.planar.record_types import ANGLE, REVOLUTE, STOP
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
@@ -150,7 +150,8 @@ def error_scale(system: System) -> Array:
     length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`).
     """
     tree = system.tree
-    units = np.where(system.ends["kind"] == STOP, tree.extent / system.ends["lever"], 1.0)
+    turns = (system.ends["kind"] == STOP) & (system.ends["row"]["term"]["kind"] == ANGLE)
+    units = np.where(turns, tree.extent / system.ends["lever"], 1.0)
     lengths = [
         (_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) * unit
         for joint, unit in zip(system.models, units, strict=True)
