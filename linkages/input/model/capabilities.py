@@ -39,7 +39,7 @@ def _sampled(table: str, experiment: Experiment) -> list[str]:
 
 
 _SAMPLED = "makes sampling instants, which {} cannot follow; make it continuous"
-_SMOOTH = Analysis.DIAGRAM, Analysis.DERIVATIVES, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
+_SMOOTH = Analysis.DIAGRAM, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
 
 
@@ -69,6 +69,11 @@ UNSUPPORTED = (
         "gears.{}.ratio",
         _fractional,
         {Analysis.WEAR: "is no whole number: cycles of the drive do not begin in the same pose; drive the other joint"},
+    ),
+    Unsupported(
+        "controllers.{}.function",
+        lambda experiment: [name for name, one in experiment.controllers.items() if one.function is not None],
+        {Analysis.DERIVATIVES: "is in Python, which has no derivatives; give the controller by formulas of states"},
     ),
     Unsupported(
         "links.{}.stiffening",
