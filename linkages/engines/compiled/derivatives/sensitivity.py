@@ -205,5 +205,5 @@ def differentiate(
     differentiation = Differentiation(runner, steps, paths)
     found, m = differentiation.at_steps(start, memory), (differentiation.start if start is None else start).shape[1]
     m += len(runner.start) if start is None else 0
-    last = (one[..., -m:] for one in (found.states, found.memory, found.event_times))
-    return found._replace(**dict(zip(("states", "memory", "event_times"), last, strict=True)))
+    states, memory, event_times = (one[..., -m:] for one in (found.states, found.memory, found.event_times))
+    return found._replace(states=states, memory=memory, event_times=event_times)
