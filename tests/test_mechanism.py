@@ -124,6 +124,22 @@ def test_a_joint_gets_a_bearing_by_both_sizes(mechanism_of):
         mechanism_of(bare, {"joints.A.slot.length": 0.01})
 
 
+def test_a_link_gets_a_beam_between_its_pins_by_four_numbers(mechanism_of):
+    """It is the beam that a file can have, with the mass of a steel bar of this section."""
+    sizes = {"width": 0.01, "height": 0.02, "youngs_modulus": 2.1e11, "density": 7850.0}
+    values = {f"links.coupler.beam.{key}": value for key, value in sizes.items()}
+    link = mechanism_of(four_bar(), values).link["coupler"]
+    assert link.mass == pytest.approx(0.01 * 0.02 * 0.25 * 7850.0)
+    assert link.inertia == pytest.approx(link.mass * 0.25**2 / 12.0)
+    assert (link.beam.frames, link.beam.section, link.beam.sizes) == (
+        ("coupler", "coupler_tip"), "rectangle", {"width": 0.01, "height": 0.02},
+    )  # fmt: skip
+    with pytest.raises(InputError, match="has no <linkages:density>"):
+        mechanism_of(four_bar(), {key: value for key, value in values.items() if "density" not in key})
+    with pytest.raises(InputError, match="follows from the link's beam"):
+        mechanism_of(four_bar(), values | {"links.coupler.mass": 1.0})
+
+
 def test_a_number_of_numpy_is_a_number(mechanism_of):
     values = {"links.coupler.mass": 0.1 + 0.2, "frames.crank_tip.pose.x": 0.11, "frames.crank_tip.pose.yaw": 0.1}
     plain, numpy = (mechanism_of(four_bar(), {k: kind(v) for k, v in values.items()}) for kind in (float, np.float64))

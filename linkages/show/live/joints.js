@@ -142,7 +142,7 @@ export function joints(page) {
     const list = select(["show a value ...", ...values], "show a value ...");
     list.setAttribute("aria-label", `values of ${kind} ${part.name}`);
     list.addEventListener("change", () => { editor.close(); page.show(list.value); at(`[data-path="${CSS.escape(list.value)}"]`).querySelector("input, select").focus(); });
-    const noted = kind === "link" && part.models.length < 2 ? [make("small", {}, "A flexible link needs a beam in the machine's file.")] : [];
+    const noted = kind === "link" && part.models.length < 2 ? [make("small", {}, "A flexible link needs two ends.")] : [];
     return make("fieldset", {}, make("legend", {}, `${kind} ${part.name}${part.driven ? " (driven)" : ""}`),
       make("div", {class: "buttons"}, ...models, ...added), list, ...noted);
   }

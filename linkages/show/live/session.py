@@ -346,6 +346,7 @@ def _of_part(path: str, mechanism: Mechanism) -> bool:
     """Whether a path is of a key that a joint or a link can have, but the name of a file."""
     table, name, key = [*path.removeprefix("sdf.").split("."), "", ""][:3]
     if path.startswith("sdf."):
-        return table == "joints" and name in mechanism.joint and key in ("bearing", "slot")
+        beam = table == "links" and name in mechanism.link and key == "beam"
+        return beam or (table == "joints" and name in mechanism.joint and key in ("bearing", "slot"))
     parts: dict[str, Mapping[str, Any]] = {"joints": mechanism.joint, "links": mechanism.link}
     return name in parts.get(table, {}) and key not in ("", "worn")
