@@ -26,8 +26,8 @@ export function mount(root, answer) {
   const at = (selector) => root.querySelector(selector);
   const announce = (event) => root.dispatchEvent(new CustomEvent(event));
   root.replaceChildren(
-    make("header", {}, make("h1"), make("span", {class: "state", role: "status"}),
-      make("div", {class: "bar"}, make("div", {class: "buttons"}), make("div", {class: "buttons tools"}), make("div", {class: "settings"}))),
+    make("header", {}, make("h1"), make("div", {class: "settings"}),
+      make("div", {class: "bar"}, make("div", {class: "buttons"}), make("div", {class: "buttons tools"}), make("span", {class: "state", role: "status"}))),
     make("p", {class: "error", role: "alert", hidden: ""}),
     make("div", {class: "layout"},
       make("section", {class: "controls", "aria-label": "values"}),
