@@ -1,5 +1,7 @@
 """The loader against Drake's own SDFormat parser, planes, and refusals."""
 
+import re
+
 import numpy as np
 import pytest
 from machines import BEARING, PLANES, bar, four_bar, joint, model, plane_rotation, slider_crank
@@ -106,6 +108,20 @@ def test_overrides_reach_the_file(tmp_path):
     assert changed.link["crank"].com == pytest.approx([0.05, 0.01])
     assert changed.joint["A"].on_parent == pytest.approx([0.11, 0.0])
     assert changed.joint["A"].bearing.radius == 0.02
+
+
+def test_a_joint_gets_a_bearing_by_both_sizes(mechanism_of):
+    """The numbers of the bearing are then values like others."""
+    bare = re.sub(r"<linkages:bearing>.*?</linkages:bearing>", "", four_bar(), flags=re.DOTALL)
+    sizes = {"joints.A.bearing.radius": 0.01, "joints.A.bearing.length": 0.03}
+    changed = mechanism_of(bare, sizes)
+    assert mechanism_of(bare).joint["A"].bearing is None
+    assert (changed.joint["A"].bearing.radius, changed.joint["A"].bearing.length) == (0.01, 0.03)
+    assert changed.values | sizes == changed.values
+    with pytest.raises(InputError, match="has no <linkages:length>"):
+        mechanism_of(bare, {"joints.A.bearing.radius": 0.01})
+    with pytest.raises(InputError, match=r'"slot.length" is unknown'):
+        mechanism_of(bare, {"joints.A.slot.length": 0.01})
 
 
 def test_a_number_of_numpy_is_a_number(mechanism_of):

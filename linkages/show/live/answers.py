@@ -250,7 +250,7 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     return page
 
 
-#: The modules of the front end, each after those that it imports; names at their top level are unique.
+#: The modules of the front end, each after its imports; names at their top level are unique.
 MODULES = (
     "curves.js", "dom.js", "words.js", "layout.js", "machine.js", "controls.js", "numbers.js", "charts.js", "runs.js",
     "joints.js", "explore.js", "live.js",

@@ -53,7 +53,7 @@ def models_of(joint: Joint) -> tuple[str, ...]:
 
 
 def with_model(system: System, part: str, name: str, model: str) -> dict[str, Any]:
-    """Return the values that give a part, "joint" or "link", a model; what the file does not say is proposed.
+    """Return the values that give a part, "joint" or "link", a model; missing values are proposed.
 
     The clearance is `CLEARANCE`, the oil ISO VG 46 at 40 degrees, the material steel, all for the size of the bearing.
     InputError for an unknown part or model.
@@ -106,7 +106,7 @@ def with_addition(system: System, name: str, kind: str) -> dict[str, Any]:
 
 
 def _sizes(system: System, joint: Joint) -> list[tuple[str, float]]:
-    """Return paths and sizes [m] of a joint's bearing or slot, proposed like those of other joints if it has none."""
+    """Return paths and sizes [m] of a joint's bearing or slot, as of other joints if it has none."""
     kind, keys = ("bearing", ("radius", "length")) if joint.type == "revolute" else ("slot", ("height", "length"))
     others = [own for other in system.mechanism.joints if (own := getattr(other, kind)) is not None]
     size = float(f"{_BESIDE * system.tree.extent:.1g}")

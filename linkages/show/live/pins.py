@@ -2,8 +2,8 @@
 
 Both links of the pin get the lengths with which the loops stay closed there. The drives' coordinates, all other pins in
 their links, and the lines of guides stay. A link with two pins may turn meanwhile, since its length alone matters; a
-link with more pins, and the ground, do not. Among the values with this effect those of the least change, in parts of
-themselves, are chosen; values that are zero in the file change only if no others suffice.
+link with more pins, and the ground, do not. The values with this effect and the
+least change, in parts of themselves, are chosen; values that are zero in the file change only if no others suffice.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Places:
         lengths = [path for path in mechanism.values if _is_length(mechanism, path)]
         if any(path.startswith("parameters.") for path in lengths):
             lengths = [path for path in lengths if path.startswith("parameters.")]
-        # what is zero changes only if nothing else has the effect: frames of the ground first, then others, then links
+        # a zero changes only if nothing else has the effect: frames of the ground first, then others, then links
         self._driven = {(j.parent, j.child) for j, _ in self._ends if j.name in drives and drives[j.name].prescribed}
         usual = [path for path in lengths if mechanism.values[path]]
         fixed = {child for _, child in self._driven}
