@@ -156,6 +156,16 @@ def test_a_pin_follows_the_mouse_in_the_shown_pose(answers):
     assert draw(system.replaced(values)).problem == ""
 
 
+def test_a_pin_of_a_link_with_a_beam_moves_in_the_plane(answers):
+    """Values that would turn the beam out of the plane are no lengths."""
+    of = answers("slider_crank_flexible")
+    system = of.session.system
+    values = Places(system).shifted("B", np.array([0.01, 0.0]), {})
+    assert values == {
+        "sdf.frames.rod_B.pose.x": pytest.approx(system.value("sdf.frames.rod_B.pose.x") + 0.01, abs=1e-6)
+    }
+
+
 @pytest.mark.parametrize(("to", "phase"), [([1.0], 0.0), ([1.0, "x"], 0.0), ([0.0, 1.0], 2.0), (None, 0.0)])
 def test_a_wrong_place_is_refused(answers, to, phase):
     of = answers("slider_crank_dry")

@@ -9,6 +9,7 @@ least change, in parts of themselves, are chosen; values that are zero in the fi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -142,9 +143,10 @@ class Places:
     def _slope(self, path: str) -> Array:
         """Return the derivative of the local places with respect to a length."""
         if path not in self._slopes:
-            step = _STEP * self.system.tree.extent
-            other = self.system.replaced({f"sdf.{path}": self.system.mechanism.values[path] + step})
-            self._slopes[path] = (_local(other.mechanism) - self._local) / step
+            step, self._slopes[path] = _STEP * self.system.tree.extent, np.zeros_like(self._local)
+            with suppress(InputError):  # of a value out of the plane
+                other = self.system.replaced({f"sdf.{path}": self.system.mechanism.values[path] + step})
+                self._slopes[path] = (_local(other.mechanism) - self._local) / step
         return self._slopes[path]
 
 

@@ -17,13 +17,13 @@ from linkages.base.signals import arrival, deferred
 from linkages.engines.compiled.run.binding import JAMMED, LEFT, OPEN, check, evaluate, run
 from linkages.engines.compiled.run.job import END, Given, Job, make_given, make_job
 from linkages.engines.compiled.run.kinks import kinks
-from linkages.engines.compiled.run.model import Equations, error_scale, make_memory
+from linkages.engines.compiled.run.model import Equations, error_scale
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.sampling import tabulate_run
 from linkages.engines.methods import expect_run
 from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Record
 from linkages.mechanics.planar.arrays import size_of
-from linkages.mechanics.planar.contacts import WIDTH
+from linkages.mechanics.planar.contacts import WIDTH, make_memory
 from linkages.results.outputs.columns import Columns, whole_columns
 from linkages.results.outputs.registry import names as all_names
 from linkages.results.outputs.registry import pack
@@ -76,7 +76,7 @@ class Runner:
         self.tolerance, self.scale = given.tolerance, error_scale(system)
         expect_run(system, "compiled")
         self._kinks = given.kinks, kinks(system)
-        self.memory, self.modes = make_memory(self.model), np.full(len(self.model.ends), -1)
+        self.memory, self.modes = make_memory(self.model.ends, self.model.tables), np.full(len(self.model.ends), -1)
         self.job = packed(make_job(given, self.memory, self.modes))
 
     def __reduce__(self) -> tuple[Any, ...]:
