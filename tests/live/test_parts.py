@@ -125,7 +125,7 @@ def test_tolerances_are_bands(page):
     fields = page.browser.find_elements(By.CSS_SELECTOR, ".explore input")
     fields[1].send_keys(Keys.CONTROL + "a")
     fields[1].send_keys("8")
-    press(page, "go")
+    press(page, "run")
     page.wait(lambda: page.browser.find_elements(By.CSS_SELECTOR, ".explore table"))
     assert "8 runs" in page.one(".explore p").text
     assert page.browser.find_elements(By.CSS_SELECTOR, ".curves .band")
@@ -143,7 +143,7 @@ def test_sensitivities_are_bars(page):
 def test_a_notebook_is_written(page, tmp_path):
     page.type("joints.A.clearance", "2e-4")
     page.button("notebook")
-    press(page, "go")
+    press(page, "write")
     page.wait(lambda: page.state.startswith("written"))
     (file,) = tmp_path.iterdir()
     assert "'joints.A.clearance': 0.0002" in "".join(json.loads(file.read_text())["cells"][0]["source"])

@@ -46,6 +46,16 @@ export function select(options, chosen) {
   element.value = chosen;
   return element;
 }
+export function ask(dialog, title, fields, action, replaces = false) { // promise of the texts of the fields, and whether a file is replaced
+  const inputs = fields.map(([, value]) => make("input", {value})), tick = make("input", {type: "checkbox"});
+  const form = make("form", {method: "dialog"}, make("p", {}, title), ...fields.map(([label], k) => make("label", {}, `${label} `, inputs[k])),
+    ...(replaces ? [make("label", {}, tick, " replace a file of this name")] : []),
+    make("div", {class: "buttons"}, button("cancel", () => dialog.close(), "Escape"), make("button", {}, action)));
+  dialog.replaceChildren(form);
+  dialog.showModal();
+  inputs[0].select();
+  return new Promise((done) => form.addEventListener("submit", () => done([...inputs.map(({value}) => value), tick.checked])));
+}
 export function download(name, text, type) {
   const link = make("a", {href: URL.createObjectURL(new Blob([text], {type})), download: name});
   link.click();

@@ -118,7 +118,7 @@ export function joints(page) {
   root.addEventListener("ready", () => {
     const {joints: all, links} = state.start.parts, option = (kind) => ({name}) => make("option", {value: `${kind} ${name}`}, `${kind} ${name}`);
     chooser.replaceChildren(make("option", {value: ""}, "edit ..."), ...all.filter(({models}) => models.length).map(option("joint")), ...links.map(option("link")));
-    at(".playback").append(chooser);
+    at(".tools").prepend(chooser);
   });
   function open(names, link) {
     const {joints: all, links} = state.start.parts;
