@@ -14,12 +14,13 @@ export function explore(page) {
   // -- requests of many runs -------------------------------------------------------------------------------------------
 
   async function compute(what, kind, request) { // shows the progress, and can be stopped
-    shown.replaceChildren(make("h2", {}, what), make("p", {role: "status"}, "computing ..."),
+    const progress = make("p", {role: "status"}, "computing ...");
+    shown.replaceChildren(make("h2", {}, what), progress,
       button("stop", () => { send("stop", {}).catch(() => {}); shown.close(); }, "give up"));
     if (!shown.open) shown.showModal();
     const telling = setInterval(async () => {
       const {said} = await send("status", {}).catch(() => ({}));
-      if (said) shown.querySelector("p").textContent = said;
+      if (said) progress.textContent = said;
     }, 300);
     const reply = await send(kind, {values: state.values, ...request}).catch(({message}) => ({error: `the server does not answer (${message})`}));
     clearInterval(telling);
