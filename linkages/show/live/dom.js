@@ -14,7 +14,7 @@ export function g(value, digits = 5) { // as Python's format(value, ".5g")
 export function percent(value, other) {
   if (value === null || !other) return "–";
   const change = 100 * (value / other - 1);
-  return `${change >= 0 ? "+" : "−"}${g(Math.abs(change), 3)} %`;
+  return `${change >= 0 ? "+" : "−"}${g(Math.abs(change), Math.abs(change) < 1000 ? 3 : 4)} %`;
 }
 export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
