@@ -62,7 +62,9 @@ export function download(name, text, type) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 export function kept(key, value) { // keeps a choice if it is given; cookies, unlike other storage, are the same for all ports
-  if (value !== undefined) document.cookie = `linkages-${key}=${encodeURIComponent(JSON.stringify(value))}; path=/; max-age=${YEAR}; SameSite=Strict`;
-  const found = document.cookie.split("; ").find((one) => one.startsWith(`linkages-${key}=`));
-  try { return JSON.parse(decodeURIComponent(found.split("=")[1])); } catch { return undefined; }
+  try { // a frame of a notebook may forbid them
+    if (value !== undefined) document.cookie = `linkages-${key}=${encodeURIComponent(JSON.stringify(value))}; path=/; max-age=${YEAR}; SameSite=Strict`;
+    const found = document.cookie.split("; ").find((one) => one.startsWith(`linkages-${key}=`));
+    return JSON.parse(decodeURIComponent(found.split("=")[1]));
+  } catch { return value; }
 }
