@@ -46,6 +46,8 @@ class Certainty:
     tests : dict of list
         ``chi_square`` (for each independent sample), ``chi_square_probability``, ``whiteness``, ``normality`` (their
         probabilities), by column.
+    weights : (r,) array
+        Of the squares of the residuals.
     """
 
     covariance: Array
@@ -55,6 +57,7 @@ class Certainty:
     freedom: float
     times: list[float]
     tests: dict[str, list[float | None]]
+    weights: Array
 
     @property
     def deviations(self) -> Array:
@@ -96,7 +99,8 @@ def certainty(residuals: Residuals, found: Fitted, deviations: Deviations) -> Ce
     factor = 1.0
     if worst and min(worst) < _DOUBT:  # the model does not explain the samples: their own spread counts
         factor = max(1.0, float(np.sum(weight * residual**2) / max(weight.sum() - len(found.z), 1.0)))
-    jacobian = jacobian * np.sqrt(weight / factor)[:, None]
+    weights = weight / factor
+    jacobian = jacobian * np.sqrt(weights)[:, None]
     freedom = max(float(weight.sum()) - len(found.z), 1.0)
     covariance = _covariance(jacobian)
     singular, mixtures, known = _mixtures(residuals, found.z, jacobian)
@@ -105,7 +109,7 @@ def certainty(residuals: Residuals, found: Fitted, deviations: Deviations) -> Ce
     correlation = np.abs(covariance / np.outer(scale, scale))[:n, :n]
     known &= ~np.any(correlation[:, ~known] > _TIED, axis=1)  # what an unknown value may take with it
     covariance[:n][~known], covariance[:, :n][:, ~known] = np.nan, np.nan
-    return Certainty(covariance, singular, mixtures, known, freedom, times, tests)
+    return Certainty(covariance, singular, mixtures, known, freedom, times, tests, weights)
 
 
 def _covariance(jacobian: Array) -> Array:

@@ -13,13 +13,15 @@ from optim.report.figures import png
 
 
 def write_identification(found: Mapping[str, Any], folder: Path, form: str = "png") -> None:
-    """Write ``fit``, ``correlation``, ``windows`` and, if they are known, ``profiles``, as PNG or in another form."""
+    """Write ``fit``, ``correlation``, ``windows`` and, if they are known, ``profiles`` and ``posterior``."""
     _write_fit(found, folder / f"fit.{form}")
     _write_correlation(found, folder / f"correlation.{form}")
     if len(found["history"]) > 1:
         _write_windows(found, folder / f"windows.{form}")
     if any("profile" in one for one in found["parameters"].values()):
         _write_profiles(found, folder / f"profiles.{form}")
+    if "posterior" in found:
+        _write_posterior(found, folder / f"posterior.{form}")
 
 
 def _write_fit(found: Mapping[str, Any], path: Path) -> None:
@@ -77,3 +79,31 @@ def _write_profiles(found: Mapping[str, Any], path: Path) -> None:
             ax.set_xlabel(f"{name} [{one['unit'] or '1'}]")
             ax.set_ylabel("rise of chi-square")
             ax.legend()
+
+
+def _write_posterior(found: Mapping[str, Any], path: Path) -> None:
+    """Draw the samples of each pair of unknowns, and histograms, with the values and intervals of the fit."""
+    samples, n = np.array(found["posterior"]["samples"]), len(found["parameters"])
+    with png(path, 1.9 * n + 0.8, 1.7 * n + 0.8) as figure:
+        axes = figure.subplots(n, n, squeeze=False, sharex="col")
+        for (i, k), ax in np.ndenumerate(axes):
+            if k > i:
+                ax.set_axis_off()
+                continue
+            name, one = list(found["parameters"].items())[k]
+            if k == i:
+                ax.hist(samples[:, k], 30, color=COLORS[0], alpha=0.6)
+                ax.set_yticks([])
+                ax.set_title(name)
+                for x in one["interval"] or ():
+                    ax.axvline(x, color="0.4", linestyle="--", linewidth=0.8)
+            else:
+                ax.plot(samples[:, k], samples[:, i], ".", color=COLORS[0], markersize=1.5, alpha=0.4)
+                ax.axhline(list(found["parameters"].values())[i]["value"], color=COLORS[1], linewidth=0.8)
+            ax.axvline(one["value"], color=COLORS[1], linewidth=0.8)
+            ax.ticklabel_format(scilimits=(-2, 3))
+            if i == n - 1:
+                ax.set_xlabel(f"{name} [{one['unit'] or '1'}]", loc="left")  # beside the power of ten
+            if k == 0 and i > 0:
+                below, other = list(found["parameters"].items())[i]
+                ax.set_ylabel(f"{below} [{other['unit'] or '1'}]")

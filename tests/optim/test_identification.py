@@ -1,6 +1,7 @@
 """Identification: values from data of closed forms and twins, certainty, plans, refusals, resuming."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -8,8 +9,10 @@ import pytest
 import linkages
 import optim
 from linkages.cli.main import main
+from optim.identify.batches import SumsOfSquares
 from optim.identify.certainty import autocorrelation_time
 from optim.identify.load import load_identification
+from optim.identify.residuals import Residuals
 
 SLIDER = """<sdf version="1.9"><model name="oscillator">
 <link name="mass"><inertial><mass>0.5</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial></link>
@@ -120,6 +123,76 @@ def test_a_profile_agrees_with_the_linear_interval_and_costs_few_runs(tmp_path):
     for one in values.values():
         assert one["profile_interval"] == pytest.approx(one["interval"], rel=2e-3)
         assert one["profile_runs"] <= 30
+
+
+LINEAR = """experiment = "pushed.toml"
+[data.run]
+file = "run.csv"
+time = "t"
+[data.run.columns.x]
+output = "mass.x"
+offset = "fit"
+deviation = 0.002
+[unknowns.force]
+path = "drives.O.torque"
+lower = -10.0
+upper = 10.0
+[unknowns.speed]
+path = "drives.O.speed"
+lower = -5.0
+upper = 5.0
+[fit]
+deviations = "white"
+"""
+PUSHED = """mechanism = "oscillator.sdf"
+duration = 2.0
+gravity = [0.0, 0.0, 0.0]
+[drives.O]
+torque = 1.0  # N: the joint is prismatic
+speed = 0.1
+"""
+
+
+@pytest.mark.slow
+def test_samples_of_a_linear_problem_have_its_normal_posterior(tmp_path):
+    """x = v t + F t^2 / (2 m) + offset is linear in the values: mean and covariance are those of linear regression."""
+    pytest.importorskip("emcee")
+    times = np.linspace(0.0, 1.5, 60)
+    columns = np.column_stack([times**2 / (2 * MASS), times, -np.ones(60)])
+    values = columns @ [0.7, 0.2, 0.01] + 0.002 * np.random.default_rng(3).standard_normal(60)
+    (tmp_path / "oscillator.sdf").write_text(SLIDER)
+    (tmp_path / "pushed.toml").write_text(PUSHED)
+    (tmp_path / "task.toml").write_text(LINEAR)
+    np.savetxt(tmp_path / "run.csv", np.column_stack([times, values]), delimiter=",", header="t,x", comments="")
+    found = optim.identify(load_identification(tmp_path / "task.toml"), samples=True)["posterior"]
+    covariance = np.linalg.inv(columns.T @ columns) * 0.002**2
+    mean = covariance @ columns.T @ values / 0.002**2
+    samples = np.array(found["samples"])
+    assert found["enough"]
+    deviations = np.sqrt(np.diag(covariance))
+    for k, one in enumerate(found["parameters"].values()):  # 16 walkers, 45 times: 700 independent samples
+        assert one["median"] == pytest.approx(mean[k], abs=0.15 * deviations[k])
+        assert one["deviation"] == pytest.approx(deviations[k], rel=0.1)
+        reach = 1.96 * deviations[k]
+        assert one["interval"] == pytest.approx([mean[k] - reach, mean[k] + reach], abs=0.3 * deviations[k])
+    wanted = covariance[0, 1] / (deviations[0] * deviations[1])
+    assert np.corrcoef(samples.T)[0, 1] == pytest.approx(wanted, abs=0.03)
+
+
+def test_a_batch_has_the_sums_of_squares_of_single_runs_with_their_own_clocks_and_gains(tmp_path):
+    task = TASK.replace("start = 210.0", "start = 210.0\nprior = [190.0, 5.0]")
+    residuals = Residuals(load_identification(oscillator(tmp_path, task=task)))
+    rng = np.random.default_rng(2)
+    points = residuals.start + [0.02, 0.05, 1e-3, 0.02, 1e-3] * rng.uniform(-1.0, 1.0, (4, 5))
+    sums = SumsOfSquares(residuals, 1.5, residuals.start, np.full(5, 1e-3))(points)
+    assert sums == pytest.approx([np.sum(residuals(z, 1.5).residual ** 2) for z in points], rel=1e-6)
+
+
+def test_a_sampler_that_is_not_installed_is_named(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "emcee", None)
+    path = oscillator(tmp_path)
+    assert main(["identify", str(path), "--out", str(tmp_path / "out"), "--posterior"]) == 2
+    assert capsys.readouterr().err == 'error: --posterior: needs emcee: pip install "linkages[posterior]"\n'
 
 
 def test_deviations_that_the_file_leaves_open_come_from_the_residuals(tmp_path):
