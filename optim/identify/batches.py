@@ -58,8 +58,9 @@ class _Batch:
         self._mine = [k for k, j in enumerate(residuals.active) if task.owners[j] in (None, one.name)]
         ends = (residuals.lower, residuals.upper)
         self._limits = np.array([residuals.values(end)[self._mine] for end in ends])
-        room = [reach[k] for k, p in enumerate(residuals.places, len(residuals.active)) if p == ("shift", m, -1)]
-        nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES) * room[0] if room else np.zeros(1)
+        place = ("shift", m, -1)
+        room = sum(reach[k] for k, one in enumerate(residuals.places, len(residuals.active)) if one == place)
+        nodes = room * np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES) if room else np.zeros(1)
         self._nodes = nodes + residuals.sensor(centre, "shift", m)
         self._parts = [
             slice(int(np.searchsorted(c.times, -self._nodes.min())), residuals.used(c, horizon).stop)

@@ -1,7 +1,9 @@
 """Identification: values from data of closed forms and twins, certainty, plans, refusals, resuming."""
 
 import json
+import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -296,6 +298,27 @@ def test_several_threads_find_the_same(tmp_path):
     task = load_identification(oscillator(tmp_path, task=TASK + "[fit]\nstarts = 3\n"))
     one, two = (optim.identify(task, threads=threads)["parameters"] for threads in (1, 2))
     assert one == two
+
+
+@pytest.mark.slow
+def test_the_press_of_the_tutorial_needs_a_probe_at_its_journal(tmp_path, monkeypatch):
+    """The page's files and lines; the machine that was measured has the values `true`."""
+    page = (Path(__file__).parents[2] / "docs" / "tutorial_identification.md").read_text(encoding="utf-8")
+    machine, data, probe = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    monkeypatch.chdir(tmp_path)
+    exec(re.search(r"```python\n(.*?)```", page, re.DOTALL)[1], names)
+    task = tmp_path / "press_fit.toml"
+    task.write_text(machine + data)
+    assert optim.plan(load_identification(task))["best"]["sensors"] == ["torque", "probe"]
+    without = optim.identify(load_identification(task))["parameters"]
+    assert [one["identifiable"] for one in without.values()] == [False, False, True, True]
+    task.write_text(machine + data + probe)
+    found = optim.identify(load_identification(task))["parameters"]
+    assert [one["path"] for one in found.values()] == list(names["true"])
+    for one in found.values():
+        assert one["value"] == pytest.approx(names["true"][one["path"]], abs=3.5 * one["deviation"])
+        assert one["deviation"] < 0.003 * one["value"]
 
 
 WRONG = {
