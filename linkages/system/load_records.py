@@ -19,6 +19,7 @@ from linkages.input.model.experiment import DEFINING, Experiment
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
 from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
 from linkages.input.model.load_tables import LoadFunction
+from linkages.laws.control import CONTROLLERS
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import make_motion, make_pose
 from linkages.mechanics.planar.kinematics import body_states
@@ -88,7 +89,7 @@ def pack_loads(
     for name in quantities:
         record = next(following)
         record["kind"], record["motion"] = types.QUANTITY, functions.add_definition(named(name))
-    own = [(functions.add_definition(one.definition), one.period) for one in experiment.own_states.values()]
+    own = [functions.add_state(one) for one in experiment.own_states.values()]
     for k, value in (added or {}).items():
         functions.made[k] = raised(functions.made[k], value)
     return records, functions.signals, np.array(own, types.STATE), *Motions(functions.made).arrays
@@ -127,6 +128,15 @@ class _Functions:
         """Add a formula of quantities; returns its index."""
         self.made.append(self._program(given))
         return len(self.made) - 1
+
+    def add_state(self, given: Quantity) -> tuple[Any, ...]:
+        """Add the functions of a state; return its `STATE`."""
+        if given.call is None:
+            return self.add_definition(given.definition), given.period, 0, 0, 0
+        first, arguments = len(self.made), given.call.arguments
+        for one in arguments:
+            self.add_definition(named(one))
+        return first, given.period, CONTROLLERS[given.call.function].address, len(arguments), given.call.results
 
     def _program(self, given: Definition) -> Program:
         """Translate a formula of quantities, and collect its signals."""

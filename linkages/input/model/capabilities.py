@@ -39,7 +39,7 @@ def _sampled(table: str, experiment: Experiment) -> list[str]:
 
 
 _SAMPLED = "makes sampling instants, which {} cannot follow; make it continuous"
-_SMOOTH = Analysis.DIAGRAM, Analysis.DERIVATIVES, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
+_SMOOTH = Analysis.DIAGRAM, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
 
 #: The table. A film with history runs on the compiled engine alone: single runs, batches and sweeps, with errors.
@@ -57,6 +57,11 @@ UNSUPPORTED = (
             {analysis: _SAMPLED.format(analysis) for analysis in _SMOOTH},
         )
         for table in ("states", "controllers")
+    ),
+    Unsupported(
+        "controllers.{}.function",
+        lambda experiment: [name for name, one in experiment.controllers.items() if one.function is not None],
+        {Analysis.DERIVATIVES: "is in Python, which has no derivatives; give the controller by formulas of states"},
     ),
     Unsupported(
         "links.{}.stiffening",

@@ -93,11 +93,14 @@ SIGNAL = record_type(
     rate="i8",  # 1 for the rate
 )
 
-#: An additional state: the function that gives its rate or, with a sampling period, its next
-#: value.
+#: An additional state: the function that gives its rate or, with a sampling period, its next value; or a controller in
+#: Python that gives this state and others after it.
 STATE = record_type(
-    function="i8",
+    function="i8",  # of a controller: its first argument after the time; others follow
     period="f8",  # [s]; 0: continuous
+    controller="i8",  # CONTROLLERS[name].address; 0: none
+    arguments="i8",  # their number after the time
+    results="i8",  # number of states that it gives; 0 after the first one
 )
 
 #: A flexible link, or a substructure of one, for its internal forces and deflection.
