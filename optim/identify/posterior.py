@@ -39,7 +39,7 @@ def posterior(
 ) -> dict[str, Any]:
     """Sample all values, by walkers that start from the linear covariance (Foreman-Mackey and others 2013).
 
-    The likelihood is that of the fit: normal residuals, counted by their autocorrelation time. An unknown without prior
+    The likelihood has normal residuals, counted by their autocorrelation time as in the fit. An unknown without prior
     is uniform between its limits, a positive one in its logarithm.
 
     Returns ``parameters``: by name ``median``, ``deviation`` and ``interval`` of 95 %; ``samples`` (ns, n) of the
