@@ -24,24 +24,18 @@ class SumsOfSquares:
     centre, reach : (k,) arrays
         Values around which fitted shifts of clocks lie, and their largest distances from them [s]; other values are
         not limited.
-    weights : (nc,) array, optional
-        Of the squares of each column; default 1.
     """
 
-    def __init__(
-        self, residuals: Residuals, horizon: float, centre: Array, reach: Array, weights: Array | None = None
-    ) -> None:
+    def __init__(self, residuals: Residuals, horizon: float, centre: Array, reach: Array) -> None:
         self._residuals = residuals
         measurements = range(len(residuals.task.measurements))
         self._batches = [_Batch(residuals, m, horizon, centre, reach) for m in measurements]
-        columns = sum(len(one.channels) for one in residuals.task.measurements)
-        self._weights = np.ones(columns) if weights is None else weights
 
     def __call__(self, points: Array, threads: int | None = None) -> Array:
-        """Return the sums (m,), with those of the priors; infinite where a run fails."""
-        squares = np.concatenate([batch.squares(points, threads) for batch in self._batches])
-        priors = [np.sum(self._residuals.priors(z)[0] ** 2) for z in points]
-        total = self._weights @ squares + priors
+        """Return the sums (m,), with the residuals of the priors; infinite where a run fails."""
+        total = np.array([np.sum(self._residuals.priors(z)[0] ** 2) for z in points])
+        for batch in self._batches:
+            total += batch.squares(points, threads)
         return np.where(np.isfinite(total), total, math.inf)
 
 
@@ -72,7 +66,7 @@ class _Batch:
         self._system = one.system.replaced({"duration": float(self._times[-1])}) if len(self._times) else one.system
 
     def squares(self, points: Array, threads: int | None) -> Array:
-        """Return the sum of squares of each column (nc, m); NaN where a run fails."""
+        """Return the sums of squares (m,) of all columns; NaN where a run fails."""
         residuals, m, channels = self._residuals, self._m, self._one.channels
         paths = [residuals.task.paths[residuals.active[k]] for k in self._mine]
         values = np.array([residuals.values(z)[self._mine] for z in points])
@@ -82,14 +76,14 @@ class _Batch:
             samples=self._times,
         ).samples  # fmt: skip
         blend = _interpolation(self._nodes, np.array([residuals.sensor(z, "shift", m) for z in points]))
-        result = []
+        result = np.zeros(len(points))
         for c, channel in enumerate(channels):
             factor, bias = np.array([[residuals.sensor(z, kind, m, c) for z in points] for kind in ("factor", "bias")])
             curves = found[:, self._places[c], outputs.index(channel.output)]
             computed = channel.filtered(factor * np.einsum("mtn,mn->tm", curves, blend) + bias)
             left = channel.values[self._parts[c], None] - computed
-            result.append(np.sum((left / residuals.deviations[m][c]) ** 2, axis=0))
-        return np.array(result)
+            result += np.sum((left / residuals.deviations[m][c]) ** 2, axis=0)
+        return result
 
 
 def _interpolation(nodes: Array, at: Array) -> Array:

@@ -39,8 +39,8 @@ def posterior(
 ) -> dict[str, Any]:
     """Sample all values, by walkers that start from the linear covariance (Foreman-Mackey and others 2013).
 
-    The likelihood has normal residuals, counted by their autocorrelation time as in the fit. An unknown without prior
-    is uniform between its limits, a positive one in its logarithm.
+    The residuals are normal; their sum of squares is divided by the mean inflation of the linear variances. An unknown
+    without prior is uniform between its limits, a positive one in its logarithm.
 
     Returns ``parameters``: by name ``median``, ``deviation`` and ``interval`` of 95 %; ``samples`` (ns, n) of the
     unknowns, at most 2000; ``walkers``, ``runs``, ``acceptance``; ``autocorrelation_times``: length of the chain, and
@@ -49,19 +49,19 @@ def posterior(
     import emcee
 
     fit = residuals.task.file.fit
-    covariance = _covariance(residuals, judged, found)
+    inflation = math.exp(float(np.mean(np.log(judged.inflation))))
+    covariance = _covariance(residuals, found.evaluated.jacobian / math.sqrt(inflation))
     reach = _REACH * np.sqrt(np.diag(covariance))
     lower, upper = residuals.lower.copy(), residuals.upper.copy()
     for k, place in enumerate(residuals.places, len(residuals.active)):
         if place.kind == "shift":
             lower[k], upper[k] = max(lower[k], found.z[k] - reach[k]), min(upper[k], found.z[k] + reach[k])
-    weights = np.array([np.append(judged.weights, 1.0)[rows.start] for _, rows in residuals.groups(found.horizon)])
-    sums = SumsOfSquares(residuals, found.horizon, found.z, reach, weights)
+    sums = SumsOfSquares(residuals, found.horizon, found.z, reach)
 
     def logarithm(points: Array) -> Array:
         inside = np.all((points >= lower) & (points <= upper), axis=1)
         result = np.full(len(points), -math.inf)
-        result[inside] = -0.5 * sums(points[inside], threads) if inside.any() else 0.0
+        result[inside] = -0.5 / inflation * sums(points[inside], threads) if inside.any() else 0.0
         return result
 
     count = max(_WALKERS, 2 * math.ceil(1.5 * len(found.z)))
@@ -91,9 +91,8 @@ def posterior(
     }
 
 
-def _covariance(residuals: Residuals, judged: Certainty, found: Fitted) -> Array:
+def _covariance(residuals: Residuals, jacobian: Array) -> Array:
     """Return the linear covariance (k, k) of all values, with the limits as if they were normal priors."""
-    jacobian = found.evaluated.jacobian * np.sqrt(judged.weights)[:, None]
     information = jacobian.T @ jacobian + np.diag(12.0 / (residuals.upper - residuals.lower) ** 2)
     scale = np.sqrt(np.diag(information))
     return np.asarray(np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale), np.float64)
