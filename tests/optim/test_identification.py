@@ -191,6 +191,24 @@ def test_a_batch_has_the_sums_of_squares_of_single_runs_with_their_own_clocks_an
     assert sums == pytest.approx([np.sum(residuals(z, 1.5).residual ** 2) for z in points], rel=1e-6)
 
 
+@pytest.mark.slow
+def test_samples_follow_what_the_data_leave_open_up_to_the_limits(tmp_path):
+    """Mass, stiffness and damping have a common factor that no position tells: its logarithm is uniform."""
+    pytest.importorskip("emcee")
+    task = TASK + '[unknowns.mass]\npath = "sdf.links.mass.mass"\nlower = 0.1\nupper = 2.0\n'
+    for sensor in (', shift = "fit"', 'gain = "fit"\n', 'offset = "fit"\n'):
+        task = task.replace(sensor, "")
+    path, times = oscillator(tmp_path, task=task), np.linspace(0.01, 0.9, 60)
+    (tmp_path / "oscillator.toml").write_text(EXPERIMENT.replace("1e-10", "1e-7"))
+    values = 1e3 * oscillation(times) + 0.5 * np.random.default_rng(1).standard_normal(60)
+    np.savetxt(tmp_path / "run.csv", np.column_stack([1e3 * times, values]), delimiter=",", header="t,x", comments="")
+    found = optim.identify(load_identification(path), samples=True)
+    assert not found["parameters"]["stiffness"]["identifiable"]
+    sampled = found["posterior"]["parameters"]["stiffness"]  # between 100 and 500: the other limits are farther away
+    ends = 100.0 * 5.0 ** np.array([0.5, 0.025, 0.975])
+    assert [sampled["median"], *sampled["interval"]] == pytest.approx(ends.tolist(), rel=0.08)
+
+
 def test_a_sampler_that_is_not_installed_is_named(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "emcee", None)
     path = oscillator(tmp_path)
