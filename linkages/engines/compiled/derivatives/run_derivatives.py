@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.dual import DIRECTIONS, slope
-from linkages.engines.compiled.derivatives.event_derivatives import begin_or_end
+from linkages.engines.compiled.derivatives.event_derivatives import begin_or_end, take_samples
 from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, advance, close_columns
 from linkages.engines.compiled.derivatives.variation import fill_residual, first_of, set_columns, set_contacts
 from linkages.engines.compiled.run.equations import found_derivatives, solve_state
@@ -75,6 +75,8 @@ def differentiate_run(run: Run, c: Column, out: AtSteps) -> tuple[int, int]:
         if k > 0 and not advance(run, c, k - 1, t):
             return SINGULAR, k
         smooth = k > 0 and equations.implicit  # the last stage is at the end
+        if len(model.states) and take_samples(run, k, c):
+            smooth = False
         if k > 0 and len(model.rows):
             solve_state(equations, t, y)
             if not work.dynamics.interpolated[0] > 0.0:
