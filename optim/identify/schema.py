@@ -10,7 +10,7 @@ from linkages.input.files.toml import Finite, Positive, Table
 
 Adjusted = Finite | Literal["fit"]
 Size = Positive | str
-Windows = Literal["all", "grow"]
+Windows = Literal["all", "grow", "impacts"]
 Deviations = Literal["white", "autocorrelated"]
 
 
@@ -80,7 +80,8 @@ class FitTable(Table):
     windows: Windows | None = Field(
         None,
         description="all: all samples at once; grow: first the beginning of the run, then up to the horizon of"
-        " predictability; default: grow with contacts, else all",
+        " predictability; impacts: times and peaks of the first impacts, then grow; default: impacts with contacts,"
+        " else all",
     )
     deviations: Deviations = Field(
         "autocorrelated",

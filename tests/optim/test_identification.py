@@ -121,6 +121,16 @@ def test_intervals_contain_the_true_values_as_often_as_they_say(tmp_path):
     assert 0.88 <= np.mean(inside) <= 1.0  # 80 of 95 %: 0.88 is 3 deviations below
 
 
+def test_a_start_at_a_wrong_minimum_gets_further_ones(tmp_path):
+    far = TASK.replace("upper = 500.0\nstart = 210.0", "upper = 5000.0\nstart = 4500.0")
+    found = optim.identify(load_identification(oscillator(tmp_path, task=far)))
+    assert found["starts"]["count"] > 1
+    assert found["starts"]["chi_square"][0] > 100.0  # the given start ends where another period fits
+    stiffness = found["parameters"]["stiffness"]
+    assert stiffness["value"] == pytest.approx(STIFFNESS, abs=3.5 * stiffness["deviation"])
+    assert found["warnings"] == []
+
+
 def test_a_profile_agrees_with_the_linear_interval_and_costs_few_runs(tmp_path):
     values = optim.identify(load_identification(oscillator(tmp_path)), profiles=True)["parameters"]
     for one in values.values():
@@ -248,7 +258,7 @@ def test_two_laws_are_compared_by_their_prediction(tmp_path):
     assert without > 10.0 * with_damping
 
 
-def test_a_dry_joint_needs_a_window_that_grows(tmp_path):
+def test_first_impacts_lead_from_a_factor_of_two_to_the_values_of_a_dry_joint(tmp_path):
     system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.002})
     outputs, times = ["slider.ax", "O.torque", "B.force"], np.arange(0.0, 0.002, 2e-5)
     curves = linkages.simulate(system, outputs=outputs).evaluate(times)
@@ -262,7 +272,7 @@ def test_a_dry_joint_needs_a_window_that_grows(tmp_path):
     values = {"joints.B.clearance": 5e-4, "joints.B.contact.restitution": 0.9}
     for k, (path, value) in enumerate(values.items()):
         lines += [f"[unknowns.u{k}]", f'path = "{path}"', f"lower = {value / 3}", f"upper = {min(3 * value, 0.99)}"]
-        lines += [f"start = {value * (1.25, 0.8)[k]}"]
+        lines += [f"start = {value * (1.9, 0.52)[k]}"]
     (tmp_path / "task.toml").write_text("\n".join(lines))
     found = optim.identify(load_identification(tmp_path / "task.toml"))
     assert len(found["history"]) > 2
