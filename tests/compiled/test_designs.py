@@ -153,6 +153,16 @@ def test_rows_with_lengths_are_single_runs_up_to_rounding(case, monkeypatch):
             assert np.all(np.abs(getattr(batch, each)[k] - getattr(single, each)[0]) < 1e-7 * single.peak[0]), each
 
 
+def test_with_limits_rows_with_lengths_do_not_depend_on_earlier_batches():
+    """A study that is resumed, in another process, continues with the same bits."""
+    system, limits = shipped("seven_bar", duration=0.02), np.array([[0.17], [0.19]])
+    job, values = (system, ["sdf.frames.link2_C.pose.x"]), np.random.default_rng(0).uniform(*limits, (30, 1))
+    many = simulate_batch(*job, values, ["A.force"], limits=limits)
+    designs.designs_of.cache_clear()
+    few = [simulate_batch(*job, values[k : k + 3], ["A.force"], limits=limits).rms for k in range(0, 30, 3)]
+    assert np.concatenate(few).tobytes() == many.rms.tobytes()
+
+
 def test_lengths_that_do_not_close_between_others_are_single_runs(system_of):
     """The four-bar closes unless the crank's pin is nearer to the fixed pin than coupler and follower differ, 50 mm."""
     toml = """duration = 0.001
