@@ -155,11 +155,17 @@ def test_rows_with_lengths_are_single_runs_up_to_rounding(case, monkeypatch):
 
 def test_with_limits_rows_with_lengths_do_not_depend_on_earlier_batches():
     """A study that is resumed, in another process, continues with the same bits."""
-    system, limits = shipped("seven_bar", duration=0.02), np.array([[0.17], [0.19]])
-    job, values = (system, ["sdf.frames.link2_C.pose.x"]), np.random.default_rng(0).uniform(*limits, (30, 1))
+    paths = [
+        "sdf.frames.link2_C.pose.x",
+        "sdf.frames.link6_D.pose.x",
+        "sdf.frames.link6_D.pose.y",
+        "joints.A.viscosity",
+    ]
+    limits = np.array([[0.17, 0.29, -0.01, 0.2], [0.19, 0.31, 0.01, 0.4]])
+    job, values = (shipped("seven_bar", duration=0.02), paths), np.random.default_rng(0).uniform(*limits, (40, 4))
     many = simulate_batch(*job, values, ["A.force"], limits=limits)
     designs.designs_of.cache_clear()
-    few = [simulate_batch(*job, values[k : k + 3], ["A.force"], limits=limits).rms for k in range(0, 30, 3)]
+    few = [simulate_batch(*job, values[k : k + 1], ["A.force"], limits=limits).rms for k in range(40)]
     assert np.concatenate(few).tobytes() == many.rms.tobytes()
 
 
