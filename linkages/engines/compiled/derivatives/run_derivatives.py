@@ -24,7 +24,7 @@ KNOWN, SINGULAR, GRAZED = 0, 1, 2
 
 
 class Changes(NamedTuple):
-    """Derivatives of a run at nt times, n coordinates, along np values; the last axis has a multiple of `DIRECTIONS`."""
+    """Derivatives of a run at nt times, n coordinates, along np values, filled up to a multiple of `DIRECTIONS`."""
 
     coordinates: Array  # (nt, n, np)
     rates: Array

@@ -40,6 +40,7 @@ from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivative
 from linkages.results.outputs.columns import Columns
 from linkages.results.outputs.registry import pack
 
+_FINE = 1e-10  # accuracy of runs below which a grade of 3 has more than 1 % of the error of the run
 _FELT = 0.01  # part of its scale by which an error of a run may change the state while derivatives have a meaning
 
 
@@ -94,7 +95,8 @@ class Differentiation:
         stepper = packed(make_stepper(ny, n))
         steps, depths = packed(steps), np.zeros((len(steps.times) * bool(system.touching.any()), len(system.touching)))
         find_depths(equations, steps, depths)
-        self._run = packed(Run(equations, variation, stepper, runner.tolerance, steps, kinks(system), depths))
+        grade = 2.0 if system.experiment.solver.accuracy < _FINE else 3.0
+        self._run = packed(Run(equations, variation, stepper, runner.tolerance, steps, kinks(system), depths, grade))
         self._ideals = IdealMotions()
 
     def _column(self, m: int) -> Column:
