@@ -201,8 +201,7 @@ def differentiate(
     InputError
         If a path has no number or no derivative.
     """
-    differentiation = Differentiation(runner, steps, paths)
-    found, m = differentiation.at_steps(start, memory), (differentiation.start if start is None else start).shape[1]
-    m += len(runner.start) if start is None else 0
-    last = (one[..., -m:] for one in (found.states, found.memory, found.event_times))
-    return found._replace(**dict(zip(("states", "memory", "event_times"), last, strict=True)))
+    found = Differentiation(runner, steps, paths).at_steps(start, memory)
+    m = len(runner.start) + len(paths) if start is None else start.shape[1]
+    states, remembered, times = (one[..., -m:] for one in (found.states, found.memory, found.event_times))
+    return found._replace(states=states, memory=remembered, event_times=times)
