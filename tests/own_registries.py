@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from linkages.laws import CONTACTS, FILMS, FRICTIONS, user_laws
+from linkages.laws import CONTACTS, CONTROLLERS, FILMS, FRICTIONS, user_laws
 
 
 def _keep_registries() -> Iterator[None]:
     """Leave the registries of laws as they were."""
-    places = (CONTACTS, FILMS, FRICTIONS, user_laws._registered)
+    places = (CONTACTS, FILMS, FRICTIONS, CONTROLLERS, user_laws._registered)
     before = [dict(place) for place in places]
     yield
     for place, entries in zip(places, before, strict=True):

@@ -6,6 +6,7 @@
 | film       | films: closed forms, the finite film by Reynolds' equation and as a map |
 | contact    | normal contact laws, and their constants from material and geometry     |
 | friction   | friction laws                                                           |
+| control    | controllers in Python                                                   |
 | declared   | the laws by kind and name, with their parameters                        |
 | user_laws  | user-defined laws                                                       |
 | mixed      | transition between film and contact: blend, asperities                  |
@@ -21,19 +22,30 @@ the mechanism's plane. SI units throughout.
 """
 
 from linkages.laws.contact.contact_laws import CONTACTS
+from linkages.laws.control import CONTROLLERS
 from linkages.laws.film.films import FILMS
 from linkages.laws.friction import FRICTIONS
 from linkages.laws.parameters import PARAMETERS, Parameter
-from linkages.laws.user_laws import Registered, register_contact, register_film, register_friction, registered, restore
+from linkages.laws.user_laws import (
+    Registered,
+    register_contact,
+    register_controller,
+    register_film,
+    register_friction,
+    registered,
+    restore,
+)
 
 __all__ = [
     "CONTACTS",
+    "CONTROLLERS",
     "FILMS",
     "FRICTIONS",
     "PARAMETERS",
     "Parameter",
     "Registered",
     "register_contact",
+    "register_controller",
     "register_film",
     "register_friction",
     "registered",

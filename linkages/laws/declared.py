@@ -7,12 +7,15 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from linkages.laws.contact.contact_laws import CONTACTS
+from linkages.laws.control import CONTROLLERS
 from linkages.laws.film.films import FILMS
 from linkages.laws.friction import FRICTIONS
 from linkages.laws.parameters import NEEDS, PARAMETERS, SLOTS, Parameter
 
 #: The laws by kind and name.
-REGISTRIES: dict[str, dict[str, Any]] = {"contact": CONTACTS, "film": FILMS, "friction": FRICTIONS}
+REGISTRIES: dict[str, dict[str, Any]] = {
+    "contact": CONTACTS, "film": FILMS, "friction": FRICTIONS, "controller": CONTROLLERS,
+}  # fmt: skip
 
 
 def merged(laws: Iterable[Any]) -> tuple[Parameter, ...]:

@@ -1,8 +1,8 @@
 """User-defined laws, registered from a script or a notebook in addition to the built-in ones.
 
-A registered law is an ordinary entry of `CONTACTS`, `FILMS` or `FRICTIONS`: experiments can name it and set its
-parameters, and both engines call it by its address. A name can be registered again, for example when a notebook cell is
-repeated; existing systems keep their law. Built-in laws cannot be replaced.
+A registered law is an ordinary entry of `CONTACTS`, `FILMS`, `FRICTIONS` or `CONTROLLERS`: experiments can name it and
+set its parameters, and both engines call it by its address. A name can be registered again, for example when a notebook
+cell is repeated; existing systems keep their law. Built-in laws cannot be replaced.
 
 A contact or friction law without declared parameters has the parameters of all built-in laws of its kind.
 
@@ -23,6 +23,7 @@ from numba import NumbaError
 
 from linkages.laws.contact.contact_forces import power_law
 from linkages.laws.contact.contact_laws import ContactLaw
+from linkages.laws.control import ControlLaw
 from linkages.laws.declared import REGISTRIES, check_parameters, declared
 from linkages.laws.film.films import Film
 from linkages.laws.friction import LUGRE, FrictionLaw
@@ -39,7 +40,7 @@ class Registered(NamedTuple):
     Attributes
     ----------
     kind : str
-        "contact", "friction" or "film".
+        "contact", "friction", "film" or "controller".
     name : str
     arguments : dict
         Arguments of the registration; functions are not compiled.
@@ -193,6 +194,33 @@ def register_friction(
     _register("friction", name, **own, formula=formula, valid=valid, source=source)
 
 
+def register_controller(name: str, function: Callable[..., float | Sequence[float]]) -> None:
+    """Register a sampled controller under a name that an experiment can give as ``controllers.NAME.function``.
+
+    Parameters
+    ----------
+    name : str
+    function : callable
+        ``function(t, ...) -> output``, any Python function or object that can be called; it is not compiled. After the
+        time t [s] its parameters have the names of ``inputs``, ``parameters`` and ``memory`` of the experiment. With a
+        memory it returns the output, then the new memory in the order of its parameters. The same arguments must give
+        the same result: a run is repeated to estimate its errors.
+
+    Raises
+    ------
+    ValueError
+        If the function cannot be called, or has other than positional parameters.
+
+    Examples
+    --------
+    >>> from linkages import laws
+    >>> laws.register_controller("bang-bang", lambda t, speed: 1.0 if speed < 5.0 else 0.0)
+    >>> laws.CONTROLLERS["bang-bang"].names
+    ('speed',)
+    """
+    _register("controller", name, function=function)
+
+
 def registered(names: Iterable[str] | None = None) -> tuple[Registered, ...]:
     """Give the records of the registered laws of these names, or of all; they pickle where their functions do.
 
@@ -285,7 +313,18 @@ def _friction(coefficient: Any, bristles: bool, parameters: Any, needs: Any, **t
     return FrictionLaw(coefficient, bristles=bristles, parameters=own, needs=needs, **texts)
 
 
-_MAKERS: dict[str, Callable[..., Any]] = {"contact": _contact, "film": _film, "friction": _friction}
+def _controller(function: Any) -> ControlLaw:
+    if not callable(function):
+        raise ValueError(f"{function!r} cannot be called")
+    given = inspect.signature(function).parameters
+    if not given or any(one.kind is not one.POSITIONAL_OR_KEYWORD for one in given.values()):
+        raise ValueError("must take the time, then inputs, parameters and memory by name")
+    return ControlLaw(function, tuple(given)[1:])
+
+
+_MAKERS: dict[str, Callable[..., Any]] = {
+    "contact": _contact, "film": _film, "friction": _friction, "controller": _controller,
+}  # fmt: skip
 
 
 def _check(function: Any, *arguments: str) -> Any:

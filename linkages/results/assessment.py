@@ -227,7 +227,7 @@ class Assessment(Brief):
 
 def touching(system: System) -> list[str]:
     """Return the contacts that can touch: joints, corners of guides, flanks, prismatic stops, points at lines."""
-    turning = (system.ends["kind"] == STOP) & (system.ends["ratio"] == 0.0)  # revolute stops give a torque
+    turning = (system.ends["kind"] == STOP) & (system.ends["row"]["ratio"] == 0.0)  # revolute stops give a torque
     able = system.touching & ~turning
     return [label for (_, label), one in zip(system.contacts, able, strict=True) if one]
 

@@ -172,15 +172,19 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
     for k in range(len(system.tree.contacts), len(system.contacts)):
         wrench, end = np.zeros_like(w.wrench), model.ends[k : k + 1]
         add_known_contacts(end, seen.contacts[k : k + 1], w.pose, wrench)
-        yield from _split(
-            seen, system.contacts[k][1], wrench, [end[0][key] for key in ("bearing", "journal", "a", "b")]
-        )
+        markers = [end[0]["bearing"], end[0]["journal"], *row_markers(end[0]["row"])]
+        yield from _split(seen, system.contacts[k][1], wrench, markers)
     for name, row, size in zip(
         reversed(system.experiment.closed), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
     ):
         wrench = np.zeros_like(w.wrench)
         add_row_wrench(row, w.pose, size, wrench)
-        yield from _split(seen, name, wrench, [row[term][end] for term in ("term", "other") for end in "ab"])
+        yield from _split(seen, name, wrench, row_markers(row))
+
+
+def row_markers(row: np.record) -> list[np.record]:
+    """List the markers of a row's terms."""
+    return [row[term][end] for term in ("term", "other") for end in "ab"]
 
 
 def _split(seen: Snapshot, name: str, wrench: Array, markers: Sequence[np.record]) -> Iterator[_Action]:

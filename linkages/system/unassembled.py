@@ -29,6 +29,9 @@ from linkages.system.tree import Tree, chained
 
 _UNKNOWN = 1.0  # rate for a linkage without motion and forces at the start [rad/s]
 _FILM_STEPS = 200  # of a turn of the fastest drive
+# Longest step over the film step: the content changes between steps; with whole film steps a journal that crosses the
+# cavity overshoots the oil.
+_OF_FILM_STEP = 0.25
 _SAMPLED = 2000  # number of times at which the drives' rates are compared
 
 T = TypeVar("T")
@@ -202,6 +205,11 @@ class Unassembled(Brief):
         joints = {name: self.experiment.joints[name] for name in self.experiment.play}
         histories = {name: joint.history for name, joint in joints.items() if joint.has_history}
         return {name: self._film_step(name, history) for name, history in histories.items() if history is not None}
+
+    @property
+    def longest_film_step(self) -> float:
+        """Return the longest step of a run with these film steps [s]; infinite without films with history."""
+        return _OF_FILM_STEP * min(self.film_steps.values(), default=np.inf)
 
     def _film_step(self, name: str, history: FilmHistory) -> float:
         if history.step is not None:

@@ -395,18 +395,20 @@ def test_the_stated_error_of_a_mean_includes_its_quadrature(accuracy):
     assert abs(found.derivatives[path][key] + 6.80804e9) < 2.0 * found.errors[path][key] < 1e-2 * 6.8e9
 
 
-def test_a_mass_changes_the_quasi_static_start_of_a_flexible_link():
-    system, path = (
-        linkages.load(linkages.find_file("slider_crank_flexible.toml"), {"duration": 0.002}),
-        ("sdf.links.slider.mass"),
-    )
-    system = system.replaced({"solver.accuracy": 1e-11})
+@pytest.mark.parametrize(
+    ("name", "start", "output"),
+    [("slider_crank_flexible.toml", "centred", "slider.x"), ("slider_crank_lubricated.toml", "equilibrium", "B.ex")],
+)
+def test_a_mass_changes_the_start(name, start, output):
+    """The quasi-static shape of a flexible link, and the place of a journal in its film."""
+    path, given = "sdf.links.slider.mass", {"duration": 0.002, "start": start, "solver.accuracy": 1e-11}
+    system = linkages.load(linkages.find_file(name), given)
     times, value = np.linspace(5e-4, 0.002, 4), system.value(path)
-    run = linkages.simulate(system, outputs=["slider.x"], wrt=[path])
+    run = linkages.simulate(system, outputs=[output], wrt=[path])
     low, high = (
-        linkages.simulate(system.replaced({path: value * (1.0 + k)}), outputs=["slider.x"]).evaluate(times)["slider.x"]
+        linkages.simulate(system.replaced({path: value * (1.0 + k)}), outputs=[output]).evaluate(times)[output]
         for k in (-1e-4, 1e-4)
     )
     expected = (high - low) / (2e-4 * value)
-    found = run.sensitivity.evaluate(times)[path]["slider.x"]
+    found = run.sensitivity.evaluate(times)[path][output]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 * np.abs(expected).max())

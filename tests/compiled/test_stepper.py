@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from machines import joint, model, solid
+from machines import joint, model, slider_crank, solid
 from shipped import shipped
 
 from linkages import InputError, Status, Stepper, simulate
@@ -44,6 +44,24 @@ def test_a_force_is_an_input_of_two_components(system_of):
     assert stepper.outputs() == pytest.approx({"block.ax": 1.5, "block.ay": -2.0, "block.x": 0.1875}, abs=1e-8)
     stepper.step(0.6)  # inputs hold
     assert stepper.outputs()["block.x"] == pytest.approx(0.27, abs=1e-8)
+
+
+def test_held_inputs_are_the_same_torque_as_a_formula(system_of):
+    """The formula holds the torque between the samples of a state; a constant one is a formula of a number."""
+    text = "duration = 0.2\n[drives.O]\nspeed = 20.0\ntorque = 0.0\n[solver]\naccuracy = 1e-11\n"
+    names = ["O.rate", "slider.x"]
+    held = "[torques.T]\njoint = 'O'\nformula = 'u'\n[states.u]\nnext = '0.1*sin(40*t)'\nsample_time = 0.01\n"
+    constant = "[torques.T]\njoint = 'O'\nformula = '0.05'\n"
+    cases = (held, lambda k: 0.1 * np.sin(0.4 * k)), (constant, lambda k: 0.05)
+    for formula, torque in cases:
+        stepper = Stepper(system_of(slider_crank(), text), ["drives.O.torque"], names)
+        run, times = simulate(system_of(slider_crank(), text + formula)), 0.01 * np.arange(1, 20)
+        exact = run.evaluate(times)
+        for k, time in enumerate(times.tolist()):
+            stepper.step(time, {"drives.O.torque": torque(k)})
+            seen = stepper.outputs()
+            assert seen["O.rate"] == pytest.approx(exact["O.rate"][k], abs=1e-10)
+            assert seen["slider.x"] == pytest.approx(exact["slider.x"][k], abs=1e-12)
 
 
 @pytest.mark.parametrize(("name", "step", "count"), [("slider_crank_dry", 2e-4, 40), ("seven_bar", 5e-3, 40)])

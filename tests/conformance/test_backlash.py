@@ -25,6 +25,13 @@ def pair(axis="0 0 1"):
     return model("pair", body + joint("A", "world", "one") + joint("B", "world", "two", axis=axis))
 
 
+def rack(axis="1 0 0", backwards=False):
+    """The second body slides, or the first one, with masses equal to the pair's inertias."""
+    body = solid("one", J1, J1) + solid("two", J2, J2, "0.3 0 0 0 0 0")
+    one, two = (("revolute", "0 0 1"), ("prismatic", axis))[:: -1 if backwards else 1]
+    return model("rack", body + joint("A", "world", "one", *one) + joint("B", "world", "two", *two))
+
+
 def mesh(ratio, play=f"play = {PLAY}", law=LINEAR, offset=0.0):
     text = f"[gears.mesh]\njoints = ['A', 'B']\nratio = {ratio}\noffset = {offset}\n"
     return text + f"[gears.mesh.backlash]\n{play}\n[gears.mesh.backlash.contact]\n{law}"
@@ -52,6 +59,53 @@ def test_free_wheels_bounce_between_the_flanks(run, engine, ratio, axis):
     energy = found["kinetic_energy"] + 0.5 * K * depth**2
     np.testing.assert_allclose(energy, 0.5 * J1 * SPEED**2, rtol=1e-9 if engine == "compiled" else 1e-8)
     np.testing.assert_allclose(found["mesh.angle"], found["q.B"] - ratio * found["q.A"], atol=1e-12)
+
+
+@slow_on_drake
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_rack_and_its_pinion_bounce_as_two_wheels(run, backwards):
+    """With masses equal to the inertias the coordinates are those of two wheels: in m and N instead of rad and N m."""
+    found = run(rack("0 1 0", backwards), "duration = 0.08\n" + FREE + mesh(-0.5) + EXACT)
+    frequency = np.sqrt(K * (1.0 / J2 + 0.25 / J1))
+    rows = impacts(found, ["mesh.upper", "mesh.lower"])[:4]
+    starts = PLAY / SPEED + np.arange(len(rows)) * (np.pi / frequency + 2.0 * PLAY / SPEED)
+    assert [row.start for row in rows] == pytest.approx(starts.tolist(), abs=1e-9)
+    assert rows[0].peak_force == pytest.approx(0.5 * K * SPEED / frequency, rel=1e-8)
+    np.testing.assert_allclose(J1 * found["A.rate"] - 0.5 * J2 * found["B.rate"], J1 * SPEED, rtol=1e-9)
+    name, place = ("mesh.torque", "mesh.angle") if backwards else ("mesh.force", "mesh.displacement")
+    accelerated = found["two.alpha"] if backwards else found["two.ay"]
+    np.testing.assert_allclose(J2 * accelerated, found[name], atol=1e-9 * rows[0].peak_force)
+    np.testing.assert_allclose(found[place], found["q.B"] + 0.5 * found["q.A"], atol=1e-12)
+
+
+@slow_on_drake
+def test_friction_between_teeth_brakes_the_wheels_relative_to_each_other(run):
+    """Newton's law of both wheels: the normal force at the base radius, and the friction at its arm."""
+    radius, arm, ratio, coefficient = 0.04, 0.006, -0.5, 0.2
+    teeth = f"arm = {arm}\n[gears.mesh.backlash.friction]\nlaw = 'coulomb'\ncoefficient = {coefficient}\nv_1 = 1e-3\n"
+    law = LINEAR.replace(f"stiffness = {K}", f"stiffness = {K / radius**2}")
+    text = "duration = 0.1\n[drives.A]\ntorque = 3.0\nspeed = 2.0\n[torques.T]\njoint = 'B'\ntorque = 0.5\n"
+    found = run(pair(), text + mesh(ratio, f"normal = {PLAY * radius}\nradius = {radius}\n" + teeth, law) + EXACT)
+    upper, lower = found["mesh.upper.force"], found["mesh.lower.force"]
+    drag = -coefficient * arm * (upper + lower) * np.tanh(arm * (found["two.omega"] - found["one.omega"]) / 1e-3)
+    tooth = radius * (lower - upper)
+    assert (upper + lower).max() > 10.0
+    np.testing.assert_allclose(J2 * found["two.alpha"], tooth + drag + 0.5, atol=1e-9 * np.abs(tooth).max())
+    np.testing.assert_allclose(J1 * found["one.alpha"], -ratio * tooth - drag + 3.0, atol=1e-9 * np.abs(tooth).max())
+
+
+@pytest.mark.parametrize("method", ["dormand_prince_5_4", "radau_iia_5"])
+def test_derivatives_with_friction_between_teeth(system_of, method):
+    """Central differences of runs at a coefficient."""
+    teeth = "arm = 0.006\n[gears.mesh.backlash.friction]\nlaw = 'coulomb'\ncoefficient = 0.2\nv_1 = 1e-3\n"
+    law = LINEAR.replace(f"stiffness = {K}", f"stiffness = {K / 0.04**2}")
+    text = "duration = 0.04\n[drives.A]\ntorque = 3.0\nspeed = 2.0\n[torques.T]\njoint = 'B'\ntorque = 0.5\n"
+    text += mesh(-0.5, f"normal = {PLAY * 0.04}\nradius = 0.04\n" + teeth, law)
+    system = system_of(pair(), text + EXACT.replace("dormand_prince_5_4", method).replace("1e-11", "1e-10"))
+    path = "gears.mesh.backlash.friction.coefficient"
+    found = simulate(system, "compiled", wrt=[path]).sensitivity[path]["q.B"][-1]
+    ends = [simulate(system.replaced({path: value}), "compiled")["q.B"][-1] for value in (0.19, 0.21)]
+    assert found == pytest.approx((ends[1] - ends[0]) / 0.02, rel=1e-3)
 
 
 def test_normal_backlash_is_measured_along_the_line_of_action(system_of):
@@ -246,7 +300,7 @@ REFUSED = {
     "no radius": (mesh(1.0, "normal = 1e-4"), "give either play, or normal with radius"),
     "negative": (mesh(1.0, "play = -0.1"), "gears.mesh.backlash.play"),
     "unit": (mesh(1.0, 'play = "1 mm"'), 'gears.mesh.backlash.play: is "1 mm"; it must be measured in rad'),
-    "outside": (mesh(1.0, "play = 0.1\nstart = 0.06"), "it must be within half the play, 0.05 rad"),
+    "outside": (mesh(1.0, "play = 0.1\nstart = 0.06"), "it must be within half the play, 0.05"),
     "no contact": (mesh(1.0).partition("[gears.mesh.backlash.contact]")[0], "gears.mesh.backlash.contact: is missing"),
     "no stiffness": (
         mesh(1.0, law="law = 'hertz'\nrestitution = 1.0\nyoungs_modulus = 2e11"),
@@ -265,11 +319,21 @@ def test_wrong_backlash_is_refused_in_one_line(experiment_file, case):
     assert "\n" not in str(problem.value)
 
 
-def test_a_rack_has_no_backlash(experiment_file):
-    body = solid("one", 1.0, J1) + solid("two", 1.0, J2, "0.3 0 0 0 0 0")
-    sdf = model("rack", body + joint("A", "world", "one") + joint("B", "world", "two", "prismatic", "1 0 0"))
-    with pytest.raises(InputError, match=r'gears\.mesh\.backlash: needs two revolute joints; "B" is prismatic'):
-        load(experiment_file(sdf, "duration = 1.0\n" + mesh(0.1)))
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (
+            mesh(0.1, "normal = 1e-4\nradius = 0.1"),
+            r'backlash\.normal: needs a wheel; "B" is prismatic: give play \[m\]',
+        ),
+        (mesh(0.1, 'play = "1 deg"'), r'backlash\.play: is "1 deg"; it must be measured in m, '),
+        (mesh(0.1, "play = 1e-3\narm = 1e-3"), r"backlash: friction and arm, .*, belong together"),
+        (mesh(0.1, "play = 1e-3", "law = 'hertz'\nrestitution = 1.0"), r"backlash\.contact"),
+    ],
+)
+def test_wrong_backlash_of_a_rack_is_refused(experiment_file, text, reason):
+    with pytest.raises(InputError, match=r"gears\.mesh\." + reason):
+        load(experiment_file(rack(), "duration = 1.0\n" + text))
 
 
 # -- two stops -----------------------------------------------------------------------------------------------------------

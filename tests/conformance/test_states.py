@@ -1,5 +1,8 @@
 """Additional states, motors and controllers against closed forms and integrations in plain numpy and scipy."""
 
+import pickle
+
+import cloudpickle
 import numpy as np
 import pytest
 from engines import slow_on_drake
@@ -8,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from scipy.integrate import simpson, solve_ivp
 from scipy.linalg import expm
 
-from linkages import InputError, Status, Stepper, linearise, load, simulate, simulate_batch
+from linkages import InputError, Status, Stepper, laws, linearise, load, simulate, simulate_batch
 from linkages.engines.drake import build_diagram
 
 FLYWHEEL = model("flywheel", solid("wheel", 1.0, 0.02) + joint("O", "world", "wheel"))
@@ -182,23 +185,65 @@ joint = "O"
 """
 
 
-def test_a_sampled_controller_with_saturation_is_its_exact_discretisation(run):
-    """The torque of a flywheel is constant between two samples, so that its speed is known there."""
-    T, speed, integral, slope, before, speeds, outputs = 0.01, 0.0, 0.0, 0.0, 0.0, [], []
+T = 0.01  # between the samples of the controller
+SAMPLED = FREE.replace("0.5", "1.0") + CONTROL + f"sample_time = {T}\n" + EXACT
+
+
+def sampled_states(proportional=0.3, integral=1.5, derivative=0.002, low=-0.4, high=0.4, inertia=J):
+    """Speed in the middle between samples and output, (100, 2): the torque is constant there. Values may be complex."""
+    speed, part, slope, before, found = 0.0, 0.0, 0.0, 0.0, []
     for _ in range(100):
         error = 5.0 - speed
         slope = (0.01 * slope + error - before) / (0.01 + T)
-        wanted = 0.3 * error + integral + 0.002 * slope
-        output = min(max(wanted, -0.4), 0.4)
-        speeds.append(speed + 0.5 * T * output / J)
-        outputs.append(output)
-        integral += T * (1.5 * error + (output - wanted) / 0.2)
-        speed, before = speed + T * output / J, error
-    found = run(FLYWHEEL, FREE.replace("0.5", "1.0") + CONTROL + f"sample_time = {T}\n" + EXACT)
-    columns = found.evaluate(T * (np.arange(100) + 0.5))
-    np.testing.assert_allclose(columns["O.rate"], speeds, atol=1e-10)
-    np.testing.assert_allclose(columns["C.output"], outputs, atol=1e-10)
-    assert 20 < np.count_nonzero(np.abs(outputs) == 0.4) < 30
+        wanted = proportional * error + part + derivative * slope
+        output = min(max(wanted, low, key=np.real), high, key=np.real)
+        found.append((speed + 0.5 * T * output / inertia, output))
+        part += T * (integral * error + (output - wanted) * integral / proportional)
+        speed, before = speed + T * output / inertia, error
+    return np.array(found)
+
+
+def test_a_sampled_controller_with_saturation_is_its_exact_discretisation(run):
+    columns, exact = run(FLYWHEEL, SAMPLED).evaluate(T * (np.arange(100) + 0.5)), sampled_states()
+    np.testing.assert_allclose(columns["O.rate"], exact[:, 0], atol=1e-10)
+    np.testing.assert_allclose(columns["C.output"], exact[:, 1], atol=1e-10)
+    assert 20 < np.count_nonzero(np.abs(exact[:, 1]) == 0.4) < 30
+
+
+@pytest.mark.parametrize("method", ["dormand_prince_5_4", "radau_iia_5"])
+def test_derivatives_pass_the_samples_of_a_controller_as_those_of_its_discretisation(system_of, method):
+    """Between the samples the output is constant; at a sample its derivative jumps, as the formulas of the next one."""
+    system = system_of(FLYWHEEL, SAMPLED.replace("dormand_prince_5_4", method))
+    wrt = {"sdf.links.wheel.inertia": ("inertia", J)}
+    wrt |= {f"controllers.C.{key}": (key, value) for key, value in (("proportional", 0.3), ("integral", 1.5))}
+    times = T * (np.arange(100) + 0.5)
+    found = simulate(system, wrt=list(wrt)).sensitivity.evaluate(times)
+    for path, (key, value) in wrt.items():
+        exact = sampled_states(**{key: value + 1e-30j}).imag / 1e-30
+        for name, slopes in zip(("O.rate", "C.output"), exact.T, strict=True):
+            np.testing.assert_allclose(found[path][name], slopes, atol=1e-8 * np.abs(slopes).max(), err_msg=path)
+
+
+def test_derivatives_of_a_sampled_slider_crank_are_differences_of_runs(system_of):
+    """Samples of two rates meet in one instant; the start of a state and a length act through positions and speeds."""
+    text = (
+        "duration = 0.1\n[drives.O]\ntorque = 0.0\nspeed = 20.0\n[torques.T]\njoint = 'O'\nformula = 'C.output + y'\n"
+    )
+    text += CONTROL.split("[controllers.C]")[1].join(("[controllers.C]", "sample_time = 0.01\n"))
+    text += "[states.y]\nnext = '0.5*y + slider.vx*slider.x'\nsample_time = 0.005\nstart = 0.1\n"
+    system = system_of(slider_crank(), text + EXACT.replace("1e-9", "1e-11"))
+    times, names = np.linspace(0.003, 0.099, 13), ["O.rate", "slider.x", "y.value"]
+    wrt = ["states.y.start", "sdf.links.rod.mass", "controllers.C.derivative"]
+    found = simulate(system, outputs=names, wrt=wrt).sensitivity.evaluate(times)
+    for path in wrt:
+        step = 1e-4 * system.value(path)
+        above, below = (
+            simulate(system.replaced({path: system.value(path) + side * step}), outputs=names).evaluate(times)
+            for side in (1.0, -1.0)
+        )
+        for name in names:
+            exact = (above[name] - below[name]) / (2.0 * step)
+            np.testing.assert_allclose(found[path][name], exact, atol=1e-6 * np.abs(exact).max(), err_msg=path)
 
 
 def test_a_continuous_controller_is_an_independent_integration(run):
@@ -293,9 +338,133 @@ def test_wrong_tables_are_refused_in_one_line(experiment_file, case):
     assert "\n" not in str(found.value)
 
 
-def test_sampled_states_have_no_derivatives(system_of):
-    with pytest.raises(InputError, match=r"controllers\.C\.sample_time: makes sampling instants, which derivatives"):
-        simulate(system_of(FLYWHEEL, FREE + CONTROL + "sample_time = 0.01\n"), wrt=["duration"])
+def test_the_time_between_samples_has_no_derivative(system_of):
+    with pytest.raises(InputError, match=r"controllers\.C\.sample_time: moves the sampling instants: there is no"):
+        simulate(system_of(FLYWHEEL, SAMPLED), wrt=["controllers.C.sample_time"])
+
+
+def pid(t, speed, wanted, gain, part, slope, before):
+    """The controller `SAMPLED`; it remembers the integral part, the slope and the error."""
+    error = wanted - speed
+    slope = (0.01 * slope + error - before) / (0.01 + T)
+    whole = gain * error + part + 0.002 * slope
+    output = min(max(whole, -0.4), 0.4)
+    return output, part + T * (1.5 * error + (output - whole) * 1.5 / gain), slope, error
+
+
+PYTHON = f"""[torques.T]
+joint = "O"
+formula = "C.output"
+[controllers.C]
+kind = "python"
+function = "own pid"
+inputs = {{wanted = "5", speed = "O.rate"}}
+parameters = {{gain = 0.3}}
+memory = {{slope = 0.0, part = 0.0, before = 0.0}}
+sample_time = {T}
+"""
+CALLED = FREE.replace("0.5", "1.0") + PYTHON + EXACT
+
+
+@pytest.fixture
+def own_pid(own_registries):
+    laws.register_controller("own pid", pid)
+
+
+def test_a_function_in_python_controls_as_the_exact_discretisation(run, own_pid):
+    columns, exact = run(FLYWHEEL, CALLED).evaluate(T * (np.arange(100) + 0.5)), sampled_states()
+    np.testing.assert_allclose(columns["O.rate"], exact[:, 0], atol=1e-10)
+    np.testing.assert_allclose(columns["C.output"], exact[:, 1], atol=1e-10)
+
+
+def test_a_function_in_python_controls_batches_in_threads(system_of, own_pid):
+    gains = np.linspace(0.2, 0.5, 7)
+    system = system_of(FLYWHEEL, CALLED, {"duration": 99.5 * T})
+    batch = simulate_batch(system, ["controllers.C.parameters.gain"], gains[:, None], ["C.output"])
+    for row, gain in zip(batch.last, gains.tolist(), strict=True):
+        assert row[0, 0] == pytest.approx(sampled_states(proportional=gain)[-1, 1], abs=1e-9)
+
+
+def test_a_function_in_python_goes_to_another_process_with_its_system(system_of, own_pid):
+    system = system_of(FLYWHEEL, CALLED)
+    sent = cloudpickle.dumps(system)
+    del laws.CONTROLLERS["own pid"], laws.user_laws._registered["controller", "own pid"]
+    there = simulate(pickle.loads(sent), outputs=["O.rate"])
+    np.testing.assert_array_equal(there["O.rate"], simulate(system, outputs=["O.rate"])["O.rate"])
+
+
+def test_a_stepper_restores_the_memory_of_a_function_in_python(system_of, own_pid):
+    stepper = Stepper(system_of(FLYWHEEL, CALLED), outputs=["O.rate"])
+    stepper.step(0.093)
+    kept = stepper.state()
+    stepper.step(0.5)
+    first = stepper.outputs()
+    stepper.restore(kept)
+    stepper.step(0.5)
+    assert stepper.outputs() == first
+
+
+FAILING = {
+    "raises": (lambda t, speed: 1.0 / (t - 0.05) if t > 0.045 else 0.0, ZeroDivisionError, "division by zero"),
+    "no number": (lambda t, speed: None, ValueError, "returned None at t = 0 s; it must return 1 finite number"),
+    "not finite": (
+        lambda t, speed: float("nan"),
+        ValueError,
+        "returned nan at t = 0 s; it must return 1 finite number",
+    ),
+    "too many": (lambda t, speed: (1.0, 2.0), ValueError, r"returned \(1.0, 2.0\) at t = 0 s; it must return 1 finite"),
+}
+
+
+@pytest.mark.parametrize("case", FAILING)
+def test_errors_of_a_function_in_python_are_raised(system_of, engine, own_registries, case):
+    function, error, text = FAILING[case]
+    laws.register_controller("failing", function)
+    keys = "kind = 'python'\nfunction = 'failing'\ninputs = {speed = 'O.rate'}\nsample_time = 0.01\n"
+    system = system_of(FLYWHEEL, FREE + "[controllers.C]\n" + keys)
+    with pytest.raises(error, match=text):
+        simulate(system, engine)
+    with pytest.raises(error, match=text):
+        simulate_batch(system, ["sdf.links.wheel.inertia"], [[0.02], [0.03]], ["O.rate"])
+
+
+OF_PYTHON = {
+    "unknown": (
+        PYTHON.replace("own pid", "their pid"),
+        'controllers.C: function "their pid" is not registered in this process: call',
+    ),
+    "names": (
+        PYTHON.replace("gain =", "gains ="),
+        'controllers.C: function "own pid" takes (t, speed, wanted, gain, part, slope, before); inputs, parameters and'
+        " memory give wanted, speed, gains, slope, part, before; they must be the same",
+    ),
+    "not sampled": (PYTHON.replace("sample_time", "filter_time"), 'sample_time is missing: kind "python" needs'),
+    "key of pid": (PYTHON + "limits = [0.0, 1.0]\n", 'limits belongs to kind "pid"; remove it'),
+    "key of python": (CONTROL + "function = 'own pid'\n", 'function belongs to kind "python"; remove it'),
+    "no signal": (CONTROL.replace('signal = "O.rate"\n', ""), "signal is missing"),
+    "input": (PYTHON.replace("O.rate", "P.rate"), '"P" is not in'),
+}
+
+
+@pytest.mark.parametrize("case", OF_PYTHON)
+def test_wrong_tables_of_functions_in_python_are_refused_in_one_line(experiment_file, own_pid, case):
+    text, problem = OF_PYTHON[case]
+    with pytest.raises(InputError) as found:
+        load(experiment_file(FLYWHEEL, FREE + text)).assembly  # noqa: B018
+    assert problem in str(found.value)
+    assert "\n" not in str(found.value)
+
+
+def test_functions_in_python_have_no_derivatives(system_of, own_pid):
+    with pytest.raises(InputError, match=r"controllers\.C\.function: is in Python, which has no derivatives"):
+        simulate(system_of(FLYWHEEL, CALLED), wrt=["sdf.links.wheel.inertia"])
+
+
+def test_wrong_controllers_are_refused():
+    with pytest.raises(ValueError, match=r'controller law "one": 1\.0 cannot be called'):
+        laws.register_controller("one", 1.0)
+    with pytest.raises(ValueError, match="must take the time, then inputs, parameters and memory by name"):
+        laws.register_controller("one", lambda t, *others: 1.0)
 
 
 def test_a_stepper_samples_at_the_ends_of_its_steps(system_of):

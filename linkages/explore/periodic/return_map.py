@@ -27,7 +27,6 @@ from linkages.explore.periodic.multipliers import Multipliers, multipliers
 from linkages.explore.sections import Section, recorded
 from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
-from linkages.mechanics.planar.record_types import REVOLUTE
 from linkages.results.outputs.registry import pack
 from linkages.results.steady_state import common_period
 from linkages.system import System
@@ -127,9 +126,7 @@ class ReturnMap:
         self.start = np.concatenate([flow.y[self._local.entries], self._memory[self._latched, 0]])
         speeds = system.motion_rate * np.maximum(system.laws["clearance"][self._latched], 1e-9 * system.tree.extent)
         self.error = np.concatenate([flow.scale[self._local.entries], speeds])
-        records = system.tree.bodies.records
-        turns = np.flatnonzero(np.isin(system.tree.free_dofs, records["dof"][records["type"] == REVOLUTE]))
-        self._turning = np.flatnonzero(np.isin(self._local.entries, turns))
+        self._turning = np.flatnonzero(np.isin(self._local.entries, system.tree.free_angles))
         self.names = (*self._local.names, *(f"approach.{system.contacts[k][1]}" for k in self._latched))
         self._turns: Array | None = None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NoReturn
 
 import numpy as np
@@ -235,16 +235,24 @@ class _Check:
         return name
 
     def gears(self, gear: tables.Mesh) -> None:
-        if gear.backlash is not None:
-            if slides := [name for name in gear.joints if name in self.mechanism.joint and self.slides(name)]:
-                self.refuse("backlash", f'needs two revolute joints; "{slides[0]}" is prismatic')
-            self.plain(gear.backlash.contact, "backlash.contact")
         for name in gear.joints:
             self.known("joints", name, self.mechanism.joint)
             if self.mechanism.joint[name].type == "fixed":
                 self.refuse("joints", f'"{name}" is fixed; name revolute or prismatic joints')
             if name in self.experiment.play and self.mechanism.joint[name].type == "prismatic":
                 self.refuse("joints", f'"{name}" has clearance; a rack needs an ideal guide')
+        if gear.backlash is not None:
+            replace(self, where=f"{self.where}.backlash").backlash(gear.backlash, gear.joints[1])
+
+    def backlash(self, slack: tables.Backlash, second: str) -> None:
+        """Check the backlash before a joint."""
+        slides = self.slides(second)
+        self.units(tables.Backlash, slides)
+        self.plain(slack.contact)
+        if slides and slack.normal is not None:
+            self.refuse("normal", f'needs a wheel; "{second}" is prismatic: give play [m]')
+        if not slides and slack.normal is None and slack.friction is not None:
+            self.refuse("friction", "needs the force of the teeth: give normal and radius instead of play")
 
     couplings = gears
 

@@ -36,6 +36,14 @@ class Definition(NamedTuple):
     table: tuple[list[float], list[float]] | None = None  # places, and values there: a monotone cubic
 
 
+class Call(NamedTuple):
+    """A controller in Python, by name: it gives this state and others after it."""
+
+    function: str
+    arguments: tuple[str, ...]  # quantities
+    results: int  # number of states; 0 after the first one
+
+
 class Quantity(NamedTuple):
     """A named quantity of the experiment: a state with the formula of its rate or next value, or a formula alone."""
 
@@ -44,6 +52,7 @@ class Quantity(NamedTuple):
     start: float = 0.0
     scale: float = 1.0
     period: float = 0.0  # between the samples of a state [s]; 0: continuous
+    call: Call | None = None  # gives the next value instead of the formula
 
 
 @lru_cache(maxsize=64)  # parsing a long formula takes a second

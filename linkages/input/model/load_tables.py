@@ -233,8 +233,12 @@ class Backlash(Table):
     """Backlash: two contacts, at the ends of the second joint's free travel, act instead of the coupling.
 
     With `play` a contact's penetration is the second joint's angle beyond the play, and its force a torque; with
-    `normal` and `radius` both are along the line of action of the teeth.
+    `normal` and `radius` both are along the line of action of the teeth. For a prismatic second joint, a rack, read m
+    for rad and N for N m. Friction acts between the teeth, which slide by `arm` times the angular velocity of both
+    wheels relative to each other (of wheel and rack): the force of the friction law, times the arm, brakes this motion.
     """
+
+    of_any_joint = True
 
     play: Positive | None = Field(
         None, description="angle through which the second joint turns while the first stands [rad]"
@@ -243,13 +247,19 @@ class Backlash(Table):
     radius: Positive | None = Field(None, description="with normal: base radius of the second joint's wheel [m]")
     start: Finite = Field(0.0, description="angle of the second joint at the start, from the middle of the play [rad]")
     contact: ContactTable = Field(description="contact law, with stiffness [N m/rad^n], with normal [N/m^n]")
+    friction: FrictionTable | None = Field(None, description="friction between teeth; default: none")
+    arm: Positive | None = Field(
+        None, description="with friction: mean distance of the teeth's contact from the pitch point [m]"
+    )
 
     @model_validator(mode="after")
     def _one_kind(self) -> Backlash:
         if (self.play is None) == (self.normal is None) or (self.normal is None) != (self.radius is None):
             raise ValueError("give either play, or normal with radius")
+        if (self.friction is None) != (self.arm is None):
+            raise ValueError("friction and arm, the distance from the pitch point, belong together")
         if abs(self.start) > 0.5 * self.width:
-            raise ValueError(f"start is {self.start:g}; it must be within half the play, {0.5 * self.width:g} rad")
+            raise ValueError(f"start is {self.start:g}; it must be within half the play, {0.5 * self.width:g}")
         return self
 
     @property
@@ -273,6 +283,8 @@ class Limit(NamedTuple):
     lever: float = 1.0  # penetration per coordinate beyond the limit
     ratio: float = 0.0
     other: str | None = None
+    friction: FrictionTable | None = None
+    arm: float = 0.0  # sliding speed over the angular velocity of both joints' children relative to each other [m]
 
 
 class Mesh(Table):
@@ -288,7 +300,7 @@ class Mesh(Table):
         description="two revolute or prismatic joints; their coordinates are zero in the reference configuration"
     )
     offset: Finite = Field(0.0, description="coordinate of the second joint where the first is zero, in SI units")
-    backlash: Backlash | None = Field(None, description="backlash of two revolute joints; default: none")
+    backlash: Backlash | None = Field(None, description="backlash; default: none")
 
     @model_validator(mode="after")
     def _two_joints(self) -> Mesh:
@@ -302,10 +314,9 @@ class Mesh(Table):
         if (slack := self.backlash) is None:
             return {}
         first, second = self.joints
+        pair, teeth = (slack.lever, self.ratio, first), (slack.friction, slack.arm or 0.0)
         return {
-            name: Limit(
-                second, side, self.offset + 0.5 * side * slack.width, slack.contact, slack.lever, self.ratio, first
-            )
+            name: Limit(second, side, self.offset + 0.5 * side * slack.width, slack.contact, *pair, *teeth)
             for name, side in (("upper", 1.0), ("lower", -1.0))
         }
 

@@ -11,9 +11,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from linkages.base.errors import nearest
 from linkages.input.files.formula import parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_increasing
-from linkages.input.model.functions import Definition, Quantity, formula
+from linkages.input.model.functions import Call, Definition, Quantity, formula, named
+from linkages.laws.control import CONTROLLERS
 
 #: Feedforward of controllers that is computed.
 IDEAL_TORQUE = "ideal-torque"
@@ -163,7 +165,9 @@ _OF_DC = ("voltage", "formula", "inductance", "back_emf", "thermal_resistance", 
 
 
 class Controller(Table):
-    """A PID controller: with the error e = reference - signal, u = K_p e + K_i integral(e) + K_d de/dt + feedforward.
+    """A controller: PID, or a registered function in Python, `linkages.laws.register_controller`.
+
+    PID: with the error e = reference - signal, u = K_p e + K_i integral(e) + K_d de/dt + feedforward.
 
     The output is u within its limits. Anti-windup is back-calculation: the integral part changes at the rate
     K_i e + (output - u)/tracking_time. The derivative acts on the error, filtered by a lag of filter_time. With a
@@ -171,16 +175,24 @@ class Controller(Table):
     of the integral part, and the output is held between the instants 0, T, 2 T, ...
     """
 
-    kind: Literal["pid"] = Field(description="kind of controller")
-    signal: str = Field(description="measured value: a formula of t, positions, speeds and states, such as O.rate")
-    reference: str = Field(description="wanted value: a formula, the same")
+    kind: Literal["pid", "python"] = Field(description="kind of controller")
+    signal: str | None = Field(
+        None, description="pid: measured value: a formula of t, positions, speeds and states, such as O.rate"
+    )
+    reference: str | None = Field(None, description="pid: wanted value: a formula, the same")
+    function: str | None = Field(
+        None, description="python: name of a registered function of the time, inputs, parameters and memory"
+    )
+    inputs: dict[str, str] = Field({}, description="python: formulas by the names of the function's parameters")
+    parameters: dict[str, Finite] = Field({}, description="python: numbers by the same, in SI units")
+    memory: dict[str, Finite] = Field({}, description="python: its memory by the same: values at t = 0, in SI units")
     proportional: Finite = Field(0.0, description="K_p, output per error, in SI units")
     integral: Finite = Field(0.0, description="K_i, rate of the output per error, in SI units")
     derivative: Finite = Field(0.0, description="K_d, output per rate of the error, in SI units")
     filter_time: NonNegative = Field(
         0.0, description="time constant of the derivative's filter; needed with `derivative` without sampling [s]"
     )
-    sample_time: Positive | None = Field(None, description="time between samples; default: continuous [s]")
+    sample_time: Positive | None = Field(None, description="time between samples; pid: by default it is continuous [s]")
     limits: TwoOf[Finite] | None = Field(None, description="least and largest output, in SI units")
     tracking_time: Positive | None = Field(
         None, description="time constant of the anti-windup; default: K_p/K_i, or with K_p = 0 the sampling time [s]"
@@ -194,12 +206,21 @@ class Controller(Table):
 
     @model_validator(mode="after")
     def _complete(self) -> Controller:
-        for text in (self.signal, self.reference, self.feedforward):
+        own = _NEEDED[self.kind]
+        for key in own:
+            if getattr(self, key) is None:
+                raise ValueError(f'{key} is missing: kind "{self.kind}" needs {" and ".join(own)}')
+        for key in sorted(self.model_fields_set - {"kind", "sample_time"}):
+            if (kind := "python" if key in _OF_PYTHON else "pid") != self.kind:
+                raise ValueError(f'{key} belongs to kind "{kind}"; remove it')
+        if self.function is not None:
+            self._check_names(self.function)
+        for text in (self.signal, self.reference, self.feedforward, *self.inputs.values()):
             if text is not None and text != IDEAL_TORQUE:
                 formula(text)
         if (self.feedforward == IDEAL_TORQUE) != (self.joint is not None):
             raise ValueError(f'feedforward = "{IDEAL_TORQUE}" and joint belong together')
-        if self.joint is not None:
+        if self.joint is not None and self.reference is not None:
             formula(self.reference, of_state=False)
         if self.limits is not None and not self.limits[0] < self.limits[1]:
             raise ValueError("limits must increase: the least output, then the largest")
@@ -208,6 +229,19 @@ class Controller(Table):
         if self.limits is not None and self.integral and self.tracking is None:
             raise ValueError("tracking_time is missing: without proportional and sample_time it has no default [s]")
         return self
+
+    def _check_names(self, function: str) -> None:
+        if function not in CONTROLLERS:
+            remedy = f"call linkages.laws.register_controller before; {nearest(function, CONTROLLERS)}"
+            raise ValueError(f'function "{function}" is not registered in this process: {remedy}')
+        wanted = CONTROLLERS[function].names
+        given = [*self.inputs, *self.parameters, *self.memory]
+        if sorted(given) != sorted(wanted) or "output" in wanted:
+            found = f"inputs, parameters and memory give {', '.join(given) or 'nothing'}"
+            problem = 'a name cannot be "output"' if "output" in wanted else "they must be the same"
+            raise ValueError(
+                f'function "{function}" takes (t{"".join(f", {one}" for one in wanted)}); {found}; {problem}'
+            )
 
     @property
     def tracking(self) -> float | None:
@@ -218,12 +252,27 @@ class Controller(Table):
 
     def quantities(self, name: str) -> dict[str, Quantity]:
         """Return the controller's quantities by name."""
+        return self._calls(name, self.function) if self.function is not None else self._pid(name)
+
+    def _calls(self, name: str, function: str) -> dict[str, Quantity]:
+        """Return the inputs and parameters of a function, its output and its memory."""
+        found = {key: Quantity(Definition(formula(text))) for key, text in self.inputs.items()}
+        found |= {key: Quantity(named(key)._replace(names={key: one})) for key, one in self.parameters.items()}
+        names = CONTROLLERS[function].names
+        starts = {"output": 0.0} | {key: self.memory[key] for key in names if key in self.memory}
+        call = Call(function, tuple(f"{name}.{key}" for key in names), len(starts))
+        for key, start in starts.items():
+            own = call._replace(results=len(starts) if key == "output" else 0)
+            found[key] = Quantity(named(f"{name}.{key}"), True, start, 1.0, self.sample_time or 0.0, own)
+        return {f"{name}.{key}": one for key, one in found.items()}
+
+    def _pid(self, name: str) -> dict[str, Quantity]:
         numbers = {key: getattr(self, key) for key in ("proportional", "integral", "derivative", "filter_time")}
         low, high = self.limits or (0.0, 0.0)
         period = self.sample_time or 0.0
         own = _Own(name, {**numbers, "low": low, "high": high, "T": period, "tracking": self.tracking or 1.0})
         base = (self.feedforward or "0").replace(IDEAL_TORQUE, "0")  # a table replaces it
-        for key, text in (("signal", self.signal), ("reference", self.reference), ("base", base)):
+        for key, text in (("signal", self.signal or ""), ("reference", self.reference or ""), ("base", base)):
             own.found[f"{name}.{key}"] = Quantity(Definition(formula(text)))
         own.add("error", "own_reference - own_signal")
         terms = ["proportional*own_error", "own_base"]
@@ -248,6 +297,10 @@ class Controller(Table):
         else:
             own.add("output", held)
         return own.found
+
+
+_NEEDED = {"pid": ("signal", "reference"), "python": ("function", "sample_time")}
+_OF_PYTHON = ("function", "inputs", "parameters", "memory")
 
 
 class _Own:

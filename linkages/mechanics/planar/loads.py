@@ -19,6 +19,8 @@ import math
 import numpy as np
 
 from linkages.base.kernel import Array, Indices, Records, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel.dual import number
+from linkages.laws.control import call_controller
 from linkages.mechanics.planar.closure_rows import add_term_wrench, term_rate, term_value
 from linkages.mechanics.planar.markers import add_force, add_pair, arm, gap, gap_rate, marker_velocity, turned
 from linkages.mechanics.planar.motion import Curves, function_jet
@@ -150,7 +152,18 @@ def sample_states(loads: Loads, due: Array, t: float, v: Array, pose: Array, vel
     fill_inputs(loads[1], states, t, v, pose, vel, inputs)
     for k in range(len(states)):
         if is_due(t, due[k]):
-            v[before + k] = function_jet(loads[3:], states[k].function, inputs)[0]
+            state = states[k]
+            if state.controller == 0:
+                v[before + k] = function_jet(loads[3:], state.function, inputs)[0]
+            elif state.results > 0:
+                count = 1 + state.arguments
+                numbers = np.empty(count + state.results)
+                numbers[0] = number(t)
+                for i in range(1, count):
+                    numbers[i] = number(function_jet(loads[3:], state.function + i - 1, inputs)[0])
+                call_controller(state.controller, (numbers.ctypes.data, count, state.results))
+                for i in range(state.results):
+                    v[before + k + i] = numbers[count + i]
 
 
 @kernel

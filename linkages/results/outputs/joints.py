@@ -87,7 +87,7 @@ def _passed(name: str, unit: str) -> dict[str, Declaration]:
 def turns(system: System, table: str, name: str) -> bool:
     """Tell whether a stop, friction, gear or spring gives a torque; the second joint of a gear or coupling counts."""
     element = getattr(system.experiment, table)[name]
-    joint = element.joints[1] if table in ("gears", "couplings", "meshes") else element.joint
+    joint = element.joints[1] if table in ("gears", "couplings", "meshes", "slack") else element.joint
     return joint is None or system.mechanism.joint[joint].type == "revolute"
 
 

@@ -127,8 +127,7 @@ def contacts_figure(assessment: Assessment) -> Figure:
     run = assessment.run
     for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
         kind_of = "joint" if name in assessment.system.mechanism.joint else "contact"
-        mesh = assessment.system.experiment.slack.get(name)
-        units = ("N m", "rad/s") if mesh is not None and mesh.backlash and mesh.backlash.play else ("N", "m/s")
+        units = ("N m", "rad/s") if f"{labels[0]}.torque" in run else ("N", "m/s")
         force.set_title(f"{kind_of} {name}", loc="left", fontsize="medium")
         corners = [label.partition(".")[2] for label in labels]
         own = [[row for row in assessment.contacts if row.joint == label] for label in labels]

@@ -1,4 +1,8 @@
-"""The start and the end of a contact, differentiated: their times, the contact's memory, jumps of derivatives."""
+"""Events, differentiated: the start and the end of a contact, and the samples of states.
+
+A contact has the time of its start or end, its memory, and jumps of derivatives. A sample has none of these: its time
+is given, and its formula before the sample determines the derivative of the next value.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +10,8 @@ import math
 
 import numpy as np
 
-from linkages.base.kernel import Array, kernel
-from linkages.base.kernel.dual import DIRECTIONS, slope, with_number
+from linkages.base.kernel import Array, kernel, lazy_kernel
+from linkages.base.kernel.dual import DIRECTIONS, seeded, slope, with_number
 from linkages.engines.compiled.derivatives.step_derivatives import Column, Run
 from linkages.engines.compiled.derivatives.variation import (
     fill_solved,
@@ -16,6 +20,7 @@ from linkages.engines.compiled.derivatives.variation import (
     set_over_time,
     set_results,
 )
+from linkages.engines.compiled.run.binding import next_sample, set_due
 from linkages.engines.compiled.run.equations import derivatives
 from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.model import Equations
@@ -40,6 +45,7 @@ from linkages.mechanics.planar.contacts import (
     contact_action,
     contact_motion,
 )
+from linkages.mechanics.planar.loads import is_due, sample_states
 from linkages.mechanics.planar.newton_euler import generalised_force
 
 
@@ -100,7 +106,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         w.wrench[:] = 0.0
         w.tau[:] = 0.0
         v.work.rows[:] = 0.0
-        add_contact(w.wrench, v.model.ends[k], motion[0], motion[1], arms, push[0], push[1], push[2])
+        add_contact(w.wrench, v.model.ends[k], w.pose, motion[0], motion[1], arms, push[0], push[1], push[2])
         generalised_force(v.model.bodies, w.pose, w.wrench, w.tau)
         fill_solved(equations, v, first, last, forcing)
         for i in range(len(equations.model.bristles)):
@@ -113,6 +119,31 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         back_substitute(c.mass[0], c.pivots, c.own)
         for i in range(len(c.own)):
             c.before[n - len(c.own) + i, j] += c.own[i]
+    return True
+
+
+@lazy_kernel
+def take_samples(run: Run, k: int, c: Column) -> bool:
+    """Take the columns through the samples of states at step k; returns False if there are none."""
+    equations, v, steps = run.equations, run.variation, run.steps
+    states, t, y, due = v.model.states, steps.times[k], steps.states[k].copy(), equations.work.due
+    own, m = len(y) - len(states), c.before.shape[1]
+    set_due(equations, steps.times[max(k - 1, 0)], k == 0 and t == 0.0)
+    if not is_due(t, next_sample(equations, t)):
+        return False
+    for i in range(len(states)):
+        if is_due(t, due[i]):
+            y[own + i] = steps.states[k - 1, own + i] if k > 0 else run.start[own + i]
+    loads = (v.model.loads, v.model.signals, states, v.model.load_t, v.model.load_c, v.model.load_n)
+    w = v.work.dynamics
+    for last in range(m, 0, -DIRECTIONS):
+        first = first_of(last)
+        set_columns(equations, v, t, y, c.before, c.remembered, first, last)
+        sample_states(loads, due, seeded(t, -1), w.v, w.pose, w.vel)
+        for i in range(len(states)):
+            for j in range(first, last):
+                c.before[own + i, j] = slope(w.v[len(w.v) - len(states) + i], j - first)
+    c.ended[0] = math.nan
     return True
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.dual import DIRECTIONS, put_slopes
-from linkages.engines.compiled.derivatives.event_derivatives import begin_or_end
+from linkages.engines.compiled.derivatives.event_derivatives import begin_or_end, take_samples
 from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, advance, close_columns
 from linkages.engines.compiled.derivatives.variation import fill_residual, set_columns, set_contacts
 from linkages.engines.compiled.run.equations import found_derivatives, solve_state
@@ -24,7 +24,7 @@ KNOWN, SINGULAR, GRAZED = 0, 1, 2
 
 
 class Changes(NamedTuple):
-    """Derivatives of a run at nt times, n coordinates, along np values, filled up to a multiple of `DIRECTIONS`."""
+    """Derivatives of a run at nt times, n coordinates, along np values, in a multiple of `DIRECTIONS`."""
 
     coordinates: Array  # (nt, n, np)
     rates: Array
@@ -75,6 +75,8 @@ def differentiate_run(run: Run, c: Column, out: AtSteps) -> tuple[int, int]:
         if k > 0 and not advance(run, c, k - 1, t):
             return SINGULAR, k
         smooth = k > 0 and equations.implicit  # the last stage is at the end
+        if len(model.states) and take_samples(run, k, c):
+            smooth = False
         if k > 0 and len(model.rows):
             solve_state(equations, t, y)
             if not work.dynamics.interpolated[0] > 0.0:

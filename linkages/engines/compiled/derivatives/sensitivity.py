@@ -88,6 +88,8 @@ class Differentiation:
         system.check_analysis(Analysis.DERIVATIVES)
         self.runner, self.steps = runner, steps
         self._nearby = neighbours(system, values)
+        for path in (path for near in self._nearby for path in near.along if path.endswith(".sample_time")):
+            raise InputError("argument", path, "moves the sampling instants: there is no derivative")
         given = make_given(system, pack(system, ()), np.zeros((0, 2)))
         variation, self.start = vary(system, self._nearby, given)
         ny, n = len(runner.start), len(runner.model.free)
@@ -95,8 +97,9 @@ class Differentiation:
         stepper = packed(make_stepper(ny, n))
         steps, depths = packed(steps), np.zeros((len(steps.times) * bool(system.touching.any()), len(system.touching)))
         find_depths(equations, steps, depths)
+        settings = runner.tolerance, steps, kinks(system), runner.start, depths
         grade = 2.0 if system.experiment.solver.accuracy < _FINE else 3.0
-        self._run = packed(Run(equations, variation, stepper, runner.tolerance, steps, kinks(system), depths, grade))
+        self._run = packed(Run(equations, variation, stepper, *settings, grade))
         self._ideals = IdealMotions()
 
     def _column(self, m: int) -> Column:

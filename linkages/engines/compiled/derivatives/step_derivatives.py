@@ -51,6 +51,7 @@ class Run(NamedTuple):
     tolerance: Array  # of each entry of the state, (ny,)
     steps: Steps
     kinks: Array  # see `linkages.engines.compiled.run.kinks.kinks`, (nc, KINKS)
+    start: Array  # state at t = 0, before the first samples, (ny,)
     depths: Array  # penetrations of the contacts that can touch, of others -1; (nt, nc), no rows if none can
     grade: float  # ratio of the depths at the ends of parts of a graded step
 

@@ -297,7 +297,7 @@ def set_contacts(equations: Equations, v: Variation) -> None:
         motion, arms = contact_motion(end, w.pose, w.vel)
         set_results(equations, v, k, motion)
         found = v.work.results
-        add_contact(w.wrench, end, motion[0], motion[1], arms, found[0], found[1], found[2])
+        add_contact(w.wrench, end, w.pose, motion[0], motion[1], arms, found[0], found[1], found[2])
         contacts[k, EX], contacts[k, EY] = motion[0], motion[1]
         for i in range(RESULTS):
             contacts[k, RESULT_PLACES[i]] = found[i]
