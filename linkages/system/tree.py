@@ -58,6 +58,16 @@ class Edge:
     reversed: bool
 
 
+def joint_ends(mechanism: Mechanism) -> Array:
+    """Return the places of both ends of each joint in the reference configuration, (np, 2) [m]."""
+    return np.array([end for joint in mechanism.joints for end in (joint.on_parent, joint.on_child)])
+
+
+def extent_of(ends: Array) -> Array:
+    """Compute the diagonal of the box around points (..., np, 2) [m]."""
+    return np.asarray(np.linalg.norm(ends.max(axis=-2) - ends.min(axis=-2), axis=-1))
+
+
 @dataclass(frozen=True)
 class Tree:
     """A spanning tree of the mechanism, rooted at the world.
@@ -273,8 +283,8 @@ class Tree:
     @cached_property
     def extent(self) -> float:
         """Return the linkage's length scale: the diagonal of the box around its joints [m]."""
-        points = np.array([point for joint in self.mechanism.joints for point in (joint.on_parent, joint.on_child)])
-        return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0))) or 1.0 if len(points) else 1.0
+        ends = joint_ends(self.mechanism)
+        return float(extent_of(ends)) or 1.0 if len(ends) else 1.0
 
     def marker(self, link: str, point: Array, beside: Array | float = 0.0) -> tuple[int, float, float]:
         """Return the marker (`MARKER`) of a reference point on `link` [m], or `beside` it.

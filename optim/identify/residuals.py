@@ -200,10 +200,17 @@ class Residuals:
                     line[:, k] = computed + fixed
                 elif place == ("bias", m, c):
                     line[:, k] = 1.0
-            deviation = self.deviations[m][c]
-            rows.append((channel.values[part] - channel.filtered(factor * computed + bias)) / deviation)
-            lines.append(-channel.filtered(np.nan_to_num(line)) / deviation)
+            samples = channel.filtered(factor * computed + bias), channel.filtered(np.nan_to_num(line))
+            row, line = self.compared(channel, part, *samples, self.deviations[m][c])
+            rows.append(row)
+            lines.append(line)
         return np.concatenate(rows), np.concatenate(lines), curves.until
+
+    def compared(
+        self, channel: Channel, part: slice, computed: Array, lines: Array, deviation: float
+    ) -> tuple[Array, Array]:
+        """Return residuals and their derivatives of a column from computed samples and their derivatives."""
+        return (channel.values[part] - computed) / deviation, -lines / deviation
 
 
 class _Curves:

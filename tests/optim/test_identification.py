@@ -4,11 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import linkages
 import optim
 from linkages.cli.main import main
-from optim.identify.certainty import autocorrelation_time
+from optim.identify.certainty import coloured, correlation_of
 from optim.identify.load import load_identification
 
 SLIDER = """<sdf version="1.9"><model name="oscillator">
@@ -288,15 +289,41 @@ def test_a_filter_acts_on_data_and_run_alike(tmp_path):
     assert found["residual"]["autocorrelation_time"][0] > 2.0
 
 
+def of_first_order(rng, count, rho):
+    """Noise of variance 1 of which neighbours correlate by rho."""
+    noise = np.sqrt(1.0 - rho**2) * rng.standard_normal(count)
+    noise[0] = rng.standard_normal()
+    return lfilter([1.0], [1.0, -rho], noise)
+
+
 def test_the_autocorrelation_time_is_that_of_the_process():
     rng, rho = np.random.default_rng(0), 0.9
-    noise = rng.standard_normal(200_000)
-    process = np.empty_like(noise)
-    process[0] = noise[0]
-    for k in range(1, len(noise)):
-        process[k] = rho * process[k - 1] + noise[k]
-    assert autocorrelation_time(process) == pytest.approx((1 + rho) / (1 - rho), rel=0.1)
-    assert autocorrelation_time(noise) == 1.0
+    assert correlation_of(of_first_order(rng, 200_000, rho)).time == pytest.approx((1 + rho) / (1 - rho), rel=0.1)
+    assert correlation_of(rng.standard_normal(200_000)).time == 1.0
+
+
+def test_the_covariance_of_correlated_residuals_is_that_of_their_process():
+    rng, rho, count = np.random.default_rng(1), 0.9, 2000
+    rows = np.column_stack([np.ones(count), np.sin(0.05 * np.arange(count)), np.sin(0.5 * np.arange(count))])
+    sums = rows.T @ np.array([of_first_order(rng, count, rho) for _ in range(4000)]).T
+    found = np.mean(
+        [np.diag(coloured(rows, correlation_of(of_first_order(rng, count, rho)))) for _ in range(50)], axis=0
+    )
+    np.testing.assert_allclose(found, np.var(sums, axis=1), rtol=0.15)  # 50 estimates, 4000 sums
+
+
+def test_intervals_hold_where_neighbouring_samples_have_nearly_the_same_noise(tmp_path):
+    path, inside = oscillator(tmp_path), []
+    times = np.linspace(0.01, 1.9, 400)
+    for seed in range(40):
+        noise = 5e-4 * of_first_order(np.random.default_rng(seed), 400, 0.99)
+        table = np.column_stack([1e3 * times, 1e3 * (reading(times) + noise)])
+        np.savetxt(tmp_path / "run.csv", table, delimiter=",", header="t,x", comments="")
+        found = optim.identify(load_identification(path))
+        for name, true in (("stiffness", STIFFNESS), ("damping", DAMPING)):
+            low, high = found["parameters"][name]["interval"]
+            inside.append(low <= true <= high)
+    assert 0.88 <= np.mean(inside) <= 1.0
 
 
 def test_samples_of_a_batch_are_those_of_the_run_and_end_where_it_ends():

@@ -60,6 +60,12 @@ def annotation(element: ET.Element, kind: str) -> ET.Element | None:
     return next((child for child in element if child.tag.endswith(f":{kind}")), None)
 
 
+def add_size(element: ET.Element, kind: str, key: str) -> None:
+    """Add an empty ``<linkages:KEY>`` to the ``<linkages:KIND>`` of an element, which is made if it is missing."""
+    found = annotation(element, kind)
+    ET.SubElement(ET.SubElement(element, f"linkages:{kind}") if found is None else found, f"linkages:{key}")
+
+
 def parts(path: Path, element: ET.Element, where: str, keys: Iterable[str]) -> dict[str, ET.Element]:
     """Return the elements of an annotation by name; `keys` are the known names."""
     found = {child.tag.rpartition(":")[2]: child for child in element}

@@ -46,7 +46,7 @@ def join(records: list[Record]) -> Steps:
 
 
 class Runner:
-    """A system, ready to run.
+    """A system, ready to run; runs pause as soon as `stop` (1,), by default the mark of a signal, is not zero.
 
     Sections of links on which nothing acts are left out.
 
@@ -69,8 +69,8 @@ class Runner:
         up to date.
     """
 
-    def __init__(self, system: System, given: Given | None = None) -> None:
-        self.system = system
+    def __init__(self, system: System, given: Given | None = None, stop: Indices | None = None) -> None:
+        self.system, self._stop = system, stop
         self._given = given = given or make_given(system, pack(system, ()), np.zeros((0, 2)))
         self.model, self.start, self.implicit = given.model, given.start, given.implicit
         self.tolerance, self.scale = given.tolerance, error_scale(system)
@@ -89,11 +89,12 @@ class Runner:
         """Run from a state y (ny,) at t [s], at most up to the last step with closed loops.
 
         `first` is the step to try [s]; 0 lets the driver choose it, so that a tighter accuracy has a shorter one. The
-        run pauses after `most` steps, and where a signal arrives; its end is the experiment's duration by default. If
+        run pauses after `most` steps, and at a stop; its end is the experiment's duration by default. If
         it is to be differentiated, steps end at kinks at any accuracy, and the stages of an implicit method are
         recorded.
         """
-        stop, end = np.frombuffer(arrival(), np.int64, 1), float(self._given.limits[END]) if end is None else end
+        stop = np.frombuffer(arrival(), np.int64, 1) if self._stop is None else self._stop
+        end = float(self._given.limits[END]) if end is None else end
         with deferred():
             record = run(
                 self.job, self._kinks[differentiated], differentiated and self.implicit, t, y, first, most, end, stop
@@ -101,6 +102,7 @@ class Runner:
         if (
             record.status == PAUSED
             and record.steps < most
+            and self._stop is None
             and threading.current_thread() is not threading.main_thread()
         ):
             raise KeyboardInterrupt  # in the main thread the signal's handler raises it
