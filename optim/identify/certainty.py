@@ -22,7 +22,7 @@ _PART = 0.1  # least share of an unknown in an unknown mixture
 _TIED = 0.9  # correlation with an unknown value from which on a value is unknown too
 _LEAST = 1e-9  # smallest singular value, relative
 _AT_LIMIT = 1e-4  # distance from a limit, relative to the distance of the limits
-_DOUBT = 1e-3  # probability below which a test warns
+DOUBT = 1e-3  # probability below which a test warns
 _LAGS = 20  # of the test of whiteness
 _FEWEST = 20  # samples for tests
 _LEAST_FREEDOM = 3.0
@@ -98,7 +98,7 @@ def correlation_of(residual: Array) -> Correlation:
     if n < _FEWEST or not np.any(residual):
         return INDEPENDENT
     first = float(residual[:-1] @ residual[1:] / (residual[:-1] @ residual[:-1]))
-    certain = norm.ppf(1.0 - _DOUBT / 2.0) / math.sqrt(n)
+    certain = norm.ppf(1.0 - DOUBT / 2.0) / math.sqrt(n)
     if abs(first) < certain:
         return INDEPENDENT
     first = float(np.clip(first + (1.0 + 3.0 * first) / n, 1.0 / n - 1.0, 1.0 - 1.0 / n))
@@ -144,7 +144,7 @@ def certainty(residuals: Residuals, found: Fitted, deviations: Deviations) -> Ce
     tests = _tests(groups, residual, times, len(found.z))
     worst = [p for p in tests["chi_square_probability"] if p is not None]
     factor = 1.0
-    if worst and min(worst) < _DOUBT:  # the model does not explain the samples: their own spread counts
+    if worst and min(worst) < DOUBT:  # the model does not explain the samples: their own spread counts
         weighted = sum(float(np.sum(residual[rows] ** 2)) / time for (_, rows), time in zip(groups, times, strict=True))
         factor = max(1.0, weighted / max(freedom, 1.0))
     alone = _covariance(jacobian)
@@ -264,19 +264,19 @@ def doubts(residuals: Residuals, found: Fitted, judged: Certainty) -> list[str]:
     for k, name in enumerate(names):
         probability = judged.tests["chi_square_probability"][k]
         mean = judged.tests["chi_square"][k]
-        if probability is not None and probability < _DOUBT and mean is not None and mean > 1.0:
+        if probability is not None and probability < DOUBT and mean is not None and mean > 1.0:
             result.append(
                 f"{name}: the residuals are {math.sqrt(mean):.2g} times the stated deviation: the model does not"
                 " explain this column; the intervals are widened, but may miss the true values"
             )
         white = judged.tests["whiteness"][k]
-        if white is not None and white < _DOUBT:
+        if white is not None and white < DOUBT:
             result.append(
                 f"{name}: the residuals are not independent (every {judged.times[k]:.3g} samples count as one):"
                 " something that the model lacks acts, or the noise of the sensor is coloured"
             )
         normal = judged.tests["normality"][k]
-        if normal is not None and normal < _DOUBT:
+        if normal is not None and normal < DOUBT:
             result.append(f"{name}: the residuals are not normally distributed: look for outliers")
     at = found.z[: len(residuals.active)]
     room = residuals.upper[: len(at)] - residuals.lower[: len(at)]
