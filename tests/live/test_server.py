@@ -204,6 +204,14 @@ def test_a_page_stops_its_run_and_no_other(serve):
     assert replies == {"mine": {"outdated": True}}
 
 
+def test_warnings_do_not_wait_for_a_run_nor_a_run_for_them(serve):
+    server = serve()
+    ask(server)
+    with server._computing:  # as during a run
+        found = json.loads(ask(server, path=f"/{server.token}/warnings")[2])
+    assert set(found) == {"warnings"}
+
+
 def test_names_with_markup_are_text(serve, system_of):
     sdf = linkages.find_file("seven_bar.sdf").read_text().replace("link2", "a&lt;script&gt;alert(1)&lt;/script&gt;")
     toml = linkages.find_file("seven_bar.toml").read_text().partition("\n\n")[2].partition("\n")[2]

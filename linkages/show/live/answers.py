@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, replace
@@ -69,6 +70,7 @@ class Answers:
         self.session, self.controls, self.folder, self.given = session, controls, folder, given or {}
         self.said = ""  # stage of a computation of many runs
         self._pages: dict[str, Session] = {}
+        self._choosing = threading.Lock()
 
     def answer(self, kind: str, request: Any, outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
         """Answer a request from outside: everything in it is checked. `outdated` tells whether a newer one waits."""
@@ -103,12 +105,13 @@ class Answers:
 
     def _session_of(self, request: dict[str, Any]) -> Session:
         """Return the session of a request's page; the page that was used longest ago is forgotten."""
-        page = page_of(request)
-        session = self._pages.pop(page, None) or self.session.for_page()
-        self._pages[page] = session
-        if len(self._pages) > _PAGES:
-            self._pages.pop(next(iter(self._pages)))
-        return session
+        with self._choosing:
+            page = page_of(request)
+            session = self._pages.pop(page, None) or self.session.for_page()
+            self._pages[page] = session
+            if len(self._pages) > _PAGES:
+                self._pages.pop(next(iter(self._pages)))
+            return session
 
     def _start(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
         experiment, known = session.system.experiment, self.controls

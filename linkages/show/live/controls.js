@@ -94,6 +94,7 @@ export function controls(page) {
     if (path) pick(path);
     else page.complain(`no value has "${text}" in its path`);
   });
+  root.addEventListener("ready", () => { at(".search input").placeholder = `search any of ${state.controls.size} values`; });
   root.addEventListener("units", () => state.shown.forEach((path) => tell(path)));
   return {show, tell};
 }

@@ -13,8 +13,9 @@ export function g(value, digits = 5) { // as Python's format(value, ".5g")
 }
 export function percent(value, other) {
   if (value === null || !other) return "–";
-  const change = 100 * (value / other - 1);
-  return `${change >= 0 ? "+" : "−"}${g(Math.abs(change), Math.abs(change) < 1000 ? 3 : 4)} %`;
+  const change = 100 * (value / other - 1), size = Math.abs(change);
+  if (size < 5e-4 || size > 1e6) return size < 1 ? "0 %" : "≫"; // less than the digits of the table; `other` is rounding
+  return `${change > 0 ? "+" : "−"}${Number(size.toPrecision(3))} %`;
 }
 export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);

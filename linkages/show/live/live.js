@@ -123,8 +123,10 @@ export function mount(root, answer) {
       try {
         const reply = await send("run", {values, restart, refine});
         state.began = null;
-        if (reply.error) fail(reply.error);
-        else if (reply.outdated) state.wanted = {restart: restart || Boolean(state.wanted?.restart)};
+        if (reply.error) {
+          fail(reply.error);
+          if (!state.picture) await page.redraw(values); // a machine whose first run fails is drawn as its file has it
+        } else if (reply.outdated) state.wanted = {restart: restart || Boolean(state.wanted?.restart)};
         else {
           fail("");
           display(reply);

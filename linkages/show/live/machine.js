@@ -23,7 +23,7 @@ export function machine(page) {
     const reply = await send("picture", {values});
     if (reply.error) return page.fail(reply.error);
     state.picture = reply.picture;
-    if (reply.poses && state.view.picture === reply.picture) state.view.poses = reply.poses;
+    if (reply.poses && state.view?.picture === reply.picture) state.view.poses = reply.poses;
     at(".picture").innerHTML = reply.svg;
     state.scene = reply;
     state.colors = new Map([...at(".picture").querySelectorAll("text")].map((text) => [text.textContent, text.getAttribute("fill")]));

@@ -103,10 +103,13 @@ function drawCurves(holder, curves, seek) {
       + numbers.filter(([number]) => number !== null).map(([number, of]) => of + text(number)).join(", ")
       + (curve.measured ? "; dotted: measured" : "");
   }
-  function show() {
-    W = plots[0].svg.clientWidth || 720;
-    H = Math.round(Math.min(190, 60 + 0.25 * W)); // text keeps its size in narrow columns
-    plots.forEach(draw);
+  const show = () => plots.forEach(draw);
+  function fit() { // text keeps its size in narrow columns
+    const width = plots[0].svg.clientWidth;
+    if (!width || width === W) return;
+    W = width;
+    H = Math.round(Math.min(190, 60 + 0.25 * W));
+    show();
   }
   function point(time) {
     cursor = time;
@@ -151,11 +154,8 @@ function drawCurves(holder, curves, seek) {
     show();
   }
   show();
-  let width = W;
-  new ResizeObserver(() => {
-    const now = plots[0].svg.clientWidth;
-    if (now && now !== width) { width = now; show(); }
-  }).observe(holder);
+  fit();
+  new ResizeObserver(fit).observe(holder);
   return {point, all: () => look(from, to), update};
 }
 function valueAt({time, values}, t) {
