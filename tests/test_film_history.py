@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from machines import rotor_in_block
+from machines import BEARING, joint, model, rotor_in_block, solid
 
 import linkages
 from linkages.explore.flow import Flow
@@ -224,13 +224,21 @@ def test_a_rotor_reaches_the_place_of_the_static_bearing(rotor):
     assert 0.5 < run["A.film_content"][-1] < run["A.film_content"][0] == 1.0
 
 
-@pytest.mark.parametrize("turning", [False, pytest.param(True, marks=pytest.mark.slow)])
-def test_a_rotor_moves_as_the_independent_loaded_journal(rotor, turning):
+#: The rotor's drive acts in the bearing itself.
+DRIVEN = (
+    model("driven", solid("rotor", 0.05, 1e-5) + joint("O", "world", "rotor", inner=BEARING)),
+    TOML.replace("joints.A", "joints.O").replace('"block"', '"rotor"').replace(f"{LOAD}]", f"{-LOAD}]"),
+)
+
+
+@pytest.mark.parametrize("case", ["driven", "block", pytest.param("turning", marks=pytest.mark.slow)])
+def test_a_rotor_moves_as_the_independent_loaded_journal(rotor, system_of, case):
     """`move` integrates one journal with its film by implicit Euler steps, here extrapolated from two step sizes.
 
     A bearing on the rotor sees a load that turns, and a journal that turns backwards. The deviation of the run is of
     first order in its film step.
     """
+    turning, pin = case == "turning", "O" if case == "driven" else "A"
     ends = {"outer": "rotor", "inner": "block"} if turning else {}
     grooves = (Groove(0.5 * math.pi, math.radians(20.0), 0.8),)
     bearing = FilmSurface(surface_mesh(1.0, grooves, around=24, along=3), grooves)
@@ -250,9 +258,13 @@ def test_a_rotor_moves_as_the_independent_loaded_journal(rotor, turning):
     errors = []
     for step in (4e-4, 2e-4, 1e-4):
         history = {"cells": [24, 3], "step": step}
-        values = {"duration": 0.03, "joints.A.history": history, "sdf.links.carriage.mass": 1e-6}
-        found = linkages.simulate(rotor(values, **ends)).evaluate(times / SPEED)
-        x, y = found["A.ex"] / CLEARANCE, found["A.ey"] / CLEARANCE
+        values = {"duration": 0.03, f"joints.{pin}.history": history}
+        if case == "driven":
+            system = system_of(*DRIVEN, values)
+        else:
+            system = rotor(values | {"sdf.links.carriage.mass": 1e-6}, **ends)
+        found = linkages.simulate(system).evaluate(times / SPEED)
+        x, y = found[f"{pin}.ex"] / CLEARANCE, found[f"{pin}.ey"] / CLEARANCE
         if turning:
             c, s = np.cos(times), np.sin(times)
             x, y = c * x + s * y, c * y - s * x
@@ -260,6 +272,21 @@ def test_a_rotor_moves_as_the_independent_loaded_journal(rotor, turning):
     assert errors[0] < 0.014  # of the clearance
     assert errors[1] < 0.65 * errors[0]
     assert errors[2] < 0.65 * errors[1]
+
+
+@pytest.mark.slow
+def test_the_engines_agree(system_of):
+    """Both are of first order in their steps, which are alike here."""
+    history = {"cells": [24, 3], "step": 2e-4}
+    values = {"duration": 1e-3, "joints.O.history": history, "solver.accuracy": 1e-8, "solver.max_step": 3e-6}
+    times = np.linspace(0.0, 1e-3, 21)
+    one, other = (linkages.simulate(system_of(*DRIVEN, values), name).evaluate(times) for name in ("compiled", "drake"))
+    for name in ("O.ex", "O.ey"):
+        np.testing.assert_allclose(one[name], other[name], rtol=0.0, atol=1e-6 * CLEARANCE)
+    for name in ("O.fx", "O.fy"):
+        np.testing.assert_allclose(one[name], other[name], rtol=0.0, atol=2e-5 * LOAD)
+    np.testing.assert_allclose(one["O.torque"], other["O.torque"], rtol=1e-5)
+    np.testing.assert_allclose(one["O.film_content"], other["O.film_content"], atol=1e-5)
 
 
 @pytest.mark.slow
@@ -333,8 +360,6 @@ def test_invalid_histories_are_refused(experiment_file, refusal, given, text):
 @pytest.mark.parametrize(
     "use",
     [
-        pytest.param(lambda system: linkages.simulate(system, "drake"), id="drake"),
-        pytest.param(lambda system: linkages.compare(system), id="compare"),
         pytest.param(lambda system: linkages.simulate(system, wrt=["joints.A.viscosity"]), id="derivatives"),
         pytest.param(lambda system: linkages.simulate_batch(system, wrt=["joints.A.viscosity"]), id="batch"),
         pytest.param(lambda system: linkages.periodic_motion(system), id="periodic"),

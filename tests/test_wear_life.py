@@ -8,8 +8,9 @@ import time
 
 import numpy as np
 import pytest
+from machines import joint, solid
 from processes import finish, start
-from wearing_press import CLEARANCE, FORCE, RADIUS, SPRING, write_press
+from wearing_press import CLEARANCE, FORCE, LENGTH, RADIUS, SDF, SPRING, crescent, write_press
 
 import linkages
 from linkages.cli.main import main
@@ -69,6 +70,17 @@ def test_a_turning_shaft_wears_the_exact_pocket(press):
     assert fitted_half_angle(profile, 0.5 * np.pi) == pytest.approx(exact, rel=1e-3)
 
 
+def test_a_driven_shaft_wears_its_own_bearing(tmp_path):
+    """The loop of ideal joints closes in every block, whatever the turns before: the exact pocket of the volume."""
+    system = linkages.load(write_press(tmp_path, driven=True), {"joints.O.wear.coefficient": 5e-11})
+    life = wear_life(system, 16)
+    assert life.status is linkages.Status.OK
+    assert len(life.stages) > 2
+    path = 2.0 * math.pi * (RADIUS - CLEARANCE) * 16
+    area = 5e-11 * 100.0 * path / LENGTH
+    assert life.depths("O")[-1] == pytest.approx(crescent(area)[0], rel=1e-3)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "joints"),
@@ -87,10 +99,10 @@ def test_worn_volume_is_the_coefficient_times_load_and_path(file, joints):
     for cycles, every in ((300, False), (2, True)):
         life = wear_life(system, cycles, scatter=0.2, every_cycle=every)
         assert life.status is linkages.Status.OK
-        for joint in life.joints:
-            work = life.stages[-1].work[joint.name]
+        for one in life.joints:
+            work = life.stages[-1].work[one.name]
             assert work > 0.0
-            bearing, journal = life.volumes(joint.name)[-1]
+            bearing, journal = life.volumes(one.name)[-1]
             assert bearing == pytest.approx(0.75 * 2e-13 * work, rel=1e-12)  # the softer part wears three times as much
             assert journal == pytest.approx(0.25 * 2e-13 * work, rel=1e-12)
 
@@ -309,6 +321,17 @@ def test_bad_input_is_one_line(press, tmp_path, capsys, words, message):
     assert message in error
     assert error.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_a_gear_after_whose_cycle_the_wheels_have_turned_by_a_fraction_is_refused(tmp_path):
+    path = write_press(tmp_path)
+    wheel = solid("wheel", 1.0, 1e-3) + joint("W", "world", "wheel")
+    (tmp_path / "press.sdf").write_text(SDF.replace("</model>", wheel + "</model>"))
+    path.write_text(path.read_text() + "[gears.pair]\njoints = ['O', 'W']\nratio = -0.5\n")
+    with pytest.raises(linkages.InputError, match=r"press.toml: gears\.pair\.ratio: is no whole number"):
+        wear_life(linkages.load(path), 10)
+    whole = linkages.load(path, {"gears.pair.ratio": -2.0})
+    assert wear_life(whole, 10).status is linkages.Status.OK
 
 
 def test_a_machine_without_wear_is_refused(tmp_path, capsys):

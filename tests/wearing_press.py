@@ -41,12 +41,21 @@ damping = 300.0
 """
 
 
-def write_press(folder, load=FORCE):
+def write_press(folder, load=FORCE, driven=False):
     """Write the machine and its experiment into a folder; returns the experiment's path."""
-    (folder / "press.sdf").write_text(SDF)
+    (folder / "press.sdf").write_text(DRIVEN if driven else SDF)
     path = folder / "press.toml"
-    path.write_text(EXPERIMENT + load)
+    path.write_text((EXPERIMENT.replace("joints.B", "joints.O") if driven else EXPERIMENT) + load)
     return path
+
+
+#: The press whose driven shaft has the clearance, in a bearing of the ground; the block turns on it without clearance.
+DRIVEN = model(
+    "press",
+    solid("shaft", 1.0, 1e-3) + solid("block", 0.2, 1e-3)
+    + joint("O", "world", "shaft", inner=BEARING) + joint("B", "block", "shaft")
+    + joint("guide", "world", "block", "prismatic", "0 1 0"),
+)  # fmt: skip
 
 
 def half_angle(depth):

@@ -12,7 +12,7 @@ from linkages.base.errors import RunError
 from linkages.base.kernel.precompiled import processors
 from linkages.base.signals import stopping
 
-_LOOK = 1.0  # interval between two calls of the observer [s]
+_LOOK = 0.05  # interval between two calls of the observer [s]
 
 T = TypeVar("T")
 
@@ -27,7 +27,7 @@ def in_threads(
     """Return work(0), ..., work(count - 1), computed in threads.
 
     The first error is raised at once, and drops pending work. The number of threads, the calling one included, is the
-    number of processors by default. `look` is called at intervals (with several threads at least once a second) and at
+    number of processors by default. `look` is called at intervals (with several threads every `_LOOK`) and at
     the end; `stop` at an error or an interruption, to end running work. With `stop` the calling thread does no work, so
     that interruptions reach it. RunError if the threads cannot be started, for instance without memory for their
     stacks.

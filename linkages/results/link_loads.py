@@ -121,6 +121,7 @@ def _owners(system: System, seen: Snapshot) -> dict[int, str]:
     """Return the link of each body, of sections too."""
     links = {part.name: link for link, parts in system.tree.flexible.items() for part in parts}
     owners = {body: links.get(name, name) for name, body in system.tree.index.items()}
+    owners |= {body: name for name, body in system.tree.wheels.items()}
     for i, body in enumerate(seen.model.bodies.records):
         if body["type"] == SECTION:
             owners[i] = owners[int(body["mount"]["body"])]
@@ -156,6 +157,8 @@ def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
             force, moment = effort * np.array(turned(seen.state.pose, mount, body["ux"], body["uy"])), 0.0
         ends = int(record["child"]["body"]), int(record["parent"])
         outer, inner = reversed(ends) if record["reversed"] else ends
+        if name in system.experiment.gearboxes:
+            outer, inner = int(carried), int(record["parent"])
         yield name, outer, place, force, moment
         yield name, inner, place, -force, -moment
 
@@ -172,15 +175,19 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
     for k in range(len(system.tree.contacts), len(system.contacts)):
         wrench, end = np.zeros_like(w.wrench), model.ends[k : k + 1]
         add_known_contacts(end, seen.contacts[k : k + 1], w.pose, wrench)
-        yield from _split(
-            seen, system.contacts[k][1], wrench, [end[0][key] for key in ("bearing", "journal", "a", "b")]
-        )
+        markers = [end[0]["bearing"], end[0]["journal"], *row_markers(end[0]["row"])]
+        yield from _split(seen, system.contacts[k][1], wrench, markers)
     for name, row, size in zip(
         reversed(system.experiment.closed), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
     ):
         wrench = np.zeros_like(w.wrench)
         add_row_wrench(row, w.pose, size, wrench)
-        yield from _split(seen, name, wrench, [row[term][end] for term in ("term", "other") for end in "ab"])
+        yield from _split(seen, name, wrench, row_markers(row))
+
+
+def row_markers(row: np.record) -> list[np.record]:
+    """List the markers of a row's terms."""
+    return [row[term][end] for term in ("term", "other") for end in "ab"]
 
 
 def _split(seen: Snapshot, name: str, wrench: Array, markers: Sequence[np.record]) -> Iterator[_Action]:

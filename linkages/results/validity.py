@@ -10,6 +10,7 @@ import numpy as np
 
 from linkages.mechanics.planar.record_types import SECTION
 from linkages.results.impacts import Impact
+from linkages.results.link_loads import row_markers
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 from linkages.system.flexible_link import FlexibleLink
@@ -108,7 +109,7 @@ def _carriers(system: System) -> dict[str, set[str]]:
     names = {tree.index[part.name]: link for link, parts in tree.flexible.items() for part in parts}
     found: dict[str, set[str]] = {}
     for (_, label), end in zip(system.contacts, system.ends, strict=True):
-        bodies = [int(end[side]["body"]) for side in ("bearing", "journal", "a", "b")]
+        bodies = [int(marker["body"]) for marker in (end["bearing"], end["journal"], *row_markers(end["row"]))]
         mounts = [int(records[b]["mount"]["body"]) if records[b]["type"] == SECTION else b for b in bodies]
         found[label] = {names[b] for b in mounts if b in names}
     return found

@@ -13,7 +13,7 @@ from linkages.base.arrays import Array, Indices, Records
 from linkages.base.errors import AssemblyError, InputError, Status, listed
 from linkages.input.model.experiment import Experiment
 from linkages.mechanics.planar.articulated_body import articulated_inertias
-from linkages.mechanics.planar.closure import close, closure_quality, consistent_rates, jacobian_at
+from linkages.mechanics.planar.closure import approach, close, closure_quality, consistent_rates, jacobian_at
 from linkages.mechanics.planar.elimination import elimination_of
 from linkages.mechanics.planar.kinematics import body_positions
 from linkages.mechanics.planar.loads import Loads
@@ -100,14 +100,13 @@ def assemble(
     rows, size = tree.closure_rows, tree.extent
     none = np.zeros(len(rows))
     q, v = np.zeros(tree.size), np.zeros(tree.size)
-    steps = int(np.ceil(np.max(np.abs(start), initial=0.0) / _CONTINUATION))
-    for fraction in np.linspace(0.0, 1.0, steps + 1).tolist() if steps else [0.0]:
-        q[held] = fraction * start[: len(held)]
-        if not close(tree.bodies, rows, none, free, size, q):
-            at = ", ".join(f"{tree.coordinates[i]} = {q[i]:.4g}" for i in held) or "the reference configuration"
-            raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at {at}{_widest_gap(tree, q)}")
-        if fraction == 0.0:
-            drawn, rank = q.copy(), _drawn_rank(tree, rows, q)
+    closed = close(tree.bodies, rows, none, free, size, q)
+    if closed:
+        drawn, rank = q.copy(), _drawn_rank(tree, rows, q)
+        closed = approach(tree.bodies, rows, free, size, held, start, continuation(start), q)
+    if not closed:
+        at = ", ".join(f"{tree.coordinates[i]} = {q[i]:.4g}" for i in held) or "the reference configuration"
+        raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at {at}{_widest_gap(tree, q)}")
     rank = rank if np.array_equal(q, drawn) else _rank(tree, rows, q)
     mobility = len(tree.joint_dofs) - rank.most
     _check_count(tree, experiment, len(held), mobility, q)
@@ -127,6 +126,11 @@ def assemble(
         raise AssemblyError(Status.SINGULAR, "the start position is singular")
     check_loads(tree, experiment, loads, motions, q, v)
     return Assembly(q, v, mobility, quality if determined else float("nan"))
+
+
+def continuation(start: Array) -> int:
+    """Return the number of steps in which drives move to their start (nd,) [rad, m]."""
+    return int(np.ceil(np.max(np.abs(start), initial=0.0) / _CONTINUATION))
 
 
 def start_offsets(tree: Tree, experiment: Experiment) -> Array:

@@ -1,8 +1,8 @@
 """Records of the kernels from applied loads, limits of coordinates, and points at straight lines.
 
-A stop, a flank of a gear with backlash and a point at a line are corners at a wall, like a block's in its slot, or for
-a revolute joint an angle at a limit. The contact kernels offset slot walls by the clearance. Here this length only
-scales depths, and the wall's position compensates for it.
+A stop and a point at a line are corners at a wall, like a block's in its slot; a stop of a revolute joint and a flank
+of a gear with backlash are coordinates at a limit. The contact kernels offset slot walls by the clearance. Here this
+length only scales depths, and the wall's position compensates for it.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from linkages.input.files.formula import Formula
 from linkages.input.model.experiment import DEFINING, Experiment
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
 from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
-from linkages.input.model.load_tables import LoadFunction
+from linkages.input.model.load_tables import Limit, LoadFunction
 from linkages.laws.control import CONTROLLERS
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import make_motion, make_pose
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, load_outputs, state_rates
 from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
-from linkages.system.tree import AT_ONE_JOINT, Tree
+from linkages.system.tree import NO_STOP, Tree
 
 #: Scale of contact depths: relative to the linkage's length, for a revolute joint an angle [rad].
 REACH = 1e-3
@@ -226,10 +226,7 @@ def _check_quantities(experiment: Experiment, values: Array, rates: Array) -> No
 
 def unilateral_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
     """Return dry joint models for each limit, then for each point at a line."""
-    models = [
-        _dry(REACH * (limit.lever if _turns(tree, limit.joint) else tree.extent), limit.contact, None)
-        for limit in experiment.limits.values()
-    ]
+    models = [_dry(_reach(tree, limit), limit.contact, limit.friction) for limit in experiment.limits.values()]
     models += [_dry(REACH * tree.extent, touch.contact, touch.friction) for touch in experiment.contacts.values()]
     return tuple(models)
 
@@ -243,14 +240,14 @@ def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
     """Make the records of the two ends of each contact, in the same order."""
     records: list[tuple[Any, ...]] = []
     for limit in experiment.limits.values():
-        (_, *ends, ux, uy), sign = tree.coordinate(limit.joint)
-        if _turns(tree, limit.joint):
-            at = limit.side * sign, 0.0, limit.lever * (limit.side * limit.place - REACH), limit.lever
-            (_, *others, _, _), other = tree.coordinate(limit.other or limit.joint)
-            records.append((types.STOP, *ends, *at, sign * other * limit.ratio, *others))
-        else:
-            place = limit.side * limit.place - REACH * tree.extent
-            records.append((types.CORNER, *ends, limit.side * ux, limit.side * uy, place, *AT_ONE_JOINT))
+        row, sign = tree.gear_row(limit.other or limit.joint, limit.joint, limit.ratio)
+        (_, *ends, ux, uy), place = row[0], limit.lever * limit.side * limit.place - _reach(tree, limit)
+        if limit.other is None and not _turns(tree, limit.joint):
+            records.append((types.CORNER, *ends, limit.side * ux, limit.side * uy, place, *NO_STOP))
+            continue
+        if limit.other is not None:
+            ends[0] = row[2][2]  # on the child of the other joint: teeth slide by the relative angle of both wheels
+        records.append((types.STOP, *ends, limit.side * sign, 0.0, place, limit.lever, limit.arm, row))
     for touch in experiment.contacts.values():
         if touch.line is not None:
             frame = tree.mechanism.point[touch.line]
@@ -259,8 +256,13 @@ def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
             line, angle = (0, *(touch.anchor or ())), touch.angle
         into = np.sin(angle), -np.cos(angle)
         point = tree.named_marker(touch.point)
-        records.append((types.CORNER, line, point, *into, -REACH * tree.extent, *AT_ONE_JOINT))
+        records.append((types.CORNER, line, point, *into, -REACH * tree.extent, *NO_STOP))
     return np.array(records, types.ENDS)
+
+
+def _reach(tree: Tree, limit: Limit) -> float:
+    """Return the scale of the depths at a limit."""
+    return REACH * (limit.lever if _turns(tree, limit.joint) else tree.extent)
 
 
 def _turns(tree: Tree, joint: str) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
 from typing import Any
@@ -15,7 +15,7 @@ from linkages.base.arrays import Array, Records
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import LaneArray
 from linkages.input.model.functions import OF_JOINTS
-from linkages.input.model.load_tables import Mesh
+from linkages.input.model.load_tables import WHEEL, Mesh
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
@@ -27,10 +27,10 @@ from linkages.system.flexible_link import FlexibleLink, section_at
 ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}
 #: Types of joints in records of bodies.
 TYPES = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PRISMATIC}
-_NONE = (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)  # term of a row that has one only
+NO_TERM = (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)  # of a row with one term only
 _IMMOBILE = 1e30  # mass that immobilises a mode [kg]
-#: Last fields of the ends of a contact at one joint: lever, and no other joint.
-AT_ONE_JOINT = (1.0, 0.0, (0, 0.0, 0.0), (0, 0.0, 0.0))
+#: Last fields of the ends of a contact that is no stop: lever, arm, row.
+NO_STOP = (1.0, 0.0, (NO_TERM, 0.0, NO_TERM, 0.0, 1.0))
 #: Corners of a block, along and across its slot, relative to half its sides.
 CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
@@ -56,6 +56,16 @@ class Edge:
 
     joint: str
     reversed: bool
+
+
+def joint_ends(mechanism: Mechanism) -> Array:
+    """Return the places of both ends of each joint in the reference configuration, (np, 2) [m]."""
+    return np.array([end for joint in mechanism.joints for end in (joint.on_parent, joint.on_child)])
+
+
+def extent_of(ends: Array) -> Array:
+    """Compute the diagonal of the box around points (..., np, 2) [m]."""
+    return np.asarray(np.linalg.norm(ends.max(axis=-2) - ends.min(axis=-2), axis=-1))
 
 
 @dataclass(frozen=True)
@@ -85,6 +95,7 @@ class Tree:
     acting: int  # number of bodies without the unloaded sections at the end, which only outputs read
     gears: tuple[Mesh, ...] = ()  # pairs of joints with coupled coordinates
     slack: tuple[Mesh, ...] = ()  # the same with backlash
+    wheels: Mapping[str, int] = field(default_factory=dict)  # bodies of the gearboxes' output wheels, by coordinate
     hinges: tuple[str, ...] = ()  # joints between rigid segments of flexible links
 
     @property
@@ -111,11 +122,13 @@ class Tree:
         return chained(chained(self._rows(self.play), self._gear_rows(self.slack)), self.loop_rows)
 
     def _gear_rows(self, gears: Sequence[Mesh]) -> Records:
-        rows = []
-        for gear in gears:
-            (one, sign), (two, other) = (self.coordinate(name) for name in reversed(gear.joints))
-            rows.append((one, sign * other * gear.ratio, two, sign * gear.offset, 1.0))
+        rows = [self.gear_row(gear.joints[0], gear.joints[1], gear.ratio, gear.offset)[0] for gear in gears]
         return np.array(rows, types.ROW)
+
+    def gear_row(self, first: str, second: str, ratio: float, offset: float = 0.0) -> tuple[tuple[Any, ...], float]:
+        """Return the row of a gear, second = ratio * first + offset, and the sign of its value along the second."""
+        (one, sign), (two, other) = (self.coordinate(name) for name in (second, first))
+        return (one, sign * other * ratio, two, sign * offset, 1.0), sign
 
     def gaps(self, q: Array) -> Array:
         """Compute the errors (nr,) of the closure rows at coordinates q [m, rad]."""
@@ -124,7 +137,9 @@ class Tree:
     def joint_coordinates(self, names: Sequence[str], q: Array) -> Array:
         """Compute the coordinates of some joints, of cut ones too, at coordinates q of the tree [rad, m]."""
         terms, signs = zip(*map(self.coordinate, names), strict=True) if names else ((), ())
-        return np.array(signs) * self._values(np.array([(term, 0.0, _NONE, 0.0, 1.0) for term in terms], types.ROW), q)
+        return np.array(signs) * self._values(
+            np.array([(term, 0.0, NO_TERM, 0.0, 1.0) for term in terms], types.ROW), q
+        )
 
     def _values(self, rows: Records, q: Array) -> Array:
         values = np.empty(len(rows))
@@ -161,14 +176,14 @@ class Tree:
             bearing = self.marker(joint.parent, joint.on_parent)
             if joint.slot is None:
                 journal = self.marker(joint.child, joint.on_child)
-                rows.append((types.JOURNAL, bearing, journal, 0.0, 0.0, 0.0, *AT_ONE_JOINT))
+                rows.append((types.JOURNAL, bearing, journal, 0.0, 0.0, 0.0, *NO_STOP))
                 continue
             along = joint.direction
             across = np.array([-along[1], along[0]])
             for x, y in CORNERS:
                 corner = 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
                 marker = self.marker(joint.child, joint.on_child, corner)
-                rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height, *AT_ONE_JOINT))
+                rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height, *NO_STOP))
         return np.array(rows, types.ENDS)
 
     def joints(self, ideal: bool = False) -> Records:
@@ -204,6 +219,12 @@ class Tree:
         return without(np.arange(self.size), self.driven_dofs)
 
     @cached_property
+    def free_angles(self) -> NDArray[np.int64]:
+        """Return the places of the angles of revolute joints among the free coordinates."""
+        records = self.bodies.records
+        return np.flatnonzero(np.isin(self.free_dofs, records["dof"][records["type"] == types.REVOLUTE]))
+
+    @cached_property
     def joint_dofs(self) -> NDArray[np.int64]:
         """Return the coordinates of joints and floating links, without modes and hinges."""
         count = self.size - sum(len(link.modes.names) for link in self.substructures.values())
@@ -215,7 +236,9 @@ class Tree:
         return self._dofs(self.hinges)
 
     def _dofs(self, names: Sequence[str]) -> NDArray[np.int64]:
-        return np.array([self.coordinates.index(name) for name in names], dtype=np.int64)
+        wheels = (f"{name}{WHEEL}" for name in names)
+        moved = [wheel if wheel in self.wheels else name for name, wheel in zip(names, wheels, strict=True)]
+        return np.array([self.coordinates.index(name) for name in moved], dtype=np.int64)
 
     @cached_property
     def closing_dofs(self) -> NDArray[np.int64]:
@@ -249,7 +272,7 @@ class Tree:
 
     @cached_property
     def driven_dofs(self) -> NDArray[np.int64]:
-        """Return the coordinate of each driven joint."""
+        """Return the coordinate of each driven joint, or of its gearbox' output wheel."""
         return self._dofs(self.driven)
 
     @cached_property
@@ -260,8 +283,8 @@ class Tree:
     @cached_property
     def extent(self) -> float:
         """Return the linkage's length scale: the diagonal of the box around its joints [m]."""
-        points = np.array([point for joint in self.mechanism.joints for point in (joint.on_parent, joint.on_child)])
-        return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0))) or 1.0 if len(points) else 1.0
+        ends = joint_ends(self.mechanism)
+        return float(extent_of(ends)) or 1.0 if len(ends) else 1.0
 
     def marker(self, link: str, point: Array, beside: Array | float = 0.0) -> tuple[int, float, float]:
         """Return the marker (`MARKER`) of a reference point on `link` [m], or `beside` it.
@@ -293,9 +316,11 @@ class Tree:
         return self.marker(point.link, point.origin)
 
     def coordinate(self, name: str) -> tuple[tuple[Any, ...], float]:
-        """Return the term (`linkages.mechanics.planar.record_types.TERM`) of a joint's coordinate, and its sign."""
-        joint = self.mechanism.joint[name]
+        """Return the term (`TERM`) of the coordinate of a joint or a gearbox' output wheel, and its sign."""
+        joint = self.mechanism.joint[name.removesuffix(WHEEL)]
         ends = self.marker(joint.parent, joint.on_parent), self.marker(joint.child, joint.on_child)
+        if name in self.wheels:
+            ends = ends[0], (self.wheels[name], 0.0, 0.0)
         if joint.type == "prismatic":
             return (types.ALONG_BODY, *ends, *joint.direction), 1.0
         return (types.ANGLE, *ends, 0.0, 0.0), joint.sign
@@ -326,4 +351,4 @@ class Tree:
                 rows += [(types.ALONG_WORLD, *ends, 1.0, 0.0), (types.ALONG_WORLD, *ends, 0.0, 1.0)]
             if joint.type == "fixed":
                 rows.append((types.ANGLE, *ends, 0.0, 0.0))
-        return np.array([(row, 0.0, _NONE, 0.0, 1.0) for row in rows], types.ROW)
+        return np.array([(row, 0.0, NO_TERM, 0.0, 1.0) for row in rows], types.ROW)

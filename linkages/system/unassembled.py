@@ -15,8 +15,9 @@ from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
 from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.check import check
+from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.experiment_tables import Drive, FilmHistory, JointModel
+from linkages.input.model.experiment_tables import FilmHistory, JointModel
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
@@ -29,6 +30,9 @@ from linkages.system.tree import Tree, chained
 
 _UNKNOWN = 1.0  # rate for a linkage without motion and forces at the start [rad/s]
 _FILM_STEPS = 200  # of a turn of the fastest drive
+# Longest step over the film step: the content changes between steps; with whole film steps a journal that crosses the
+# cavity overshoots the oil.
+_OF_FILM_STEP = 0.25
 _SAMPLED = 2000  # number of times at which the drives' rates are compared
 
 T = TypeVar("T")
@@ -86,6 +90,7 @@ class Unassembled(Brief):
             tuple(name for name, drive in drives.items() if drive.prescribed),
             tuple(name for name, drive in drives.items() if not drive.prescribed),
             {name: partial(flexible_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
+            {name: slack.inertia for name, slack in self.experiment.gearboxes.items()},
         )
         return replace(tree, gears=tuple(self.experiment.closed.values()), slack=tuple(self.experiment.slack.values()))
 
@@ -188,7 +193,7 @@ class Unassembled(Brief):
     def contacts(self) -> tuple[tuple[str, str], ...]:
         """Return owner and label of each contact: clearance joints (`Tree.contacts`), limits, points at lines."""
         labels = (*self.experiment.limits, *self.experiment.contacts)
-        return (*self.tree.contacts, *((label.partition(".")[0], label) for label in labels))
+        return (*self.tree.contacts, *((label.rpartition(".")[0] or label, label) for label in labels))
 
     @cached_property
     def models(self) -> tuple[JointModel, ...]:
@@ -202,6 +207,11 @@ class Unassembled(Brief):
         joints = {name: self.experiment.joints[name] for name in self.experiment.play}
         histories = {name: joint.history for name, joint in joints.items() if joint.has_history}
         return {name: self._film_step(name, history) for name, history in histories.items() if history is not None}
+
+    @property
+    def longest_film_step(self) -> float:
+        """Return the longest step of a run with these film steps [s]; infinite without films with history."""
+        return _OF_FILM_STEP * min(self.film_steps.values(), default=np.inf)
 
     def _film_step(self, name: str, history: FilmHistory) -> float:
         if history.step is not None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 from scipy.stats import chi2, norm, normaltest, t
 
 from linkages.base.arrays import Array
@@ -21,9 +22,10 @@ _PART = 0.1  # least share of an unknown in an unknown mixture
 _TIED = 0.9  # correlation with an unknown value from which on a value is unknown too
 _LEAST = 1e-9  # smallest singular value, relative
 _AT_LIMIT = 1e-4  # distance from a limit, relative to the distance of the limits
-_DOUBT = 1e-3  # probability below which a test warns
+DOUBT = 1e-3  # probability below which a test warns
 _LAGS = 20  # of the test of whiteness
 _FEWEST = 20  # samples for tests
+_LEAST_FREEDOM = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +36,15 @@ class Certainty:
     ----------
     covariance : (k, k) array
         Of the scaled values, NaN where it is not known.
+    inflation : (k,) array
+        Variances over those of independent residuals with the stated deviation.
     singular : (n,) array
         Of the derivatives of the residuals with respect to the scaled unknowns, decreasing; sensors are eliminated.
     mixtures : (n, n) array
         Its rows are the mixtures of unknowns that the singular values belong to.
     identifiable : (n,) array of bool
     freedom : float
-        Independent residuals less values.
+        Independent residuals less values, at least 3.
     times : list of float
         Autocorrelation time of each column, in samples.
     tests : dict of list
@@ -49,6 +53,7 @@ class Certainty:
     """
 
     covariance: Array
+    inflation: Array
     singular: Array
     mixtures: Array
     identifiable: NDArray[np.bool_]
@@ -62,50 +67,113 @@ class Certainty:
         return np.sqrt(np.diag(self.covariance))
 
 
-def autocorrelation_time(residual: Array) -> float:
-    """Return the number of samples that count as one: 1 for independent ones.
+class Correlation(NamedTuple):
+    """Correlation of neighbouring residuals: a process of first order, driven by residuals that correlate shortly.
 
-    One plus twice the sum of the autocorrelations, in pairs up to the first negative one (Geyer 1992); 1 unless
-    neighbours correlate significantly.
+    Attributes
+    ----------
+    first : float
+        Coefficient of the process; zero for residuals that do not correlate.
+    rest : array
+        Covariances of what drives it, by lag, for residuals of variance 1.
+    time : float
+        Number of residuals that count as one; 1 for independent ones.
+    """
+
+    first: float
+    rest: Array
+    time: float
+
+
+INDEPENDENT = Correlation(0.0, np.ones(1), 1.0)
+
+
+def correlation_of(residual: Array) -> Correlation:
+    """Estimate the correlation of residuals, as Andrews and Monahan (1992) for variances: whiten, count, colour again.
+
+    The coefficient is that of Kendall (1954) without bias; covariances of the rest count in pairs up to the first
+    negative one (Geyer 1992). Residuals are independent unless neighbours correlate significantly.
     """
     n = len(residual)
     if n < _FEWEST or not np.any(residual):
-        return 1.0
-    size = 2 ** math.ceil(math.log2(2 * n))
-    power = np.abs(np.fft.rfft(residual, size)) ** 2
-    correlation = np.fft.irfft(power)[: n // 2]
-    correlation /= correlation[0]
-    if abs(correlation[1]) < norm.ppf(1.0 - _DOUBT / 2.0) / math.sqrt(n):
-        return 1.0
-    pairs = correlation[: len(correlation) // 2 * 2].reshape(-1, 2).sum(axis=1)
+        return INDEPENDENT
+    first = float(residual[:-1] @ residual[1:] / (residual[:-1] @ residual[:-1]))
+    certain = norm.ppf(1.0 - DOUBT / 2.0) / math.sqrt(n)
+    if abs(first) < certain:
+        return INDEPENDENT
+    first = float(np.clip(first + (1.0 + 3.0 * first) / n, 1.0 / n - 1.0, 1.0 - 1.0 / n))
+    drive = residual[1:] - first * residual[:-1]
+    power = np.abs(np.fft.rfft(drive, _length(n))) ** 2
+    rest = np.fft.irfft(power)[: n // 2]
+    pairs = rest[: len(rest) // 2 * 2].reshape(-1, 2).sum(axis=1)
     negative = np.flatnonzero(pairs <= 0.0)
-    return max(1.0, 2.0 * float(pairs[: negative[0] if len(negative) else len(pairs)].sum()) - 1.0)
+    rest = rest[: 2 * negative[0] if len(negative) else len(rest)] if abs(rest[1]) > certain * rest[0] else rest[:1]
+    rest = rest * (1.0 - first**2) / (2.0 * np.sum(rest * first ** np.arange(len(rest))) - rest[0])
+    return Correlation(first, rest, max((2.0 * float(rest.sum()) - float(rest[0])) / (1.0 - first) ** 2, 1.0))
+
+
+def _length(n: int) -> int:
+    """Return a length of transforms in which n numbers do not meet their repetition."""
+    return int(2 ** math.ceil(math.log2(2 * n)))
+
+
+def coloured(rows: Array, correlation: Correlation) -> Array:
+    """Return the covariance (k, k) of sums of correlated residuals (n,) of variance 1 with weights (n, k)."""
+    if correlation is INDEPENDENT:
+        return np.asarray(rows.T @ rows, np.float64)
+    first, rest, _ = correlation
+    sums = lfilter([1.0], [1.0, -first], rows[::-1], axis=0)[::-1].copy()
+    sums[0] /= math.sqrt(1.0 - first**2)
+    size = _length(len(sums))
+    kernel = np.zeros(size)
+    kernel[: len(rest)], kernel[size - len(rest) + 1 :] = rest, rest[:0:-1]
+    spread = np.fft.irfft(np.fft.rfft(sums, size, axis=0) * np.fft.rfft(kernel)[:, None], size, axis=0)[: len(sums)]
+    return np.asarray(0.5 * (sums.T @ spread + spread.T @ sums), np.float64)
 
 
 def certainty(residuals: Residuals, found: Fitted, deviations: Deviations) -> Certainty:
     """Judge the values of a fit."""
     n, residual, jacobian = len(residuals.active), found.evaluated.residual, found.evaluated.jacobian
     groups = residuals.groups(found.horizon)
-    white: Literal["white"] = "white"
-    times = [1.0 if deviations == white else autocorrelation_time(residual[rows]) for _, rows in groups]
-    weight = np.ones(len(residual))
-    for (_, rows), time in zip(groups, times, strict=True):
-        weight[rows] = 1.0 / time
+    correlations = [INDEPENDENT if deviations == "white" else correlation_of(residual[rows]) for _, rows in groups]
+    times = [one.time for one in correlations]
+    freedom = sum(
+        (1.0 - len(found.z) / len(residual)) * (rows.stop - rows.start) / time
+        for (_, rows), time in zip(groups, times, strict=True)
+    )
     tests = _tests(groups, residual, times, len(found.z))
     worst = [p for p in tests["chi_square_probability"] if p is not None]
     factor = 1.0
-    if worst and min(worst) < _DOUBT:  # the model does not explain the samples: their own spread counts
-        factor = max(1.0, float(np.sum(weight * residual**2) / max(weight.sum() - len(found.z), 1.0)))
-    jacobian = jacobian * np.sqrt(weight / factor)[:, None]
-    freedom = max(float(weight.sum()) - len(found.z), 1.0)
+    if worst and min(worst) < DOUBT:  # the model does not explain the samples: their own spread counts
+        weighted = sum(float(np.sum(residual[rows] ** 2)) / time for (_, rows), time in zip(groups, times, strict=True))
+        factor = max(1.0, weighted / max(freedom, 1.0))
+    alone = _covariance(jacobian)
+    jacobian = _independent(jacobian, groups, correlations) / math.sqrt(factor)
     covariance = _covariance(jacobian)
+    inflation = np.diag(covariance) / np.diag(alone)
     singular, mixtures, known = _mixtures(residuals, found.z, jacobian)
     scale = np.sqrt(np.diag(covariance))
     known &= scale[:n] <= largest_deviations(residuals)
     correlation = np.abs(covariance / np.outer(scale, scale))[:n, :n]
     known &= ~np.any(correlation[:, ~known] > _TIED, axis=1)  # what an unknown value may take with it
     covariance[:n][~known], covariance[:, :n][:, ~known] = np.nan, np.nan
-    return Certainty(covariance, singular, mixtures, known, freedom, times, tests)
+    return Certainty(covariance, inflation, singular, mixtures, known, max(freedom, _LEAST_FREEDOM), times, tests)
+
+
+def _independent(jacobian: Array, groups: list[tuple[Any, slice]], correlations: list[Correlation]) -> Array:
+    """Return the derivatives (k, k) of independent residuals that would leave the same covariance.
+
+    The values are those of least squares, whose covariance with correlated residuals is that of White (1980).
+    """
+    scale = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    basis, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)
+    middle = np.zeros((len(singular), len(singular)))
+    last = 0
+    for (_, part), correlation in zip(groups, correlations, strict=True):
+        middle, last = middle + coloured(basis[part], correlation), part.stop
+    middle += basis[last:].T @ basis[last:]  # priors
+    size, sides = np.linalg.eigh(middle)
+    return np.asarray((sides / np.sqrt(np.maximum(size, _LEAST))).T @ (singular[:, None] * rows) * scale, np.float64)
 
 
 def _covariance(jacobian: Array) -> Array:
@@ -196,19 +264,19 @@ def doubts(residuals: Residuals, found: Fitted, judged: Certainty) -> list[str]:
     for k, name in enumerate(names):
         probability = judged.tests["chi_square_probability"][k]
         mean = judged.tests["chi_square"][k]
-        if probability is not None and probability < _DOUBT and mean is not None and mean > 1.0:
+        if probability is not None and probability < DOUBT and mean is not None and mean > 1.0:
             result.append(
                 f"{name}: the residuals are {math.sqrt(mean):.2g} times the stated deviation: the model does not"
                 " explain this column; the intervals are widened, but may miss the true values"
             )
         white = judged.tests["whiteness"][k]
-        if white is not None and white < _DOUBT:
+        if white is not None and white < DOUBT:
             result.append(
                 f"{name}: the residuals are not independent (every {judged.times[k]:.3g} samples count as one):"
                 " something that the model lacks acts, or the noise of the sensor is coloured"
             )
         normal = judged.tests["normality"][k]
-        if normal is not None and normal < _DOUBT:
+        if normal is not None and normal < DOUBT:
             result.append(f"{name}: the residuals are not normally distributed: look for outliers")
     at = found.z[: len(residuals.active)]
     room = residuals.upper[: len(at)] - residuals.lower[: len(at)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -15,7 +15,10 @@ from scipy.stats import qmc
 
 from linkages.base.arrays import Array
 from linkages.engines.threads import in_threads
-from optim.identify.residuals import Evaluated, Residuals, screened
+from optim.identify.batches import SumsOfSquares
+from optim.identify.impacts import Impacts
+from optim.identify.residuals import Evaluated, Residuals
+from optim.identify.schema import Windows
 
 _FIRST = 20  # fewest samples of the first window, and samples for each value
 _GROWTH = 2.0  # ratio of two windows
@@ -24,6 +27,8 @@ _ENOUGH = 1e-8  # relative change of the sum of squares, or of the values, at wh
 _ROUNDS = 2  # fits with deviations that follow from residuals, after the first
 _MOST = 60  # runs in a window
 _WORTH = 1.02  # least ratio of two windows, at the horizon
+_IMPACTS = (2, 4)  # first impacts that lead a start
+_HOPELESS = 0.2, 25.0  # residuals of a wrong minimum: least part of a column's spread, and chi-square of a sample
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,11 +100,11 @@ class Search:
         return z, self.at(found.x)
 
 
-def first_window(residuals: Residuals, last: float, grows: bool) -> float:
+def first_window(residuals: Residuals, last: float, windows: Windows) -> float:
     """Return the end of the first window [s]: the last one, or that of the shortest useful window."""
     horizon, first = last, residuals.span()[0]
     fewest = max(_FIRST, 4 * len(residuals.start))
-    while grows:
+    while windows != "all":
         shorter = first + (horizon - first) / _GROWTH
         if sum(part.stop - part.start for _, part in residuals.groups(shorter)) < fewest:
             break
@@ -108,31 +113,65 @@ def first_window(residuals: Residuals, last: float, grows: bool) -> float:
 
 
 def fit_from(
-    residuals: Residuals, z: Array, last: float, grows: bool, show: Callable[[str], None] = lambda text: None
+    residuals: Residuals, z: Array, last: float, windows: Windows, show: Callable[[str], None] = lambda text: None
 ) -> Fitted:
-    """Fit from a start (k,), over windows that end before the horizon, from where on derivatives are not known."""
-    found: Fitted | None = None
+    """Fit from a start (k,), over windows that end before the horizon, from where on derivatives are not known.
+
+    First impacts lead the start, but where that ends in a wrong minimum it is fitted as it is, too.
+    """
+    if windows == "impacts":
+        led, runs = _led(residuals, z, last)
+        found = [fit_from(residuals, led, last, "grow", show)]
+        if runs and hopeless(residuals, found[0]):
+            found.append(fit_from(residuals, z, last, "grow", show))
+        return replace(best_of(residuals, found), runs=runs + sum(one.runs for one in found))
+    horizon = first_window(residuals, last, windows)
+    if windows == "all" and residuals(z, horizon).reason:  # a shorter beginning may run, and lead to values that do
+        return fit_from(residuals, z, last, "grow", show)
+    found_last: Fitted | None = None
     runs, history, first = 0, [], residuals.span()[0]
-    horizon = first_window(residuals, last, grows)
-    if (
-        not grows and residuals(z, horizon).reason
-    ):  # a shorter beginning may run, and lead to values that run to the end
-        return fit_from(residuals, z, last, True, show)
     while True:
         search = Search(residuals, z, horizon)
         z, evaluated = search.solve()
         runs += search.runs
         if evaluated.reason:
-            return found or Fitted(z, evaluated, horizon, runs, ())
+            return found_last or Fitted(z, evaluated, horizon, runs, ())
         history.append((float(runs), horizon, float(np.mean(evaluated.residual**2))))
         show(f"up to {horizon:.4g} s: chi-square of a sample {history[-1][2]:.4g}, {runs} runs")
-        found = Fitted(z, evaluated, horizon, runs, tuple(history))
+        found_last = Fitted(z, evaluated, horizon, runs, tuple(history))
         longer = min(first + _GROWTH * (horizon - first), last)
         if longer > horizon:
             longer = min(longer, _reach(residuals, z, longer))
         if longer - first <= _WORTH * (horizon - first):
-            return found
+            return found_last
         horizon = longer
+
+
+def _led(residuals: Residuals, z: Array, last: float) -> tuple[Array, int]:
+    """Fit times and peaks of the first impacts; return the values and the number of runs, none without impacts."""
+    runs = 0
+    for count in _IMPACTS:
+        impacts = Impacts(residuals, count)
+        horizon = impacts.horizon(last)
+        if horizon > residuals.span()[0]:
+            search = Search(impacts, z, horizon)
+            z, _ = search.solve(_MOST // 2)
+            runs += search.runs
+    return z, runs
+
+
+def hopeless(residuals: Residuals, found: Fitted) -> bool:
+    """Check whether a fit explains little of a column: another minimum may explain it."""
+    deviations = [x for one in residuals.deviations for x in one]
+    part, most = _HOPELESS
+    for (channel, rows), deviation in zip(residuals.groups(found.horizon), deviations, strict=True):
+        if rows.start == rows.stop:
+            continue
+        left = float(np.mean(found.evaluated.residual[rows] ** 2))
+        spread = float(np.std(channel.values[residuals.used(channel, found.horizon)]))
+        if left > most and math.sqrt(left) * deviation > part * spread:
+            return True
+    return bool(found.evaluated.reason)
 
 
 def _reach(residuals: Residuals, z: Array, horizon: float) -> float:
@@ -149,7 +188,7 @@ def starts(residuals: Residuals, count: int, seed: int, first: float) -> Array:
     sobol = qmc.Sobol(n, rng=np.random.default_rng(seed)).random(2 ** math.ceil(math.log2(_CANDIDATES * count)))
     points = np.tile(residuals.start, (len(sobol), 1))
     points[:, :n] = residuals.lower[:n] + sobol * (residuals.upper - residuals.lower)[:n]
-    order = np.argsort(screened(residuals, points, first), kind="stable")
+    order = np.argsort(SumsOfSquares(residuals, first, residuals.start, 0.0 * residuals.start)(points), kind="stable")
     return np.vstack([residuals.start, points[order[: count - 1]]])
 
 
@@ -158,45 +197,51 @@ def _silent(text: str) -> None:
 
 
 def fit_start(
-    residuals: Residuals, last: float, grows: bool, show: Callable[[str], None], job: tuple[int, int, Array]
+    residuals: Residuals, last: float, windows: Windows, show: Callable[[str], None], job: tuple[int, int, Array]
 ) -> Fitted:
     """Fit from one of some starts: its number, their number, and the start."""
     k, count, z = job
-    return fit_from(residuals, z, last, grows, lambda text: show(f"start {k + 1} of {count}, {text}"))
+    return fit_from(residuals, z, last, windows, lambda text: show(f"start {k + 1} of {count}, {text}"))
 
 
 def fit_all(
-    residuals: Residuals, points: Array, last: float, grows: bool, threads: int | None, executor: Executor | None,
-    known: Mapping[int, Mapping[str, Any]], done: Callable[[int, Fitted], None], show: Callable[[str], None],
+    residuals: Residuals, points: Array, before: int, last: float, windows: Windows, threads: int | None,
+    executor: Executor | None, known: Mapping[int, Mapping[str, Any]], done: Callable[[int, Fitted], None],
+    show: Callable[[str], None],
 ) -> list[Fitted]:  # fmt: skip
-    """Fit from all starts, in threads or by an executor; those in `known` are taken from an interrupted search."""
-    jobs = [(k, len(points), z) for k, z in enumerate(points)]
+    """Fit from starts, in threads or by an executor; those in `known` are taken from an interrupted search.
+
+    The number of starts `before` counts in their names.
+    """
+    jobs = [(before + k, before + len(points), z) for k, z in enumerate(points)]
     found: dict[int, Fitted] = {}
-    for k, row in known.items():
-        z, history = np.array(row["z"]), tuple(tuple(line) for line in row["history"])
-        found[k] = Fitted(z, residuals(z, row["horizon"]), row["horizon"], row["runs"], history)
+    for k, *_ in jobs:
+        if k in known:
+            row = known[k]
+            z, history = np.array(row["z"]), tuple(tuple(line) for line in row["history"])
+            found[k] = Fitted(z, residuals(z, row["horizon"]), row["horizon"], row["runs"], history)
     left = [job for job in jobs if job[0] not in found]
     if executor is not None:
-        for (k, *_), one in zip(
-            left, executor.map(partial(fit_start, residuals, last, grows, _silent), left), strict=True
-        ):
+        work_there = partial(fit_start, residuals, last, windows, _silent)
+        for (k, *_), one in zip(left, executor.map(work_there, left), strict=True):
             found[k] = one
             done(k, one)
-        return [found[k] for k in range(len(jobs))]
+    else:
 
-    def work(i: int) -> None:
-        k = left[i][0]
-        found[k] = fit_start(residuals, last, grows, show, left[i])
-        done(k, found[k])
+        def work(i: int) -> None:
+            k = left[i][0]
+            found[k] = fit_start(residuals, last, windows, show, left[i])
+            done(k, found[k])
 
-    in_threads(work, len(left), threads)
-    return [found[k] for k in range(len(jobs))]
+        in_threads(work, len(left), threads)
+    return [found[k] for k, *_ in jobs]
 
 
-def best_of(found: list[Fitted]) -> Fitted:
-    """Return the fit with the longest window, and of these the least chi-square."""
-    longest = max((one.horizon for one in found if not one.evaluated.reason), default=0.0)
-    return min(found, key=lambda one: (one.horizon < 0.99 * longest, one.cost))
+def best_of(residuals: Residuals, found: list[Fitted]) -> Fitted:
+    """Return the fit that is not hopeless, has the longest window, and of these the least chi-square."""
+    lost = {id(one): hopeless(residuals, one) for one in found}
+    longest = max((one.horizon for one in found if not lost[id(one)]), default=0.0)
+    return min(found, key=lambda one: (lost[id(one)], one.horizon < 0.99 * longest, one.cost))
 
 
 def refine(residuals: Residuals, found: Fitted) -> Fitted:

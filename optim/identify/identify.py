@@ -21,14 +21,18 @@ from linkages.base.arrays import Array
 from linkages.input.files.toml import leaves
 from linkages.input.files.versions import versions
 from linkages.input.files.writing import write_json
-from optim.identify.certainty import Certainty, certainty, doubts, interval, mixture_text
-from optim.identify.fit import Fitted, best_of, first_window, fit_all, refine, starts
+from optim.identify.certainty import DOUBT, Certainty, certainty, doubts, interval, mixture_text
+from optim.identify.fit import Fitted, best_of, first_window, fit_all, hopeless, refine, starts
 from optim.identify.load import Identification, described
 from optim.identify.plan import missing_sensors
+from optim.identify.posterior import check_sampler, posterior
 from optim.identify.profile import profile
 from optim.identify.residuals import Residuals
 
 _HALF = 0.5  # part that is predicted where alternatives are compared, by default
+_NEW = 8  # further starts where the best one is hopeless
+_ROUNDS = 3  # times that they are added, as long as they help
+_BETTER = 0.95  # largest ratio of chi-square that helps
 _SAME = 0.05  # relative difference of chi-square up to which two starts have found the same
 
 
@@ -39,6 +43,7 @@ def identify(
     *,
     resume: bool = False,
     profiles: bool = False,
+    samples: bool = False,
     threads: Count | None = None,
     executor: Executor | None = None,
     show: Callable[[str], None] = lambda text: None,
@@ -55,8 +60,10 @@ def identify(
         Whether the checkpoint may exist; it must be of the same file.
     profiles : bool
         Whether to compute the profile likelihood of each unknown.
+    samples : bool
+        Whether to sample the posterior by emcee.
     threads : int, optional
-        Threads in which starts run; default all there are. The results do not depend on it.
+        Threads in which starts and samples run; default all there are. The results do not depend on it.
     executor : Executor, optional
         Where starts run; default here.
     show : callable, optional
@@ -68,14 +75,14 @@ def identify(
         The content of ``result.json``, SI units: ``parameters``: by name ``path``, ``value``, ``deviation`` and
         ``interval`` of 95 % (None if not identifiable), ``identifiable``; ``nuisance``: gains, offsets, shifts;
         ``residual``, ``correlation``, ``prediction``; ``mixtures`` that the data leave open, and ``sensors`` that would
-        determine them; ``warnings``; ``curves`` for figures.
+        determine them; ``warnings``; ``curves`` for figures; ``posterior``: see `optim.identify.posterior.posterior`.
 
     Raises
     ------
     InputError
-        If the file has no measurements, or the checkpoint is of another file.
+        If the file has no measurements, the checkpoint is of another file, or emcee is not installed.
     RunError
-        If no start can be fitted.
+        If no start can be fitted, or no point can be sampled.
 
     Examples
     --------
@@ -86,6 +93,8 @@ def identify(
     """
     if not task.measurements:
         raise InputError(task.source, "data", "is missing; add [data.NAME] with file and columns, or give --plan")
+    if samples:
+        check_sampler()
     begun = time.perf_counter()
     share = task.file.fit.predict or (_HALF if task.file.alternatives else 0.0)
     models: dict[str, tuple[Identification, tuple[str, ...] | None]] = {"": (task, None)}
@@ -99,7 +108,7 @@ def identify(
         results[name] = _fit(Residuals(model, active), share, (threads, executor), kept, name, say)
     residuals, found, judged, all_starts = results[""]
     content = _content(residuals, found, judged, share)
-    content["starts"] = _agreement(all_starts, found)
+    content["starts"] = _agreement(all_starts, found, judged)
     content["warnings"] += content["starts"].pop("warnings")
     if task.file.alternatives:
         content["alternatives"] = {
@@ -119,6 +128,13 @@ def identify(
                 "profile_interval": list(ends),
                 "profile_runs": runs,
             }
+    if samples:
+        content["posterior"] = posterior(residuals, found, judged, threads, show)
+        if not content["posterior"]["enough"]:
+            content["warnings"].append(
+                f"the posterior has {content['posterior']['autocorrelation_times']:.2g} autocorrelation times, not 50:"
+                " its intervals are uncertain; raise fit.posterior_runs"
+            )
     return content | {
         "title": task.title,
         "file": described(task),
@@ -154,12 +170,18 @@ def _fit(
     first, last = residuals.span()
     last = last - share * (last - first)
     touches = any(one.system.experiment.can_touch for one in residuals.task.measurements)
-    grows = fit.windows == "grow" or (fit.windows is None and touches)
-    points = starts(residuals, fit.starts, fit.seed, first_window(residuals, last, grows))
-    found = fit_all(
-        residuals, points, last, grows, *where, kept.known(name), lambda k, one: kept.keep(name, k, one), show
-    )
-    best = best_of(found)
+    windows = fit.windows or ("impacts" if touches else "all")
+    shortest = first_window(residuals, last, windows)
+    found: list[Fitted] = []
+    points = starts(residuals, fit.starts, fit.seed, shortest)
+    keep, known = partial(kept.keep, name), kept.known(name)
+    for more in range(1, _ROUNDS + 2):
+        least = best_of(residuals, found).cost if found else math.inf
+        found += fit_all(residuals, points, len(found), last, windows, *where, known, keep, show)
+        best = best_of(residuals, found)
+        if not hopeless(residuals, best) or best.cost > _BETTER * least:
+            break
+        points = starts(residuals, _NEW + 1, fit.seed + more, shortest)[1:]
     if best.evaluated.reason:
         raise RunError(
             f"no start can be fitted: {best.evaluated.reason}; change the start or the limits of the unknowns"
@@ -299,10 +321,10 @@ def _curves(residuals: Residuals, found: Fitted) -> dict[str, Any]:
     return curves
 
 
-def _agreement(all_starts: list[Fitted], best: Fitted) -> dict[str, Any]:
-    """Return how many starts have ended at the best chi-square, and a warning if few have."""
+def _agreement(all_starts: list[Fitted], best: Fitted, judged: Certainty) -> dict[str, Any]:
+    """Return how many starts have ended at the best chi-square, and a warning if one has that no deviation confirms."""
     costs = [one.cost for one in all_starts]
-    least = min(costs)
+    least = min((one.cost for one in all_starts if one.horizon >= 0.99 * best.horizon), default=math.inf)
     same = sum(one.cost <= least * (1.0 + _SAME) + 1e-9 and one.horizon >= 0.99 * best.horizon for one in all_starts)
     result: dict[str, Any] = {
         "count": len(costs),
@@ -310,7 +332,8 @@ def _agreement(all_starts: list[Fitted], best: Fitted) -> dict[str, Any]:
         "chi_square": [_finite(x) for x in costs],
         "warnings": [],
     }
-    if len(costs) > 1 and same == 1:
+    explained = [p is not None and p >= DOUBT for p in judged.tests["chi_square_probability"]]
+    if len(costs) > 1 and same == 1 and not all(explained):
         result["warnings"] = ["one start only has found these values: give more starts, or narrower limits"]
     return result
 

@@ -12,7 +12,7 @@ from optim.identify.certainty import LEVEL, Certainty
 from optim.identify.fit import Fitted, Search
 from optim.identify.residuals import Residuals
 
-_STEPS = 4  # values on each side
+_MOST = 15  # runs on each side
 _FEW = 4  # runs at a value: the others start from where they should be
 _CLOSE = 0.02  # of the root of the difference of chi-square, relative
 
@@ -21,23 +21,19 @@ def profile(residuals: Residuals, found: Fitted, judged: Certainty, k: int) -> t
     """Follow the least chi-square over unknown k, to both sides up to where it has risen by that of the interval.
 
     Returns the interval of the unknown, points (np, 2) with its value and the rise of chi-square, and the number of
-    runs. Neighbouring residuals count as the fit's autocorrelation says.
+    runs. A rise counts less where the fit's variance is larger than that of independent residuals.
     """
     wanted = math.sqrt(float(chi2.ppf(LEVEL, 1)))
-    weight = np.ones(len(found.evaluated.residual))
-    for (_, rows), time in zip(residuals.groups(found.horizon), judged.times, strict=True):
-        weight[rows] = 1.0 / time
-    least = float(np.sum(weight * found.evaluated.residual**2))
-    freedom = max(float(weight.sum()) - len(found.z), 1.0)
-    unit = max(least / freedom, 1.0)
+    least, unit = float(np.sum(found.evaluated.residual**2)), float(judged.inflation[k])
     points, ends, runs = [(float(residuals.values(found.z)[k]), 0.0)], [], 0
     for sign in (-1.0, 1.0):
         at, reached, z = 0.0, 0.0, found.z.copy()
         step = sign * wanted * _linear(judged, k, residuals)
-        for _ in range(_STEPS):
+        left = _MOST
+        while left > 1:
             value = float(np.clip(found.z[k] + step, residuals.lower[k], residuals.upper[k]))
-            z, rise, count = _at(residuals, found, z, k, value, weight, least)
-            runs += count
+            z, rise, count = _at(residuals, found, z, k, value, least, min(_FEW, left - 1))
+            runs, left = runs + count, left - count
             at, reached = value - found.z[k], math.sqrt(max(rise, 0.0) / unit)
             z_all = found.z.copy()
             z_all[k] = value
@@ -62,7 +58,7 @@ def _linear(judged: Certainty, k: int, residuals: Residuals) -> float:
 
 
 def _at(
-    residuals: Residuals, found: Fitted, z: Array, k: int, value: float, weight: Array, least: float
+    residuals: Residuals, found: Fitted, z: Array, k: int, value: float, least: float, most: int
 ) -> tuple[Array, float, int]:
     """Fit the other values at a value of unknown k; return all, the rise of chi-square, and the number of runs."""
     others = np.ones(len(z), bool)
@@ -70,7 +66,7 @@ def _at(
     start = z.copy()
     start[k] = value
     search = Search(residuals, start, found.horizon, others)
-    z, evaluated = search.solve(_FEW)
+    z, evaluated = search.solve(most)
     if evaluated.reason:
         return z, math.inf, search.runs
-    return z, float(np.sum(weight * evaluated.residual**2)) - least, search.runs
+    return z, float(np.sum(evaluated.residual**2)) - least, search.runs

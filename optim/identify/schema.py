@@ -10,7 +10,7 @@ from linkages.input.files.toml import Finite, Positive, Table
 
 Adjusted = Finite | Literal["fit"]
 Size = Positive | str
-Windows = Literal["all", "grow"]
+Windows = Literal["all", "grow", "impacts"]
 Deviations = Literal["white", "autocorrelated"]
 
 
@@ -80,7 +80,8 @@ class FitTable(Table):
     windows: Windows | None = Field(
         None,
         description="all: all samples at once; grow: first the beginning of the run, then up to the horizon of"
-        " predictability; default: grow with contacts, else all",
+        " predictability; impacts: times and peaks of the first impacts, then grow; default: impacts with contacts,"
+        " else all",
     )
     deviations: Deviations = Field(
         "autocorrelated",
@@ -95,6 +96,9 @@ class FitTable(Table):
     )
     max_steps: Annotated[int, Field(ge=100, le=5_000_000)] = Field(
         200_000, description="steps of a run; a design that needs more counts as one that does not fit [1]"
+    )
+    posterior_runs: Annotated[int, Field(ge=1000, le=100_000_000)] = Field(
+        40_000, description="most runs of --posterior [1]"
     )
 
 

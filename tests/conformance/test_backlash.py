@@ -5,13 +5,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from engines import slow_on_drake
-from machines import joint, model, solid
+from machines import joint, model, slider_crank, solid
+from measures import worst
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from shipped import shipped
 
 from linkages import InputError, assess, impacts, load, simulate, simulate_batch, summarize
+from linkages.results.extremes import integral
+from linkages.results.link_loads import link_loads
 from linkages.show.report.answer import answer
 
 J1, J2, K, PLAY, SPEED = 0.2, 0.05, 1e4, 0.02, 2.0
@@ -23,6 +26,13 @@ FREE = f"[drives.A]\ntorque = 0.0\nspeed = {SPEED}\n[drives.B]\ntorque = 0.0\n"
 def pair(axis="0 0 1"):
     body = solid("one", 1.0, J1) + solid("two", 1.0, J2, "0.3 0 0 0 0 0")
     return model("pair", body + joint("A", "world", "one") + joint("B", "world", "two", axis=axis))
+
+
+def rack(axis="1 0 0", backwards=False):
+    """The second body slides, or the first one, with masses equal to the pair's inertias."""
+    body = solid("one", J1, J1) + solid("two", J2, J2, "0.3 0 0 0 0 0")
+    one, two = (("revolute", "0 0 1"), ("prismatic", axis))[:: -1 if backwards else 1]
+    return model("rack", body + joint("A", "world", "one", *one) + joint("B", "world", "two", *two))
 
 
 def mesh(ratio, play=f"play = {PLAY}", law=LINEAR, offset=0.0):
@@ -52,6 +62,53 @@ def test_free_wheels_bounce_between_the_flanks(run, engine, ratio, axis):
     energy = found["kinetic_energy"] + 0.5 * K * depth**2
     np.testing.assert_allclose(energy, 0.5 * J1 * SPEED**2, rtol=1e-9 if engine == "compiled" else 1e-8)
     np.testing.assert_allclose(found["mesh.angle"], found["q.B"] - ratio * found["q.A"], atol=1e-12)
+
+
+@slow_on_drake
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_rack_and_its_pinion_bounce_as_two_wheels(run, backwards):
+    """With masses equal to the inertias the coordinates are those of two wheels: in m and N instead of rad and N m."""
+    found = run(rack("0 1 0", backwards), "duration = 0.08\n" + FREE + mesh(-0.5) + EXACT)
+    frequency = np.sqrt(K * (1.0 / J2 + 0.25 / J1))
+    rows = impacts(found, ["mesh.upper", "mesh.lower"])[:4]
+    starts = PLAY / SPEED + np.arange(len(rows)) * (np.pi / frequency + 2.0 * PLAY / SPEED)
+    assert [row.start for row in rows] == pytest.approx(starts.tolist(), abs=1e-9)
+    assert rows[0].peak_force == pytest.approx(0.5 * K * SPEED / frequency, rel=1e-8)
+    np.testing.assert_allclose(J1 * found["A.rate"] - 0.5 * J2 * found["B.rate"], J1 * SPEED, rtol=1e-9)
+    name, place = ("mesh.torque", "mesh.angle") if backwards else ("mesh.force", "mesh.displacement")
+    accelerated = found["two.alpha"] if backwards else found["two.ay"]
+    np.testing.assert_allclose(J2 * accelerated, found[name], atol=1e-9 * rows[0].peak_force)
+    np.testing.assert_allclose(found[place], found["q.B"] + 0.5 * found["q.A"], atol=1e-12)
+
+
+@slow_on_drake
+def test_friction_between_teeth_brakes_the_wheels_relative_to_each_other(run):
+    """Newton's law of both wheels: the normal force at the base radius, and the friction at its arm."""
+    radius, arm, ratio, coefficient = 0.04, 0.006, -0.5, 0.2
+    teeth = f"arm = {arm}\n[gears.mesh.backlash.friction]\nlaw = 'coulomb'\ncoefficient = {coefficient}\nv_1 = 1e-3\n"
+    law = LINEAR.replace(f"stiffness = {K}", f"stiffness = {K / radius**2}")
+    text = "duration = 0.1\n[drives.A]\ntorque = 3.0\nspeed = 2.0\n[torques.T]\njoint = 'B'\ntorque = 0.5\n"
+    found = run(pair(), text + mesh(ratio, f"normal = {PLAY * radius}\nradius = {radius}\n" + teeth, law) + EXACT)
+    upper, lower = found["mesh.upper.force"], found["mesh.lower.force"]
+    drag = -coefficient * arm * (upper + lower) * np.tanh(arm * (found["two.omega"] - found["one.omega"]) / 1e-3)
+    tooth = radius * (lower - upper)
+    assert (upper + lower).max() > 10.0
+    np.testing.assert_allclose(J2 * found["two.alpha"], tooth + drag + 0.5, atol=1e-9 * np.abs(tooth).max())
+    np.testing.assert_allclose(J1 * found["one.alpha"], -ratio * tooth - drag + 3.0, atol=1e-9 * np.abs(tooth).max())
+
+
+@pytest.mark.parametrize("method", ["dormand_prince_5_4", "radau_iia_5"])
+def test_derivatives_with_friction_between_teeth(system_of, method):
+    """Central differences of runs at a coefficient."""
+    teeth = "arm = 0.006\n[gears.mesh.backlash.friction]\nlaw = 'coulomb'\ncoefficient = 0.2\nv_1 = 1e-3\n"
+    law = LINEAR.replace(f"stiffness = {K}", f"stiffness = {K / 0.04**2}")
+    text = "duration = 0.04\n[drives.A]\ntorque = 3.0\nspeed = 2.0\n[torques.T]\njoint = 'B'\ntorque = 0.5\n"
+    text += mesh(-0.5, f"normal = {PLAY * 0.04}\nradius = 0.04\n" + teeth, law)
+    system = system_of(pair(), text + EXACT.replace("dormand_prince_5_4", method).replace("1e-11", "1e-10"))
+    path = "gears.mesh.backlash.friction.coefficient"
+    found = simulate(system, "compiled", wrt=[path]).sensitivity[path]["q.B"][-1]
+    ends = [simulate(system.replaced({path: value}), "compiled")["q.B"][-1] for value in (0.19, 0.21)]
+    assert found == pytest.approx((ends[1] - ends[0]) / 0.02, rel=1e-3)
 
 
 def test_normal_backlash_is_measured_along_the_line_of_action(system_of):
@@ -237,6 +294,86 @@ def test_the_idle_wheel_rattles_as_an_independent_integration(engine):
     assert [row.peak_penetration for row in rows[:6]] == pytest.approx(depths.tolist(), rel=1e-5)
 
 
+# -- gearboxes of drives ---------------------------------------------------------------------------------------------
+
+SWING = "formula = '2*t + 0.05*sin(100*t)'\n"
+
+
+def gearbox(drive, joint="B", more="", law=LINEAR):
+    text = f"[drives.{joint}]\n{drive}[drives.{joint}.backlash]\nplay = {PLAY}\n{more}"
+    return text + f"[drives.{joint}.backlash.contact]\n{law}"
+
+
+@pytest.mark.parametrize("axis", ["0 0 1", "0 0 -1"])
+def test_a_gearbox_is_a_driven_wheel_with_a_coupling(system_of, axis):
+    """The same motion to the last bit; the drive's torque, with the opposite one on the parent, moves the joint."""
+    sdf = model("one", solid("two", 1.0, J2) + joint("B", "world", "two", axis=axis))
+    found = simulate(system_of(sdf, "duration = 0.06\n" + gearbox(SWING) + EXACT), "compiled")
+    coupling = mesh(1.0).replace("gears", "couplings").replace("ratio = 1.0\n", "")
+    other = simulate(system_of(pair(), f"duration = 0.06\n[drives.A]\n{SWING}{coupling}{EXACT}"), "compiled")
+    np.testing.assert_array_equal(found["q.B"], other["q.B"])
+    first, second = (
+        impacts(run, [f"{name}.upper", f"{name}.lower"]) for run, name in ((found, "B.backlash"), (other, "mesh"))
+    )
+    assert [row.start for row in first] == [row.start for row in second]
+    turn = 1.0 if axis == "0 0 1" else -1.0
+    np.testing.assert_allclose(J2 * found["two.alpha"] * turn, found["B.torque"], atol=1e-9 * first[0].peak_force)
+    np.testing.assert_array_equal(found["B.rate"], turn * found["two.omega"])
+    np.testing.assert_allclose(
+        found["B.power"], found["B.torque"] * (2.0 + 5.0 * np.cos(100.0 * found.time)), atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("drive", ["formula = '30*t + 0.2*sin(50*t)'\n", "torque = 0.2\nspeed = 40.0\n"])
+def test_a_crank_behind_a_gearbox_balances_energy_and_loads_on_both_engines(system_of, drive):
+    law = "law = 'flores'\nrestitution = 0.5\nstiffness = 2e4\n"
+    text = "duration = 0.02\ngravity = [0.0, -9.81, 0.0]\n" + gearbox(drive, "O", "inertia = 1e-4\n", law)
+    system = system_of(slider_crank(), text + "[solver]\naccuracy = 1e-10\n")
+    ours, theirs = (simulate(system, engine) for engine in ("compiled", "drake"))
+    column, difference = worst(*(run.evaluate(np.linspace(0.0, 0.02, 11)) for run in (theirs, ours)))
+    assert difference < 1e-8, column
+    energy, work = ours["kinetic_energy"] + ours["potential_energy"], integral(ours, ours["O.power"])
+    lost = integral(ours, ours["O.backlash.upper.power"] + ours["O.backlash.lower.power"])
+    assert lost < -1e-4
+    assert energy[-1] - energy[0] == pytest.approx(work + lost, abs=1e-7)
+    state = tuple(part[0] for part in ours.evaluate.function.states_at(np.array([0.01])))
+    assert all(link.imbalance < 1e-12 for link in link_loads(system, 0.01, state).values())
+
+
+def test_derivatives_and_ideal_of_a_gearbox(system_of):
+    sdf = model("one", solid("two", 1.0, J2) + joint("B", "world", "two"))
+    system = system_of(sdf, "duration = 0.06\n" + gearbox("speed = 2.0\n", more="start = 0.004\n") + EXACT)
+    path = "drives.B.backlash.play"
+    found = simulate(system.replaced({"sdf.links.two.inertia": J2}), "compiled", wrt=[path])
+    assert found["q.B"][0] == pytest.approx(0.004, abs=1e-14)
+    assert found.sensitivity[path]["q.B"][-1] == pytest.approx(0.0, abs=1e-12)  # it coasts within the play
+    assert system.ideal().tree.coordinates == ("B",)
+    swung = system.replaced({"drives.B": {"formula": "2*t + 0.05*sin(100*t)", "backlash": {
+        "play": PLAY, "contact": {"law": "hertz", "restitution": 1.0, "stiffness": K, "exponent": 1.0}}}})  # fmt: skip
+    slope = simulate(swung, "compiled", wrt=[path]).sensitivity[path]["q.B"][-1]
+    ends = [simulate(swung.replaced({path: PLAY + step}), "compiled")["q.B"][-1] for step in (-1e-6, 1e-6)]
+    assert slope == pytest.approx((ends[1] - ends[0]) / 2e-6, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (gearbox("torque = 1.0\n"), r"drives\.B: a torque turns the gearbox' output wheel: give backlash its inertia"),
+        (gearbox(SWING, "S"), r"drives\.S\.backlash: needs a revolute joint"),
+        (gearbox(SWING, more="normal = 1e-4\n"), r"drives\.B\.backlash: give either play, or normal with radius"),
+        (
+            gearbox(SWING) + "[motors.M]\njoint = 'B'\nkind = 'curve'\nspeeds = [0, 1]\ntorques = [1, 0]\n",
+            r'motors\.M\.joint: "B" has a drive with backlash',
+        ),
+    ],
+)
+def test_wrong_gearboxes_are_refused(experiment_file, text, reason):
+    body = solid("two", 1.0, J2) + solid("slide", 1.0, J2)
+    sdf = model("one", body + joint("B", "world", "two") + joint("S", "two", "slide", "prismatic", "1 0 0"))
+    with pytest.raises(InputError, match=reason):
+        load(experiment_file(sdf, "duration = 1.0\n" + text))
+
+
 # -- wrong input -------------------------------------------------------------------------------------------------------
 
 #: case -> (text, expected part of the message)
@@ -246,7 +383,7 @@ REFUSED = {
     "no radius": (mesh(1.0, "normal = 1e-4"), "give either play, or normal with radius"),
     "negative": (mesh(1.0, "play = -0.1"), "gears.mesh.backlash.play"),
     "unit": (mesh(1.0, 'play = "1 mm"'), 'gears.mesh.backlash.play: is "1 mm"; it must be measured in rad'),
-    "outside": (mesh(1.0, "play = 0.1\nstart = 0.06"), "it must be within half the play, 0.05 rad"),
+    "outside": (mesh(1.0, "play = 0.1\nstart = 0.06"), "it must be within half the play, 0.05"),
     "no contact": (mesh(1.0).partition("[gears.mesh.backlash.contact]")[0], "gears.mesh.backlash.contact: is missing"),
     "no stiffness": (
         mesh(1.0, law="law = 'hertz'\nrestitution = 1.0\nyoungs_modulus = 2e11"),
@@ -265,11 +402,21 @@ def test_wrong_backlash_is_refused_in_one_line(experiment_file, case):
     assert "\n" not in str(problem.value)
 
 
-def test_a_rack_has_no_backlash(experiment_file):
-    body = solid("one", 1.0, J1) + solid("two", 1.0, J2, "0.3 0 0 0 0 0")
-    sdf = model("rack", body + joint("A", "world", "one") + joint("B", "world", "two", "prismatic", "1 0 0"))
-    with pytest.raises(InputError, match=r'gears\.mesh\.backlash: needs two revolute joints; "B" is prismatic'):
-        load(experiment_file(sdf, "duration = 1.0\n" + mesh(0.1)))
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (
+            mesh(0.1, "normal = 1e-4\nradius = 0.1"),
+            r'backlash\.normal: needs a wheel; "B" is prismatic: give play \[m\]',
+        ),
+        (mesh(0.1, 'play = "1 deg"'), r'backlash\.play: is "1 deg"; it must be measured in m, '),
+        (mesh(0.1, "play = 1e-3\narm = 1e-3"), r"backlash: friction and arm, .*, belong together"),
+        (mesh(0.1, "play = 1e-3", "law = 'hertz'\nrestitution = 1.0"), r"backlash\.contact"),
+    ],
+)
+def test_wrong_backlash_of_a_rack_is_refused(experiment_file, text, reason):
+    with pytest.raises(InputError, match=r"gears\.mesh\." + reason):
+        load(experiment_file(rack(), "duration = 1.0\n" + text))
 
 
 # -- two stops -----------------------------------------------------------------------------------------------------------

@@ -21,36 +21,6 @@ def loaded(name, **overrides):
     return linkages.load(linkages.find_file(f"{name}.toml"), overrides)
 
 
-@pytest.fixture
-def answers(tmp_path):
-    """Make the answers of a shipped experiment, which save into a folder of the test."""
-
-    def make(name, limit=60.0, **overrides):
-        system = loaded(name, **overrides)
-        return Answers(Session(system, limit), controls(system), tmp_path, overrides)
-
-    return make
-
-
-def settled(of, values):
-    """Ask for a run until its motion is settled, as the page does."""
-    for _ in range(20):
-        reply = of.answer("run", {"values": values})
-        assert "error" not in reply, reply
-        if reply["settled"]:
-            return reply | of.answer("numbers", {})
-    raise AssertionError("the motion does not settle")
-
-
-def steady_numbers(path):
-    """Peaks of the last period of a file's motion, as `linkages simulate` reports them."""
-    summary = linkages.summarize(linkages.assess(linkages.load(path), "compiled", error_estimate=False))
-    shown = summary["windows"][summary["report"]] if summary["report"] != "whole" else summary
-    peaks = {name: entry["peak"] for name, entry in shown["outputs"].items()}
-    peaks |= {f"{name}.force": entry["force"]["peak"] for name, entry in shown["joints"].items()}
-    return peaks | {f"{name}.torque": entry["torque"]["peak"] for name, entry in shown["drives"].items()}
-
-
 @pytest.mark.parametrize(
     ("name", "values"),
     [
@@ -60,7 +30,7 @@ def steady_numbers(path):
         pytest.param("slider_crank_flexible", {"drives.O.speed": 120.0}, marks=pytest.mark.slow),
     ],
 )
-def test_a_saved_file_gives_the_numbers_of_the_page(answers, tmp_path, name, values):
+def test_a_saved_file_gives_the_numbers_of_the_page(answers, settled, steady_numbers, tmp_path, name, values):
     """The page's table and `linkages simulate` of the saved file agree in every digit."""
     of = answers(name)
     reply = settled(of, values)
@@ -73,7 +43,7 @@ def test_a_saved_file_gives_the_numbers_of_the_page(answers, tmp_path, name, val
     assert "live page" in (tmp_path / "changed.toml").read_text()
 
 
-def test_the_steady_motion_is_the_end_of_a_long_run(answers):
+def test_the_steady_motion_is_the_end_of_a_long_run(answers, settled):
     """Several short runs, each from the end of the previous one, give the motion of one run of ten periods."""
     reply = settled(answers("seven_bar"), {})
     long = linkages.simulate(loaded("seven_bar", duration=20.0), "compiled")
@@ -86,7 +56,7 @@ def test_the_steady_motion_is_the_end_of_a_long_run(answers):
         assert apart.max() < 0.05 * size  # the page calls an orbit steady that closes to 2 % of its size
 
 
-def test_a_small_change_settles_in_few_runs(answers):
+def test_a_small_change_settles_in_few_runs(answers, settled):
     of = answers("slider_crank_lubricated")
     settled(of, {})
     again = of.answer("run", {"values": {"joints.B.viscosity": 0.11}})
@@ -220,7 +190,7 @@ def test_values_of_the_command_line_are_saved(answers, tmp_path):
 
 
 @pytest.mark.slow
-def test_an_export_is_the_folder_of_simulate(answers, tmp_path):
+def test_an_export_is_the_folder_of_simulate(answers, settled, tmp_path):
     of = answers("slider_crank_lubricated")
     settled(of, {})
     reply = of.answer("export", {"values": {}, "name": "mine"})

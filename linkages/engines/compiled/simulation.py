@@ -33,12 +33,13 @@ def simulate(
 ) -> Trajectory:
     """Simulate a system with the compiled engine; see `linkages.engines.assessment.simulate`.
 
-    Outputs of linkages with closed loops have their coordinates in addition.
+    Outputs of linkages with closed loops have their coordinates in addition. `progress` is called after some thousand
+    steps, and at once where its attribute `stop` (1,), if it has one, is not zero.
     """
     if wrt:
         system.check_analysis(Analysis.DERIVATIVES)
     started = clock.perf_counter()
-    runner = Runner(system)
+    runner = Runner(system, stop=getattr(progress, "stop", None))
     t, y, step, status = 0.0, runner.start, 0.0, Status.OK
     parts, budget, window = [], Budget(system), min(WINDOW, most(system))
     try:

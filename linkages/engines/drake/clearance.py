@@ -7,6 +7,7 @@ from pydrake.systems.framework import (
     BasicVector,
     Context,
     ContinuousState,
+    DiscreteValues,
     EventStatus,
     LeafSystem,
     OutputPort,
@@ -18,9 +19,11 @@ from pydrake.systems.framework import (
 
 from linkages.base.arrays import Array
 from linkages.base.kernel import bound
-from linkages.engines.drake.joint_forces import Rooms, joint_forces, placed
+from linkages.engines.drake.joint_forces import Rooms, joint_forces, move_films, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.mechanics.planar.contacts import (
+    APPROACH,
+    BRISTLE,
     BRISTLE_RATE,
     CLEARANCE_OUTPUTS,
     CLOSING,
@@ -28,6 +31,8 @@ from linkages.mechanics.planar.contacts import (
     WIDTH,
     approach_at_start,
     fill_landing,
+    has_history,
+    make_memory,
 )
 from linkages.mechanics.planar.record_types import WORN
 from linkages.system import System
@@ -73,7 +78,8 @@ class ClearanceJoints(LeafSystem):
     event, so that no integration step crosses it. Between contacts the approach speed is infinite: a trial step across
     a start then evaluates the law without damping; any other approach speed could make the damping arbitrarily large.
     `begin` latches the speeds of contacts that start with the run, because no witness function changes its sign there.
-    LuGre friction: the bristles are continuous state.
+    LuGre friction: the bristles are continuous state. Films with history: their content is discrete state too, which an
+    event at the start of each step moves to its time; steps of up to `System.longest_film_step` follow it.
 
     Parameters
     ----------
@@ -85,6 +91,8 @@ class ClearanceJoints(LeafSystem):
     ----------
     joints : tuple of str
         Names of the contacts, in the order of the ports' entries.
+    replaying : bool
+        Whether steps of a run are repeated with the content of films that they had.
     """
 
     def __init__(self, system: System, place: StatePlace) -> None:
@@ -99,17 +107,21 @@ class ClearanceJoints(LeafSystem):
         fill_landing(laws, tree.extent, self._landing)
         self._size, self._beside = num_velocities, len(tree.contacts)
         self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles
-        self._no_memory = np.zeros((len(laws), 2))
+        self._memory = make_memory(system.ends, system.tables)
+        self._memory[:, APPROACH] = np.inf  # no contact yet, hence no damping
         state, forces = np.empty(place.num_states), np.empty(num_velocities + WIDTH * len(laws))
-        self._joint_forces = bound(joint_forces, self._placed, self._rooms.work, self._no_memory, state, forces)
+        self._joint_forces = bound(joint_forces, self._placed, self._rooms.work, self._memory, state, forces)
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         needs = {self.input_port_ticket(self._state.get_index())}
-        if len(self._touching):
-            self.DeclareDiscreteState(np.full(len(laws), np.inf))  # no contact yet, hence no damping
+        if len(self._touching) or has_history(self._memory):
+            self.DeclareDiscreteState(self._memory.ravel())
             needs.add(self.xd_ticket())
         if len(self._bristles):
             self.DeclareContinuousState(len(self._bristles))
             needs.add(self.xc_ticket())
+        self.replaying = False
+        if has_history(self._memory):
+            self.DeclarePerStepDiscreteUpdateEvent(update=self._advance_films)
         self._witnesses = [self._witness(int(k)) for k in self._touching]
         self._evaluation = self.DeclareVectorOutputPort(
             "evaluation", num_velocities + WIDTH * len(laws), self._evaluate, needs
@@ -134,25 +146,38 @@ class ClearanceJoints(LeafSystem):
 
     def begin(self, context: Context) -> None:
         """Latch the approach speeds of contacts that exist at the state of a context, the start of a run."""
-        if not len(self._touching):
-            return
-        joints, speeds = self.evaluate(context), np.full(len(self._laws), np.inf)
+        memory = self._remembered(context)
+        if has_history(memory):
+            move_films(self._placed, self._rooms.work, memory, context.get_time(), self._state.Eval(context), True)
+        joints = self.evaluate(context)
         for k in self._touching:
-            speeds[k] = approach_at_start(joints[k, PENETRATION], joints[k, CLOSING], self._landing[k])
-        context.SetDiscreteState(speeds)
+            speed = approach_at_start(joints[k, PENETRATION], joints[k, CLOSING], self._landing[k])
+            memory[k, APPROACH] = speed
+        if context.num_discrete_state_groups():
+            context.SetDiscreteState(memory.ravel())
 
     def DoGetWitnessFunctions(self, context: Context) -> list[WitnessFunction]:  # noqa: N802
         """Return the witness functions; Drake calls this after every step."""
         return self._witnesses
 
+    def _advance_films(self, context: Context, memory: DiscreteValues) -> EventStatus:
+        """Move the content of the films with history to the start of the step."""
+        if not self.replaying:
+            moved = self._remembered(context)
+            move_films(self._placed, self._rooms.work, moved, context.get_time(), self._state.Eval(context), False)
+            memory.set_value(moved.ravel())
+        return EventStatus.Succeeded()
+
     def _witness(self, k: int) -> WitnessFunction:
+        width = self._memory.shape[1]
+
         def penetration(context: Context) -> float:
             return float(self.evaluate(context)[k, PENETRATION])
 
         def latch(system: LeafSystem, context: Context, event: UnrestrictedUpdateEvent, state: State) -> EventStatus:
             touch = self.evaluate(context)[k]
             starts = (touch[PENETRATION], touch[CLOSING]) > (0.0, 0.0)
-            state.get_mutable_discrete_state(0).SetAtIndex(k, touch[CLOSING] if starts else np.inf)
+            state.get_mutable_discrete_state(0).SetAtIndex(k * width + APPROACH, touch[CLOSING] if starts else np.inf)
             return EventStatus.Succeeded()
 
         return self.MakeWitnessFunction(
@@ -162,19 +187,19 @@ class ClearanceJoints(LeafSystem):
             UnrestrictedUpdateEvent(system_callback=latch),
         )
 
-    def _memory(self, context: Context) -> Array:
-        if not len(self._touching):
-            return self._no_memory
-        memory = np.zeros((len(self._laws), 2))
-        memory[:, 0] = context.get_discrete_state(0).value()
+    def _remembered(self, context: Context) -> Array:
+        """Return the memory of the contacts, see `linkages.mechanics.planar.contacts.make_memory`."""
+        if not context.num_discrete_state_groups():
+            return self._memory
+        memory: Array = context.get_discrete_state(0).get_value().reshape(self._memory.shape).copy()
         if len(self._bristles):
-            memory[self._bristles, 1] = context.get_continuous_state_vector().CopyToVector()
+            memory[self._bristles, BRISTLE] = context.get_continuous_state_vector().CopyToVector()
         return memory
 
     # -- outputs -----------------------------------------------------------------------------------
 
     def _evaluate(self, context: Context, output: BasicVector) -> None:
-        memory, state, forces = self._memory(context), self._state.Eval(context), output.get_mutable_value()
+        memory, state, forces = self._remembered(context), self._state.Eval(context), output.get_mutable_value()
         self._joint_forces(self._placed, self._rooms.work, memory, state, forces)
 
     def _give_force(self, context: Context, output: BasicVector) -> None:

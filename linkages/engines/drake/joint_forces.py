@@ -13,7 +13,7 @@ import numpy as np
 from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
 from linkages.base.kernel.by_reference import packed
 from linkages.mechanics.planar.arrays import Arrays, size_of
-from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
+from linkages.mechanics.planar.contacts import WIDTH, advance_films, clearance_wrenches, start_films
 from linkages.mechanics.planar.joint_friction import FrictionWork, add_efforts, make_friction_work, solve_friction
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import load_wrenches, sample_states, state_rates
@@ -77,6 +77,17 @@ def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, re
     generalised_force(bodies, work.pose, work.wrench, work.tau)
     for i in range(len(place.into)):
         result[place.into[i]] = work.tau[i]
+
+
+@lazy_kernel
+def move_films(place: Placed, work: Workspace, memory: Array, t: float, state: Array, fresh: bool) -> None:
+    """Move the content of the films with history to time t and a state (nx,) of the plant, or make it ``fresh``."""
+    model = place.model
+    _enter(place, work, state)
+    if fresh:
+        start_films(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel, True)
+    else:
+        advance_films(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel)
 
 
 @lazy_kernel

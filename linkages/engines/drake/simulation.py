@@ -143,6 +143,8 @@ class _Recorder:
         self.times, self.states = np.array(watch.times), np.array(watch.states)
         # the values latched at the start of a step are known at its end
         self.memories = [*watch.memories[1:], watch.memories[-1]]
+        if linkage.clearance is not None:
+            linkage.clearance.replaying = True
         self.diagram, self.linkage, self.system = diagram, linkage, linkage.system
         self.simulator = Simulator(diagram)
         self.steps = StepControl(self.simulator, self.system)

@@ -27,7 +27,6 @@ from linkages.explore.periodic.multipliers import Multipliers, multipliers
 from linkages.explore.sections import Section, recorded
 from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
-from linkages.mechanics.planar.record_types import REVOLUTE
 from linkages.results.outputs.registry import pack
 from linkages.results.steady_state import common_period
 from linkages.system import System
@@ -108,8 +107,7 @@ class ReturnMap:
         self._flows: dict[float | None, tuple[Flow, float]] = {}
         flow, period = self._flow(None if path is None else system.value(path), transient + 1)
         self.period = period
-        records = system.tree.bodies.records
-        turns = np.flatnonzero(np.isin(system.tree.free_dofs, records["dof"][records["type"] == REVOLUTE]))
+        turns = system.tree.free_angles
         if given is None:
             flow.reach((transient - 1) * period)
             last = flow.reach(transient * period)

@@ -45,7 +45,7 @@ class BlockStart:
     Attributes
     ----------
     y : array
-        State at the end of a cycle.
+        State at the end of a cycle; angles are less the whole turns since the start of the block's first later cycle.
     memory : (nc, 2) array
         Memory of the contacts.
     step : float
@@ -165,17 +165,18 @@ def measure(
     if start is not None:
         flow.resume(begin * period, start.y, start.memory, start.step)
     outputs, cycles = watched(system), list[_Cycle]()
-    done, kept = 0, 0
+    done, kept, before = 0, 0, flow.y
     while flow.status is Status.OK and done < most and kept == 0:
         piece = flow.advance((first + done + 1) * period)
         if flow.status is Status.OK:
             done += 1
+            before = flow.y if first + done == begin else before
             if done > lead:
                 cycles.append(_cycle(flow, piece, outputs, joints))
                 kept = _settled(_works(cycles), scatter)
     if kept > 0 or len(cycles) == _MOST:
         cycles = cycles[-kept or _UNSETTLED :]
-    end = BlockStart(flow.y, flow.memory.copy(), flow.step)
+    end = BlockStart(_unwound(flow, before), flow.memory.copy(), flow.step)
     if not cycles:
         return CycleBlock({}, {}, dict.fromkeys(outputs, np.nan), done, end, flow.status)
     loads = {
@@ -187,6 +188,17 @@ def measure(
     work = {joint.name: values for joint, values in zip(joints, _works(cycles).T, strict=True)}
     means = np.mean([cycle.peaks for cycle in cycles], axis=0).tolist()
     return CycleBlock(loads, work, dict(zip(outputs, means, strict=True)), done, end, flow.status)
+
+
+def _unwound(flow: Flow, before: Array) -> Array:
+    """Return the state of a run with its angles less the whole turns since a state `before`.
+
+    With it a run can start at the time of that state: driven angles have their values there, and loops are closed.
+    """
+    tree, turns = flow.system.tree, np.zeros(len(before))
+    angles = tree.free_angles
+    turns[angles] = 2.0 * np.pi * np.round((flow.y - before)[angles] / (2.0 * np.pi))
+    return flow.y - turns
 
 
 def depths_of(joint: Wearing, removed: Array) -> Array:

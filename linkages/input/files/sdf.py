@@ -35,6 +35,11 @@ Own = TypeVar("Own")
 #: Joint types of the standard that a planar linkage can have.
 JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 
+_BEARING = "bearing.radius", "bearing.length"
+_SIZES = {"revolute": _BEARING, "continuous": _BEARING, "prismatic": ("slot.length", "slot.height")}  # of joint types
+
+_BEAM = "beam.width", "beam.height", "beam.youngs_modulus", "beam.density"  # of a beam that is added
+
 _HARMLESS = ("linkages", "collision_filter_group")  # ignored elements with a prefix, by prefix or name
 
 
@@ -43,9 +48,11 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None, text: byt
 
     Overrides replace values of the file by dotted path: ``links.NAME.mass`` [kg], ``links.NAME.com.x|y|z`` [m],
     ``links|joints|frames.NAME.pose.x|y|z|roll|pitch|yaw`` [m, rad], ``joints.NAME.bearing.radius|length`` and
-    ``joints.NAME.slot.length|height`` [m], ``links.NAME.beam.width|height|diameter|outer|inner`` [m] ``|area`` [m2]
-    ``|second_moment`` [m4] ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson``; for a mechanism written from a
-    description, ``parameters.NAME``. The mass and the mass centre of a link with a beam follow from the beam.
+    ``joints.NAME.slot.length|height`` [m] (together they add a bearing or a slot to a joint without),
+    ``links.NAME.beam.width|height|diameter|outer|inner`` [m] ``|area`` [m2] ``|second_moment`` [m4]
+    ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson`` (width, height, youngs_modulus and density together add a
+    beam between the two frames of a link that joints name); for a mechanism written from a description,
+    ``parameters.NAME``. The mass and the mass centre of a link with a beam follow from the beam.
     """
     reader = _flat_reader(path, read_whole(path) if text is None else text)
     values = dict(overrides or {})
@@ -139,6 +146,17 @@ class _Reader:
         other, changed = copy.copy(self), {self._place(path)[0] for path in overrides}
         other.elements, other.places = dict(self.elements), dict(self.places)
         other._change(changed)
+        if added := [path for path in overrides if path not in other.places]:
+            for path in added:
+                _, name, kind, key = path.split(".")
+                if kind == "beam" and elements.annotation(other.elements[name], kind) is None:
+                    elements.add_beam(other.elements[name], self._ends(name))
+                    follow = f"links.{name}.mass", f"links.{name}.com"
+                    other.places = {key: place for key, place in other.places.items() if not key.startswith(follow)}
+                elements.add_size(other.elements[name], kind, key)
+            other._change({path.split(".")[1] for path in added})
+            for path in overrides:
+                other._place(path)
         for path, value in overrides.items():
             other.places[path][1].put(value)
         other.values = self.values | {path: other.places[path][1].value for path in overrides}
@@ -187,8 +205,8 @@ class _Reader:
         own: Own = self._own[key]
         return own
 
-    def _place(self, path: str) -> tuple[str, elements.NumberPlace]:
-        """Find the number at a dotted path, and its element's name."""
+    def _place(self, path: str) -> tuple[str, elements.NumberPlace | None]:
+        """Find the number at a dotted path, None for one that can be added, and its element's name."""
         if path in self.places:
             return self.places[path]
         where = f"sdf.{path}"
@@ -201,9 +219,19 @@ class _Reader:
             raise self.error(where, f'there is no {tag} "{name}"; {nearest(name, self.names[tag])}')
         if key.partition(".")[0] in ("mass", "com") and elements.annotation(self.elements[name], "beam") is not None:
             raise self.error(where, FOLLOWS)
+        if kind == "joints" and key in _SIZES.get(self.elements[name].get("type", ""), ()):
+            return name, None
+        if kind == "links" and key in _BEAM and len(self._ends(name)) == 2:
+            return name, None
         start = f"{kind}.{name}."
         known = [other.removeprefix(start) for other in self.places if other.startswith(start)]
         raise self.error(where, f'"{key}" is unknown; {nearest(key, known)}')
+
+    def _ends(self, link: str) -> list[str]:
+        """Return the names by which joints refer to a link: its own, and the ones of its frames."""
+        joints = [self.elements[name] for name in self.names["joint"]]
+        named = [(joint.findtext(end) or "").strip() for joint in joints for end in ("parent", "child")]
+        return list(dict.fromkeys(name for name in named if name and self._carrier(name) == link))
 
     def _check_beams(self) -> None:
         """Check that each <inertial> agrees with the link's beam, before any value is replaced."""

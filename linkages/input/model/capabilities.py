@@ -42,12 +42,19 @@ _SAMPLED = "makes sampling instants, which {} cannot follow; make it continuous"
 _SMOOTH = Analysis.DIAGRAM, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
 
-#: The table. A film with history runs on the compiled engine alone: single runs, batches and sweeps, with errors.
+
+def _fractional(experiment: Experiment) -> list[str]:
+    """List the gears of a turning drive whose wheels have another pose after a revolution."""
+    turns = any(drive.prescribed and drive.speed for drive in experiment.drives.values())
+    return [name for name, gear in experiment.gears.items() if turns and gear.ratio % 1.0]
+
+
+#: The table. A film with history has runs on both engines, batches and sweeps, with errors.
 UNSUPPORTED = (
     Unsupported(
         "joints.{}.history",
         lambda experiment: [name for name in experiment.play if experiment.joints[name].has_history],
-        {analysis: _CONTENT.format(analysis) for analysis in Analysis}
+        {analysis: _CONTENT.format(analysis) for analysis in set(Analysis) - {Analysis.DRAKE}}
         | {Analysis.EQUILIBRIUM: 'has no equilibrium that start = "equilibrium" could find; use "centred"'},
     ),
     *(
@@ -59,9 +66,19 @@ UNSUPPORTED = (
         for table in ("states", "controllers")
     ),
     Unsupported(
+        "gears.{}.ratio",
+        _fractional,
+        {Analysis.WEAR: "is no whole number: cycles of the drive do not begin in the same pose; drive the other joint"},
+    ),
+    Unsupported(
         "controllers.{}.function",
         lambda experiment: [name for name, one in experiment.controllers.items() if one.function is not None],
         {Analysis.DERIVATIVES: "is in Python, which has no derivatives; give the controller by formulas of states"},
+    ),
+    Unsupported(
+        "drives.{}.backlash.inertia",
+        lambda experiment: [name for name, slack in experiment.gearboxes.items() if not slack.inertia],
+        dict.fromkeys((Analysis.DRAKE, Analysis.DIAGRAM), "is 0, but Drake needs an inertia of the gearbox' wheel"),
     ),
     Unsupported(
         "links.{}.stiffening",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,14 +18,15 @@ def edited(experiment: Experiment, values: Mapping[str, Any], target: Path, orig
     """Return the text of an experiment's file with other values; comments state their origin, and the values before.
 
     The origin is one for all values, or by path. Strings are read as TOML values. The mechanism's path is relative if
-    it is in the folder of the target or below.
+    it has a folder in common with the target.
     """
     document = tomlkit.parse(experiment.source.read_text(encoding="utf-8"))
     for path, given in values.items():
         source = origin if isinstance(origin, str) else origin.get(path, "")
         _replace(document, path, parse_value(given) if isinstance(given, str) else given, source)
     machine, folder = experiment.mechanism_path.resolve(), target.resolve().parent
-    named = str(machine.relative_to(folder) if machine.is_relative_to(folder) else machine)
+    apart = os.path.commonpath([machine, folder]) == machine.anchor
+    named = str(machine) if apart else Path(os.path.relpath(machine, folder)).as_posix()
     if named != document["mechanism"]:
         _replace(document, "mechanism", named, "")
     return tomlkit.dumps(document)

@@ -193,6 +193,24 @@ def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: flo
 
 
 @kernel
+def approach(
+    bodies: Bodies, rows: Records, free: Indices, size: float, held: Indices, places: Array, steps: int, q: Array
+) -> bool:
+    """Move held coordinates of a closed linkage from zero to places in equal steps, and close its rows after each.
+
+    Returns False at a step that does not close, where the held coordinates stay.
+    """
+    none = np.zeros(len(rows))
+    for k in range(1, steps + 1):
+        fraction = 1.0 if k == steps else k * (1.0 / steps)
+        for i in range(len(held)):
+            q[held[i]] = fraction * places[i]
+        if not close(bodies, rows, none, free, size, q):
+            return False
+    return True
+
+
+@kernel
 def consistent_rates(bodies: Bodies, rows: Records, free: Indices, q: Array, v: Array, a: Array) -> None:
     """Set the free entries of rates v and accelerations a so that the rows stay closed; the others are given."""
     nr, nf = len(rows), len(free)

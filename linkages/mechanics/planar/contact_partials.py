@@ -58,7 +58,7 @@ def input_scales(end: np.record, law: np.record, motion: ContactMotion, out: Arr
     distance = math.hypot(ex, ey)
     open_by = c + end.half - ex * nx - ey * ny if corner else c - distance
     if end.kind == STOP:
-        open_by = c + end.half - end.nx * end.lever * (ny - nx)
+        open_by = c + end.half - end.nx * end.lever * ny
     gap = max(abs(open_by), _NEAR * c)
     speed = math.hypot(vx, vy) + c * (abs(wb) + abs(wj)) + _SLOW
     lever = max(law.radius, c)
@@ -167,8 +167,8 @@ def _shifted(end: np.record, motion: ContactMotion, depth: float, closing: float
     """Increase penetration, closing and sliding speed of a contact."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     if end.kind == STOP:
-        along = end.nx / end.lever
-        return ex, ey, vx, vy, wb, wj + along * closing, nx, ny + along * depth
+        along, slide = end.nx / end.lever, sliding / end.arm if end.arm > 0.0 else 0.0
+        return ex, ey, vx + slide, vy, wb, wj + along * closing, nx, ny + along * depth
     x, y = nx, ny
     if end.kind != CORNER:
         distance = math.hypot(ex, ey)

@@ -6,9 +6,10 @@ import numpy as np
 
 from linkages.base.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.film.film_history import advance_film, start_film
+from linkages.laws.film.film_history import advance_film, memory_of, start_film
 from linkages.laws.journal import clearance_force, dry_force, history_force
 from linkages.laws.wear.force import call_worn
+from linkages.mechanics.planar.closure_rows import add_row_wrench, row_rate, row_value
 from linkages.mechanics.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
 from linkages.mechanics.planar.record_types import CORNER, HISTORY, JOURNAL, STOP, WORN
 
@@ -38,6 +39,12 @@ def fill_landing(laws: Records, size: float, out: Array) -> None:
     """Fill ``out`` (nc,) with the accuracies to which the start and end of each contact are located [m; stop: rad]."""
     for k in range(len(laws)):
         out[k] = max(_LANDING * laws[k].clearance, _ROUNDING * size)
+
+
+def make_memory(ends: Records, tables: Array) -> Array:
+    """Make the memory of contacts, (nc, 2), or wider if a film has a history; all zero."""
+    films = np.flatnonzero(ends["kind"] == HISTORY)
+    return np.zeros((len(ends), OIL + max((memory_of(tables[k]) for k in films), default=0)))
 
 
 @inlined_kernel
@@ -76,7 +83,7 @@ def clearance_wrenches(
         fx, fy, couple, rate, delta, closing, sliding, load, content, flow = remembered_action(
             end, laws[k], tables[k], memory[k], memory[k, BRISTLE], motion
         )
-        add_contact(wrench, end, ex, ey, arms, fx, fy, couple)
+        add_contact(wrench, end, pose, ex, ey, arms, fx, fy, couple)
         out[k, EX], out[k, EY], out[k, FX], out[k, FY], out[k, COUPLE] = ex, ey, fx, fy, couple
         out[k, PENETRATION], out[k, CLOSING], out[k, SLIDING] = delta, closing, sliding
         out[k, LOAD], out[k, BRISTLE_RATE], out[k, CONTENT], out[k, FLOW] = load, rate, content, flow
@@ -84,15 +91,16 @@ def clearance_wrenches(
 
 @inlined_kernel
 def add_contact(
-    wrench: Array, end: np.record, ex: float, ey: float, arms: Arms, fx: float, fy: float, couple: float
+    wrench: Array, end: np.record, pose: Array, ex: float, ey: float, arms: Arms, fx: float, fy: float, couple: float
 ) -> None:
     """Add a contact's force pair to the bodies' wrenches: both forces act at the journal's marker."""
-    add_pair(wrench, end.bearing, end.journal, both_at_b(arms, ex, ey), fx, fy)
+    if end.kind == STOP:
+        add_row_wrench(end.row, pose, couple, wrench)
+        couple = fx
+    else:
+        add_pair(wrench, end.bearing, end.journal, both_at_b(arms, ex, ey), fx, fy)
     wrench[end.journal.body, 0] += couple
     wrench[end.bearing.body, 0] -= couple
-    if end.ratio != 0.0:
-        wrench[end.b.body, 0] -= end.ratio * couple
-        wrench[end.a.body, 0] += end.ratio * couple
 
 
 @inlined_kernel
@@ -100,20 +108,21 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[ContactMoti
     """Compute the motion of a contact's inner end relative to its outer end, and the arms of both.
 
     The motion is the vector e between the ends, its rate, the angular velocities of outer and inner body; corner: the
-    normal into the wall; worn, grooved, with history, stop: the angles of outer and inner body. The outer end of a
-    gear's flank turns with the other joint too.
+    normal into the wall; worn, grooved, with history: the angles of outer and inner body. Stop: the first rate is the
+    angular velocity of the inner body relative to the outer one, and rate and value of the row are the last angular
+    velocity and angle.
     """
     ex, ey, arms = gap(pose, end.bearing, end.journal)
     vx, vy = gap_rate(vel, end.bearing, end.journal, arms)
-    nx, ny, wb = 0.0, 0.0, vel[end.bearing.body, 0]
+    nx, ny, wb, wj = 0.0, 0.0, vel[end.bearing.body, 0], vel[end.journal.body, 0]
     if end.kind == CORNER:
         nx, ny = turned(pose, end.bearing.body, end.nx, end.ny)
+    elif end.kind == STOP:
+        ny, vx, vy = row_value(end.row, pose), wj - wb, 0.0
+        wb, wj = 0.0, row_rate(end.row, pose, vel)
     elif end.kind != JOURNAL:
         nx, ny = pose[end.bearing.body, 2], pose[end.journal.body, 2]
-        if end.ratio != 0.0:
-            nx += end.ratio * (pose[end.b.body, 2] - pose[end.a.body, 2])
-            wb += end.ratio * (vel[end.b.body, 0] - vel[end.a.body, 0])
-    return (ex, ey, vx, vy, wb, vel[end.journal.body, 0], nx, ny), arms
+    return (ex, ey, vx, vy, wb, wj, nx, ny), arms
 
 
 @kernel
@@ -122,7 +131,8 @@ def contact_action(
 ) -> tuple[float, float, float, float, float, float, float, float]:
     """Compute the force (2) and couple on the inner body, and the state of the contact, from `contact_motion`.
 
-    The state is the rate of the bristles, penetration, its rate, sliding speed, normal load.
+    Stop: the friction's couple, 0, and the effort on the row. The state is the rate of the bristles, penetration, its
+    rate, sliding speed, normal load.
     """
     return _action(end, law, table, approach, bristle, motion)
 
@@ -141,9 +151,9 @@ def _action(
         return -load * nx + drag * ny, -load * ny - drag * nx, 0.0, rate, delta, closing, sliding, load
     if end.kind == STOP:
         along = end.nx * end.lever
-        delta, closing = along * (ny - nx) - end.half - law.clearance, along * (wj - wb)
-        load, _, _ = dry_force(law, delta, closing, 0.0, approach, 0.0)
-        return 0.0, 0.0, -along * load, 0.0, delta, closing, 0.0, load
+        delta, closing = along * ny - end.half - law.clearance, along * wj
+        load, drag, rate = dry_force(law, delta, closing, end.arm * vx, approach, bristle)
+        return -end.arm * drag, 0.0, -along * load, rate, delta, closing, end.arm * vx, load
     if end.kind == WORN:
         return call_worn(law.worn, (law, table, ex, ey, vx, vy, wb, wj, nx, ny, approach, bristle))
     return clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle, nx)

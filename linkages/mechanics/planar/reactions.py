@@ -24,7 +24,7 @@ def add_known_contacts(ends: Records, contacts: Array, pose: Array, wrench: Arra
     """Add the force pairs of contacts whose `CLEARANCE_OUTPUTS` (nc, WIDTH) are known."""
     for k in range(len(ends)):
         ex, ey, arms = gap(pose, ends[k].bearing, ends[k].journal)
-        add_contact(wrench, ends[k], ex, ey, arms, contacts[k, FX], contacts[k, FY], contacts[k, COUPLE])
+        add_contact(wrench, ends[k], pose, ex, ey, arms, contacts[k, FX], contacts[k, FY], contacts[k, COUPLE])
 
 
 @lazy_kernel

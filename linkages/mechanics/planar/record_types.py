@@ -61,25 +61,24 @@ ROW = record_type(
 )
 
 #: Kinds of contact: a journal in its bearing, a corner of a block at a wall of its slot (or any point at a straight
-#: line), a journal and a bearing at least one of which is worn, an angle between two bodies at its limit,
+#: line), a journal and a bearing at least one of which is worn, a coordinate at its limit,
 #: a journal in a bearing with a groove or a tilt, whose film depends on the bearing's angle, and one whose film has a
 #: history.
 JOURNAL, CORNER, WORN, STOP, ORIENTED, HISTORY = 0, 1, 2, 3, 4, 5
 
 #: The two ends of a contact. Journal: centre of the bearing on the outer body, of the journal on the inner one.
-#: Corner: a point of the slot's middle line on the outer body, the corner on the inner one. Stop: any points; the outer
-#: end turns by ``ratio`` times the angle of ``b`` relative to ``a`` more than its body: a gear's flank.
+#: Corner: a point of the slot's middle line on the outer body, the corner on the inner one. Stop: any points; the
+#: value of a row is limited: the angle between the bodies or, for the flank of a gear, its closure error.
 ENDS = record_type(
     kind="i8",
     bearing=MARKER,  # on the outer body
     journal=MARKER,  # on the inner body
-    nx="f8",  # corner: normal into the wall, in the outer body's frame; stop: +1 if the inner body meets it turning
-    ny="f8",  # counter-clockwise from the outer one, -1 if clockwise
+    nx="f8",  # corner: normal into the wall, in the outer body's frame; stop: +1 if a growing value meets it, else -1
+    ny="f8",
     half="f8",  # corner: half the height of the block [m]; stop: nx times the place of the stop, less the clearance
-    lever="f8",  # stop: its depth and place per angle: 1, or the base radius of a wheel [m]
-    ratio="f8",  # stop: 0 without another joint
-    a=MARKER,
-    b=MARKER,
+    lever="f8",  # stop: its depth and place per value: 1, or the base radius of a wheel [m]
+    arm="f8",  # stop: sliding speed over the angular velocity of the inner body relative to the outer one
+    row=ROW,
 )
 
 #: Kinds of applied load. A quantity is a function of time, signals and states, without a force.

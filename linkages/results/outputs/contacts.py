@@ -14,10 +14,11 @@ from linkages.laws import FILMS
 from linkages.laws.film.tilted_film import tilted_action, tilted_gap
 from linkages.laws.journal import end_flow, polar
 from linkages.mechanics.planar import contacts
+from linkages.mechanics.planar.closure_rows import term_rate
 from linkages.mechanics.planar.contacts import COUPLE, EX, EY, FX, FY, PENETRATION, contact_motion
 from linkages.mechanics.planar.markers import turned
 from linkages.mechanics.planar.record_types import HISTORY, WORN
-from linkages.results.outputs.joints import of_joints
+from linkages.results.outputs.joints import of_joints, turns
 from linkages.results.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities, quantity
 from linkages.system import System
 
@@ -91,11 +92,11 @@ def _flow(output: np.record, seen: Snapshot) -> float:
 
 @formula()
 def _slack(output: np.record, seen: Snapshot) -> float:
-    k, vel = output.at, seen.state.vel
-    end, couple = seen.model.ends[k], seen.contacts[k, COUPLE] + seen.contacts[k + 1, COUPLE]
+    k, end = output.at, seen.model.ends[output.at]
+    effort = seen.contacts[k, COUPLE] + seen.contacts[k + 1, COUPLE]
     apart = seen.contacts[k, PENETRATION] - seen.contacts[k + 1, PENETRATION]
-    power = couple * (vel[end.journal.body, 0] - vel[end.bearing.body, 0])
-    return (output.constant * couple, power, 0.5 * apart / end.lever)[output.column]
+    power = effort * term_rate(end.row.term, seen.state.pose, seen.state.vel)
+    return (output.constant * effort, power, 0.5 * apart / end.lever)[output.column]
 
 
 @formula()
@@ -152,6 +153,12 @@ _OF_SLACK = quantities(
     power="power transmitted to the second joint [W]",
     angle="angle of the second joint from the middle of the play [rad]",
 )
+_OF_RACK = quantities(
+    _slack,
+    force="force on the second joint, along its coordinate [N]",
+    power="power transmitted to the second joint [W]",
+    displacement="displacement of the second joint from the middle of the play [m]",
+)
 _OF_STOP = {
     "torque": quantity("magnitude of the reaction torque [N m]", _entry, contacts.LOAD),
     **_entries(
@@ -194,13 +201,18 @@ def _at_contact(system: System, name: str) -> Element:
     return Element(k, constant=float(system.laws["clearance"][k]))
 
 
-def _flanks(normal: bool) -> Callable[[System], Iterable[str]]:
-    """List the flanks of gears with backlash along the line of action, or of angles."""
+def _slacks(slides: bool) -> Callable[[System], Iterable[str]]:
+    """List the gears with backlash before a prismatic, or a revolute joint."""
+    return lambda system: [name for name in system.experiment.slack if turns(system, "slack", name) is not slides]
+
+
+def _flanks(lengths: bool) -> Callable[[System], Iterable[str]]:
+    """List the flanks of gears with backlash whose penetration is a length, or an angle."""
     return lambda system: [
         f"{name}.{side}"
         for name, mesh in system.experiment.slack.items()
         for side in mesh.flanks
-        if mesh.backlash and (mesh.backlash.normal is not None) is normal
+        if mesh.backlash and (mesh.backlash.normal is not None or not turns(system, "slack", name)) is lengths
     ]
 
 
@@ -251,13 +263,14 @@ PLAY = (
         {"film_content": quantity("share of the gap that is filled with oil [1]", _entry, contacts.CONTENT)},
     ),
     *_by_drive(Owner("GUIDE", _guides, _at_guide, _OF_GUIDE, real=True)),
-    Owner("GEAR (backlash)", lambda system: system.experiment.slack, _at_slack, _OF_SLACK, real=True),
+    Owner("GEAR (backlash)", _slacks(False), _at_slack, _OF_SLACK, real=True),
+    Owner("RACK (backlash)", _slacks(True), _at_slack, _OF_RACK, real=True),
 )  # fmt: skip
 #: Stops, flanks of gears, points at lines.
 WALLS = (
     Owner("STOP (revolute)", of_joints("stops", True), _at_contact, _OF_STOP, real=True),
     Owner("STOP (prismatic)", of_joints("stops", False), _at_contact, _OF_WALL, real=True),
-    Owner("FLANK (play)", _flanks(False), _at_contact, _OF_STOP, real=True),
-    Owner("FLANK (normal)", _flanks(True), _at_contact, _OF_TOOTH, real=True),
+    Owner("FLANK (angle)", _flanks(False), _at_contact, _OF_STOP, real=True),
+    Owner("FLANK (length)", _flanks(True), _at_contact, _OF_TOOTH, real=True),
     Owner("CONTACT", lambda system: system.experiment.contacts, _at_contact, _OF_LINE, real=True),
 )

@@ -25,6 +25,13 @@ def _drive(output: np.record, seen: Snapshot) -> float:
     return (effort, rate, effort * rate)[output.column]
 
 
+@formula("forces")
+def _gearbox(output: np.record, seen: Snapshot) -> float:
+    effort, state = seen.efforts[output.at], seen.state
+    rate = output.constant * term_rate(seen.model.ends[output.marker.body].row.term, state.pose, state.vel)
+    return (effort, rate, effort * state.v[output.other])[output.column]
+
+
 @formula("loads")
 def load_value(output: np.record, seen: Snapshot) -> float:
     """Read a value of an applied load."""
@@ -59,6 +66,12 @@ _OF_DRIVE = quantities(
     rate="rate of the joint's coordinate [rad/s or m/s]",
     power="power delivered by the drive [W]",
 )
+_OF_GEARBOX = quantities(
+    _gearbox,
+    torque="torque of the drive on the output wheel of its gearbox, along the joint's coordinate [N m]",
+    rate="rate of the joint's coordinate; the wheel has another one [rad/s]",
+    power="power delivered by the drive [W]",
+)
 _POWER = {"power": quantity("power that the load delivers to the linkage [W]", load_value, POWER)}
 _OF_FORCE = {
     "fx": quantity("applied force along x_P [N]", load_value, VALUE),
@@ -87,7 +100,7 @@ def _passed(name: str, unit: str) -> dict[str, Declaration]:
 def turns(system: System, table: str, name: str) -> bool:
     """Tell whether a stop, friction, gear or spring gives a torque; the second joint of a gear or coupling counts."""
     element = getattr(system.experiment, table)[name]
-    joint = element.joints[1] if table in ("gears", "couplings", "meshes") else element.joint
+    joint = element.joints[1] if table in ("gears", "couplings", "meshes", "slack") else element.joint
     return joint is None or system.mechanism.joint[joint].type == "revolute"
 
 
@@ -105,7 +118,13 @@ def _drives(system: System) -> tuple[str, ...]:
 
 
 def _at_drive(system: System, name: str) -> Element:
-    return Element(_drives(system).index(name), system.tree.coordinates.index(name))
+    k, tree = _drives(system).index(name), system.tree
+    return Element(k, int(np.concatenate([tree.driven_dofs, tree.powered_dofs])[k]))
+
+
+def _at_gearbox(system: System, name: str) -> Element:
+    contact, sign = [owner for owner, _ in system.contacts].index(f"{name}.backlash"), system.tree.coordinate(name)[1]
+    return _at_drive(system, name)._replace(marker=(contact, 0.0, 0.0), constant=sign)
 
 
 def _at_load(system: System, name: str) -> Element:
@@ -122,7 +141,11 @@ def _at_gear(system: System, name: str) -> Element:
 #: Joints, drives, applied loads, gears and couplings.
 FORCES = (
     Owner("JOINT", lambda system: system.mechanism.joint, _at_joint, _OF_JOINT),
-    Owner("DRIVE", _drives, _at_drive, _OF_DRIVE),
+    Owner(
+        "DRIVE", lambda system: [name for name in _drives(system) if name not in system.experiment.gearboxes],
+        _at_drive, _OF_DRIVE,
+    ),
+    Owner("DRIVE (backlash)", lambda system: system.experiment.gearboxes, _at_gearbox, _OF_GEARBOX),
     Owner("FORCE", lambda system: system.experiment.forces, _at_load, _OF_FORCE),
     Owner("TORQUE", lambda system: system.experiment.torques, _at_load, _values(torque=_OF_TORQUE)),
     Owner(

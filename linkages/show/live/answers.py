@@ -1,44 +1,59 @@
 """Requests of the front end and their replies, the same for the page and for a notebook.
 
-| kind     | request                       | reply                                                                 |
-|----------|-------------------------------|-----------------------------------------------------------------------|
-| start    |                               | title, versions, controls, names of the file and of the folder        |
-| run      | values, restart               | see `compute`                           |
-| picture  | values                        | see `picture`                           |
-| numbers  |                               | the table of that run, see `numbers_for`           |
-| warnings |                               | warnings about that run                                               |
-| save     | values, name, replace         | the file that was written, and the command that runs it               |
-| export   | values, name, replace         | the folder that was written, by ``linkages simulate``                 |
-
-Each request can name its page by a text ``page``: runs, numbers and warnings of pages are independent. A request that
-cannot be answered gets ``{"error": TEXT}``, and a request for a run that a newer one of its page has overtaken
-``{"outdated": true}``.
+`linkages.show.live.server` has the list of requests and replies.
 """
 
 from __future__ import annotations
 
+import math
 import re
-import subprocess
-import sys
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from contextlib import suppress
+from dataclasses import asdict, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 from linkages.base.errors import AssemblyError, InputError, RunError
 from linkages.input.files.versions import versions
-from linkages.input.files.writing import errors_of_writing, whole
-from linkages.input.model.editing import edited
-from linkages.input.model.experiment import Experiment
-from linkages.show.live.controls import Control, controls
-from linkages.show.live.session import OutdatedError, Session, TimeLimitError, checked
+from linkages.results.outputs.registry import default_outputs
+from linkages.show.live.controls import Control, controls, extended
+from linkages.show.live.edits import parts, with_addition, with_model
+from linkages.show.live.exploring import (
+    MOST_RUNS,
+    Around,
+    checked_paths,
+    checked_spreads,
+    sensitivities,
+    sweep,
+    tolerances,
+    usual_spreads,
+)  # fmt: skip
+from linkages.show.live.keeping import code, export, notebook, save, target_of, write
+from linkages.show.live.session import Session, checked
+from linkages.show.live.watch import OutdatedError, TimeLimitError
 from linkages.show.plots.pages import own_text, script
 from linkages.system import System
 
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
-_EXPORT = 600.0  # longest time of an export [s]
 _PAGES = 20  # pages whose last run is kept
+
+
+class Look:
+    """Shows the progress of many runs to a page, and ends them where their request is outdated."""
+
+    def __init__(self, answers: Answers, outdated: Callable[[], bool]) -> None:
+        self.outdated, self._answers = outdated, answers
+
+    def progress(self, what: str) -> Callable[[float], None]:
+        """Return the progress function of some runs; OutdatedError where they are to end."""
+
+        def show(part: float) -> None:
+            self._answers.said = f"{what}: {100.0 * part:.0f} %" if part < 1.0 else ""
+            if self.outdated():
+                self._answers.said = ""
+                raise OutdatedError
+
+        return show
 
 
 class Answers:
@@ -52,16 +67,24 @@ class Answers:
         self, session: Session, controls: Mapping[str, Control], folder: Path, given: Mapping[str, Any] | None = None
     ) -> None:
         self.session, self.controls, self.folder, self.given = session, controls, folder, given or {}
+        self.said = ""  # stage of a computation of many runs
         self._pages: dict[str, Session] = {}
 
     def answer(self, kind: str, request: Any, outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
         """Answer a request from outside: everything in it is checked. `outdated` tells whether a newer one waits."""
+        look = Look(self, outdated)
         known: dict[str, Callable[[Session, dict[str, Any]], dict[str, Any]]] = {
             "start": self._start,
+            "edit": self._edit,
+            "move": self._move,
             "run": partial(self._run, outdated),
             "picture": lambda session, request: session.picture(self._values(request)),
             "numbers": lambda session, _: session.numbers(),
             "warnings": lambda session, _: {"warnings": session.warnings()},
+            "sweep": partial(self._sweep, look),
+            "sensitivities": partial(self._sensitivities, look),
+            "tolerances": partial(self._tolerances, look),
+            "notebook": self._notebook,
             "save": self._save,
             "export": self._export,
         }
@@ -87,50 +110,102 @@ class Answers:
             self._pages.pop(next(iter(self._pages)))
         return session
 
-    def _start(self, session: Session, _: dict[str, Any]) -> dict[str, Any]:
-        experiment = session.system.experiment
+    def _start(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        experiment, known = session.system.experiment, self.controls
+        if "values" in request:
+            with suppress(InputError):  # the first run reports it
+                known = self._known(request)
         return {
             "title": experiment.title or experiment.source.stem,
             "file": experiment.source.name,
             "name": f"{experiment.source.stem}_play",
             "folder": str(self.folder.resolve()),
             "versions": versions(),
-            "controls": [asdict(control) for control in self.controls.values()],
+            "controls": [asdict(control) for control in known.values()],
+            "parts": parts(session.system, known),
         }
+
+    def _edit(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        """Give a joint or a link another model, or a joint a groove or wear, with the values that it needs."""
+        values, name = self._values(request), _text(request, "name")
+        system = session.system.replaced(values)
+        if "add" in request:
+            values |= with_addition(system, name, _text(request, "add"))
+        else:
+            values |= with_model(system, _text(request, "part"), name, _text(request, "model"))
+        if f"sdf.links.{name}.beam.density" in values:  # it determines the mass
+            of_mass = tuple(f"sdf.links.{name}.{key}" for key in ("mass", "inertia", "com."))
+            values = {path: value for path, value in values.items() if not path.startswith(of_mass)}
+        found, tables = self._known({"values": values}), ("joints", "links", "sdf.joints", "sdf.links")
+        own = tuple(f"{table}.{name}." for table in tables)
+        new = [one for path, one in found.items() if path.startswith(own)]
+        shown = [replace(one, first=True) if one.value is None and ".beam." in one.path else one for one in new]
+        return {"values": values, "controls": [asdict(one) for one in shown]}
+
+    def _move(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        to, phase = request.get("to"), request.get("phase")
+        numbers: list[Any] = [phase, *to] if isinstance(to, list) else []
+        finite = [float(one) for one in numbers if isinstance(one, int | float) and math.isfinite(one)]
+        if not len(numbers) == len(finite) == 3 or not 0.0 <= finite[0] <= 1.0:
+            raise InputError("page", "to", "must be a place [x, y] in metres, with a phase from 0 to 1")
+        return {"values": session.moved(self._values(request), _text(request, "joint"), finite[1:], finite[0])}
 
     def _run(self, outdated: Callable[[], bool], session: Session, request: dict[str, Any]) -> dict[str, Any]:
         values = self._values(request)
         if request.get("restart") is True:
             session.restart()
-        return session.compute(values, outdated)
+        return session.compute(values, outdated, request.get("refine") is True)
+
+    def _sweep(self, look: Look, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        known, path = self._known(request), _text(request, "path")
+        control = known[checked_paths([path], known)[0]]
+        return dict(sweep(self._around(look, session, request), control, request, look.progress("sweep")))
+
+    def _sensitivities(self, look: Look, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        paths = checked_paths(request.get("paths"), self._known(request))
+        return sensitivities(self._around(look, session, request), paths, look.progress("sensitivities"))
+
+    def _tolerances(self, look: Look, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        known, runs = self._known(request), request.get("runs", 500)
+        if not isinstance(runs, int) or not 2 <= runs <= MOST_RUNS:
+            raise InputError("page", "runs", f"must be a number from 2 to {MOST_RUNS}")
+        given = request.get("spreads") or usual_spreads(known, self._values(request))
+        around = self._around(look, session, request)
+        return tolerances(around, checked_spreads(given, known), runs, look.progress("tolerances"))
+
+    def _around(self, look: Look, session: Session, request: dict[str, Any]) -> Around:
+        return Around.of(session, self._values(request), look.outdated)
 
     def _save(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
         """Save a file with the values of the run that the page shows: it gives the same numbers."""
-        name = request.get("name")
-        if not isinstance(name, str) or not _NAME.fullmatch(name.removesuffix(".toml")):
-            problem = "is no name of a file here; use letters, digits, '_', '-' and '.', without a folder"
-            raise InputError("page", repr(name)[:60], problem)
-        target = self.folder / f"{name.removesuffix('.toml')}.toml"
+        target = target_of(self.folder, request.get("name"))
         values = {**self.given, **session.values_shown(self._values(request))}
         save(session.system.experiment, values, target, request.get("replace") is True)
         return {"written": str(target), "command": f"linkages simulate {target}"}
 
     def _export(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
         """Save the file, and let ``linkages simulate`` write its folder: the files are the same by construction."""
-        target = Path(self._save(session, request)["written"])
-        out = target.with_suffix("")
-        command = [sys.executable, "-m", "linkages.cli.main", "simulate", str(target), "--out", str(out), "--quiet"]
-        try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=_EXPORT, check=False)
-        except subprocess.TimeoutExpired:
-            problem = f"takes longer than {_EXPORT:g} s; run: {' '.join(command[3:])}"
-            raise InputError("export", target.name, problem) from None
-        if done.returncode not in (0, 1):
-            raise InputError("export", target.name, done.stderr.strip().rpartition("\n")[2] or "failed")
+        out = export(Path(self._save(session, request)["written"]))
         return {"written": str(out), "command": f"linkages report {out}"}
 
+    def _notebook(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        """Write code that repeats the run that the page shows."""
+        values = self._values(request)
+        part, system = session.part_shown(values, lambda: False), session.system
+        ran = {**self.given, **session.values_shown(values)}
+        text = code(system.experiment.source, ran, part, list(default_outputs(system.replaced(values))))
+        if "name" not in request:
+            return {"code": text}
+        target = target_of(self.folder, request["name"], ".ipynb")
+        write(target, lambda: notebook(text), request.get("replace") is True)
+        return {"code": text, "written": str(target), "command": f"jupyter lab {target}"}
+
+    def _known(self, request: dict[str, Any]) -> Mapping[str, Control]:
+        """Return the controls for the values of a request."""
+        return extended(self.controls, self.session.system.replaced(self._values(request)))
+
     def _values(self, request: dict[str, Any]) -> dict[str, float | str]:
-        return checked(request.get("values", {}), self.controls)
+        return checked(request.get("values", {}), self.controls, self.session.system.mechanism)
 
 
 def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, folder: str | Path = ".") -> Any:
@@ -168,7 +243,7 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     class Page(anywidget.AnyWidget):
         """The front end, and the answers to its requests."""
 
-        _esm = front_end("live.js")
+        _esm = front_end("widget.js")
         _css = front_end("live.css")
 
     def reply(widget: Any, message: Any, _: Any) -> None:
@@ -180,27 +255,35 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     return page
 
 
+#: The modules of the front end, each after its imports; names at their top level are unique.
+MODULES = (
+    "curves.js", "dom.js", "words.js", "layout.js", "machine.js", "controls.js", "numbers.js", "charts.js", "runs.js",
+    "joints.js", "explore.js", "live.js",
+)  # fmt: skip
+
+
 @cache
 def front_end(name: str) -> str:
-    """Return the page, its style, or its script, one ES module that exports `mount` and, for anywidget, a default."""
-    text = own_text("linkages.show.live", name)
-    return f"{script()}\n{text}" if name == "live.js" else text
+    """Return the page, its style or a module of its script; "widget.js" is one module of all, for anywidget.
+
+    Modules import names of others, unchanged, by lines of the form ``import {NAME, NAME} from "./MODULE.js";``.
+    """
+    if name == "widget.js":
+        lines = "\n".join(map(front_end, MODULES)).split("\n")
+        kept = [line for line in lines if not line.startswith(("import {", "export {"))]
+        return "\n".join(re.sub("^export (?!default)", "", line) for line in kept)
+    if name == "curves.js":
+        return f"{script()}\nexport {{drawCurves, valueAt}};\n"
+    return own_text("linkages.show.live", name)
+
+
+def _text(request: Mapping[str, Any], key: str) -> str:
+    """Return a text of a request; InputError if it is none."""
+    if not isinstance(request.get(key), str):
+        raise InputError("page", key, "must be a text")
+    return str(request[key])
 
 
 def page_of(request: Any) -> str:
     """Return the name of a request's page; empty without one."""
     return str(request.get("page", ""))[:40] if isinstance(request, dict) else ""
-
-
-def save(experiment: Experiment, values: Mapping[str, Any], target: Path, replace: bool = False) -> None:
-    """Write an experiment's file with other values, whole or not at all; see `edited`.
-
-    InputError if the file exists and is not to be replaced, or cannot be written.
-    """
-    if target.exists() and not replace:
-        raise InputError("page", target.name, f"exists in {target.parent.resolve()}; choose another name")
-    text = edited(experiment, values, target, "live page")
-    with errors_of_writing(target.parent):
-        target.parent.mkdir(parents=True, exist_ok=True)
-    with whole(target) as file:
-        file.write_text(text, encoding="utf-8")

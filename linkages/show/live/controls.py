@@ -1,6 +1,6 @@
 """Which values of an experiment and its machine the page can change, and within which ranges.
 
-Every number of the experiment and of its machine is a control, found by its dotted path; so are the models and films
+Every number of the experiment and of its machine is a control, found by its dotted path; so are the models and laws
 of joints and the start. A few are shown at first: speeds of drives, and for each clearance joint its model, clearance,
 viscosity, and the coefficients of contact and friction.
 """
@@ -8,13 +8,13 @@ viscosity, and the coefficients of contact and friction.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.toml import leaves
 from linkages.input.model.experiment import value_unit
-from linkages.laws import FILMS
+from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.system import System
 
 _MODELS = ("ideal", "lubricated", "dry", "mixed")
@@ -35,7 +35,7 @@ class Control:
     """A value that the page can change."""
 
     path: str  # dotted path, see `linkages.System.replaced`
-    value: float | str  # in the experiment's file or its default, SI units
+    value: float | str | None  # in the experiment's file or its default, SI units; None: the file has no such value
     unit: str = ""  # SI unit; empty for a choice or where it is not known
     low: float = 0.0  # low end of a slider; a typed value may lie beyond it
     high: float = 0.0  # high end
@@ -74,6 +74,12 @@ def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = No
     return dict(sorted(found.items(), key=lambda item: order.get(item[0], len(order))))
 
 
+def extended(known: Mapping[str, Control], system: System) -> dict[str, Control]:
+    """Return the known controls, and further ones of a system, for which the file has no value."""
+    new = controls(system).items()
+    return {**known, **{path: replace(control, value=None) for path, control in new if path not in known}}
+
+
 def _numbers(system: System) -> Iterator[tuple[str, float]]:
     """Path and value of every number of the experiment and its machine."""
     experiment = system.experiment
@@ -93,7 +99,7 @@ def _numbers(system: System) -> Iterator[tuple[str, float]]:
 
 
 def _choices(system: System) -> Iterator[tuple[str, str, tuple[str, ...]]]:
-    """Path, value and possible values of every choice: models and films of joints for which the file has the data."""
+    """Path, value and possible values of every choice: models and laws of joints for which the file has the data."""
     experiment = system.experiment
     yield "start", experiment.start, ("centred", "equilibrium")
     for name, joint in experiment.joints.items():
@@ -108,6 +114,10 @@ def _choices(system: System) -> Iterator[tuple[str, str, tuple[str, ...]]]:
             yield f"joints.{name}.model", joint.model, models
         if joint.has_film and system.mechanism.joint[name].type == "revolute":
             yield f"joints.{name}.film", joint.film, tuple(FILMS)
+        if joint.contact is not None:
+            yield f"joints.{name}.contact.law", joint.contact.law, tuple(CONTACTS)
+        if joint.friction is not None:
+            yield f"joints.{name}.friction.law", joint.friction.law, tuple(FRICTIONS)
 
 
 def _usual(system: System) -> Iterator[str]:

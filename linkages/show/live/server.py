@@ -1,9 +1,51 @@
-"""The live page on this machine: a small HTTP server with a secret in its address.
+"""The live page on this machine: a small HTTP server with a secret in its address, and the protocol of the page.
 
 Only 127.0.0.1 is listened to. A request must come to a host name of this machine (a page of another site that resolves
 its own name to 127.0.0.1 fails here), from the page's own origin, to the address with the token, as JSON of a limited
-size. The page may load nothing from elsewhere. One computation runs at a time; a request for a run is given up if its
-page requests another one, or asks to stop. Each invalid request gets a status from 400.
+size. The page may load nothing from elsewhere. One computation runs at a time. Each invalid request gets a status from
+400.
+
+The page sends ``POST KIND`` with a JSON table, and gets one:
+
+| kind          | request                        | reply                                                               |
+|---------------|--------------------------------|---------------------------------------------------------------------|
+| start         | values                         | `title`, `file`, `name`, `folder`, `versions`, `controls`, `parts`  |
+| run           | values, restart, refine        | the view, see below                                                 |
+| picture       | values                         | `svg`, its place, `joints`, `bodies`, `poses`                       |
+| numbers       |                                | `motion` (lines) and `table` of the run that was shown last         |
+| warnings      |                                | `warnings`: `text`, `remedies`, each with `label` and `values`      |
+| edit          | values, part, name, model      | `values`, `controls`: a joint or link with another model            |
+| edit          | values, name, add              | the same: a joint with a further "groove" or "wear"                 |
+| move          | values, joint, to, phase       | `values`: the pin of a joint at a place [m] of the picture          |
+| sweep         | values, path, low, high, count | `values` (n) of the path, `peaks` (n) by output, None: no run       |
+| sensitivities | values, paths                  | `peaks` by output; `changes` [1] by path and output, see below      |
+| tolerances    | values, spreads, runs          | `time`, `bands` and `peaks` by output, see below                    |
+| notebook      | values, name, replace          | `code`; the notebook that was `written`, if there is a name         |
+| save          | values, name, replace          | `written`, and the `command` that runs the file                     |
+| export        | values, name, replace          | the folder that was written by ``linkages simulate``, its `command` |
+| status        |                                | `said`: the present stage                                           |
+| stop          |                                | nothing; a computation of the page ends within 50 ms                |
+
+- Each request can name its page by a text `page`: runs, numbers and warnings of pages are independent. A request that
+  cannot be answered gets ``{"error": TEXT}``. A run, a sweep, sensitivities or tolerances get ``{"outdated": true}`` as
+  soon as the page requests a newer one of them, or stop; it need not wait for the reply before it sends the newer one.
+- `values` are everything that the page has changed: numbers (SI units) and texts by dotted path, to which an edit or a
+  moved pin only adds. So undo, a link, save and export need nothing else. A control (`Control`) whose `value` is None
+  is of a key that the file does not have: it is shown while `values` have its path. ``start`` with the values of a link
+  has the controls for them.
+- `parts` are `joints` (`name`, `type`, `driven`, `model`, `models` that an edit can choose) and `links` (`name`,
+  `models`, `paths`: the controls of its mass, inertia and lengths).
+- A view has `status`, `remedy`, `periodic`, `settled`, `from`, `to`, `time`, `curves`, `orbits`, `poses`, `numbers`,
+  `ran`, `picture`, `took`. A run that takes longer than 0.5 s is repeated coarsely: `coarse` is true, and the page asks
+  again with `refine` for the run in full, unless its values have changed. A design that locks is not run: its `status`
+  is "locked", `poses` and `curves` show the ideal linkage until then, and `locked` is the time [s]. Loops that
+  cannot be closed at all are an error, and the picture has them open.
+- `to` is a place [x, y] in plane axes; `phase`, 0 to 1, is the time of the shown poses. The lengths of both links of
+  the pin change such that the loops stay closed there, see `linkages.show.live.pins`.
+- `changes` are relative changes of a peak for a relative change of a value, d log(peak) / d log(value).
+- `spreads` are standard deviations by path, as parts of the value, by default a third of 1 % of each number that is
+  shown at first, without drives; `bands` have the curves' 5 %, 50 % and 95 % quantiles over `time`, `peaks` have
+  their `mean`, `deviation` and `quantiles`.
 """
 
 from __future__ import annotations
@@ -20,13 +62,14 @@ from typing import Any
 from urllib.parse import SplitResult, urlsplit
 
 from linkages.input.files.writing import json_text
-from linkages.show.live.answers import Answers, front_end, page_of
+from linkages.show.live.answers import MODULES, Answers, front_end, page_of
 
 HOST = "127.0.0.1"
 _OWN_NAMES = ("127.0.0.1", "localhost")
 _LARGEST = 1 << 20  # of a request [bytes]
 _SLOW = 30.0  # longest wait for a request to arrive [s]
 
+_LONG = ("run", "sweep", "sensitivities", "tolerances")  # kinds that a newer request of them ends
 _INVALID = SplitResult("", "", "", "", "")
 
 _HEADERS = {
@@ -67,18 +110,18 @@ class LiveServer(ThreadingHTTPServer):
         return f"http://{HOST}:{self.server_address[1]}/{self.token}/"
 
     def answer(self, kind: str, request: Any) -> dict[str, Any]:
-        """Answer a request; the runs of a page are counted, and only the latest one is computed."""
+        """Answer a request; the computations of a page are counted, and only the latest is made."""
         if kind == "status":
-            return {"said": self.said}
+            return {"said": self.answers.said or self.said}
         page = page_of(request)
         with self._counting:
-            self._latest[page] += kind in ("run", "stop")
+            self._latest[page] += kind in _LONG or kind == "stop"
             mine = self._latest[page]
         if kind == "stop":
             return {}
 
         def outdated() -> bool:
-            return kind == "run" and mine != self._latest[page]
+            return kind in _LONG and mine != self._latest[page]
 
         with self._computing:
             if outdated():
@@ -95,8 +138,8 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = _SLOW
 
     def do_GET(self) -> None:
-        """Send the page, its style or its script."""
-        kinds = {"page.html": "text/html", "live.css": "text/css", "live.js": "text/javascript"}
+        """Send the page, its style or a module of its script."""
+        kinds = {"page.html": "text/html", "live.css": "text/css"} | dict.fromkeys(MODULES, "text/javascript")
         name = self._checked()
         if name is None:
             return

@@ -9,9 +9,10 @@ may not repeat at all. Without a common period of the drives, or with additional
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,11 +21,15 @@ from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
 from linkages.engines.assessment import ideal, simulate
 from linkages.input.model.capabilities import Analysis
+from linkages.input.model.mechanism import Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import warnings_of_run
-from linkages.show.live.view import columns_of, frames_of, numbers_for, poses_of, view
+from linkages.show.live.edits import remedies
+from linkages.show.live.pins import Places
+from linkages.show.live.view import columns_of, frames_of, joints_of, numbers_for, poses_of, view
+from linkages.show.live.watch import TimeLimitError, Watch
 from linkages.show.plots.drawing.drawing import Drawing, draw
 from linkages.show.plots.drawing.svg import scale, svg
 from linkages.show.report.terminal import format_warnings
@@ -35,39 +40,35 @@ _REVOLUTIONS = 8  # periods of a run with contact
 _GAP = 0.02  # of an orbit's size: between its begin and its end, for a motion that is steady
 _FARTHEST = 0.95  # eccentricity ratio at which a run may start
 
-#: Ends of paths that change neither the picture nor the motion with ideal joints.
-_OF_JOINTS = ("clearance", "viscosity", "film", "temperature", "restitution", "coefficient", "stiffness")
-_OF_MASSES = ("mass", "inertia")  # ends of paths that do not change the picture
-_WORDS = ("model", "film", "start")  # ends of paths of choices
+_SLOWLY, _AHEAD = 0.2, 10.0  # least ratio of the ways of two runs that is extrapolated, most ways ahead
+_COARSE = 1e-4  # accuracy of a coarse run [1]
+_FASTER = 0.2  # time of a coarse run, over the one of the run in full
 
-
-class OutdatedError(Exception):
-    """Raised within a run with an outdated request."""
-
-
-class TimeLimitError(Exception):
-    """Raised within a run that takes longer than its limit."""
+_OF_MASSES = ("mass", "inertia", "duration")  # ends of paths that do not change the picture
 
 
 class Session:
     """Answers requests of one page about one machine, one after the other; a run takes at most `limit` seconds.
 
+    A run that takes longer than `preview` seconds is replaced by a coarse one, until the page requests it in full.
     InputError if the page does not support a model (`linkages.input.model.capabilities`).
     """
 
-    def __init__(self, system: System, limit: float = 20.0) -> None:
+    def __init__(self, system: System, limit: float = 20.0, preview: float = 0.5) -> None:
         system.check_analysis(Analysis.LIVE)
-        self.system, self.limit = system, limit
-        self._ratios: dict[str, tuple[float, float]] = {}
+        self.system, self.limit, self.preview = system, limit, min(preview, limit)
+        self._slow = False  # whether the run before would have taken longer than a preview
+        self._ends: list[dict[str, Array]] = []  # where the journals were at the ends of the last runs for these values
         self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values of the last request, values of that run
         self._result: _Result | None = None  # of that run
         self._drawings: dict[str, tuple[Drawing, dict[str, Any]]] = {}
         self._ideals: dict[tuple[Any, ...], Trajectory | None] = {}
+        self._places: dict[str, Places] = {}
 
     def for_page(self) -> Session:
         """Return a session of the same machine for another page; both share drawings and ideal motions."""
         other = copy(self)
-        other._ratios, other._shown, other._result = {}, ({}, {}), None
+        other._ends, other._shown, other._result, other._slow = [], ({}, {}), None, False
         return other
 
     def _added(self, values: Mapping[str, Any], system: System, period: float | None) -> dict[str, Any]:
@@ -77,53 +78,92 @@ class Session:
         if system.experiment.can_touch:
             return {"duration": _REVOLUTIONS * period}
         added: dict[str, Any] = {"duration": _PERIODS * period}
-        for name, ratio in self._ratios.items():
+        for name, ratio in _start_after(self._ends).items():
             joint = system.experiment.joints.get(name)
             if name in system.experiment.play and joint is not None and joint.clearance:
-                added[f"joints.{name}.offset"] = [joint.clearance * part for part in ratio]
+                added[f"joints.{name}.offset"] = (joint.clearance * ratio).tolist()
                 added["start"] = "centred"
         return added
 
-    def compute(self, values: Mapping[str, Any], outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
+    def compute(
+        self, values: Mapping[str, Any], outdated: Callable[[], bool] = lambda: False, refine: bool = False
+    ) -> dict[str, Any]:
         """Run the mechanism with changed values by dotted path, and return the pictures of the page.
 
-        See `linkages.show.live.view.view`; further `ran` (the values of the run), `settled`, `picture` (key of the
-        drawing), `poses` of its bodies if it is drawn already, and `took` [s]. Errors as of `linkages.simulate`;
-        OutdatedError or TimeLimitError if the run was given up.
+        See `linkages.show.live.view.view`; further `ran` (the values of the run), `settled`, `coarse`, `locked`,
+        `picture` (key of the drawing), `poses` of its bodies if it is drawn already, and `took` [s]. With `refine` a
+        run that takes longer than a preview is made in full. Errors as of `linkages.simulate`; OutdatedError or
+        TimeLimitError if the run was given up.
         """
         begun = clock.perf_counter()
-        integrating: list[float] = []  # start of the integration, without the time of compilation
-
-        def watch(_: float) -> None:
-            integrating.append(clock.perf_counter())
-            if outdated():
-                raise OutdatedError
-            if integrating[-1] - integrating[0] > self.limit:
-                raise TimeLimitError
-
         changed = self.system.replaced(values)
         period = _period(changed)
-        carried = period is not None and "duration" not in values and not changed.experiment.can_touch
+        exact = self._ideal(values, changed, changed.experiment.duration if period is None else period)
+        if exact is not None and exact.status is Status.LOCKED and changed.determinate:
+            perfect = changed.ideal().replaced({"duration": changed.experiment.duration if period is None else period})
+            exact = ideal(perfect)  # with the quantities of a machine without clearance
+            shown = self._view(values, perfect, exact, None, (0.0, float(exact.time[-1])), begun)
+            return shown | {"settled": True, "locked": float(exact.time[-1])}
         added = self._added(values, changed, period)
-        system = changed.replaced(added)
-        run = simulate(system, "compiled", watch, columns_of(system))
+        system, run, coarse = self._run(changed.replaced(added), period, outdated, refine)
+        carried = period is not None and "duration" not in values and not changed.experiment.can_touch
         carried, motion = carried and run.status is Status.OK, motion_of(system, run)
         settled = not carried or (motion.kind == "periodic" and _closed(system, run, period or 0.0))
-        self._ratios = _end_of(system, run) if carried else {}
-        ran = dict(values) | added
-        self._shown = dict(values), ran
+        self._ends = (
+            [*(self._ends if dict(values) == self._shown[0] else []), _end_of(system, run)][-3:] if carried else []
+        )
         part = motion.cycle  # else two periods, or all of the run
         if part is None:
             part = 0.0 if period is None else max(motion.end - 2.0 * period, 0.0), motion.end
-        exact = self._ideal(values, system, part[1] - part[0])
+        exact = self._ideal(values, changed, part[1] - part[0])
+        shown = self._view(values, system, run, exact, part, begun, added, coarse)
+        return shown | {"settled": settled, "locked": None}
+
+    def _run(
+        self, system: System, period: float | None, outdated: Callable[[], bool], refine: bool
+    ) -> tuple[System, Trajectory, bool]:
+        """Run a system, or a coarse one where it takes too long; return it, the run, and whether it is coarse."""
+        less: dict[str, Any] = {"solver.accuracy": max(system.experiment.solver.accuracy, _COARSE)}
+        if period is not None and system.experiment.can_touch:
+            less["duration"] = min(system.experiment.duration, 2.0 * period)
+        tried = [(self.limit, False)] if refine else [(self.preview, False), (self.limit, True)][self._slow :]
+        for limit, coarse in tried:
+            begun, one = clock.perf_counter(), system.replaced(less) if coarse else system
+            try:
+                with Watch(limit, outdated) as watch:
+                    run = simulate(one, "compiled", watch, columns_of(one))
+            except TimeLimitError:
+                if (limit, coarse) == tried[-1]:
+                    raise
+                continue
+            taken = clock.perf_counter() - begun
+            self._slow = taken > self.preview * (_FASTER if coarse else 1.0)
+            break
+        return one, run, coarse
+
+    def _view(
+        self,
+        values: Mapping[str, Any],
+        system: System,
+        run: Trajectory,
+        exact: Trajectory | None,
+        part: tuple[float, float],
+        begun: float,
+        added: Mapping[str, Any] = MappingProxyType({}),
+        coarse: bool = False,
+    ) -> dict[str, Any]:
+        """Keep a run as the one that is shown, and return its view."""
+        ran = {**values, **added}
+        self._shown = dict(values), ran
         assessment = Assessment(system, "compiled", run, run if exact is None else exact, None)
-        result = _Result(assessment, exact, frames_of(run, part), repr(_key(values, _OF_JOINTS + _OF_MASSES)))
-        self._result = result
-        texts = [path for path, value in values.items() if isinstance(value, str)]
-        numbers = {path: system.value(path) for path in texts if path.rpartition(".")[2] not in _WORDS}
-        told = {"numbers": numbers, "ran": ran, "settled": settled, "picture": result.picture}
-        shown = view(assessment, exact, part, result.frames) | self._poses() | told
-        return shown | {"took": clock.perf_counter() - begun}
+        result = self._result = _Result(assessment, exact, frames_of(run, part), _picture(values), coarse)
+        numbers = {}
+        for path in (path for path, value in values.items() if isinstance(value, str)):
+            with suppress(InputError):  # of a choice or a list
+                numbers[path] = system.value(path)
+        shown = view(assessment, exact, part, result.frames) | self._poses()
+        told = {"numbers": numbers, "ran": ran, "picture": result.picture, "coarse": coarse}
+        return shown | told | {"took": clock.perf_counter() - begun}
 
     def values_shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values of the run that was shown for these values; a new run's, if others were shown since."""
@@ -133,31 +173,65 @@ class Session:
         system = self.system.replaced(values)
         return dict(values) | self._added(values, system, _period(system))
 
+    def part_shown(self, values: Mapping[str, Any], outdated: Callable[[], bool]) -> tuple[float, float]:
+        """Return begin and end [s] of the part of a run in full that the table is about; see `values_shown`."""
+        if self._shown[0] != dict(values) or self._result is None or self._result.coarse:
+            self.compute(values, outdated, refine=True)
+        if self._result is None or self._result.assessment.run.status is not Status.OK:
+            raise InputError("page", "run", "does not reach its end with these values")
+        assessment, period = self._result.assessment, _period(self._result.assessment.system)
+        if period is not None and not assessment.system.experiment.can_touch:  # even if it has not settled
+            return float(assessment.run.time[-1]) - period, float(assessment.run.time[-1])
+        return assessment.windows.get(assessment.reported, (0.0, float(assessment.run.time[-1])))
+
     def numbers(self) -> dict[str, Any]:
         """Return the numbers of the run that was shown last, see `linkages.show.live.view.numbers_for`."""
         if self._result is None:
             raise InputError("page", "numbers", "has no run yet; change a value, or press reset")
         return numbers_for(self._result.assessment, self._result.exact)
 
-    def warnings(self) -> list[str]:
-        """Return the warnings about the run that was shown last."""
+    def warnings(self) -> list[dict[str, Any]]:
+        """Return the warnings about the run that was shown last: `text`, and `remedies` with `label` and `values`."""
         if self._result is None:
             return []
         shown = self._result.assessment
         found = warnings_of_run(shown.system, shown.sound, shown.contacts)
-        return [line for line in format_warnings(found) if line]
+        return [{"text": format_warnings([one])[1], "remedies": list(remedies(shown.system, one))} for one in found]
+
+    def moved(self, values: Mapping[str, Any], joint: str, to: Sequence[float], phase: float) -> dict[str, Any]:
+        """Return values with which the pin of a joint is at a place [m] in a pose that is shown, `phase` from 0 to 1.
+
+        InputError if there is no such joint or no run yet, or the pin cannot move.
+        """
+        if self._result is None or joint not in self.system.mechanism.joint:
+            raise InputError("page", f"joint {joint}"[:60], "is no joint of the picture")
+        key = repr(_key(values, ("joints.",), _OF_MASSES))
+        if key not in self._places:
+            _keep_few(self._places)
+            self._places[key] = Places(self.system.replaced(values))
+        frames = self._result.frames
+        row = round(phase * (len(next(iter(frames.values()))) - 1))
+        pose = {name: float(column[row]) for name, column in frames.items()}
+        return dict(values) | self._places[key].moved(joint, to, pose)
 
     def restart(self) -> None:
         """Forget where the journals were: the next run starts as its file says."""
-        self._ratios = {}
+        self._ends = []
 
     def picture(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Draw the machine with changed values, with its place on the page and the poses of the last run."""
-        key = repr(_key(values, _OF_JOINTS + _OF_MASSES))
+        key = _picture(values)
         if key not in self._drawings:
             _keep_few(self._drawings)
-            drawing = draw(self.system.replaced(values))
-            place = {"low": float(drawing.low[0]), "high": float(drawing.high[1]), "scale": scale(drawing)}
+            system = self.system.replaced(values)
+            drawing = draw(system)
+            place = {
+                "low": float(drawing.low[0]),
+                "high": float(drawing.high[1]),
+                "scale": scale(drawing),
+                "joints": joints_of(drawing, system.mechanism),
+                "bodies": drawing.links_of,
+            }
             self._drawings[key] = drawing, {"svg": str(svg(drawing, said=False)), **place}
         shown = self._result is not None and self._result.picture == key
         return self._drawings[key][1] | {"picture": key} | (self._poses() if shown else {})
@@ -171,7 +245,7 @@ class Session:
 
     def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> Trajectory | None:
         """Move the linkage with ideal joints for a time [s]; None where it cannot move."""
-        key = (*_key(values, _OF_JOINTS), duration)
+        key = (*_key(values, ("joints.",), ()), f"{duration:.9g}")
         if key not in self._ideals:
             _keep_few(self._ideals)
             self._ideals[key] = None
@@ -187,6 +261,7 @@ class _Result(NamedTuple):
     exact: Trajectory | None
     frames: Mapping[str, Array]  # of the moving picture
     picture: str  # key of its drawing
+    coarse: bool
 
 
 def _period(system: System) -> float | None:
@@ -196,16 +271,32 @@ def _period(system: System) -> float | None:
     return common_period(system)
 
 
-def _end_of(system: System, run: Trajectory) -> dict[str, tuple[float, float]]:
-    """Where the journals are at the end of a run, in parts of the clearance."""
+def _end_of(system: System, run: Trajectory) -> dict[str, Array]:
+    """Where the journals are at the end of a run, in parts of the clearance (2,)."""
     found = {}
     for name in system.tree.journals:
         clearance = system.experiment.joints[name].clearance
         if clearance and f"{name}.ex" in run.columns:
-            ratio = np.array([run[f"{name}.ex"][-1], run[f"{name}.ey"][-1]]) / clearance
-            ratio *= min(1.0, _FARTHEST / max(float(np.hypot(*ratio)), 1e-300))
-            found[name] = (float(ratio[0]), float(ratio[1]))
+            found[name] = _inside(np.array([run[f"{name}.ex"][-1], run[f"{name}.ey"][-1]]) / clearance)
     return found
+
+
+def _start_after(ends: Sequence[dict[str, Array]]) -> dict[str, Array]:
+    """Where the journals start after runs with these ends: where they are going to, if they settle slowly (Aitken)."""
+    start = dict(ends[-1]) if ends else {}
+    if len(ends) < 3:
+        return start
+    for name, (first, second, third) in {name: [end[name] for end in ends] for name in start}.items():
+        before, last = second - first, third - second
+        ratio = float(before @ last) / max(float(before @ before), 1e-300)
+        if _SLOWLY < ratio < 1.0:
+            start[name] = _inside(third + last * min(ratio / (1.0 - ratio), _AHEAD))
+    return start
+
+
+def _inside(ratio: Array) -> Array:
+    """Return a place within the clearance, in parts of it, from where a run may start."""
+    return np.asarray(ratio * min(1.0, _FARTHEST / max(float(np.hypot(*ratio)), 1e-300)))
 
 
 def _closed(system: System, run: Trajectory, period: float) -> bool:
@@ -220,10 +311,16 @@ def _closed(system: System, run: Trajectory, period: float) -> bool:
     return True
 
 
-def _key(values: Mapping[str, Any], without: tuple[str, ...]) -> tuple[Any, ...]:
-    """Values that change the picture or the ideal motion, as a key."""
-    kept = {path: value for path, value in values.items() if path.rpartition(".")[2] not in without}
+def _key(values: Mapping[str, Any], starts: tuple[str, ...], ends: tuple[str, ...]) -> tuple[Any, ...]:
+    """Return values as a key, without those whose paths have these starts or ends."""
+    kept = {path: value for path, value in values.items() if not path.startswith(starts) and not path.endswith(ends)}
     return tuple(sorted((path, str(value)) for path, value in kept.items()))
+
+
+def _picture(values: Mapping[str, Any]) -> str:
+    """Return the key of the drawing for values: models of joints and the places of everything count."""
+    models = {path: value for path, value in values.items() if path.endswith(".model")}
+    return repr((_key(models, (), ()), _key(values, ("joints.", "solver."), _OF_MASSES)))
 
 
 def _keep_few(kept: dict[Any, Any]) -> None:
@@ -232,14 +329,24 @@ def _keep_few(kept: dict[Any, Any]) -> None:
         kept.pop(next(iter(kept)))
 
 
-def checked(values: Any, known: Mapping[str, Any]) -> dict[str, float | str]:
-    """Check values from outside: paths of controls, with numbers or short texts; InputError for others."""
+def checked(values: Any, known: Mapping[str, Any], mechanism: Mechanism | None = None) -> dict[str, float | str]:
+    """Check values from outside: paths of controls or of parts, with numbers or short texts; InputError for others."""
     if not isinstance(values, dict):
         raise InputError("page", "values", "must be a table of values by path")
     for path, value in values.items():
-        if path not in known:
+        if path not in known and not (mechanism and _of_part(path, mechanism)):
             raise InputError("page", str(path)[:100], "is not a value that can be changed")
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not (number or (isinstance(value, str) and len(value) <= 200)):
             raise InputError("page", path, "must be a number or a text of at most 200 characters")
     return dict(values)
+
+
+def _of_part(path: str, mechanism: Mechanism) -> bool:
+    """Whether a path is of a key that a joint or a link can have, but the name of a file."""
+    table, name, key = [*path.removeprefix("sdf.").split("."), "", ""][:3]
+    if path.startswith("sdf."):
+        beam = table == "links" and name in mechanism.link and key == "beam"
+        return beam or (table == "joints" and name in mechanism.joint and key in ("bearing", "slot"))
+    parts: dict[str, Mapping[str, Any]] = {"joints": mechanism.joint, "links": mechanism.link}
+    return name in parts.get(table, {}) and key not in ("", "worn")

@@ -16,6 +16,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
 from linkages.input.model.experiment import QUANTITIES
+from linkages.input.model.mechanism import Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.extremes import peaks
@@ -26,7 +27,7 @@ from linkages.show.plots.pages import columns, curves, short
 from linkages.show.report.words import motion_lines
 from linkages.system import System
 
-_FRAMES = 121  # poses of the moving picture; the page interpolates
+FRAMES = 121  # poses of the moving picture; the page interpolates
 _ORBIT = 600  # points of an orbit
 _INTERVALS = 160  # parts of the time of a curve, see `linkages.show.plots.pages.seen`
 
@@ -56,7 +57,7 @@ def view(
         "periodic": assessment.motion.kind == "periodic",
         "from": part[0],
         "to": part[1],
-        "time": short(np.linspace(0.0, part[1] - part[0], _FRAMES)),
+        "time": short(np.linspace(0.0, part[1] - part[0], FRAMES)),
         "curves": curves(drawn, moved, exact, assessment.noise, _INTERVALS, _measured(assessment, part)),
         "orbits": [_orbit(system, name, shown, frames) for name in system.tree.play if f"{name}.ex" in run.columns],
     }
@@ -74,7 +75,7 @@ def _measured(assessment: Assessment, part: tuple[float, float]) -> dict[str, tu
 
 def frames_of(run: Trajectory, part: tuple[float, float]) -> Mapping[str, Array]:
     """Evaluate a run at the times of the frames of the moving picture, from the begin to the end of a part [s]."""
-    return run.evaluate(np.linspace(*part, _FRAMES)) if run.evaluate is not None else {}
+    return run.evaluate(np.linspace(*part, FRAMES)) if run.evaluate is not None else {}
 
 
 def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, Any]:
@@ -128,6 +129,17 @@ def _orbit(system: System, name: str, shown: Trajectory, frames: Mapping[str, Ar
     now = [short(frames.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
     turns = system.mechanism.joint[name].type == "revolute"
     return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns}
+
+
+def joints_of(drawing: Drawing, mechanism: Mechanism) -> dict[str, list[float]]:
+    """Return the body of each joint in a drawing, and the place on it [m], by name."""
+    bodies, found = {link: body for body, link in drawing.links_of.items()}, {}
+    for name, pin in mechanism.pin.items():
+        if pin.link in bodies:
+            x, y, angle = drawing.reference[bodies[pin.link]].tolist()
+            dx, dy, cos, sin = pin.origin[0] - x, pin.origin[1] - y, np.cos(angle), np.sin(angle)
+            found[name] = [bodies[pin.link], float(cos * dx + sin * dy), float(cos * dy - sin * dx)]
+    return found
 
 
 def poses_of(drawing: Drawing, system: System, frames: Mapping[str, Array]) -> list[list[list[float | None]]]:

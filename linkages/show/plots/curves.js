@@ -1,12 +1,14 @@
 "use strict";
-// Draws curves over time into an element: ideal joints wide and pale below the run, a pinned run dashed, measured values
-// dotted. The wheel zooms,
-// dragging moves, a click calls seek(time); all curves share a cursor. Returns functions: point(time) moves it, all()
-// shows all of the run, update(curves) draws other curves of the same names.
+// Draws curves over time into an element: ideal joints wide and pale below the run, other runs dashed, measured values
+// dotted, a band shaded, a mark at the run's largest value. The wheel or + and - zoom, dragging moves, a click calls
+// seek(time), arrow keys move the cursor, 0 shows the whole time; all curves share the cursor.
+// A curve has name, unit, run, ideal, measured (each time and values, or null), and optionally label, others (lines with
+// name and look, a class) and band (time, low, high). Returns functions: point(time) moves the cursor, all() shows all of
+// the run, update(curves) draws other curves of the same names.
 function drawCurves(holder, curves, seek) {
-  const [W, H, LEFT, RIGHT, BOTTOM, TOP] = [720, 190, 78, 34, 22, 8];
+  const [LEFT, RIGHT, BOTTOM, TOP] = [64, 18, 22, 10];
   const span = (of) => [Math.min(...of.map((c) => c.run.time[0])), Math.max(...of.map((c) => c.run.time.at(-1)))];
-  let [from, to] = span(curves), view = [from, to], cursor = null;
+  let [from, to] = span(curves), view = [from, to], cursor = null, [W, H] = [720, 190];
 
   function make(tag, attributes, parent) {
     const node = document.createElementNS("http://www.w3.org/2000/svg", tag);
@@ -16,7 +18,7 @@ function drawCurves(holder, curves, seek) {
   }
   function text(number) {
     const short = Number(number.toPrecision(4));
-    return (short && Math.abs(short) < 1e-3 ? short.toExponential() : short.toString()).replace("-", "−");
+    return (short && (Math.abs(short) < 1e-3 || Math.abs(short) >= 1e5) ? short.toExponential() : short.toString()).replace("-", "−");
   }
   function marks(low, high, count) {
     const raw = (high - low) / count, unit = 10 ** Math.floor(Math.log10(raw));
@@ -29,7 +31,7 @@ function drawCurves(holder, curves, seek) {
   const plots = curves.map((curve) => {
     const figure = document.createElement("figure");
     const caption = document.createElement("figcaption");
-    const svg = make("svg", {viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": `${curve.name} over time`});
+    const svg = make("svg", {role: "img", tabindex: 0, "aria-label": `${curve.label ?? curve.name} over time; arrow keys move the cursor, + and - zoom`});
     figure.append(svg, caption);
     holder.append(figure);
     return {curve, svg, caption};
@@ -39,15 +41,11 @@ function drawCurves(holder, curves, seek) {
     const box = svg.getBoundingClientRect(), at = (event.clientX - box.left) / box.width * W;
     return view[0] + (at - LEFT) / (W - LEFT - RIGHT) * (view[1] - view[0]);
   };
-  function valueAt({time, values}, t) {
-    let k = time.findIndex((other) => other >= t);
-    if (k < 0) k = time.length - 1;
-    if (k === 0 || values[k] === null || values[k - 1] === null) return values[k];
-    return values[k - 1] + (values[k] - values[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1] || 1);
-  }
   function draw(plot) {
-    const {curve, svg} = plot, lines = [curve.ideal, curve.pinned, curve.measured, curve.run].filter(Boolean), inside = [];
-    for (const line of lines) {
+    const {curve, svg} = plot, {ideal, measured, run, others = [], band} = curve, inside = [];
+    const edges = band ? [{time: band.time, values: band.low}, {time: band.time, values: band.high}] : [];
+    const lines = [ideal, measured, ...others, run].filter(Boolean);
+    for (const line of [...lines, ...edges]) {
       line.time.forEach((t, k) => {
         if (line.values[k] !== null && t >= view[0] && t <= view[1]) inside.push(line.values[k]);
       });
@@ -57,16 +55,21 @@ function drawCurves(holder, curves, seek) {
     const room = 0.06 * (high - low) || 0.5 * Math.abs(high) || 1;
     [low, high] = [low - room, high + room];
     const y = (value) => TOP + (high - value) / (high - low) * (H - TOP - BOTTOM);
+    svg.setAttribute("viewBox", `0 0 ${W} ${H}`);
     svg.replaceChildren();
     for (const value of marks(low, high, 4)) {
       make("line", {x1: LEFT, x2: W - RIGHT, y1: y(value), y2: y(value), class: "grid"}, svg);
       make("text", {x: LEFT - 6, y: y(value) + 4, "text-anchor": "end"}, svg).textContent = text(value);
     }
-    for (const t of marks(view[0], view[1], 7)) {
+    for (const t of marks(view[0], view[1], W / 100)) {
       make("line", {x1: x(t), x2: x(t), y1: TOP, y2: H - BOTTOM, class: "grid"}, svg);
       make("text", {x: x(t), y: H - 6, "text-anchor": "middle"}, svg).textContent = `${text(t)} s`;
     }
     const clip = make("svg", {x: LEFT, y: 0, width: W - LEFT - RIGHT, height: H, viewBox: `${LEFT} 0 ${W - LEFT - RIGHT} ${H}`}, svg);
+    if (band) {
+      const there = [...band.time.map((t, k) => [t, band.low[k]]), ...band.time.map((t, k) => [t, band.high[k]]).reverse()];
+      make("polygon", {points: there.map(([t, value]) => `${x(t).toFixed(1)},${y(value).toFixed(1)}`).join(" "), class: "band"}, clip);
+    }
     for (const line of lines) {
       let path = "", pen = "M";
       line.time.forEach((t, k) => {
@@ -74,24 +77,37 @@ function drawCurves(holder, curves, seek) {
         path += `${pen}${x(t).toFixed(1)} ${y(line.values[k]).toFixed(1)}`;
         pen = "L";
       });
-      const kind = line === curve.run ? "curve" : line === curve.ideal ? "curve ideal" : line === curve.measured ? "curve measured" : "curve pinned";
-      make("path", {d: path, class: kind}, clip);
+      make("path", {d: path, class: `curve ${line === run ? "" : line === ideal ? "ideal" : line === measured ? "measured" : `pinned ${line.look}`}`}, clip);
     }
+    const top = run.values.reduce((best, value, k) => (Math.abs(value) > Math.abs(run.values[best]) ? k : best), 0);
+    if (run.values[top] !== null) {
+      const mark = make("circle", {cx: x(run.time[top]), cy: y(run.values[top]), r: 3.5, class: "peak"}, clip);
+      make("title", {}, mark).textContent = `largest: ${text(run.values[top])} at ${text(run.time[top])} s`;
+    }
+    plot.y = y;
+    plot.dot = make("circle", {r: 3, class: "dot"}, clip);
     plot.line = make("line", {y1: TOP, y2: H - BOTTOM, class: "cursor"}, clip);
     tell(plot);
   }
-  function tell({curve, caption, line}) {
-    const unit = curve.unit === "1" ? "" : ` ${curve.unit.replace("s2", "s²")}`;
+  function tell({curve, caption, line, dot, y}) {
+    const unit = ["", "1"].includes(curve.unit) ? "" : ` [${curve.unit.replace("s2", "s²")}]`;
     line.setAttribute("visibility", cursor === null ? "hidden" : "visible");
     if (cursor !== null) for (const end of ["x1", "x2"]) line.setAttribute(end, x(cursor));
     const value = (of) => cursor === null || !of ? null : valueAt(of, cursor);
     const [now, exact] = [value(curve.run), value(curve.ideal)];
-    caption.textContent = curve.name + (unit && ` [${unit.trim()}]`)
-      + (now === null ? " over time [s]" : `: ${text(now)}${unit} at ${text(cursor)} s`)
-      + (exact === null ? "" : `, ideal ${text(exact)}${unit}`)
+    dot.setAttribute("visibility", now === null ? "hidden" : "visible");
+    if (now !== null) { dot.setAttribute("cx", x(cursor)); dot.setAttribute("cy", y(now)); }
+    const numbers = [[now, ""], [exact, "ideal "], ...(curve.others ?? []).map((other) => [value(other), `${other.name} `])];
+    caption.title = curve.name;
+    caption.textContent = (curve.label ?? curve.name) + unit + (now === null ? " over time [s]" : ` at ${text(cursor)} s: `)
+      + numbers.filter(([number]) => number !== null).map(([number, of]) => of + text(number)).join(", ")
       + (curve.measured ? "; dotted: measured" : "");
   }
-  const show = () => plots.forEach(draw);
+  function show() {
+    W = plots[0].svg.clientWidth || 720;
+    H = Math.round(Math.min(190, 60 + 0.25 * W)); // text keeps its size in narrow columns
+    plots.forEach(draw);
+  }
   function point(time) {
     cursor = time;
     plots.forEach(tell);
@@ -118,6 +134,14 @@ function drawCurves(holder, curves, seek) {
     });
     svg.addEventListener("pointerup", () => { if (!moved && start !== null) { point(start); seek(start); } start = null; });
     svg.addEventListener("dblclick", () => look(from, to));
+    svg.addEventListener("keydown", (event) => {
+      const step = {ArrowLeft: -0.01, ArrowRight: 0.01}[event.key], factor = {"+": 0.7, "-": 1 / 0.7}[event.key], t = cursor ?? view[0];
+      if (step) seek(Math.min(Math.max(t + step * (view[1] - view[0]), from), to));
+      else if (factor) look(t + (view[0] - t) * factor, t + (view[1] - t) * factor);
+      else if (event.key === "0") look(from, to);
+      else return;
+      event.preventDefault();
+    });
   }
   function update(others) {
     const whole = view[0] === from && view[1] === to;
@@ -127,5 +151,16 @@ function drawCurves(holder, curves, seek) {
     show();
   }
   show();
+  let width = W;
+  new ResizeObserver(() => {
+    const now = plots[0].svg.clientWidth;
+    if (now && now !== width) { width = now; show(); }
+  }).observe(holder);
   return {point, all: () => look(from, to), update};
+}
+function valueAt({time, values}, t) {
+  let k = time.findIndex((other) => other >= t);
+  if (k < 0) k = time.length - 1;
+  if (k === 0 || values[k] === null || values[k - 1] === null) return values[k];
+  return values[k - 1] + (values[k] - values[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1] || 1);
 }

@@ -165,7 +165,8 @@ def impacts(results: Results) -> PageTable | None:
     if len(results.impacts) > len(hardest):
         caption += f"; the {_SHOWN} hardest are shown; impacts.csv has all"
     meshes = results.experiment.get("gears", {}) | results.experiment.get("couplings", {})
-    if turning := [name for name, mesh in meshes.items() if mesh.get("backlash", {}).get("play")]:
+    loads = results.summary.get("loads", {})
+    if turning := [k for k, mesh in meshes.items() if mesh.get("backlash", {}).get("play") and "torque" in loads[k]]:
         caption += f"; of {', '.join(turning)} angles and torques: read rad for m and N m for N"
     head = (
         "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",

@@ -19,10 +19,15 @@ from linkages.base.errors import AssemblyError, InputError
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.block import Block, Contents, contents
 from linkages.engines.budget import most
+from linkages.engines.compiled.batch.lengths import Example, Lengths, Start, fill_starts, start_of
 from linkages.engines.compiled.batch.statistics import run_rows
 from linkages.engines.compiled.run.job import END, Given, Job, make_given, make_job
 from linkages.results.outputs.registry import pack, packer
 from linkages.system import System
+from linkages.system.system import keeps_start
+from linkages.system.tree import joint_ends
+
+_PART = 0.618  # of the way from the least to the greatest value
 
 
 class Designs:
@@ -38,7 +43,9 @@ class Designs:
         self.checked = False
         self._low, self._high = np.full((2, len(variables)), np.nan)
         self._compared = False  # whether it is known which values are numbers, within the limits at least
+        self._limited = False  # whether designs at limits have been compared
         self._numbers = np.zeros(len(variables), bool)  # variables whose values are
+        self._lengths: Lengths | None = None  # designs within the limits whose values are not all numbers
         self._records = packer(system, outputs)  # all designs have the same elements
         self._most: int | None = most(system)
         self._nominal: Given | None = None
@@ -56,7 +63,9 @@ class Designs:
 
         InputError if a value is not valid, AssemblyError if the linkage cannot be assembled.
         """
-        system, windows = self.built(values, left)
+        return self._given(*self.built(values, left))
+
+    def _given(self, system: System, windows: Array) -> Given:
         if np.any(windows[:, 1] > system.experiment.duration * (1.0 + 1e-12)):
             raise InputError("", "", "a window ends after the run")
         return make_given(system, self._records(system), windows, self._most)
@@ -83,12 +92,21 @@ class Designs:
 
     def covers(self, table: Array) -> NDArray[np.bool_]:
         """Tell which designs (m, nv) need not be built: all their values are numbers."""
-        known = self._nominal is not None
-        return known & self._numbers.all() & self._inside(table)
+        known = self._nominal is not None and (self._numbers.all() or self._lengths is not None)
+        return known & self._inside(table)
 
     def words(self, table: Array) -> Indices:
         """Return the values of designs (m, nv) in the order of `columns`, as the bits of numbers, (m, k)."""
         return np.ascontiguousarray(table[:, self._source]).view(np.int64)
+
+    def numbers(self, table: Array, bench: Bench) -> tuple[Indices, Indices, NDArray[np.bool_]]:
+        """Compute the numbers that differ in designs (m, nv) which `covers` names: indices (k,), values (m, k).
+
+        The last result tells which designs start, (m,): the others must be built, to know why they do not.
+        """
+        if self._lengths is None:
+            return self.columns, self.words(table), np.ones(len(table), bool)
+        return self._lengths.columns, *bench.started(self._lengths, table)
 
     def _written(self, words: Indices, values: Array) -> Indices:
         """Write the values (nv,) of a design that are numbers into a copy of its numbers."""
@@ -102,14 +120,21 @@ class Designs:
         The designs have each variable alone at its limits, and each pair of variables at all corners of their limits: a
         condition that a larger or smaller value breaks, alone or with another one, holds between the corners if it
         holds there. If all designs at the `limits` (2, nv) of later tables can be built too, they are compared with.
-        """
-        few = len(_corners(*np.zeros((3, len(self.variables)))))
-        if (self._compared and not self._numbers.any()) or np.sum(~self._inside(table)) <= few:
-            return
-        if limits is None or not self._compare(np.vstack([table, limits])):
-            self._compare(table)
 
-    def _compare(self, table: Array) -> bool:
+        Numbers of designs with other lengths differ from those of systems by rounding. Where there are limits, these
+        alone decide which designs have such numbers, so that a search that is resumed continues with the same ones.
+        """
+        if limits is not None and not self._limited:
+            self._limited = True
+            if self._start() and not all(map(keeps_start, self.variables)):
+                self._compare(limits, True)
+        few = len(_corners(*np.zeros((3, len(self.variables)))))
+        if self._lengths or (self._compared and not self._numbers.any()) or np.sum(~self._inside(table)) <= few:
+            return
+        if limits is None or not self._compare(np.vstack([table, limits]), False):
+            self._compare(table, limits is None)
+
+    def _compare(self, table: Array, with_lengths: bool) -> bool:
         """Compare designs at the limits of a table; False if one of them cannot be built."""
         n = len(self.variables)
         low = np.fmin(np.fmin.reduce(table, axis=0), self._low)
@@ -119,6 +144,10 @@ class Designs:
             nominal, corners = self.given(usual), _corners(low, high, usual)
             alone = [contents(self.given(corner)) for corner in corners[: 2 * n]]
             numbers, columns, source = _places(contents(nominal), corners, alone)
+            start = self._start() if with_lengths and not numbers.all() else None
+            between = low + np.mod(_PART * np.arange(1, n + 1), 1.0) * (high - low)
+            lengths = self._lengths_of([usual, *corners, between], start) if start else None
+            numbers &= lengths is None
             corners = corners[2 * n :] if numbers.any() else corners[:0]
             whole = [contents(self.given(corner)) for corner in corners]
             others = [contents(nominal if numbers.all() else self.given(corner, numbers)) for corner in corners]
@@ -126,12 +155,32 @@ class Designs:
             return False
         self._nominal, self.columns, self._source, self._latest = nominal, columns, source, None
         self._compared, self._structure, self._low, self._high = True, contents(nominal).structure, low, high
+        self._lengths = lengths
         self._numbers = numbers & all(
             one.structure == two.structure == self._structure
             and np.array_equal(one.words, self._written(two.words, corner))
             for one, two, corner in zip(whole, others, corners, strict=True)
         )
         return True
+
+    def _start(self) -> Start | None:
+        """Return what the start of designs follows from, see `start_of`."""
+        with suppress(InputError, AssemblyError):
+            return start_of(self.system)
+        return None
+
+    def _lengths_of(self, table: Sequence[Array], start: Start) -> Lengths | None:
+        """Return designs as functions of their values; None if the designs (m, nv) of a table are not as these say."""
+        examples, nominal = [], self.given(table[0])
+        for values in table:
+            system, windows = self.built(values)
+            words, structure = contents(self._given(system, windows))
+            if structure != contents(nominal).structure:
+                return None
+            examples.append(Example(values, words, joint_ends(system.mechanism)))
+        lengths = Lengths(examples, start, len(nominal.model.free))
+        found, _ = Bench(nominal).started(lengths, np.array(table))
+        return lengths if lengths.fits(found.view(np.float64)) else None
 
     @contextmanager
     def bench(self, given: Given | None = None) -> Iterator[Bench]:
@@ -171,6 +220,14 @@ class Bench:
         """Find which numbers of designs (m, n) differ from the bench's own: their indices (k,), and they, (m, k)."""
         columns = np.flatnonzero((words != self._words).any(axis=0))
         return columns, words[:, columns]
+
+    def started(self, lengths: Lengths, table: Array) -> tuple[Indices, NDArray[np.bool_]]:
+        """Compute the numbers of designs (m, nv) in the order of `Lengths.columns`; and tell which of them start."""
+        block, affine = self._block, lengths.affine(table)
+        starts = np.empty((len(table), len(lengths.columns) - affine.shape[1]))
+        where = block.where[lengths.columns[starts.shape[1] :]]
+        fill_starts(cast(Job, block), block.memory, where, affine.view(np.int64), *lengths.start, starts)
+        return np.hstack([starts, affine]).view(np.int64), np.asarray(np.isfinite(starts).all(axis=1))
 
     def run(
         self, columns: Indices, words: Indices, stop: Indices, times: Array, found: Array, sampled: Array, ended: Array

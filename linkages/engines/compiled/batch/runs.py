@@ -91,13 +91,15 @@ class Runs:
 
     def _run(self, rows: Indices) -> None:
         """Run the designs of some rows."""
-        designs, covered = self.designs, self.designs.covers(self.table[rows])
-        with ExitStack() as benches:
-            for prepared in self._prepared(rows[~covered], benches):
-                self._use(*prepared)
-        if covered.any():
+        designs, known = self.designs, self.designs.covers(self.table[rows])
+        if known.any():
             with designs.bench() as bench:
-                self._use(bench, rows[covered], designs.columns, designs.words(self.table[rows[covered]]))
+                columns, words, start = designs.numbers(self.table[rows[known]], bench)
+                known[known] = start
+                self._use(bench, rows[known], columns, words[start])
+        with ExitStack() as benches:
+            for prepared in self._prepared(rows[~known], benches):
+                self._use(*prepared)
 
     def _prepared(self, rows: Indices, benches: ExitStack) -> list[tuple[Bench, Indices, Indices, Indices]]:
         """Build the designs of some rows; return the arguments of `_use` for the designs of each structure."""
@@ -130,7 +132,9 @@ class Runs:
         return built
 
     def _use(self, bench: Bench, rows: Indices, columns: Indices, words: Indices) -> None:
-        """Run designs of one structure."""
+        """Run designs of one structure, if any."""
+        if not len(rows):
+            return
         found, ended = np.empty((len(rows), *self.found.shape[1:])), np.zeros((len(rows), 3))
         sampled = np.empty((len(rows), *self.sampled.shape[1:]))
         self._under_way[int(rows[0])] = ended, bench.end

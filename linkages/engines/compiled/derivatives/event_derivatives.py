@@ -106,7 +106,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         w.wrench[:] = 0.0
         w.tau[:] = 0.0
         v.work.rows[:] = 0.0
-        add_contact(w.wrench, v.model.ends[k], motion[0], motion[1], arms, push[0], push[1], push[2])
+        add_contact(w.wrench, v.model.ends[k], w.pose, motion[0], motion[1], arms, push[0], push[1], push[2])
         generalised_force(v.model.bodies, w.pose, w.wrench, w.tau)
         fill_solved(equations, v, first, last, forcing)
         for i in range(len(equations.model.bristles)):

@@ -210,7 +210,7 @@ def _add_linear_contact(equations: Equations, d: Workspace, k: int, bristle: flo
     fx = along(p[FORCE_X], motion, bristle, found[RESULT_PLACES[FORCE_X]])
     fy = along(p[FORCE_Y], motion, bristle, found[RESULT_PLACES[FORCE_Y]])
     couple = along(p[COUPLE], motion, bristle, found[RESULT_PLACES[COUPLE]])
-    add_contact(d.wrench, end, motion[0], motion[1], arms, fx, fy, couple)
+    add_contact(d.wrench, end, d.pose, motion[0], motion[1], arms, fx, fy, couple)
     return along(p[BRISTLE_RATE], motion, bristle, found[RESULT_PLACES[BRISTLE_RATE]])
 
 

@@ -9,19 +9,17 @@ import numpy as np
 from linkages.base.kernel import Array, Indices, Records
 from linkages.engines.budget import least_advance, most
 from linkages.engines.compiled.run.kinks import kinks
-from linkages.engines.compiled.run.model import KINKS, Equations, error_scale, make_memory, make_work, start_state
+from linkages.engines.compiled.run.model import KINKS, Equations, error_scale, make_work, start_state
 from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.mechanics.integrate.stepper import Stepper, make_stepper
 from linkages.mechanics.planar.arrays import Arrays, size_of
+from linkages.mechanics.planar.contacts import make_memory
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
 _TRAVEL = 0.1  # largest travel of the fastest drive in a step of a prescribed motion [rad or m]
 _FEWEST = 200  # steps of a prescribed motion, as many as the ideal motion has times: its loads may vary faster
-# Longest step over the film step: the content changes between steps; with whole film steps a journal that crosses the
-# cavity overshoots the oil.
-_OF_FILM_STEP = 0.25
 
 #: Accuracy of runs from which on steps may cross kinks if they are not differentiated, and differences of the second
 #: order, with errors of 1e-7, are as exact as their derivatives need.
@@ -76,7 +74,7 @@ def make_given(system: System, outputs: Records, windows: Array, steps: int | No
     """Collect the numbers of a system, with the model of `model_of`; a run has at most `steps`, default `most`."""
     tree, solver, duration = system.tree, system.experiment.solver, system.experiment.duration
     model = model_of(system, outputs)
-    longest = min([solver.max_step or _longest(system), *(_OF_FILM_STEP * step for step in system.film_steps.values())])
+    longest = min(solver.max_step or _longest(system), system.longest_film_step)
     return Given(
         start_state(system),
         solver.accuracy * error_scale(system),
@@ -109,7 +107,7 @@ def model_of(system: System, outputs: Records) -> Arrays:
 def make_job(given: Given, memory: Array | None = None, modes: Indices | None = None) -> Job:
     """Add the arrays to work on, around what contacts remember and whether they touch; by default they know nothing."""
     model, ny, nc = given.model, len(given.start), len(given.model.ends)
-    memory = make_memory(model) if memory is None else memory
+    memory = make_memory(model.ends, model.tables) if memory is None else memory
     work = make_work(model, memory, np.full(nc, -1) if modes is None else modes)
     return Job(
         **{name: getattr(given, name) for name in Job._fields if name in Given._fields},

@@ -13,13 +13,12 @@ import numpy as np
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.dual import dual_array
 from linkages.base.kernel.dual_copy import DualCopy
-from linkages.laws.film.film_history import memory_of
 from linkages.mechanics.planar.arrays import Arrays, size_of
 from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bounds
-from linkages.mechanics.planar.contacts import OIL, WIDTH
+from linkages.mechanics.planar.contacts import WIDTH
 from linkages.mechanics.planar.joint_friction import FrictionWork, make_friction_work
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS
-from linkages.mechanics.planar.record_types import HISTORY, REVOLUTE, STOP
+from linkages.mechanics.planar.record_types import ANGLE, REVOLUTE, STOP
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
@@ -112,12 +111,6 @@ class Equations(NamedTuple):
     implicit: bool  # whether the method is Radau IIA; else Dormand and Prince's pair
 
 
-def make_memory(model: Arrays) -> Array:
-    """Make the memory of the contacts of a model, (nc, 2), or wider if a film has a history; all zero."""
-    films = np.flatnonzero(model.ends["kind"] == HISTORY)
-    return np.zeros((len(model.ends), OIL + max((memory_of(model.tables[k]) for k in films), default=0)))
-
-
 def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     """Make the work arrays of a model around the contacts' memory and modes."""
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
@@ -157,7 +150,8 @@ def error_scale(system: System) -> Array:
     length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`).
     """
     tree = system.tree
-    units = np.where(system.ends["kind"] == STOP, tree.extent / system.ends["lever"], 1.0)
+    turns = (system.ends["kind"] == STOP) & (system.ends["row"]["term"]["kind"] == ANGLE)
+    units = np.where(turns, tree.extent / system.ends["lever"], 1.0)
     lengths = [
         (_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) * unit
         for joint, unit in zip(system.models, units, strict=True)

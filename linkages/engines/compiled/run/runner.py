@@ -17,13 +17,13 @@ from linkages.base.signals import arrival, deferred
 from linkages.engines.compiled.run.binding import JAMMED, LEFT, OPEN, check, evaluate, run
 from linkages.engines.compiled.run.job import END, Given, Job, make_given, make_job
 from linkages.engines.compiled.run.kinks import kinks
-from linkages.engines.compiled.run.model import Equations, error_scale, make_memory
+from linkages.engines.compiled.run.model import Equations, error_scale
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.sampling import tabulate_run
 from linkages.engines.methods import expect_run
 from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Record
 from linkages.mechanics.planar.arrays import size_of
-from linkages.mechanics.planar.contacts import WIDTH
+from linkages.mechanics.planar.contacts import WIDTH, make_memory
 from linkages.results.outputs.columns import Columns, whole_columns
 from linkages.results.outputs.registry import names as all_names
 from linkages.results.outputs.registry import pack
@@ -46,7 +46,7 @@ def join(records: list[Record]) -> Steps:
 
 
 class Runner:
-    """A system, ready to run.
+    """A system, ready to run; runs pause as soon as `stop` (1,), by default the mark of a signal, is not zero.
 
     Sections of links on which nothing acts are left out.
 
@@ -69,14 +69,14 @@ class Runner:
         up to date.
     """
 
-    def __init__(self, system: System, given: Given | None = None) -> None:
-        self.system = system
+    def __init__(self, system: System, given: Given | None = None, stop: Indices | None = None) -> None:
+        self.system, self._stop = system, stop
         self._given = given = given or make_given(system, pack(system, ()), np.zeros((0, 2)))
         self.model, self.start, self.implicit = given.model, given.start, given.implicit
         self.tolerance, self.scale = given.tolerance, error_scale(system)
         expect_run(system, "compiled")
         self._kinks = given.kinks, kinks(system)
-        self.memory, self.modes = make_memory(self.model), np.full(len(self.model.ends), -1)
+        self.memory, self.modes = make_memory(self.model.ends, self.model.tables), np.full(len(self.model.ends), -1)
         self.job = packed(make_job(given, self.memory, self.modes))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -89,11 +89,12 @@ class Runner:
         """Run from a state y (ny,) at t [s], at most up to the last step with closed loops.
 
         `first` is the step to try [s]; 0 lets the driver choose it, so that a tighter accuracy has a shorter one. The
-        run pauses after `most` steps, and where a signal arrives; its end is the experiment's duration by default. If
+        run pauses after `most` steps, and at a stop; its end is the experiment's duration by default. If
         it is to be differentiated, steps end at kinks at any accuracy, and the stages of an implicit method are
         recorded.
         """
-        stop, end = np.frombuffer(arrival(), np.int64, 1), float(self._given.limits[END]) if end is None else end
+        stop = np.frombuffer(arrival(), np.int64, 1) if self._stop is None else self._stop
+        end = float(self._given.limits[END]) if end is None else end
         with deferred():
             record = run(
                 self.job, self._kinks[differentiated], differentiated and self.implicit, t, y, first, most, end, stop
@@ -101,6 +102,7 @@ class Runner:
         if (
             record.status == PAUSED
             and record.steps < most
+            and self._stop is None
             and threading.current_thread() is not threading.main_thread()
         ):
             raise KeyboardInterrupt  # in the main thread the signal's handler raises it

@@ -1,0 +1,42 @@
+// Curves over time of the run, the pinned runs and ideal joints, or their difference from the compared run.
+
+import {drawCurves, valueAt} from "./curves.js";
+import {button, make, toggle} from "./dom.js";
+import {labelOfOutput, unitOf} from "./words.js";
+
+export function charts(page) {
+  const {root, at, state} = page;
+  let names = "", difference = false;
+  at(".curves").append(
+    make("div", {class: "head"}, make("h2", {}, "Curves"), button("whole time", () => state.plots?.all(), "show the whole time (0)"),
+      toggle("difference", (on) => { difference = on; show(); }, "show the run minus the compared run")),
+    make("div", {class: "plots"}));
+
+  function show() {
+    const {view} = state;
+    if (!view?.curves.length) return;
+    const curves = view.curves.filter(({unit}) => view.locked === null || ["m", "rad"].includes(unit)).map((curve) => shown(curve, page.reference()));
+    const now = curves.map(({name}) => name).join(" ");
+    if (state.plots && names === now) return state.plots.update(curves);
+    state.plots = drawCurves(at(".plots"), curves, (time) => page.hold(time / (state.view.to - state.view.from)));
+    names = now;
+  }
+  function shown({name, unit: si, run, ideal, measured}, reference) {
+    const [unit, factor] = unitOf(si, state.units), label = labelOfOutput(name);
+    const scaled = (line) => line && {time: line.time, values: line.values.map((value) => value && factor * value)};
+    const of = (pinned) => pinned.view.curves.find((curve) => curve.name === name)?.run;
+    const other = reference ? of(reference) : ideal;
+    if (difference) return {name, label: `${label} minus ${reference?.name ?? "ideal"}`, unit, run: scaled(other ? minus(run, other) : run)};
+    const others = state.pins.filter(of).map((pinned) => ({...scaled(of(pinned)), look: pinned.look, name: pinned.name}));
+    const {time, bands} = state.bands ?? {}, band = bands?.[name] && {time, low: scaled({values: bands[name][0]}).values, high: scaled({values: bands[name].at(-1)}).values};
+    return {name, label, unit, run: scaled(run), ideal: scaled(ideal), measured: scaled(measured), others, band};
+  }
+  for (const event of ["shown", "units", "pinned"]) root.addEventListener(event, show);
+}
+
+function minus(run, other) {
+  const end = Math.min(run.time.at(-1), other.time.at(-1));
+  const time = [...new Set([...run.time, ...other.time])].filter((t) => t <= end).sort((a, b) => a - b);
+  const values = time.map((t) => [valueAt(run, t), valueAt(other, t)]);
+  return {time, values: values.map((pair) => (pair.includes(null) ? null : pair[0] - pair[1]))};
+}

@@ -1,0 +1,162 @@
+"""Changes of parts as values by dotted path: other models of joints and links, remedies of warnings."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError, nearest
+from linkages.input.files.toml import leaves
+from linkages.input.model.mechanism import Joint, Mechanism
+from linkages.system import System
+
+CLEARANCE = 1e-3  # proposed radial clearance, over the diameter of the bearing [1]
+_OIL = {"oil.grade": 46, "oil.temperature": 40.0}
+_MIXED = {"mixed.law": "blend", "mixed.transition": 2e-6}  # roughness of turned surfaces
+_STEEL = {
+    "contact.law": "lankarani-nikravesh", "contact.restitution": 0.9, "contact.youngs_modulus": 2.1e11,
+    "contact.poissons_ratio": 0.3, "friction.law": "ambrosio", "friction.coefficient": 0.1,
+}  # fmt: skip
+_CORNER = {
+    "contact.law": "flores", "contact.restitution": 0.6, "contact.stiffness": 1e10,  # of a corner of 5 mm radius
+    "friction.law": "coulomb", "friction.coefficient": 0.1, "friction.v_1": 1e-2,
+}  # fmt: skip
+_STEEL_BAR = {"youngs_modulus": 2.1e11, "density": 7850.0}
+_NODES = 24  # of a profile of wear
+_BESIDE = 0.02  # radius of a bearing, over the size of a machine without any
+
+
+def parts(system: System, known: Iterable[str]) -> dict[str, list[dict[str, Any]]]:
+    """Return joints and links with the models that they can have, and the known paths of each link's sizes and mass."""
+    mechanism, experiment = system.mechanism, system.experiment
+    joints = [
+        {"name": name, "type": joint.type, "driven": name in experiment.drives, "models": models_of(joint)}
+        | {"model": experiment.joints[name].model if name in experiment.joints else "ideal"}
+        for name, joint in mechanism.joint.items()
+    ]
+    links = []
+    for link in mechanism.link:
+        frames = [f"sdf.frames.{name}.pose." for name, frame in mechanism.point.items() if frame.link == link]
+        own = (f"links.{link}.", f"sdf.links.{link}.", *frames)
+        paths = [path for path in known if path.startswith(own)]
+        models = ("rigid", "flexible") if link in mechanism.beam or len(_pins(mechanism, link)) == 2 else ("rigid",)
+        model = "flexible" if link in experiment.flexible else "rigid"
+        links.append({"name": link, "model": model, "models": models, "paths": paths})
+    return {"joints": joints, "links": links}
+
+
+def models_of(joint: Joint) -> tuple[str, ...]:
+    """Return the models that a joint can have."""
+    return {"revolute": ("ideal", "lubricated", "dry", "mixed"), "prismatic": ("ideal", "dry")}.get(joint.type, ())
+
+
+def with_model(system: System, part: str, name: str, model: str) -> dict[str, Any]:
+    """Return the values that give a part, "joint" or "link", a model; missing values are proposed.
+
+    The clearance is `CLEARANCE`, the oil ISO VG 46 at 40 degrees, the material steel, all for the size of the bearing.
+    InputError for an unknown part or model.
+    """
+    parts: dict[str, Mapping[str, Any]] = {"joint": system.mechanism.joint, "link": system.mechanism.link}
+    known = parts.get(part, {})
+    if name not in known:
+        raise InputError("page", f"{part} {name}"[:60], f"is no joint or link; {nearest(name, known)}")
+    able = models_of(known[name]) if part == "joint" else ("rigid", "flexible")
+    if model not in able:
+        raise InputError("page", f"{part} {name}", f'cannot be "{model}"; one of {", ".join(able) or "no models"}')
+    start = f"{part}s.{name}."
+    if part == "link" and model == "flexible" and name not in system.mechanism.beam:
+        return _beam(system, name) | {f"{start}model": model}
+    if part == "link" or model == "ideal":
+        return {f"{start}model": model}
+    given = system.experiment.joints.get(name)
+    has = set() if given is None else {key.partition(".")[0] for key, _ in leaves(given.model_dump(exclude_unset=True))}
+    sizes, proposed = _sizes(system, known[name]), dict[str, Any]()
+    if not has & {"clearance", "fit"}:
+        proposed["clearance"] = CLEARANCE * 2.0 * sizes[0][1]
+    if model in ("lubricated", "mixed") and not has & {"viscosity", "oil"}:
+        proposed |= _OIL
+    touches = {"dry": ("contact", "friction"), "mixed": ("contact", "friction", "mixed")}.get(model, ())
+    solid = _CORNER if known[name].type == "prismatic" else _STEEL | _MIXED
+    proposed |= {key: value for key, value in solid.items() if key.partition(".")[0] in set(touches) - has}
+    added = {f"sdf.{path}": size for path, size in sizes if path not in system.mechanism.values}
+    return added | {f"{start}{key}": value for key, value in proposed.items()} | {f"{start}model": model}
+
+
+def _beam(system: System, name: str) -> dict[str, float]:
+    """Return a steel beam of a square section with the link's mass; InputError for a link without two ends."""
+    ends, link = _pins(system.mechanism, name), system.mechanism.link[name]
+    if len(ends) != 2:
+        raise InputError("page", f"link {name}", f"has {len(ends)} pins; a beam needs two ends")
+    length = float(np.hypot(*(ends[1] - ends[0])))
+    side = float(f"{np.sqrt(link.mass / (_STEEL_BAR['density'] * length)) if link.mass else length / 40.0:.4g}")
+    return {
+        f"sdf.links.{name}.beam.{key}": value for key, value in {"width": side, "height": side, **_STEEL_BAR}.items()
+    }
+
+
+def _pins(mechanism: Mechanism, link: str) -> list[Array]:
+    """Return the different places of joints on a link."""
+    found: list[Array] = []
+    for joint in mechanism.joints:
+        for owner, place in ((joint.parent, joint.on_parent), (joint.child, joint.on_child)):
+            if owner == link and all(np.hypot(*(place - other)) > 1e-9 for other in found):
+                found.append(place)
+    return found
+
+
+def with_addition(system: System, name: str, kind: str) -> dict[str, Any]:
+    """Return the values that give a joint a feed groove on top, or wear with a shallow recess below.
+
+    InputError for an unknown joint or addition.
+    """
+    if name not in system.mechanism.joint or kind not in ("groove", "wear"):
+        raise InputError("page", f"{name} {kind}"[:60], "is no groove or wear of a joint")
+    if kind == "groove":
+        groove = {"angle": 1.5708, "extent": 0.5, "length": 0.8, "pressure": 1e5}
+        new = {"film": "finite", "cavitation": "reynolds"} | {f"groove.{key}": value for key, value in groove.items()}
+    else:
+        joint = system.experiment.joints.get(name)
+        depth = 0.1 * (joint.clearance if joint is not None and joint.clearance else 0.0)
+        turn = np.linspace(0.0, 2.0 * np.pi, _NODES, endpoint=False)
+        depths = np.maximum(-np.sin(turn) - 0.5, 0.0) * 2.0 * depth
+        new = {"wear.coefficient": 1e-16, "wear.nodes": _NODES}
+        new["wear.bearing_depth"] = "[" + ",".join(f"{one:.2g}" for one in depths) + "]"
+    return {f"joints.{name}.{key}": value for key, value in new.items()}
+
+
+def _sizes(system: System, joint: Joint) -> list[tuple[str, float]]:
+    """Return paths and sizes [m] of a joint's bearing or slot, as of other joints if it has none."""
+    kind, keys = ("bearing", ("radius", "length")) if joint.type == "revolute" else ("slot", ("height", "length"))
+    others = [own for other in system.mechanism.joints if (own := getattr(other, kind)) is not None]
+    size = float(f"{_BESIDE * system.tree.extent:.1g}")
+    usual = {
+        key: np.median([getattr(own, key) for own in others]) if others else k * size for k, key in enumerate(keys, 1)
+    }
+    own = getattr(joint, kind)
+    return [
+        (f"joints.{joint.name}.{kind}.{key}", float(usual[key] if own is None else getattr(own, key))) for key in keys
+    ]
+
+
+def remedies(system: System, warning: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the values by which a warning can be heeded at once, each with a label."""
+    named = [name for name in re.findall(r" in ([^ ,]+)", warning["what"]) if name in system.experiment.joints]
+    said = warning["remedy"]
+    for text, label, key, choice in (
+        ('film = "finite"', "use the finite film", "film", "finite"),
+        ("such as flores", "use the law flores", "contact.law", "flores"),
+        ("such as johnson", "use the law johnson", "contact.law", "johnson"),
+    ):
+        if text in said and named:
+            yield {
+                "label": f"{label} in {', '.join(named)}",
+                "values": {f"joints.{name}.{key}": choice for name in named},
+            }
+    thick = [name for name in named if system.experiment.joints[name].viscosity]
+    if "raise the viscosity" in said and thick:
+        values = {path: 2.0 * system.value(path) for path in (f"joints.{name}.viscosity" for name in thick)}
+        yield {"label": f"double the viscosity in {', '.join(thick)}", "values": values}

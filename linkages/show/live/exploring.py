@@ -1,0 +1,151 @@
+"""Exploring around the run that is shown: sweeps of a value, sensitivities and tolerances, as batches of runs like it.
+
+The runs start where the shown one did, in parts of their clearances, and are summarised over the same part of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from linkages.base.arrays import Array
+from linkages.base.errors import InputError, Status
+from linkages.engines.compiled.batch.batch import Batch, simulate_batch
+from linkages.results.outputs.registry import default_outputs, unit
+from linkages.show.live.controls import Control
+from linkages.show.live.session import Session
+from linkages.show.live.view import FRAMES
+from linkages.show.plots.pages import short
+from linkages.show.plots.presentation import shown
+from linkages.system import System
+
+SPREAD = 1.0 / 300.0  # of a value without another one: deviation over the value; three deviations are 1 %
+MOST_RUNS, _MOST_PATHS = 5000, 40
+_QUANTILES = 5.0, 50.0, 95.0  # [%]
+
+
+@dataclass(frozen=True)
+class Around:
+    """The run of a page that others are compared with."""
+
+    system: System
+    start: float  # of the part that is summarised [s]
+    end: float
+
+    @classmethod
+    def of(cls, session: Session, values: Mapping[str, Any], outdated: Callable[[], bool]) -> Around:
+        """Take the run that a page shows for values; a new one, if others were shown since."""
+        start, end = session.part_shown(values, outdated)
+        return cls(session.system.replaced(session.values_shown(values)), start, end)
+
+    def batch(self, paths: Sequence[str], table: Array, progress: Callable[[float], None], **options: Any) -> Batch:
+        """Run for a table of values; a journal whose clearance varies starts in the same part of it."""
+        columns = dict(zip(paths, np.asarray(table).T, strict=True))
+        for path in paths:
+            joint = self.system.experiment.joints.get(path.split(".")[1])
+            if joint is not None and path == f"joints.{path.split('.')[1]}.clearance" and any(joint.offset):
+                ratio = columns[path] / (joint.clearance or 1.0)
+                columns |= {f"{path.rpartition('.')[0]}.offset.{k}": ratio * x for k, x in enumerate(joint.offset)}
+        rows = np.array([*columns.values()]).T if columns else None
+        window, outputs = [[self.start, self.end]], default_outputs(self.system)
+        return simulate_batch(self.system, list(columns), rows, outputs, window, progress=progress, **options)
+
+
+def sweep(around: Around, control: Control, request: Mapping[str, Any], progress: Callable[[float], None]) -> Any:
+    """Return peaks by output for values (n,) of a control; None where a run fails, with its reason."""
+    low, high, count = (request.get(key, getattr(control, key, 21)) for key in ("low", "high", "count"))
+    if not all(map(_is_number, (low, high, count))) or not low < high or not 2 <= count <= MOST_RUNS:
+        raise InputError("page", control.path, f"a sweep needs low < high, and a count from 2 to {MOST_RUNS}")
+    space = np.geomspace if control.logarithmic and low > 0.0 else np.linspace
+    values = space(low, high, int(count))
+    values = np.unique(values.round()) if control.whole else values
+    batch = around.batch([control.path], values[:, None], progress)
+    return {"path": control.path, "values": values.tolist(), "peaks": _by_output(batch, batch.peak[:, 0])} | {
+        "units": {name: unit(around.system, name) for name in batch.outputs}, "reasons": batch.reason,
+    }  # fmt: skip
+
+
+def sensitivities(around: Around, paths: Sequence[str], progress: Callable[[float], None]) -> dict[str, Any]:
+    """Return peaks by output, and by path and output the relative change of a peak over the one of a value."""
+    batch = around.batch((), np.zeros((1, 0)), progress, wrt=paths)
+    if batch.status[0] is not Status.OK:
+        raise InputError("page", "sensitivities", f"the run has none: {batch.reason[0]}")
+    peak = batch.peak[0, 0]
+    changes = {}
+    for path in paths:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rate = batch.sensitivity[path]["peak"][0, 0] * around.system.value(path) / peak
+        changes[path] = dict(zip(batch.outputs, short(rate), strict=True))
+    said = {"peaks": dict(zip(batch.outputs, peak.tolist(), strict=True)), "changes": changes}
+    return said | {"units": {name: unit(around.system, name) for name in batch.outputs}}
+
+
+def tolerances(
+    around: Around, spreads: Mapping[str, float], runs: int, progress: Callable[[float], None]
+) -> dict[str, Any]:
+    """Return quantiles of curves over time and of peaks for normally scattered values: deviations over the values."""
+    system = around.system
+    nominal = np.array([system.value(path) for path in spreads])
+    scatter = np.random.default_rng(0).standard_normal((runs, len(spreads)))
+    table = nominal * (1.0 + np.array([*spreads.values()]) * scatter)
+    times = np.linspace(around.start, around.end, FRAMES)
+    batch = around.batch([*spreads], table, progress, samples=times)
+    good = np.array([status is Status.OK for status in batch.status])
+    if not good.any():
+        raise InputError("page", "tolerances", f"no run reaches its end: {batch.reason[0]}")
+    factors = np.array([shown(unit(system, name))[1] for name in batch.outputs])
+    bands = np.percentile(batch.samples[good] * factors, _QUANTILES, axis=0)  # (3, nt, no)
+    peaks = batch.peak[good, 0]
+    ends = np.percentile(peaks, _QUANTILES, axis=0)
+    found = zip(batch.outputs, peaks.mean(axis=0).tolist(), peaks.std(axis=0).tolist(), ends.T.tolist(), strict=True)
+    return {
+        "time": short(times - around.start),
+        "bands": {name: short(bands[:, :, k]) for k, name in enumerate(batch.outputs)},
+        "peaks": {name: {"mean": mean, "deviation": std, "quantiles": of} for name, mean, std, of in found},
+        "runs": int(good.sum()),
+        "failed": int((~good).sum()),
+        "spreads": dict(spreads),
+    }
+
+
+def usual_spreads(controls: Mapping[str, Control], values: Mapping[str, Any]) -> dict[str, float]:
+    """Return the deviations of the numbers that a page shows at first, and of changed ones: a third of 1 %.
+
+    Drives keep their motion, so that the curves of all runs have the same phase.
+    """
+    numbers = {path: control for path, control in controls.items() if not control.choices and not control.whole}
+    shown = {path for path, control in numbers.items() if control.first or path in values}
+    return {path: SPREAD for path in numbers if path in shown and not path.startswith("drives.")}
+
+
+def checked_spreads(given: Any, controls: Mapping[str, Control]) -> dict[str, float]:
+    """Check deviations from outside; InputError unless they are a table of positive numbers by path."""
+    if not isinstance(given, dict) or not 0 < len(given) <= _MOST_PATHS:
+        raise InputError("page", "spreads", f"must be a table of 1 to {_MOST_PATHS} deviations by path")
+    checked_paths(list(given), controls)
+    for path, spread in given.items():
+        if not _is_number(spread) or not 0.0 < spread < 1.0:
+            raise InputError("page", path, "its deviation must be a part of the value, above 0 and below 1")
+    return given
+
+
+def checked_paths(given: Any, controls: Mapping[str, Control]) -> list[str]:
+    """Check paths of numbers from outside; InputError for others."""
+    if not isinstance(given, list) or not 0 < len(given) <= _MOST_PATHS:
+        raise InputError("page", "paths", f"must be a list of 1 to {_MOST_PATHS} paths")
+    for path in given:
+        if path not in controls or controls[path].choices or controls[path].whole:
+            raise InputError("page", str(path)[:100], "is not the path of a number that can be varied")
+    return given
+
+
+def _by_output(batch: Batch, table: Array) -> dict[str, list[float | None]]:
+    """Return columns (n,) by output; None where a run has no value."""
+    return {name: [None if np.isnan(x) else float(x) for x in table[:, k]] for k, name in enumerate(batch.outputs)}
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
