@@ -248,9 +248,13 @@ from linkages.engines.drop import GRAVITY, drop
 system = drop().replaced({"duration": 1e-3})
 run = linkages.simulate(system)
 print(run["journal.y"][-1], run.evaluate([5e-4])["journal.y"][0])
-for changed, wrt in (({"solver.integrator": "radau_iia_5"}, ()), ({}, ["joints.J.clearance"])):
+for refused in (
+    lambda: linkages.simulate(system.replaced({"solver.integrator": "radau_iia_5"})),
+    lambda: linkages.simulate(system, wrt=["joints.J.clearance"]),
+    lambda: linkages.linearise(system),
+):
     try:
-        linkages.simulate(system.replaced(changed), wrt=wrt)
+        refused()
     except linkages.InputError as refusal:
         print(refusal)
 """
@@ -265,4 +269,5 @@ def test_without_the_compiler_the_explicit_method_runs_and_what_needs_duals_is_r
     assert found[1:] == [
         f"{start} the implicit method needs the compiler; unset it, or set solver.integrator to dormand_prince_5_4",
         f"{start} derivatives need the compiler; unset it",
+        f"{start} linear models need the compiler; unset it",
     ]
