@@ -336,6 +336,7 @@ def test_a_crank_behind_a_gearbox_balances_energy_and_loads_on_both_engines(syst
     lost = integral(ours, ours["O.backlash.upper.power"] + ours["O.backlash.lower.power"])
     assert lost < -1e-4
     assert energy[-1] - energy[0] == pytest.approx(work + lost, abs=1e-7)
+    assert summarize(assess(system, "compiled"))["loads"]["O.backlash"]["impacts"] > 0
     state = tuple(part[0] for part in ours.evaluate.function.states_at(np.array([0.01])))
     assert all(link.imbalance < 1e-12 for link in link_loads(system, 0.01, state).values())
 

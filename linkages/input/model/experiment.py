@@ -108,10 +108,10 @@ class Experiment(Brief, Table):
         description=f"reported outputs: LINK_OR_FRAME.{'|'.join((*QUANTITIES, *BENDING_QUANTITIES))},"
         f" JOINT.{'|'.join(PIN_QUANTITIES)}",
     )
-    drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: Annotated[dict[str, JointModel], AfterValidator(with_worn)] = Field(
         {}, description="joint models by name; joints not named are ideal"
     )
+    drives: dict[str, Drive] = Field({}, description="driven joints by name")
     links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
     forces: dict[str, tables.ForceTable] = Field({}, description="applied forces by name")
     torques: dict[str, tables.Torque] = Field({}, description="applied torques by name")

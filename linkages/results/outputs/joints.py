@@ -27,9 +27,10 @@ def _drive(output: np.record, seen: Snapshot) -> float:
 
 @formula("forces")
 def _gearbox(output: np.record, seen: Snapshot) -> float:
-    effort, state = seen.efforts[output.at], seen.state
-    rate = output.constant * term_rate(seen.model.ends[output.marker.body].row.term, state.pose, state.vel)
-    return (effort, rate, effort * state.v[output.other])[output.column]
+    k, driven, vel = output.at, seen.model.driven, seen.state.vel
+    wheel = driven[k] if k < len(driven) else seen.model.powered[k - len(driven)]
+    rate = output.constant * (vel[output.other, 0] - vel[output.marker.body, 0])
+    return (seen.efforts[k], rate, seen.efforts[k] * seen.state.v[wheel])[output.column]
 
 
 @formula("loads")
@@ -123,8 +124,8 @@ def _at_drive(system: System, name: str) -> Element:
 
 
 def _at_gearbox(system: System, name: str) -> Element:
-    contact, sign = [owner for owner, _ in system.contacts].index(f"{name}.backlash"), system.tree.coordinate(name)[1]
-    return _at_drive(system, name)._replace(marker=(contact, 0.0, 0.0), constant=sign)
+    (_, parent, child, _, _), sign = system.tree.coordinate(name)
+    return Element(_drives(system).index(name), child[0], parent, sign)
 
 
 def _at_load(system: System, name: str) -> Element:
