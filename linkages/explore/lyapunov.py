@@ -76,9 +76,9 @@ def largest_exponent(
     """Compute the largest Lyapunov exponent of a driven linkage.
 
     The distance of two states is the root mean square of their entries' differences, each relative to the scale of
-    the engine's error control (`Flow.scale`). The trajectories run at an accuracy of 1e-4 times that distance, or the
-    experiment's if that is smaller. A drive's phase is not part of the state, so the exponent of zero that every flow
-    has along itself does not appear.
+    the engine's error control (`Flow.scale`); states that no formula reads do not count. The trajectories run at an
+    accuracy of 1e-4 times that distance, or the experiment's if that is smaller. A drive's phase is not part of the
+    state, so the exponent of zero that every flow has along itself does not appear.
 
     Parameters
     ----------
@@ -125,15 +125,17 @@ def largest_exponent(
     if len(first.runner.model.free) == first.runner.model.elimination.rank:
         problem = "they determine the whole motion, so nothing can diverge"
         raise InputError(experiment.source, "drives", problem)
-    second.resume(first.t, first.y + distance * first.scale, first.memory, first.step)
+    unread, own = experiment.unread_states, experiment.own_states
+    counts = np.array([True] * (len(first.y) - len(own)) + [name not in unread for name in own])
+    second.resume(first.t, first.y + distance * counts * first.scale, first.memory, first.step)
     logarithms = np.empty((total, renormalisations))
     for turn in range(total):
         for k in range(renormalisations):
             until = (turn + (k + 1) / renormalisations) * period
             for flow in (first, second):
                 flow.reach(until)
-            apart = second.y - first.y
-            size = float(np.sqrt(np.mean((apart / first.scale) ** 2)))
+            apart = counts * (second.y - first.y)
+            size = float(np.sqrt(np.mean((apart / first.scale)[counts] ** 2)))
             logarithms[turn, k] = np.log(size / distance)
             second.resume(first.t, first.y + distance / size * apart, first.memory, first.step)
     return Exponent(logarithms[transient:].sum(axis=1) / period, period)

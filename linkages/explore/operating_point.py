@@ -9,6 +9,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, RunError, Status
+from linkages.base.kernel.private import OFF
 from linkages.engines.compiled.run.linear import slopes
 from linkages.engines.compiled.run.model import per_length
 from linkages.engines.compiled.run.replay import Steps
@@ -44,6 +45,8 @@ class LinearisationPoint:
     """
 
     def __init__(self, system: System, time: float) -> None:
+        if OFF:
+            raise InputError("environment", "NUMBA_DISABLE_JIT", "linear models need the compiler; unset it")
         experiment = system.experiment
         system.check_analysis(Analysis.LINEAR)
         for name in system.tree.driven:

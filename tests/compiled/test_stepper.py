@@ -120,6 +120,14 @@ REFUSED = {
         lambda system: Stepper(system, ["drives.A.torque"]).step(1.0, {"drives.A.torque": "1"}),
         "needs 1 finite number; it is '1'",
     ),
+    "another machine": (
+        lambda system: Stepper(system).restore(Stepper(shipped("slider_crank_dry")).state()),
+        "state: is of another system, or of one with other inputs",
+    ),
+    "other inputs": (
+        lambda system: Stepper(system).restore(Stepper(system, ["drives.A.torque"]).state()),
+        "state: is of another system, or of one with other inputs",
+    ),
 }
 
 

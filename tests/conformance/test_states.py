@@ -11,7 +11,18 @@ from pydrake.systems.analysis import Simulator
 from scipy.integrate import simpson, solve_ivp
 from scipy.linalg import expm
 
-from linkages import InputError, Status, Stepper, laws, linearise, load, simulate, simulate_batch
+from linkages import (
+    InputError,
+    Status,
+    Stepper,
+    largest_exponent,
+    laws,
+    linearise,
+    load,
+    periodic_motion,
+    simulate,
+    simulate_batch,
+)
 from linkages.engines.drake import build_diagram
 
 FLYWHEEL = model("flywheel", solid("wheel", 1.0, 0.02) + joint("O", "world", "wheel"))
@@ -285,6 +296,27 @@ def test_the_linear_model_has_the_poles_of_the_motor(system_of):
     assert found.states == ("q.O", "v.O", "s.z", "s.M.current", "s.M.energy")
     exact = [*np.linalg.eigvals([[-R / L, -K / L], [K / J, -B / J]]), -2.0, 0.0, 0.0]
     np.testing.assert_allclose(np.sort(np.linalg.eigvals(found.A).real), np.sort(exact), atol=1e-9)
+
+
+def test_only_the_current_of_a_driven_motor_is_free_in_a_periodic_motion(system_of):
+    """Its multiplier is exp(-R T/L). No formula reads the energy, which grows: it is no unknown."""
+    text = "duration = 0.5\n[drives.O]\nspeed = 200.0\n" + MOTOR
+    found = periodic_motion(system_of(slider_crank(), text + EXACT))
+    np.testing.assert_allclose(found.multipliers, [np.exp(-R / L * 2.0 * np.pi / 200.0)], rtol=1e-7)
+    at_once = system_of(slider_crank(), text.replace(f"inductance = {L}\n", "") + EXACT)
+    with pytest.raises(InputError, match="they determine the whole motion"):
+        periodic_motion(at_once)
+
+
+def test_the_energy_of_a_motor_does_not_count_in_the_lyapunov_exponent(system_of):
+    """A wheel on a damped spring beside the motor's: the exponent is the slow root of its equation."""
+    wheels = (
+        solid("wheel", 1.0, 0.02) + joint("O", "world", "wheel") + solid("other", 1.0, J) + joint("Q", "world", "other")
+    )
+    text = "duration = 1.0\n[drives.O]\nspeed = 50.0\n[drives.Q]\ntorque = 0.0\n" + MOTOR
+    text += "[torques.spring]\njoint = 'Q'\nformula = '-5*Q.coordinate - Q.rate'\n"
+    found = largest_exponent(system_of(model("wheels", wheels), text + EXACT), revolutions=3, transient=6)
+    np.testing.assert_allclose(found.growth, np.roots([J, 1.0, 5.0]).max(), rtol=1e-4)
 
 
 def test_sampled_states_change_together_and_rest_between(run):

@@ -270,3 +270,18 @@ def test_every_control_can_be_changed():
         known = controls(system)
         for control in known.values():
             system.replaced(checked({control.path: control.value}, known))
+
+
+def test_a_controller_in_python_has_no_controls_of_another_kind(own_registries):
+    linkages.laws.register_controller("held", lambda t, gain: gain)
+    keys = {"kind": "python", "function": "held", "parameters": {"gain": 1.0}, "sample_time": 0.01}
+    found = [path for path in controls(loaded("slider_crank_dry", **{"controllers.C": keys})) if path.startswith("con")]
+    assert found == ["controllers.C.parameters.gain", "controllers.C.sample_time"]
+
+
+def test_additional_states_settle_within_the_whole_experiment(answers):
+    """df/dt = (1 - f)/tau: they cannot be carried from run to run as the journals are."""
+    state = {"states.f": {"rate": "(1 - f)/0.02"}, "outputs": ["f.value"], "duration": 0.2}
+    shown = answers("slider_crank_lubricated", **state).answer("run", {"values": {}})
+    assert shown["settled"]
+    assert shown["to"] == pytest.approx(0.2)

@@ -284,6 +284,14 @@ def test_a_damaged_summary_is_told_or_refused_in_one_line(copy):
     assert refused + told == tried
 
 
+def test_a_number_of_a_run_may_be_tiny(copy):
+    summary = json.loads((copy / "summary.json").read_text())
+    name = next(iter(summary["outputs"]))
+    summary["outputs"][name]["min"] = 6.3e-53
+    (copy / "summary.json").write_text(json.dumps(summary))
+    assert load_results(copy).summary["outputs"][name]["min"] == 0.0
+
+
 def test_a_page_that_cannot_be_written_is_bad_input(copy, capsys):
     assert main(["report", str(copy), "--out", str(copy / "none" / "page.html")]) == 2
     assert "cannot be written" in capsys.readouterr().err

@@ -185,9 +185,13 @@ class Stepper:
         return StepperState(self._time, self._state.copy(), *memories, dict(self._values), self._next, self._status)
 
     def restore(self, state: StepperState) -> None:
-        """Return to a state of this system."""
+        """Return to a state of this system; InputError for the state of another one."""
+        runner = self._runner
+        own = runner.start.shape, runner.memory.shape, self._places.keys()
+        if (state.state.shape, state.memory.shape, state.values.keys()) != own:
+            raise InputError("argument", "state", "is of another system, or of one with other inputs")
         self._set(state.values)
-        runner, self._solved[0] = self._runner, math.nan
+        self._solved[0] = math.nan
         runner.memory[:], runner.modes[:], self._sides[:] = state.memory, state.modes, state.sides
         self._time, self._state, self._next = state.time, state.state.copy(), state.next_step
         self._status = state.status

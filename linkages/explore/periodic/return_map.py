@@ -2,8 +2,8 @@
 
 The state at the section consists of minimal coordinates (`linkages.explore.local_coordinates`), and of the approach
 speeds that contacts remember. Such a speed is an unknown if the contact is closed at the section and begins anew
-within the period; otherwise it has no effect, or keeps its value. Revolute coordinates that advance by whole turns in a
-period are compared without these turns.
+within the period; otherwise it has no effect, or keeps its value. States that no formula reads keep theirs. Revolute
+coordinates that advance by whole turns in a period are compared without these turns.
 """
 
 from __future__ import annotations
@@ -107,15 +107,19 @@ class ReturnMap:
         self._flows: dict[float | None, tuple[Flow, float]] = {}
         flow, period = self._flow(None if path is None else system.value(path), transient + 1)
         self.period = period
+        turns = system.tree.free_angles
         if given is None:
             flow.reach((transient - 1) * period)
             last = flow.reach(transient * period)
             self._range = np.ptp(last.states, axis=0)
+            whole = np.round((flow.y - last.states[0])[turns] / (2.0 * np.pi))
+            flow.y[turns] -= 2.0 * np.pi * whole * (transient - self._first)  # loops may close at one angle alone
         else:
             self._range = np.zeros(len(flow.y))
             flow.resume(transient * period, *given, 0.0)
-        self._local = self._coordinates(flow, flow.t, flow.y)
-        if not len(self._local.entries):
+        self._local = self._coordinates(flow, self._first * period, flow.y)
+        self._unread = {f"s.{name}" for name in system.experiment.unread_states}
+        if self._unread.issuperset(self._local.names):
             problem = "they determine the whole motion, so every motion is periodic"
             raise InputError(system.experiment.source, "drives", problem)
         model = flow.runner.model
@@ -126,7 +130,7 @@ class ReturnMap:
         self.start = np.concatenate([flow.y[self._local.entries], self._memory[self._latched, 0]])
         speeds = system.motion_rate * np.maximum(system.laws["clearance"][self._latched], 1e-9 * system.tree.extent)
         self.error = np.concatenate([flow.scale[self._local.entries], speeds])
-        self._turning = np.flatnonzero(np.isin(self._local.entries, system.tree.free_angles))
+        self._turning = np.flatnonzero(np.isin(self._local.entries, turns))
         self.names = (*self._local.names, *(f"approach.{system.contacts[k][1]}" for k in self._latched))
         self._turns: Array | None = None
 
@@ -202,7 +206,8 @@ class ReturnMap:
                 by_p += (late - early) * slope
         begins = np.array([np.count_nonzero(found.event == k + 1) for k in range(steps.memory.shape[1])])
         depth = runner.evaluate(steps, steps.times[:1])[3][0, :, CLEARANCE_OUTPUTS.index("penetration")]
-        kept = np.concatenate([np.ones(nx, dtype=bool), (begins > 0)[latched] & (depth > 0.0)[latched]])
+        read = np.array([name not in self._unread for name in local.names])
+        kept = np.concatenate([read, (begins > 0)[latched] & (depth > 0.0)[latched]])
         spectrum = multipliers(monodromy[np.ix_(kept, kept)])
         for k in np.flatnonzero(~kept):
             end[k], by_p[k], monodromy[k] = x[k], 0.0, 0.0

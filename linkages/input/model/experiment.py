@@ -24,7 +24,7 @@ from linkages.input.files.unit_conversion import read
 from linkages.input.model import load_tables as tables
 from linkages.input.model.drive_tables import Drive, GearboxBacklash
 from linkages.input.model.experiment_tables import JointModel, RunWindow, SolverTable
-from linkages.input.model.functions import Quantity
+from linkages.input.model.functions import Quantity, inputs_of
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.recorded_tables import DataTable, FromFile
 from linkages.input.model.state_tables import Controller, Motor, State
@@ -236,6 +236,14 @@ class Experiment(Brief, Table):
     def own_states(self) -> dict[str, Quantity]:
         """Return the additional states, in the order of the state vector."""
         return {name: one for name, one in self.quantities.items() if one.is_state}
+
+    @property
+    def unread_states(self) -> set[str]:
+        """Return the additional states that no formula reads, such as a motor's energy: they change nothing else."""
+        found = self.quantities
+        read = {name for one in found.values() for name in inputs_of(one.definition, found)}
+        read.update(name for load in (*self.forces.values(), *self.torques.values()) for name in load.signals)
+        return self.own_states.keys() - read
 
     @property
     def from_files(self) -> dict[str, FromFile]:

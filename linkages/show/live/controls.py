@@ -86,7 +86,8 @@ def _numbers(system: System) -> Iterator[tuple[str, float]]:
     for path, value in leaves(experiment.model_dump(exclude_none=True)):
         if isinstance(value, bool) or not isinstance(value, int | float) or path.startswith("sdf."):
             continue
-        if path not in _HIDDEN and not path.startswith("windows."):
+        of_other_kind = path.startswith("controllers.") and not _is_allowed(system, path, value)  # a default
+        if path not in _HIDDEN and not path.startswith("windows.") and not of_other_kind:
             yield path, value
     if system.determinate or system.tree.play:
         yield "duration", experiment.duration

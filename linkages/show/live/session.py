@@ -3,7 +3,7 @@
 Where the drives repeat their motion, a lubricated machine is run for a few periods, from where the journals were at the
 end of the run before: a small change settles within a few of these runs, and the page requests the next one until the
 motion is periodic. Machines that can touch are run from their own start for `_REVOLUTIONS` periods, since their motion
-may not repeat at all. Without a common period of the drives the whole experiment is run.
+may not repeat at all. Without a common period of the drives, or with additional states, the whole experiment is run.
 """
 
 from __future__ import annotations
@@ -265,8 +265,8 @@ class _Result(NamedTuple):
 
 
 def _period(system: System) -> float | None:
-    """Period of the drives [s], if they repeat their motion from the start on."""
-    if any(drive.ramp for drive in system.experiment.drives.values()):
+    """Period of the drives [s], if they repeat their motion from the start on and no state must settle."""
+    if system.experiment.own_states or any(drive.ramp for drive in system.experiment.drives.values()):
         return None
     return common_period(system)
 

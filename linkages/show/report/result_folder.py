@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from linkages.base.errors import InputError
+from linkages.input.files.magnitudes import SMALLEST
 from linkages.input.files.toml import Table, validate
 from linkages.input.files.writing import file_name
 from linkages.input.model.experiment import experiment_of
@@ -110,9 +111,12 @@ def recorded_system(results: Results) -> System:
 
 
 def read_json(path: Path, shape: type[Table], hint: str) -> dict[str, Any]:
-    """Read a JSON file and check it against a schema; InputError with a hint if it is not a JSON object."""
+    """Read a JSON file and check it against a schema; InputError with a hint if it is not a JSON object.
+
+    Runs compute numbers below the smallest plausible one, such as 1e-53: they are zero.
+    """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"), parse_float=_of_plausible_size)
         json.dumps(content, ensure_ascii=False).encode()  # lone surrogates cannot be written into a page
     except (OSError, ValueError, RecursionError) as problem:
         raise InputError(str(path), "", f"cannot be read ({problem}); {hint}") from None
@@ -120,6 +124,11 @@ def read_json(path: Path, shape: type[Table], hint: str) -> dict[str, Any]:
         raise InputError(str(path), "", f"is not a JSON object; {hint}")
     validate(shape, content, path)
     return content
+
+
+def _of_plausible_size(text: str) -> float:
+    value = float(text)
+    return value if abs(value) >= SMALLEST else 0.0
 
 
 def read_page(path: Path) -> str | None:

@@ -117,7 +117,8 @@ def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: 
         now, h, attempts = start, t - start, 0
         while now + h > now and attempts < _MOST:
             attempts += 1
-            set_last_step(s, now, steps.times[k + 1] - start, steps.times, steps.states, points)
+            if equations.implicit:
+                set_last_step(s, now, steps.times[k + 1] - start, steps.times, steps.states, points)
             error, _ = attempt(equations, s, now, h, y, True)
             if not error <= 1.0:  # Newton's method did not converge over so long a step
                 h *= 0.5
