@@ -37,7 +37,7 @@ class Certainty:
     covariance : (k, k) array
         Of the scaled values, NaN where it is not known.
     inflation : (k,) array
-        Variances over those of independent residuals with the stated deviation.
+        Ratio of the variances to the ones of independent residuals with the stated deviation.
     singular : (n,) array
         Of the derivatives of the residuals with respect to the scaled unknowns, decreasing; sensors are eliminated.
     mixtures : (n, n) array
@@ -91,7 +91,7 @@ INDEPENDENT = Correlation(0.0, np.ones(1), 1.0)
 def correlation_of(residual: Array) -> Correlation:
     """Estimate the correlation of residuals, as Andrews and Monahan (1992) for variances: whiten, count, colour again.
 
-    The coefficient is that of Kendall (1954) without bias; covariances of the rest count in pairs up to the first
+    The coefficient is Kendall's (1954), without bias; covariances of the rest count in pairs up to the first
     negative one (Geyer 1992). Residuals are independent unless neighbours correlate significantly.
     """
     n = len(residual)
@@ -141,7 +141,7 @@ def certainty(residuals: Residuals, found: Fitted, deviations: Deviations) -> Ce
         (1.0 - len(found.z) / len(residual)) * (rows.stop - rows.start) / time
         for (_, rows), time in zip(groups, times, strict=True)
     )
-    tests = _tests(groups, residual, times, len(found.z))
+    tests = _tests(residuals, groups, residual, times, len(found.z))
     worst = [p for p in tests["chi_square_probability"] if p is not None]
     factor = 1.0
     if worst and min(worst) < DOUBT:  # the model does not explain the samples: their own spread counts
@@ -163,7 +163,7 @@ def certainty(residuals: Residuals, found: Fitted, deviations: Deviations) -> Ce
 def _independent(jacobian: Array, groups: list[tuple[Any, slice]], correlations: list[Correlation]) -> Array:
     """Return the derivatives (k, k) of independent residuals that would leave the same covariance.
 
-    The values are those of least squares, whose covariance with correlated residuals is that of White (1980).
+    The values are those of least squares, with White's (1980) covariance for correlated residuals.
     """
     scale = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
     basis, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)
@@ -216,7 +216,7 @@ def largest_deviations(residuals: Residuals) -> Array:
 
 
 def _tests(
-    groups: list[tuple[Any, slice]], residual: Array, times: list[float], count: int
+    residuals: Residuals, groups: list[tuple[Any, slice]], residual: Array, times: list[float], count: int
 ) -> dict[str, list[float | None]]:
     """Test the residuals of each column: their size, whiteness (Ljung and Box), normality (D'Agostino and Pearson)."""
     found: dict[str, list[float | None]] = {
@@ -225,7 +225,7 @@ def _tests(
     for (channel, rows), time in zip(groups, times, strict=True):
         left = residual[rows]
         n = len(left)
-        given = not math.isnan(channel.deviation)
+        given = residuals.stated(channel)
         share = count * n / max(len(residual), 1)
         mean = float(np.sum(left**2)) / max(n - share, 1.0) if n else None
         found["chi_square"].append(mean)

@@ -27,6 +27,7 @@ from optim.identify.load import Identification, described
 from optim.identify.plan import missing_sensors
 from optim.identify.profile import profile
 from optim.identify.residuals import Residuals
+from optim.identify.statistics import NAMES, Statistics
 
 _HALF = 0.5  # part that is predicted where alternatives are compared, by default
 _NEW = 8  # further starts where the best one is hopeless
@@ -71,7 +72,8 @@ def identify(
         The content of ``result.json``, SI units: ``parameters``: by name ``path``, ``value``, ``deviation`` and
         ``interval`` of 95 % (None if not identifiable), ``identifiable``; ``nuisance``: gains, offsets, shifts;
         ``residual``, ``correlation``, ``prediction``; ``mixtures`` that the data leave open, and ``sensors`` that would
-        determine them; ``warnings``; ``curves`` for figures.
+        determine them; ``warnings``; ``curves`` and
+        ``statistics``: the compared numbers.
 
     Raises
     ------
@@ -99,7 +101,8 @@ def identify(
     results = {}
     for name, (model, active) in models.items():
         say = partial(_labelled, show, f"{name}: " if name else "")
-        results[name] = _fit(Residuals(model, active), share, (threads, executor), kept, name, say)
+        kind = Statistics if task.file.fit.windows == "statistics" else Residuals
+        results[name] = _fit(kind(model, active), share, (threads, executor), kept, name, say)
     residuals, found, judged, all_starts = results[""]
     content = _content(residuals, found, judged, share)
     content["starts"] = _agreement(all_starts, found, judged)
@@ -220,7 +223,8 @@ def _content(residuals: Residuals, found: Fitted, judged: Certainty, share: floa
         "fitted_until": found.horizon,
         "warnings": doubts(residuals, found, judged),
         "history": [list(row) for row in found.history],
-        "curves": _curves(residuals, found),
+        "curves": {} if isinstance(residuals, Statistics) else _curves(residuals, found),
+        "statistics": _statistics(residuals, found.z),
         "values": dict(zip(names[:n], residuals.values(found.z).tolist(), strict=True)),
     }
 
@@ -286,6 +290,16 @@ def _prediction(residuals: Residuals, found: Fitted, share: float) -> dict[str, 
             result["rms"][f"{one.name}.{channel.name}"] = float(np.sqrt(np.mean(left**2))) if good else None
             k += 1
     return result
+
+
+def _statistics(residuals: Residuals, z: Array) -> dict[str, dict[str, dict[str, float]]]:
+    """Return measured and computed statistics by column and name; none if samples are compared."""
+    if not isinstance(residuals, Statistics):
+        return {}
+    return {
+        column: {key: dict(zip(NAMES, row, strict=True)) for key, row in rows.items()}
+        for column, rows in residuals.compared_numbers(z).items()
+    }
 
 
 def _curves(residuals: Residuals, found: Fitted) -> dict[str, Any]:

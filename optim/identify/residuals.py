@@ -123,12 +123,20 @@ class Residuals:
         """Return the samples of a column up to a time."""
         return slice(0, int(np.searchsorted(channel.times, horizon, "right")))
 
+    def count(self, channel: Channel, horizon: float) -> int:
+        """Return the number of residuals of a column up to a time."""
+        return self.used(channel, horizon).stop
+
+    def stated(self, channel: Channel) -> bool:
+        """Check whether the deviation of a residual is known."""
+        return not math.isnan(channel.deviation)
+
     def groups(self, horizon: float) -> list[tuple[Channel, slice]]:
         """Return each column and its rows among the residuals up to a time."""
         found, first = [], 0
         for one in self.task.measurements:
             for channel in one.channels:
-                count = self.used(channel, horizon).stop
+                count = self.count(channel, horizon)
                 found.append((channel, slice(first, first + count)))
                 first += count
         return found
@@ -154,7 +162,7 @@ class Residuals:
             except (InputError, AssemblyError, RunError) as problem:
                 found, reason = None, str(problem)
             if found is None:
-                count = sum(self.used(c, horizon).stop for c in one.channels)
+                count = sum(self.count(c, horizon) for c in one.channels)
                 parts.append((np.full(count, _HOPELESS), np.zeros((count, len(z)))))
                 continue
             parts.append(found[:2])

@@ -14,7 +14,8 @@ from optim.report.figures import png
 
 def write_identification(found: Mapping[str, Any], folder: Path, form: str = "png") -> None:
     """Write ``fit``, ``correlation``, ``windows`` and, if they are known, ``profiles``, as PNG or in another form."""
-    _write_fit(found, folder / f"fit.{form}")
+    if found["curves"]:
+        _write_fit(found, folder / f"fit.{form}")
     _write_correlation(found, folder / f"correlation.{form}")
     if len(found["history"]) > 1:
         _write_windows(found, folder / f"windows.{form}")

@@ -189,6 +189,39 @@ def test_first_impacts_lead_from_a_factor_of_two_to_the_values_of_a_dry_joint(tm
         assert one["deviation"] < 1e-3 * value
 
 
+def test_statistics_of_a_record_tell_the_values(tmp_path):
+    task = TASK.replace(', shift = "fit"', f", shift = {SHIFT}").replace('gain = "fit"', f"gain = {GAIN}")
+    found = optim.identify(
+        load_identification(oscillator(tmp_path, task=task + '[fit]\nwindows = "statistics"\n')), threads=1
+    )
+    for name, true in (("stiffness", STIFFNESS), ("damping", DAMPING)):
+        low, high = found["parameters"][name]["interval"]
+        assert 0.6 * true < low < true < high < 1.6 * true
+    position = found["statistics"]["run.x"]["measured"]  # of the column as it is in the file
+    times = np.linspace(0.01, 1.9, 400)
+    assert position["deviation"] == pytest.approx(np.std(reading(times)), rel=0.02)
+    assert found["residual"]["samples"] == [4]
+
+
+def test_statistics_find_the_mass_beyond_the_horizon(tmp_path):
+    mass, restitution, outputs = 0.15, 0.8, ["slider.ax", "B.force"]
+    values = {"sdf.links.slider.mass": mass, "joints.B.contact.restitution": restitution, "duration": 0.03}
+    times = np.arange(0.0, 0.03, 4e-5)
+    curves = linkages.simulate(linkages.load(linkages.find_file("slider_crank_dry.toml"), values), outputs=outputs)
+    table = np.column_stack([times, *(curves.evaluate(times)[name] for name in outputs)])
+    np.savetxt(tmp_path / "run.csv", table, delimiter=",", header="t,a,f", comments="")
+    (tmp_path / "task.toml").write_text(
+        'experiment = "slider_crank_dry.toml"\nfit.windows = "statistics"\n[data.run]\nfile = "run.csv"\ntime = "t"\n'
+        '[data.run.columns]\na = { output = "slider.ax" }\nf = { output = "B.force" }\n[unknowns.mass]\n'
+        'path = "sdf.links.slider.mass"\nlower = 0.05\nupper = 0.3\nstart = 0.12\n[unknowns.restitution]\n'
+        'path = "joints.B.contact.restitution"\nlower = 0.4\nupper = 0.99\nstart = 0.9\n'
+    )
+    found = optim.identify(load_identification(tmp_path / "task.toml"))["parameters"]
+    assert found["mass"]["value"] == pytest.approx(mass, abs=3.0 * found["mass"]["deviation"])
+    assert found["mass"]["deviation"] < 0.03 * mass
+    assert found["restitution"]["value"] == pytest.approx(restitution, abs=0.1)
+
+
 PLAN = """
 [plan]
 rate = 200.0
@@ -244,6 +277,8 @@ WRONG = {
     "limits reversed": (TASK.replace("lower = 100.0", "lower = 600.0"), "must be below upper"),
     "start outside": (TASK.replace("start = 210.0", "start = 10.0"), "is not between"),
     "no data": ('experiment = "oscillator.toml"\n' + TASK[TASK.index("[unknowns.stiffness]") :], "data: is missing"),
+    "a clock in statistics": (TASK + '[fit]\nwindows = "statistics"\n', "time.shift: is not in statistics"),
+    "prediction of statistics": (TASK + '[fit]\nwindows = "statistics"\npredict = 0.5\n', "predicts no samples"),
     "no plan": (None, "plan: is missing"),
 }
 
