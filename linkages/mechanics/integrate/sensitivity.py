@@ -4,7 +4,7 @@ Both makers return a function with the same parameters, see `collocation_sensiti
 
 The state has the order of `linkages.mechanics.integrate.stepper.make_stepper`: m positions, as many rates, other
 entries. Columns are the derivatives of the state with respect to any values. At each stage the derivatives k of rates
-and other entries satisfy ``mass @ dk = jacobian @ dy + forcing``, one column for each value.
+and other entries satisfy ``mass @ dk = jacobian @ dy + forcing``, one column for each value, at least `WIDTH` columns.
 """
 
 from __future__ import annotations
@@ -13,25 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from linkages.base.kernel import Array, inlined_kernel, kernel
-from linkages.base.kernel.simd import WIDTH, lane, lanes
+from linkages.base.kernel import Array, kernel
+from linkages.base.kernel.simd import WIDTH, lanes_at, put_lanes
 from linkages.base.kernel.simd import LaneArray as Lanes
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.integrate.tableau import Tableau
-
-
-@inlined_kernel
-def _columns(row: Array, first: int) -> Any:
-    """Entries of a row from the first one on, in lanes; the last one in lanes beyond."""
-    last = len(row) - 1
-    return lanes(row[first], row[min(first + 1, last)], row[min(first + 2, last)], row[min(first + 3, last)])
-
-
-@inlined_kernel
-def _put(values: Any, row: Array, first: int) -> None:
-    """Put lanes into the entries of a row from the first one on."""
-    for i in range(min(WIDTH, len(row) - first)):
-        row[first + i] = lane(values, i)
 
 
 def collocation_sensitivity(tableau: Tableau) -> Any:
@@ -82,12 +68,13 @@ def collocation_sensitivity(tableau: Tableau) -> Any:
         if not factorise(matrix, pivots):
             return False
         last = (count - 1) * k
-        for first in range(0, nc, WIDTH):
+        for end in range(nc, 0, -WIDTH):
+            first = max(end - WIDTH, 0)
             for j in range(n):
-                start[j] = _columns(before[j], first)
+                start[j] = lanes_at(before, j, first)
             for i in range(count):
                 for row in range(k):
-                    total = _columns(forcing[i, row], first)
+                    total = lanes_at(forcing[i], row, first)
                     for j in range(m):
                         total += jacobian[i, row, j] * (start[j] + h * c[i] * start[m + j])
                     for j in range(m, n):
@@ -95,16 +82,16 @@ def collocation_sensitivity(tableau: Tableau) -> Any:
                     x[i * k + row] = total
             back_substitute(matrix, pivots, x[: count * k])
             for j in range(k):
-                _put(start[m + j] + x[last + j], after[m + j], first)
+                put_lanes(after, m + j, first, start[m + j] + x[last + j])
                 total = back[count - 1, 0] / h * x[j]
                 for i in range(1, count):
                     total += back[count - 1, i] / h * x[i * k + j]
-                _put(total, rates[j], first)
+                put_lanes(rates, j, first, total)
             for j in range(m):
                 total = start[j] + h * start[m + j]
                 for i in range(count):
                     total += h * a[count - 1, i] * x[i * k + j]
-                _put(total, after[j], first)
+                put_lanes(after, j, first, total)
         return True
 
     return differentiate
@@ -128,25 +115,26 @@ def explicit_sensitivity(tableau: Tableau) -> Any:
         for i in range(count):
             if not factorise(mass[i], pivots[i]):
                 return False
-        for first in range(0, nc, WIDTH):
+        for end in range(nc, 0, -WIDTH):
+            first = max(end - WIDTH, 0)
             for i in range(count):
                 for j in range(n):
-                    start[j] = _columns(before[j], first)
+                    start[j] = lanes_at(before, j, first)
                     for stage in range(i):
                         start[j] += h * a[i, stage] * x[stage * n + j]
                 for j in range(m):
                     x[i * n + j] = start[m + j]
                 for row in range(k):
-                    total = _columns(forcing[i, row], first)
+                    total = lanes_at(forcing[i], row, first)
                     for j in range(n):
                         total += jacobian[i, row, j] * start[j]
                     x[i * n + m + row] = total
                 back_substitute(mass[i], pivots[i], x[i * n + m : (i + 1) * n])
             for j in range(n):
-                total = _columns(before[j], first)
+                total = lanes_at(before, j, first)
                 for i in range(count):
                     total += h * b[i] * x[i * n + j]
-                _put(total, after[j], first)
+                put_lanes(after, j, first, total)
         return True
 
     return differentiate

@@ -79,7 +79,7 @@ class DualTable(NamedTuple):
 @kernel
 def slopes(
     table: DualTable, with_forces: bool, seen: Snapshot, times: Array, q: Array, v: Array, a: Array, contacts: Array,
-    dq: Array, dv: Array, da: Array, dcontacts: Array, out: Array,
+    dq: Array, dv: Array, da: Array, dcontacts: Array, first: int, out: Array,
 ) -> None:  # fmt: skip
     """Fill ``out`` (np, no, nt) with the slopes of the outputs of `tabulate` along np values, at most `DIRECTIONS`.
 
@@ -89,8 +89,10 @@ def slopes(
         Its model has the slopes along the values.
     seen : Snapshot
         Of the model of floats.
-    dq, dv, da, dcontacts : (np, nt, ...) arrays
-        Slopes of coordinates and contacts.
+    dq, dv, da, dcontacts : (nt, ..., n) arrays
+        Slopes of coordinates and contacts along n values.
+    first : int
+        First of the np values.
     """
     w, powered = seen.state, np.zeros((3, len(seen.model.powered_bodies)))
     for i in range(len(times)):
@@ -101,12 +103,13 @@ def slopes(
         for k in range(q.shape[1]):
             table.q[k, 0], table.v[k, 0], table.a[k, 0] = q[i, k], v[i, k], a[i, k]
             for p in range(len(out)):
-                table.q[k, 1 + p], table.v[k, 1 + p], table.a[k, 1 + p] = dq[p, i, k], dv[p, i, k], da[p, i, k]
+                table.q[k, 1 + p], table.v[k, 1 + p] = dq[i, k, first + p], dv[i, k, first + p]
+                table.a[k, 1 + p] = da[i, k, first + p]
         for k in range(contacts.shape[1]):
             for j in range(WIDTH):
                 table.contacts[k, j, 0] = contacts[i, k, j]
                 for p in range(len(out)):
-                    table.contacts[k, j, 1 + p] = dcontacts[p, i, k, j]
+                    table.contacts[k, j, 1 + p] = dcontacts[i, k, j, first + p]
         _move(table.seen, with_forces, seeded(times[i], -1), table.powered)
         if with_forces:
             if len(seen.model.rows):

@@ -86,6 +86,9 @@ class Together:
         self._values = np.array([system.value(path) for path in paths])
         units = [magnitude_of(path, value) for path, value in zip(paths, self._values.tolist(), strict=True)]
         self._new = self._values + _PART * (1.0 + np.random.default_rng(0).random(len(units))) * units
+        one, (first, second) = np.eye(len(units)), np.triu_indices(len(units), 1)
+        slopes = np.concatenate([one, one / 2, one[first] + one[second], one[first] - one[second]])
+        self._slopes = np.concatenate([slopes, -slopes])  # of coordinates of points
         self._latest: tuple[Any, tuple[Indices, Array] | None] | None = None
 
     def rates(self, make: Callable[[System], Any], along: Mapping[str, float]) -> Rates | None:
@@ -127,12 +130,9 @@ class Together:
             apart = np.abs((there / here - 1.0)[:, None] - steps / self._values)
             owners, unknown = np.argmin(apart, axis=1), ~(apart.min(axis=1) <= _ROUNDING)
             rates[np.arange(len(here)), owners] = here / self._values[owners]
-        one, (first, second) = np.eye(count), np.triu_indices(count, 1)
-        slopes = np.concatenate([one, one / 2, one[first] + one[second], one[first] - one[second]])
-        slopes = np.concatenate([slopes, -slopes])
-        apart = np.abs(slopes @ steps - (there - here)[unknown, None])
+        apart = np.abs(self._slopes @ steps - (there - here)[unknown, None])
         fits = apart <= _ROUNDING * np.abs(here[unknown, None])
-        rates[unknown] = slopes[np.argmax(fits, axis=1)]
+        rates[unknown] = self._slopes[np.argmax(fits, axis=1)]
         return rates if np.all(fits.sum(axis=1) == 1) else None
 
 

@@ -57,7 +57,8 @@ class OutputTable:
         ----------
         times : (nt,) array
         state, change : arrays
-            Coordinates, rates, accelerations (nt, n) and contacts (nt, nc, WIDTH), and their derivatives (np, nt, ...).
+            Coordinates, rates, accelerations (nt, n) and contacts (nt, nc, WIDTH), and their derivatives, see
+            `linkages.engines.compiled.derivatives.run_derivatives.Changes`.
         """
         result = np.zeros((len(self._nearby), len(self.names), len(times)))
         fill: Callable[..., None] | None = None
@@ -66,7 +67,7 @@ class OutputTable:
             self._memory[:, 1:] = 0.0
             for k, (places, rates) in enumerate(self._changes[part], 1):
                 self._memory[places, k] = rates
-            given = self._table, *self._given, np.asarray(times, np.float64), *state, *(one[part] for one in change)
+            given = self._table, *self._given, np.asarray(times, np.float64), *state, *change, first
             fill = fill or cast(Callable[..., None], bound(slopes, *given, result[part]))
             fill(*given, result[part])
         if self._jitter:

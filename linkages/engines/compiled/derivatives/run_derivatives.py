@@ -6,10 +6,10 @@ import math
 from typing import NamedTuple
 
 from linkages.base.kernel import Array, Indices, kernel
-from linkages.base.kernel.dual import DIRECTIONS, slope
+from linkages.base.kernel.dual import DIRECTIONS, put_slopes
 from linkages.engines.compiled.derivatives.event_derivatives import begin_or_end, take_samples
 from linkages.engines.compiled.derivatives.step_derivatives import Column, Run, advance, close_columns
-from linkages.engines.compiled.derivatives.variation import fill_residual, first_of, set_columns, set_contacts
+from linkages.engines.compiled.derivatives.variation import fill_residual, set_columns, set_contacts
 from linkages.engines.compiled.run.equations import found_derivatives, solve_state
 from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.kinks import set_bounds, set_sides_here
@@ -24,12 +24,12 @@ KNOWN, SINGULAR, GRAZED = 0, 1, 2
 
 
 class Changes(NamedTuple):
-    """Derivatives of a run along np values at nt times, n coordinates."""
+    """Derivatives of a run at nt times, n coordinates, along np values, in a multiple of `DIRECTIONS`."""
 
-    coordinates: Array  # (np, nt, n)
+    coordinates: Array  # (nt, n, np)
     rates: Array
     accelerations: Array
-    contacts: Array  # (np, nt, nc, WIDTH)
+    contacts: Array  # (nt, nc, WIDTH, np)
 
 
 class AtSteps(NamedTuple):
@@ -68,7 +68,7 @@ def differentiate_run(run: Run, c: Column, out: AtSteps) -> tuple[int, int]:
     """
     equations, steps = run.equations, run.steps
     nt, nc, model, work = len(steps.times), len(equations.model.ends), equations.model, equations.work
-    wanted = out.changes.coordinates.shape[1] == nt
+    wanted = len(out.changes.coordinates) == nt
     for k in range(nt):
         t, y = steps.times[k], steps.states[k]
         remember(equations, steps, max(k - 1, 0))
@@ -115,30 +115,31 @@ def _set_changes(run: Run, t: float, y: Array, is_linear: bool, c: Column, at: i
     if not is_linear and not _factorise_here(run, t, y, c):
         return False
     w = v.work.dynamics
-    for last in range(m, m - count, -DIRECTIONS):
-        first = max(first_of(last), m - count)
+    dq, dv, da = out.coordinates[at], out.rates[at], out.accelerations[at]
+    for p in range(0, count, DIRECTIONS):
+        first, last = m - count + p, min(m - count + p + DIRECTIONS, m)
         set_columns(equations, v, t, y, c.before, c.remembered, first, last)
         set_contacts(equations, v)
         if not is_linear:
             fill_residual(equations, v, t, c.dy[len(y) - len(c.own) :], first, last, c.forcing[0])
-        for j in range(first, last):
-            d, p = j - first, j - (m - count)
-            if not is_linear:
+            for j in range(first, last):
                 for i in range(len(c.own)):
                     c.own[i] = c.forcing[0, i, j]
                 back_substitute(c.mass[0], c.pivots, c.own)
                 for i in range(len(c.own)):
                     c.rates[i, j] = c.own[i]
-            dq, dv, da = out.coordinates[p, at], out.rates[p, at], out.accelerations[p, at]
-            for i in range(len(dq)):
-                dq[i], dv[i], da[i] = slope(w.q[i], d), slope(w.v[i], d), slope(w.a[i], d)
+        for i in range(len(dq)):
+            put_slopes(dq, i, p, w.q[i])
+            put_slopes(dv, i, p, w.v[i])
+            put_slopes(da, i, p, w.a[i])
+        for j in range(first, last):
             for i in range(n):
-                da[model.free[i]] = c.rates[i, j]
+                da[model.free[i], p + j - first] = c.rates[i, j]
             for k in range(len(model.states)):
-                da[len(da) - len(model.states) + k] = c.rates[n + len(model.bristles) + k, j]
-            for k in range(len(model.ends)):
-                for i in range(out.contacts.shape[3]):
-                    out.contacts[p, at, k, i] = slope(v.work.contacts[k, i], d)
+                da[len(da) - len(model.states) + k, p + j - first] = c.rates[n + len(model.bristles) + k, j]
+        for k in range(len(model.ends)):
+            for i in range(out.contacts.shape[2]):
+                put_slopes(out.contacts[at, k], i, p, v.work.contacts[k, i])
     return True
 
 

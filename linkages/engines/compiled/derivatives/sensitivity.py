@@ -12,7 +12,9 @@ from linkages.base.arguments import Dense
 from linkages.base.errors import InputError
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.by_reference import packed
+from linkages.base.kernel.dual import DIRECTIONS
 from linkages.base.kernel.private import OFF
+from linkages.base.kernel.simd import WIDTH as LANES
 from linkages.engines.compiled.derivatives.neighbours import neighbours
 from linkages.engines.compiled.derivatives.output_derivatives import IdealMotions, OutputTable
 from linkages.engines.compiled.derivatives.run_derivatives import (
@@ -103,21 +105,24 @@ class Differentiation:
 
     def _changes(self, nt: int) -> Changes:
         model, count = self.runner.model, len(self._nearby)
-        shape = count, nt, size_of(model)
-        coordinates, rates, accelerations = (np.full(shape, np.nan) for _ in range(3))
-        return Changes(coordinates, rates, accelerations, np.full((count, nt, len(model.ends), WIDTH), np.nan))
+        along = -(-count // DIRECTIONS) * DIRECTIONS
+        coordinates, rates, accelerations = (np.full((nt, size_of(model), along), np.nan) for _ in range(3))
+        return Changes(coordinates, rates, accelerations, np.full((nt, len(model.ends), WIDTH, along), np.nan))
 
     def at_steps(
         self, start: Array | None = None, remembered: Array | None = None, with_changes: bool = False
     ) -> Sensitivity:
-        """Differentiate at the steps; see `differentiate`. With changes of coordinates and contacts if wanted."""
+        """Differentiate at the steps; see `differentiate`. With changes of coordinates and contacts if wanted.
+
+        Columns of zeros precede fewer columns than a processor takes together.
+        """
         nt, ny, nc = len(self.steps.times), len(self.runner.start), len(self.runner.model.ends)
         first = np.concatenate([np.eye(ny), self.start], axis=1) if start is None else np.asarray(start, np.float64)
-        m = first.shape[1]
+        m = max(first.shape[1], LANES)
         column = self._column(m)
-        column.before[:] = first
+        column.before[:, m - first.shape[1] :] = first
         if remembered is not None:
-            column.remembered[:] = remembered
+            column.remembered[:, m - first.shape[1] :] = remembered
         out = AtSteps(
             np.full((nt, ny, m), np.nan), np.full((nt, nc, m), np.nan), np.zeros(nt, np.int64),
             np.full((nt, m), np.nan), self._changes(nt if with_changes else 0),
@@ -130,21 +135,24 @@ class Differentiation:
         """Derivatives at the steps, NaN beyond the horizon: where errors of the run would change the state visibly."""
         found = self.at_steps(with_changes=True)
         ny, scale = len(self.runner.start), self.runner.scale
-        growth = np.abs(found.states[:, :, :ny] * scale / scale[:, None]).max(axis=(1, 2), initial=0.0)
+        own = found.states.shape[2] - len(self._nearby)  # columns of the state itself end there
+        growth = np.abs(found.states[:, :, own - ny : own] * scale / scale[:, None]).max(axis=(1, 2), initial=0.0)
         accuracy = self.runner.system.experiment.solver.accuracy
         beyond = np.flatnonzero(accuracy * growth[: found.known] > _FELT)
         if not len(beyond):
             return found
         found.states[beyond[0] :], found.memory[beyond[0] :] = np.nan, np.nan
         for changes in found.changes:
-            changes[:, beyond[0] :] = np.nan
+            changes[beyond[0] :] = np.nan
         return found._replace(known=int(beyond[0]), status=_BEYOND)
 
     def changes(self, times: Array) -> Changes:
         """Differentiate coordinates and contacts at any times of the run."""
         found, places = self.columns, np.searchsorted(self.steps.times, times, "right") - 1
+        if np.array_equal(self.steps.times, times):
+            return found.changes
         if np.array_equal(self.steps.times[places], times):
-            return Changes._make(one[:, places] for one in found.changes)
+            return Changes._make(one[places] for one in found.changes)
         out, column = self._changes(len(times)), packed(self._column(found.states.shape[2]))
         at_steps = packed(AtSteps(found.states, found.memory, found.event, found.event_times, found.changes))
         differentiate_states(self._run, column, found.known, at_steps, np.asarray(times, np.float64), packed(out))
@@ -194,4 +202,8 @@ def differentiate(
     InputError
         If a path has no number or no derivative.
     """
-    return Differentiation(runner, steps, paths).at_steps(start, memory)
+    differentiation = Differentiation(runner, steps, paths)
+    found, m = differentiation.at_steps(start, memory), (differentiation.start if start is None else start).shape[1]
+    m += len(runner.start) if start is None else 0
+    states, memory, event_times = (one[..., -m:] for one in (found.states, found.memory, found.event_times))
+    return found._replace(states=states, memory=memory, event_times=event_times)

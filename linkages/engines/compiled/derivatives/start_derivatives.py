@@ -77,8 +77,9 @@ def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
             found[part] = [nearby[k].derivative(start_state) for k in part]
         else:
             found[part, : 2 * len(tree.free_dofs)] = followed
-            first = found.shape[1] - len(experiment.own_states)
-            found[part, first:] = [nearby[k].derivative(lambda one: one.start_states) for k in part]
+            if experiment.own_states:
+                states = [nearby[k].derivative(lambda one: one.start_states) for k in part]
+                found[part, -len(experiment.own_states) :] = states
     return found.T.copy()
 
 
