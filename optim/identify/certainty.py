@@ -21,6 +21,7 @@ _KNOWN = 0.5  # largest deviation of a known value: relative, or in deviations o
 _PART = 0.1  # least share of an unknown in an unknown mixture
 _TIED = 0.9  # correlation with an unknown value from which on a value is unknown too
 _LEAST = 1e-9  # smallest singular value, relative
+_TINY = 1e-120  # stands for zero in denominators: its square is a number, too
 _AT_LIMIT = 1e-4  # distance from a limit, relative to the distance of the limits
 DOUBT = 1e-3  # probability below which a test warns
 _LAGS = 20  # of the test of whiteness
@@ -165,7 +166,7 @@ def _independent(jacobian: Array, groups: list[tuple[Any, slice]], correlations:
 
     The values are those of least squares, with White's (1980) covariance for correlated residuals.
     """
-    scale = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    scale = np.maximum(np.linalg.norm(jacobian, axis=0), _TINY)
     basis, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)
     middle = np.zeros((len(singular), len(singular)))
     last = 0
@@ -178,7 +179,7 @@ def _independent(jacobian: Array, groups: list[tuple[Any, slice]], correlations:
 
 def _covariance(jacobian: Array) -> Array:
     """Return the covariance (k, k) of values; directions on which no residual depends are very uncertain."""
-    scale = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    scale = np.maximum(np.linalg.norm(jacobian, axis=0), _TINY)
     _, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)
     inverse = rows / np.maximum(singular, _LEAST)[:, None]
     return np.asarray(inverse.T @ inverse / np.outer(scale, scale), np.float64)
@@ -189,7 +190,7 @@ def _mixtures(residuals: Residuals, z: Array, jacobian: Array) -> tuple[Array, A
     n = len(residuals.active)
     own, sensors = jacobian[:, :n], jacobian[:, n:]
     if sensors.shape[1]:
-        basis = np.linalg.qr(sensors / np.maximum(np.linalg.norm(sensors, axis=0), 1e-300))[0]
+        basis = np.linalg.qr(sensors / np.maximum(np.linalg.norm(sensors, axis=0), _TINY))[0]
         own = own - basis @ (basis.T @ own)
     allowed = largest_deviations(residuals)
     _, singular, mixtures = np.linalg.svd(own * allowed, full_matrices=False)

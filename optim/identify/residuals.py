@@ -12,10 +12,9 @@ from linkages import AssemblyError, InputError, RunError, Status, System, simula
 from linkages.base.arrays import Array
 from linkages.input.model.capabilities import Analysis
 from linkages.results.outputs.columns import Columns
-from optim.identify.load import Channel, Identification, Measurement
+from optim.identify.load import SHIFT, Channel, Identification, Measurement
 
 _UNKNOWN = 0.01  # deviation of a sample relative to the spread of its column, before residuals tell it
-_SHIFT = 0.1  # largest shift of a clock that is fitted, relative to the time of its samples
 _STEP = 1e-3  # step of differences with respect to time, relative to the interval of samples
 _DIFFERENCE = 1e-5  # step of differences of runs, for models without derivatives, in the unknown's own scale
 _HOPELESS = 1e3  # residual of each sample of a design that does not run, in deviations
@@ -77,7 +76,7 @@ class Residuals:
                 self.places += [SensorValue("factor", m, c)] * math.isnan(channel.gain)
                 self.places += [SensorValue("bias", m, c)] * math.isnan(channel.offset)
         spans = [max(float(np.ptp(c.times)) for c in one.channels) for one in task.measurements]
-        ends = [_SHIFT * spans[p.measurement] if p.kind == "shift" else np.inf for p in self.places]
+        ends = [SHIFT * spans[p.measurement] if p.kind == "shift" else np.inf for p in self.places]
         self.lower = np.concatenate([self.scaled(self._low), -np.array(ends)])
         self.upper = np.concatenate([self.scaled(self._high), np.array(ends)])
         usual = [1.0 if p.kind == "factor" else 0.0 for p in self.places]

@@ -144,6 +144,17 @@ class IdentificationFile(Table):
         for name, unknown in self.unknowns.items():
             if unknown.of is not None and unknown.of not in self.data:
                 raise ValueError(f'unknowns.{name}.of is "{unknown.of}"; there is no such table in data')
+        seen: dict[tuple[str, str | None], str] = {}
+        for name, unknown in self.unknowns.items():
+            first = seen.setdefault((unknown.path, unknown.of), name)
+            if first != name:
+                raise ValueError(f'unknowns.{first} and unknowns.{name} have the same path, "{unknown.path}"')
+        for name, data in self.data.items():
+            for column, one in data.columns.items():
+                if one.gain == 0.0:
+                    raise ValueError(f"data.{name}.columns.{column}.gain is 0; the column says nothing then")
+        if self.plan is not None and (self.plan.vary is None) != (not self.plan.values):
+            raise ValueError("plan.vary and plan.values belong together; give both or neither")
         for name, other in self.alternatives.items():
             for one in other.unknowns or ():
                 if one not in self.unknowns:

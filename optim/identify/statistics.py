@@ -55,7 +55,7 @@ class Statistics(Residuals):
         return True
 
     def _measurement(self, m: int, one: Measurement, z: Array, horizon: float) -> tuple[Array, Array, float]:
-        """Return residuals and derivatives from runs at points about the values; all evaluations use the scatter at the first values."""
+        """Return residuals and derivatives from runs at points about the values; the first one tells the scatter."""
         mine = [k for k, j in enumerate(self.active) if self.task.owners[j] in (None, one.name)]
         cloud = 2.0 * qmc.Sobol(len(self.active), rng=np.random.default_rng(m)).random(self.size) - 1.0
         points = np.tile(z, (self.size, 1))

@@ -279,6 +279,12 @@ WRONG = {
     "no data": ('experiment = "oscillator.toml"\n' + TASK[TASK.index("[unknowns.stiffness]") :], "data: is missing"),
     "a clock in statistics": (TASK + '[fit]\nwindows = "statistics"\n', "time.shift: is not in statistics"),
     "prediction of statistics": (TASK + '[fit]\nwindows = "statistics"\npredict = 0.5\n', "predicts no samples"),
+    "a path twice": (TASK.replace("springs.S.damping", "springs.S.stiffness"), "have the same path"),
+    "no gain": (TASK.replace('gain = "fit"', "gain = 0.0"), "gain is 0"),
+    "nothing to vary": (
+        TASK + "[plan]\nrate = 9.0\nvalues = [1.0]\ncandidates.a = {output='mass.x', deviation=1}",
+        "both",
+    ),
     "no plan": (None, "plan: is missing"),
 }
 
@@ -297,6 +303,8 @@ def test_wrong_files_are_refused_in_one_line(tmp_path, capsys, case):
 SPOILT = {
     "not a number": (lambda table: table[:, 1].__setitem__(5, np.nan), "row 6"),
     "not increasing": (lambda table: table[:, 0].__setitem__(5, 0.0), "do not increase"),
+    "before the run": (lambda table: table[:, 0].__isub__(500.0), "is before the start of the run"),
+    "wrong unit of times": (lambda table: table[:, 0].__imul__(1000.0), "beyond 100 times the duration"),
     "all equal": (lambda table: table[:, 1].__setitem__(slice(None), 1.0), "say nothing"),
 }
 
