@@ -71,7 +71,7 @@ def identify(
     dict
         The content of ``result.json``, SI units: ``parameters``: by name ``path``, ``value``, ``deviation`` and
         ``interval`` of 95 % (None if not identifiable), ``identifiable``; ``nuisance``: gains, offsets, shifts;
-        ``residual``, ``correlation``, ``prediction``; ``mixtures`` that the data leave open, and ``sensors`` that would
+        ``residual``, ``correlation``, ``prediction``, ``best_alternative``; ``mixtures`` that the data leave open, and ``sensors`` that would
         determine them; ``warnings``; ``curves`` and
         ``statistics``: the compared numbers.
 
@@ -116,6 +116,7 @@ def identify(
             }
             for name in results
         }
+        content["best_alternative"] = _best_prediction(content["alternatives"], residuals)
     if profiles:
         for k, name in enumerate(residuals.names[: len(residuals.active)]):
             show(f"profile of {name}")
@@ -300,6 +301,16 @@ def _statistics(residuals: Residuals, z: Array) -> dict[str, dict[str, dict[str,
         column: {key: dict(zip(NAMES, row, strict=True)) for key, row in rows.items()}
         for column, rows in residuals.compared_numbers(z).items()
     }
+
+
+def _best_prediction(models: Mapping[str, Any], residuals: Residuals) -> str:
+    """Return the name of the model whose prediction has the least sum of squares, in deviations of the columns."""
+    deviations = [x for one in residuals.deviations for x in one]
+    misses = {}
+    for name, one in models.items():
+        left = [math.inf if x is None else x for x in one["prediction"]["rms"].values()]
+        misses[name] = sum((x / deviation) ** 2 for x, deviation in zip(left, deviations, strict=True))
+    return min(misses, key=lambda name: misses[name])
 
 
 def _curves(residuals: Residuals, found: Fitted) -> dict[str, Any]:

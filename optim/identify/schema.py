@@ -150,9 +150,9 @@ class IdentificationFile(Table):
             if first != name:
                 raise ValueError(f'unknowns.{first} and unknowns.{name} have the same path, "{unknown.path}"')
         for name, data in self.data.items():
-            for column, one in data.columns.items():
-                if one.gain == 0.0:
-                    raise ValueError(f"data.{name}.columns.{column}.gain is 0; the column says nothing then")
+            for key, column in data.columns.items():
+                if column.gain == 0.0:
+                    raise ValueError(f"data.{name}.columns.{key}.gain is 0; the column says nothing then")
         if self.plan is not None and (self.plan.vary is None) != (not self.plan.values):
             raise ValueError("plan.vary and plan.values belong together; give both or neither")
         for name, other in self.alternatives.items():

@@ -159,8 +159,9 @@ def test_mass_stiffness_and_damping_together_are_not_identifiable(tmp_path):
 
 def test_two_laws_are_compared_by_their_prediction(tmp_path):
     task = TASK + '[alternatives.undamped]\nset = { springs.S.damping = 0.0 }\nunknowns = ["stiffness"]\n'
-    found = optim.identify(load_identification(oscillator(tmp_path, task=task)))["alternatives"]
-    with_damping, without = (found[name]["prediction"]["rms"]["run.x"] for name in ("this", "undamped"))
+    found = optim.identify(load_identification(oscillator(tmp_path, task=task)))
+    assert found["best_alternative"] == "this"
+    with_damping, without = (found["alternatives"][name]["prediction"]["rms"]["run.x"] for name in ("this", "undamped"))
     assert with_damping == pytest.approx(5e-4, rel=0.15)
     assert without > 10.0 * with_damping
 
