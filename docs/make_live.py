@@ -29,15 +29,15 @@ def viscosity(value):
     return {f"joints.{name}.viscosity": value for name in "AB"}
 
 
-#: Machine, values of the pinned run, values that are changed then, and the shown curves, or a part of the page.
+#: Machine, values of the pinned run [SI units], values that are typed then, and the shown curves, or parts of the page.
 PICTURES = {
-    "live_page": ("seven_bar", {}, {"joints.A.clearance": 6e-4}, ()),
-    "live_film": ("seven_bar", {}, viscosity(0.005), ".orbits"),
-    "live_direction": ("seven_bar", {}, {"drives.O4.speed": 6.283185307}, ("slider7.ax", "A.force")),
-    "live_length": ("seven_bar", {}, {LENGTH: 1.05}, ("slider7.ax",)),
-    "live_mass": ("seven_bar", {}, {"sdf.links.link2.mass": 0.5}, ("A.force", "B.force")),
-    "live_contact": ("seven_bar_mixed", viscosity(0.1), viscosity(0.001), ".orbits"),
-    "live_friction": ("slider_crank_dry", FAST, {"joints.B.friction.coefficient": 0.2}, ("B.force",)),
+    "live_page": ("seven_bar", {}, {"joints.A.clearance": "0.6"}, ()),
+    "live_film": ("seven_bar", {}, dict.fromkeys(viscosity(0), "5"), ".orbits figure"),
+    "live_direction": ("seven_bar", {}, {"drives.O4.speed": "60"}, ("slider7.ax", "A.force")),
+    "live_length": ("seven_bar", {}, {LENGTH: "84"}, ("slider7.ax",)),
+    "live_mass": ("seven_bar", {}, {"sdf.links.link2.mass": "0.5"}, ("A.force", "B.force")),
+    "live_contact": ("seven_bar_mixed", viscosity(0.1), dict.fromkeys(viscosity(0), "1"), ".orbits figure"),
+    "live_friction": ("slider_crank_dry", FAST, {"joints.B.friction.coefficient": "0.2"}, ("B.force",)),
 }
 
 # Pins the first run, changes the values one by one, and stops the moving picture.
@@ -70,17 +70,20 @@ def write(browser, name):
     """Write a picture."""
     file, pinned, changed, shown = PICTURES[name]
     system = linkages.load(linkages.find_file(f"{file}.toml"))
-    if LENGTH in changed:
-        changed = {LENGTH: changed[LENGTH] * system.value(LENGTH)}
     server = LiveServer(Answers(Session(system), controls(system), Path(".")))
     threading.Thread(target=server.serve_forever, daemon=True).start()
+    size = {"width": 1280, "height": 2400 if shown else 800, "deviceScaleFactor": 2 if shown else 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     browser.get("about:blank")  # an address with another part after # would not be loaded anew
     browser.get(f"{server.address}#{quote(json.dumps(pinned))}")
     browser.execute_async_script(_CHANGE, changed)
+    if shown:  # curves and joints take the width of the other panels
+        hide = "document.querySelector('.layout').classList.add('no-controls', 'no-numbers'); setTimeout(arguments[0], 500);"
+        browser.execute_async_script(hide)
     if isinstance(shown, str):
-        parts = [browser.find_element("css selector", shown)]
+        parts = browser.find_elements("css selector", shown)
     else:
-        parts = [browser.find_element("xpath", f"//*[figcaption[starts-with(., '{curve} ')]]") for curve in shown]
+        parts = [browser.find_element("xpath", f"//figure[figcaption[@title='{curve}']]") for curve in shown]
     shots = [part.screenshot_as_png for part in parts] or [browser.get_screenshot_as_png()]
     images = [Image.open(io.BytesIO(shot)) for shot in shots]
     whole = Image.new("RGB", (max(image.width for image in images), sum(image.height for image in images)), "white")
@@ -91,7 +94,7 @@ def write(browser, name):
 
 
 if __name__ == "__main__":
-    with started("--window-size=1280,1500") as browser:
+    with started("--window-size=1280,800") as browser:
         browser.set_script_timeout(600)
         for name in sys.argv[1:] or PICTURES:
             write(browser, name)

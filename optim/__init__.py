@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from optim.problem.study import OperatingPoint, Study
     from optim.report.export import export
     from optim.report.figures import write_front, write_indices, write_one_at_a_time, write_pareto_front
+    from optim.report.identification import write_identification
     from optim.report.result import format_result
     from optim.report.tolerance_text import format_tolerances
     from optim.search.derivative_check import check_derivatives, format_derivative_check
@@ -85,6 +86,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "problem.study": ("OperatingPoint", "Study"),
         "report.export": ("export",),
         "report.figures": ("write_front", "write_indices", "write_one_at_a_time", "write_pareto_front"),
+        "report.identification": ("write_identification",),
         "report.result": ("format_result",),
         "report.tolerance_text": ("format_tolerances",),
         "search.derivative_check": ("check_derivatives", "format_derivative_check"),

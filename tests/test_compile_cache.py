@@ -1,6 +1,7 @@
 """Compiled code on disk: several processes at once, no place for it, a disk that is full, files that are damaged."""
 
 import importlib
+import math
 import os
 import pickle
 import pkgutil
@@ -11,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
 
 import linkages
@@ -211,6 +213,17 @@ def test_a_setting_of_numba_that_changes_code_is_part_of_the_fingerprint(name, m
     before = toolchain.__wrapped__(*processor.__wrapped__())
     monkeypatch.setattr(numba.config, name, "another")
     assert toolchain.__wrapped__(*processor.__wrapped__()) != before
+
+
+def test_where_a_module_is_does_not_change_the_fingerprint(monkeypatch):
+    """Another environment has numpy elsewhere; its version is part of the toolchain."""
+    function = made("def f(x):\n    return np.sqrt(x) + math.sqrt(x)", np=np, math=math)
+    before = fingerprint(function)
+    fingerprint.cache_clear()
+    for module in (np, math):
+        monkeypatch.setattr(module.__spec__, "origin", "/elsewhere/module.py")
+    assert "/elsewhere" in repr(np)
+    assert fingerprint(function) == before
 
 
 def test_the_name_of_an_attribute_is_no_global():

@@ -117,7 +117,7 @@ def test_links_between_pages_lead_somewhere(page):
 def test_the_list_of_outputs_is_fresh():
     text = (DOCS / "outputs.md").read_text(encoding="utf-8")
     assert import_module("make_outputs").page(text) == text
-    assert "- `DRIVE.power`: power delivered by the drive [W]\n" in text
+    assert "- `DRIVE.power`, `DRIVE (backlash).power`: power delivered by the drive [W]\n" in text
 
 
 def test_the_house_is_drawn_as_the_contracts_have_it():

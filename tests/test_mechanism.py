@@ -1,5 +1,7 @@
 """The loader against Drake's own SDFormat parser, planes, and refusals."""
 
+import re
+
 import numpy as np
 import pytest
 from machines import BEARING, PLANES, bar, four_bar, joint, model, plane_rotation, slider_crank
@@ -106,6 +108,36 @@ def test_overrides_reach_the_file(tmp_path):
     assert changed.link["crank"].com == pytest.approx([0.05, 0.01])
     assert changed.joint["A"].on_parent == pytest.approx([0.11, 0.0])
     assert changed.joint["A"].bearing.radius == 0.02
+
+
+def test_a_joint_gets_a_bearing_by_both_sizes(mechanism_of):
+    """The numbers of the bearing are then values like others."""
+    bare = re.sub(r"<linkages:bearing>.*?</linkages:bearing>", "", four_bar(), flags=re.DOTALL)
+    sizes = {"joints.A.bearing.radius": 0.01, "joints.A.bearing.length": 0.03}
+    changed = mechanism_of(bare, sizes)
+    assert mechanism_of(bare).joint["A"].bearing is None
+    assert (changed.joint["A"].bearing.radius, changed.joint["A"].bearing.length) == (0.01, 0.03)
+    assert changed.values | sizes == changed.values
+    with pytest.raises(InputError, match="has no <linkages:length>"):
+        mechanism_of(bare, {"joints.A.bearing.radius": 0.01})
+    with pytest.raises(InputError, match=r'"slot.length" is unknown'):
+        mechanism_of(bare, {"joints.A.slot.length": 0.01})
+
+
+def test_a_link_gets_a_beam_between_its_pins_by_four_numbers(mechanism_of):
+    """It is the beam that a file can have, with the mass of a steel bar of this section."""
+    sizes = {"width": 0.01, "height": 0.02, "youngs_modulus": 2.1e11, "density": 7850.0}
+    values = {f"links.coupler.beam.{key}": value for key, value in sizes.items()}
+    link = mechanism_of(four_bar(), values).link["coupler"]
+    assert link.mass == pytest.approx(0.01 * 0.02 * 0.25 * 7850.0)
+    assert link.inertia == pytest.approx(link.mass * 0.25**2 / 12.0)
+    assert (link.beam.frames, link.beam.section, link.beam.sizes) == (
+        ("coupler", "coupler_tip"), "rectangle", {"width": 0.01, "height": 0.02},
+    )  # fmt: skip
+    with pytest.raises(InputError, match="has no <linkages:density>"):
+        mechanism_of(four_bar(), {key: value for key, value in values.items() if "density" not in key})
+    with pytest.raises(InputError, match="follows from the link's beam"):
+        mechanism_of(four_bar(), values | {"links.coupler.mass": 1.0})
 
 
 def test_a_number_of_numpy_is_a_number(mechanism_of):

@@ -73,7 +73,7 @@ def folder(tmp_path_factory):
     unknown = '[unknowns.viscosity]\npath = "joints.B.viscosity"\nlower = 0.1\nupper = 1.0'
     candidate = '[plan]\nrate = 1e5\nduration = 0.002\n[plan.candidates.force]\noutput = "B.force"\ndeviation = 1.0'
     (folder / "fit.toml").write_text(
-        f'experiment = "lubricated.toml"\n[data.run]\nfile = "force.csv"\n{column}\n{unknown}\n{candidate}\n'
+        f'experiment = "lubricated.toml"\n[data.run]\nfile = "force.csv"\n{column}\n{unknown}\n{candidate}\n[fit]\nposterior_runs = 1000\n'
     )
     (folder / "study.toml").write_text((ROOT / ".ci" / "small_study.toml").read_text())
     return folder

@@ -41,6 +41,7 @@ _WRITTEN = {
     "optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png"),
     "identify": (
         "starts.json", "result.json", "fitted.toml", "fit.png", "correlation.png", "windows.png", "profiles.png",
+        "posterior.png",
     ),
     "identify --plan": ("plan.json",),
     "tolerances": (

@@ -133,7 +133,7 @@ class Assessment(Brief):
         """
         experiment, end, times = self.system.experiment, float(self.run.time[-1]), []
         for joint in experiment.play:
-            rows = [row for row in self.contacts if row.joint.partition(".")[0] == joint]
+            rows = [row for row in self.contacts if row.owner == joint]
             flight = min((row.start for row in rows), default=0.0)
             if flight > 0.0:
                 times.append(min((row.start for row in rows if row.duration > flight), default=end))
@@ -235,7 +235,7 @@ def touching(system: System) -> list[str]:
 def _judged(system: System) -> list[str]:
     """Return the columns that a singular position can make meaningless: outputs, and peaks except of loads."""
     experiment = system.experiment
-    bounded = {name for _, name in experiment.named if name not in experiment.closed}
+    bounded = {name for _, name in experiment.acting if name not in experiment.closed}
     peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]
     return [*experiment.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
 

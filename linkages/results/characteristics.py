@@ -52,7 +52,7 @@ def numbers(
             if (least := extreme.get(f"{name}.film_thickness")) is not None:
                 share = least.min / (experiment.joints[name].clearance or np.inf)
                 entry["film_thickness"] = {"min": least.min, "time": least.time_min, "share": share}
-            entry |= _contacts(trajectory, [row for row in touches if row.joint.partition(".")[0] == name])
+            entry |= _contacts(trajectory, [row for row in touches if row.owner == name])
         if f"{name}.tilting_moment" in columns:
             entry["tilting_moment"] = of(f"{name}.tilting_moment")
         result["joints"][name] = entry
@@ -60,10 +60,10 @@ def numbers(
         result["drives"][name] = effort(name, "torque") | {"unit": unit(system, f"{name}.torque")}
         if name in system.tree.powered and f"{name}.rate" in trajectory:
             result["drives"][name]["fluctuation"] = _fluctuation(trajectory, f"{name}.rate")
-    for table, name in experiment.named:
+    for table, name in experiment.acting:
         entry = result.setdefault("loads", {})[name] = effort(name, effort_of(system, table, name))
         if f"{name}.upper.penetration" in trajectory:  # a gear with backlash
-            entry |= _contacts(trajectory, [row for row in touches if row.joint.partition(".")[0] == name])
+            entry |= _contacts(trajectory, [row for row in touches if row.owner == name])
     for name in experiment.flexible:
         if f"{name}.stress" in columns:
             link = result.setdefault("links", {})[name] = {key: of(f"{name}.{key}") for key in _LINK}
@@ -106,14 +106,14 @@ def peak_columns(system: System) -> list[str]:
         *(f"{joint.name}.force" for joint in system.mechanism.joints),
         *(f"{name}.{quantity}" for name in experiment.play for quantity in ("eccentricity_ratio", "tilting_moment")),
         *(f"{name}.torque" for name in experiment.drives),
-        *(f"{name}.{effort_of(system, table, name)}" for table, name in experiment.named),
+        *(f"{name}.{effort_of(system, table, name)}" for table, name in experiment.acting),
         *(f"{name}.{quantity}" for name in experiment.flexible for quantity in _LINK),
     ]
 
 
 def effort_of(system: System, table: str, name: str) -> str:
     """Return the characteristic quantity of an applied load, gear, stop or contact."""
-    along = table in ("frictions", "gears", "couplings", "stops", "torsion_springs")
+    along = table in ("slack", "frictions", "gears", "couplings", "stops", "torsion_springs")
     return "torque" if table in ("torques", "motors") or (along and turns(system, table, name)) else "force"
 
 

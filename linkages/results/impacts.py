@@ -70,6 +70,11 @@ class Impact:
     separation_speed: float
     peak_normal_force: float = math.nan
 
+    @property
+    def owner(self) -> str:
+        """Return the joint, stop, line or gear of a corner or flank."""
+        return self.joint.rpartition(".")[0] or self.joint
+
 
 #: Files of contacts, with their columns.
 FILES = {

@@ -121,6 +121,7 @@ def _owners(system: System, seen: Snapshot) -> dict[int, str]:
     """Return the link of each body, of sections too."""
     links = {part.name: link for link, parts in system.tree.flexible.items() for part in parts}
     owners = {body: links.get(name, name) for name, body in system.tree.index.items()}
+    owners |= {body: name for name, body in system.tree.wheels.items()}
     for i, body in enumerate(seen.model.bodies.records):
         if body["type"] == SECTION:
             owners[i] = owners[int(body["mount"]["body"])]
@@ -156,6 +157,8 @@ def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
             force, moment = effort * np.array(turned(seen.state.pose, mount, body["ux"], body["uy"])), 0.0
         ends = int(record["child"]["body"]), int(record["parent"])
         outer, inner = reversed(ends) if record["reversed"] else ends
+        if name in system.experiment.gearboxes:
+            outer, inner = int(carried), int(record["parent"])
         yield name, outer, place, force, moment
         yield name, inner, place, -force, -moment
 

@@ -14,6 +14,7 @@ from linkages.base.errors import InputError
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import lane_array
 from linkages.input.files.raw_model import Chains
+from linkages.input.model.load_tables import WHEEL
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import MATRIX, STRAIGHT, Bodies
@@ -61,26 +62,34 @@ def spanning_tree(
     driven: Sequence[str] = (),
     powered: Sequence[str] = (),
     bend: Bend | None = None,
+    wheels: Mapping[str, float] | None = None,
 ) -> Tree:
     """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
 
     Fixed joints and driven joints stay in the tree, with clearance too, so that a drive acts on a coordinate. `play`,
-    `driven` and `powered` are names of joints, as in `Tree`. A flexible link is divided once its carrying joint is
-    known. InputError if the driven and powered joints alone already close a loop.
+    `driven` and `powered` are names of joints, as in `Tree`. A drive in `wheels` has a gearbox with backlash, whose
+    output wheel has this inertia [kg m2]: it acts on the coordinate of the wheel, and its joint is free. A flexible
+    link is divided once its carrying joint is known. InputError if the driven and powered joints alone already close
+    a loop.
     """
+    wheels, every = wheels or {}, (tuple(driven), tuple(powered))
+    driven, powered = (tuple(name for name in names if name not in wheels) for names in every)
     cut = {*play} - {*driven, *powered}
     joints = tuple((j.name, j.parent, j.child, j.type == "fixed") for j in mechanism.joints if j.name not in cut)
-    kept, loops = _opened(tuple(mechanism.link), joints, tuple(driven), tuple(powered))
+    kept, loops = _opened(tuple(mechanism.link), joints, driven, powered)
     for name in loops:
         if name in driven or name in powered:
             problem = "is driven, and closes a loop of driven and fixed joints only; drive fewer joints"
             raise InputError(mechanism.source, f'<joint name="{name}">', problem)
-    builder = _Builder(mechanism, play, tuple(driven), [mechanism.joint[name] for name in kept], bend or {})
+    moved = tuple(f"{name}{WHEEL}" if name in wheels else name for name in every[0])
+    builder = _Builder(mechanism, play, moved, [mechanism.joint[name] for name in kept], bend or {})
     builder.grow("world")
     for link in mechanism.link:
         if link not in builder.index:
             builder.add_floating(link)
             builder.grow(link)
+    for name, inertia in wheels.items():
+        builder.add_wheel(mechanism.joint[name], inertia)
     bodies = builder.bodies()
     return Tree(
         mechanism,
@@ -91,11 +100,11 @@ def spanning_tree(
         np.array(builder.drawn),
         tuple(name for name in mechanism.joint if name in play),
         tuple(name for name in mechanism.joint if name in loops),
-        tuple(driven),
-        tuple(powered),
+        *every,
         builder.flexible,
         builder.sections,
         builder.acting,
+        wheels=builder.wheels,
     )
 
 
@@ -123,6 +132,7 @@ class _Builder:
         self, mechanism: Mechanism, play: Collection[str], driven: tuple[str, ...], joints: Sequence[Joint], bend: Bend
     ) -> None:
         self.mechanism, self.play, self.driven, self.bend = mechanism, play, driven, bend
+        self.wheels: dict[str, int] = {}
         self.beside: dict[str, list[Joint]] = defaultdict(list)  # joints by each of their links
         for joint in joints:
             self.beside[joint.parent].append(joint)
@@ -156,6 +166,16 @@ class _Builder:
         self._add(f"{name}.x", 0, types.PRISMATIC, 1.0, com, np.array([1.0, 0.0]), com, "")
         self._add(f"{name}.y", x_slide, types.PRISMATIC, 1.0, none, np.array([0.0, 1.0]), com, "")
         self._add(f"{name}.angle", y_slide, types.REVOLUTE, 1.0, none, none, com, name)
+
+    def add_wheel(self, joint: Joint, inertia: float) -> None:
+        """Add the output wheel of a gearbox with backlash, which turns about the joint on its parent."""
+        parent, place = self.index[joint.parent], joint.on_parent
+        if joint.parent in self.flexible:
+            parent = self.sections[section_at(self.flexible[joint.parent], place)]
+        at, name = place - self.drawn[parent], f"{joint.name}{WHEEL}"
+        self._add(name, parent, types.REVOLUTE, joint.sign, at, np.zeros(2), place, "")
+        self.wheels[name] = len(self.rows) - 1
+        self.rows[-1]["inertia"] = inertia
 
     def _cut(self, link: str, carrier: Joint | None) -> FlexibleLink:
         """Divide a flexible link into substructures; return the one that the joint carries."""

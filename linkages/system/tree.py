@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
 from typing import Any
@@ -15,7 +15,7 @@ from linkages.base.arrays import Array, Records
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import LaneArray
 from linkages.input.model.functions import OF_JOINTS
-from linkages.input.model.load_tables import Mesh
+from linkages.input.model.load_tables import WHEEL, Mesh
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
@@ -95,6 +95,7 @@ class Tree:
     acting: int  # number of bodies without the unloaded sections at the end, which only outputs read
     gears: tuple[Mesh, ...] = ()  # pairs of joints with coupled coordinates
     slack: tuple[Mesh, ...] = ()  # the same with backlash
+    wheels: Mapping[str, int] = field(default_factory=dict)  # bodies of the gearboxes' output wheels, by coordinate
     hinges: tuple[str, ...] = ()  # joints between rigid segments of flexible links
 
     @property
@@ -235,7 +236,9 @@ class Tree:
         return self._dofs(self.hinges)
 
     def _dofs(self, names: Sequence[str]) -> NDArray[np.int64]:
-        return np.array([self.coordinates.index(name) for name in names], dtype=np.int64)
+        wheels = (f"{name}{WHEEL}" for name in names)
+        moved = [wheel if wheel in self.wheels else name for name, wheel in zip(names, wheels, strict=True)]
+        return np.array([self.coordinates.index(name) for name in moved], dtype=np.int64)
 
     @cached_property
     def closing_dofs(self) -> NDArray[np.int64]:
@@ -269,7 +272,7 @@ class Tree:
 
     @cached_property
     def driven_dofs(self) -> NDArray[np.int64]:
-        """Return the coordinate of each driven joint."""
+        """Return the coordinate of each driven joint, or of its gearbox' output wheel."""
         return self._dofs(self.driven)
 
     @cached_property
@@ -313,9 +316,11 @@ class Tree:
         return self.marker(point.link, point.origin)
 
     def coordinate(self, name: str) -> tuple[tuple[Any, ...], float]:
-        """Return the term (`linkages.mechanics.planar.record_types.TERM`) of a joint's coordinate, and its sign."""
-        joint = self.mechanism.joint[name]
+        """Return the term (`TERM`) of the coordinate of a joint or a gearbox' output wheel, and its sign."""
+        joint = self.mechanism.joint[name.removesuffix(WHEEL)]
         ends = self.marker(joint.parent, joint.on_parent), self.marker(joint.child, joint.on_child)
+        if name in self.wheels:
+            ends = ends[0], (self.wheels[name], 0.0, 0.0)
         if joint.type == "prismatic":
             return (types.ALONG_BODY, *ends, *joint.direction), 1.0
         return (types.ANGLE, *ends, 0.0, 0.0), joint.sign

@@ -15,8 +15,9 @@ from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
 from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.check import check
+from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.experiment_tables import Drive, FilmHistory, JointModel
+from linkages.input.model.experiment_tables import FilmHistory, JointModel
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
@@ -89,6 +90,7 @@ class Unassembled(Brief):
             tuple(name for name, drive in drives.items() if drive.prescribed),
             tuple(name for name, drive in drives.items() if not drive.prescribed),
             {name: partial(flexible_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
+            {name: slack.inertia for name, slack in self.experiment.gearboxes.items()},
         )
         return replace(tree, gears=tuple(self.experiment.closed.values()), slack=tuple(self.experiment.slack.values()))
 
@@ -191,7 +193,7 @@ class Unassembled(Brief):
     def contacts(self) -> tuple[tuple[str, str], ...]:
         """Return owner and label of each contact: clearance joints (`Tree.contacts`), limits, points at lines."""
         labels = (*self.experiment.limits, *self.experiment.contacts)
-        return (*self.tree.contacts, *((label.partition(".")[0], label) for label in labels))
+        return (*self.tree.contacts, *((label.rpartition(".")[0] or label, label) for label in labels))
 
     @cached_property
     def models(self) -> tuple[JointModel, ...]:

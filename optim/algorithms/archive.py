@@ -75,7 +75,8 @@ class Archive:
     def front(self, tolerance: float = 0.0) -> Indices:
         """Return the rows of the Pareto front (`pareto_front`) at always the same tolerance."""
         rows = np.concatenate([self._front, np.arange(self._compared, len(self))])
-        self._front, self._compared = rows[pareto_front(self.values.take(rows), tolerance)], len(self)
+        found = pareto_front(self.values.take(rows), tolerance, len(self._front))
+        self._front, self._compared = rows[found], len(self)
         return self._front
 
     @contextmanager

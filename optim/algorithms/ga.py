@@ -143,6 +143,14 @@ class _Pygad(pygad.GA):
             self._sorted = given, super().sort_solutions_nsga2(fitness)
         return list(self._sorted[1])
 
+    def get_bounded_operator_gene_range(self, gene_index: int) -> tuple[float, float]:
+        """Return the limits of a gene, which pygad asks for several times for each gene of a child."""
+        return 0.0, 1.0
+
+    def convert_bounded_operator_gene_value(self, gene_index: int, value: float) -> float:
+        """Return the value of a gene within its limits, which pygad converts to their type and compares once more."""
+        return value
+
     def non_dominated_sorting(self, fitness: Array) -> tuple[list[Any], Indices]:
         """Sort designs into fronts: for each the rows (index, fitness), and the number of the front of each design."""
         rank = ranks(-fitness)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linkages.base.arguments import Matrix, Vector, fitting, validated
 from linkages.base.arrays import Indices
@@ -28,25 +29,33 @@ def ranks(objectives: Array) -> Indices:
     return rank
 
 
-def pareto_front(values: Values, tolerance: float = 0.0) -> Indices:
+def pareto_front(values: Values, tolerance: float = 0.0, known: int = 0) -> Indices:
     """Find the Pareto front: rows of the feasible designs that no other dominates, by the first objective.
 
     Of designs with equal objectives only the first is taken; without a feasible design, the one that violates the
-    constraints least.
+    constraints least. The first designs are `known` to be a front.
     """
     if len(values) == 0:
         return np.empty(0, dtype=np.intp)
-    feasible = np.flatnonzero(values.feasible(tolerance))
+    feasible, f = np.flatnonzero(values.feasible(tolerance)), values.objectives
     if len(feasible) == 0:
         return np.array([np.argmin(values.violation)])
-    f = values.objectives[feasible]
+    old, new = np.split(feasible, [np.searchsorted(feasible, known)])
     # no design dominates the first of a lexicographic order: take it, drop those it dominates or equals, and repeat
     members: list[int] = []
-    left = np.lexsort(f.T[::-1])
+    left = new[np.lexsort(f[new].T[::-1])]
     while len(left):
         members.append(int(left[0]))
         left = left[np.any(f[left] < f[left[0]], axis=1)]
-    return feasible[members]
+    new = np.array(members, dtype=np.intp)
+    new = new[~_covered(f[old], f[new])]
+    rows = np.concatenate([old[~_covered(f[new], f[old])], new])
+    return rows[np.lexsort(f[rows].T[::-1])]
+
+
+def _covered(some: Array, others: Array) -> NDArray[np.bool_]:
+    """Tell which of the others (m, no) some designs dominate or equal, (m,)."""
+    return np.asarray(np.all(some[:, None] <= others, axis=2).any(axis=0))
 
 
 @validated

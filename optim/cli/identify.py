@@ -33,6 +33,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE", help="identification file (.toml)")
     parser.add_argument("--plan", action="store_true", help="compare sensors before a measurement; fit nothing")
     parser.add_argument("--profile", action="store_true", help="compute the profile likelihood of each unknown")
+    parser.add_argument("--posterior", action="store_true", help="sample the posterior by emcee, an optional package")
     parser.add_argument("--resume", action="store_true", help="continue what was begun in the output folder")
     parser.add_argument("--threads", type=int, metavar="N", help="threads in which starts run; default: all")
     add_cluster(parser)
@@ -82,8 +83,8 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
 
                 executor, _ = stack.enter_context(cluster(options.cluster, "continue with --resume"))
             found = identify(
-                task, out.path / CHECKPOINT, resume=options.resume, profiles=options.profile, threads=options.threads,
-                executor=executor, show=_show,
+                task, out.path / CHECKPOINT, resume=options.resume, profiles=options.profile,
+                samples=options.posterior, threads=options.threads, executor=executor, show=_show,
             )  # fmt: skip
     except KeyboardInterrupt:
         print("interrupted; the starts that have ended are kept, continue with --resume", file=sys.stderr)

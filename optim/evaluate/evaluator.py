@@ -145,10 +145,10 @@ class Evaluator:
         if quantity.terms is None:
             formula = self.study.formulas[name]
             return np.array([formula(self.study.named(design)) for design in designs])
-        columns = [[term.weight * x for x in self._term(term, points)] for term in quantity.terms]
-        return np.array([_aggregate(quantity.over_terms, row) for row in zip(*columns, strict=True)])
+        return _aggregate(quantity.over_terms, [term.weight * self._term(term, points) for term in quantity.terms])
 
-    def _term(self, term: Term, points: Sequence[Statistics]) -> list[float]:
+    def _term(self, term: Term, points: Sequence[Statistics]) -> Array:
+        """Functional of an output over windows and points, (m,)."""
         k, w, by_point = self._outputs.index(term.output), self._used.index(term.window), []
         for point, found in zip(self.study.points, points, strict=True):
             ends = np.cumsum([len(point.windows[name]) for name in self._used])
@@ -157,8 +157,8 @@ class Evaluator:
             spans = np.ptp(point.windows[term.window], axis=1)
             with np.errstate(invalid="ignore"):  # runs that failed
                 values = _FUNCTIONALS[term.functional](statistics, spans)
-            by_point.append([_aggregate(term.over_windows, row) for row in values])
-        return [_aggregate(term.over_points, row) for row in zip(*by_point, strict=True)]
+            by_point.append(_aggregate(term.over_windows, values.T))
+        return _aggregate(term.over_points, by_point)
 
     def _verdict(self, i: int, row: Array, points: Sequence[Statistics]) -> tuple[str, str]:
         """Status and reason of design i."""
@@ -266,10 +266,14 @@ def _timed(engines: Mapping[str, RequestEngine], request: Request) -> tuple[Stat
     return found, time.perf_counter() - started
 
 
-def _aggregate(how: str, values: Iterable[float]) -> float:
-    """Largest, smallest, mean or sum of some numbers; NaN if any is not finite. Sums are exact, in any layout."""
-    numbers = [float(x) for x in values]
-    if not all(math.isfinite(x) for x in numbers):
-        return math.nan
-    total = math.fsum(numbers)
-    return {"max": max(numbers), "min": min(numbers), "mean": total / len(numbers), "sum": total}[how]
+def _aggregate(how: str, values: Sequence[Array] | Array) -> Array:
+    """Largest, smallest, mean or sum of k numbers (k, m), (m,); NaN if any is not finite. Sums are exact."""
+    numbers = np.asarray(values)
+    known = np.isfinite(numbers).all(axis=0)
+    numbers = np.where(known, numbers, 0.0)
+    if how in ("max", "min"):
+        found = numbers.max(axis=0) if how == "max" else numbers.min(axis=0)
+    else:
+        found = np.array([math.fsum(column) for column in numbers.T.tolist()])
+        found = found / len(numbers) if how == "mean" else found
+    return np.where(known, found, np.nan)

@@ -5,9 +5,11 @@
 | schema     | the tables of an identification file                                        |
 | load       | the file, its experiment and its data, checked: an `Identification`         |
 | residuals  | measured less computed samples, and their derivatives, from one run         |
+| batches    | the sum of squares of many values, from runs in a batch                     |
 | fit        | least squares from several starts, over windows that grow                   |
 | certainty  | deviations, intervals, what is identifiable, tests of the residuals         |
 | profile    | profile likelihood of one unknown                                           |
+| posterior  | samples of the posterior by emcee                                           |
 | plan       | certainty that candidate sensors would give, before any measurement         |
 | writing    | results as text, and as an experiment                                       |
 | identify   | all of it; the content of ``result.json``                                   |

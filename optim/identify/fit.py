@@ -15,8 +15,9 @@ from scipy.stats import qmc
 
 from linkages.base.arrays import Array
 from linkages.engines.threads import in_threads
+from optim.identify.batches import SumsOfSquares
 from optim.identify.impacts import Impacts
-from optim.identify.residuals import Evaluated, Residuals, screened
+from optim.identify.residuals import Evaluated, Residuals
 from optim.identify.schema import Windows
 from optim.identify.statistics import WIDTHS, Statistics
 
@@ -197,7 +198,7 @@ def starts(residuals: Residuals, count: int, seed: int, first: float) -> Array:
     sobol = qmc.Sobol(n, rng=np.random.default_rng(seed)).random(2 ** math.ceil(math.log2(_CANDIDATES * count)))
     points = np.tile(residuals.start, (len(sobol), 1))
     points[:, :n] = residuals.lower[:n] + sobol * (residuals.upper - residuals.lower)[:n]
-    order = np.argsort(screened(residuals, points, first), kind="stable")
+    order = np.argsort(SumsOfSquares(residuals, first, residuals.start, 0.0 * residuals.start)(points), kind="stable")
     return np.vstack([residuals.start, points[order[: count - 1]]])
 
 

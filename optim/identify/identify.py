@@ -25,6 +25,7 @@ from optim.identify.certainty import DOUBT, Certainty, certainty, doubts, interv
 from optim.identify.fit import Fitted, best_of, first_window, fit_all, hopeless, refine, starts
 from optim.identify.load import Identification, described
 from optim.identify.plan import missing_sensors
+from optim.identify.posterior import check_sampler, posterior
 from optim.identify.profile import profile
 from optim.identify.residuals import Residuals
 from optim.identify.statistics import NAMES, Statistics
@@ -43,6 +44,7 @@ def identify(
     *,
     resume: bool = False,
     profiles: bool = False,
+    samples: bool = False,
     threads: Count | None = None,
     executor: Executor | None = None,
     show: Callable[[str], None] = lambda text: None,
@@ -59,8 +61,10 @@ def identify(
         Whether the checkpoint may exist; it must be of the same file.
     profiles : bool
         Whether to compute the profile likelihood of each unknown.
+    samples : bool
+        Whether to sample the posterior by emcee.
     threads : int, optional
-        Threads in which starts run; default all there are. The results do not depend on it.
+        Threads in which starts and samples run; default all there are. The results do not depend on it.
     executor : Executor, optional
         Where starts run; default here.
     show : callable, optional
@@ -71,16 +75,16 @@ def identify(
     dict
         The content of ``result.json``, SI units: ``parameters``: by name ``path``, ``value``, ``deviation`` and
         ``interval`` of 95 % (None if not identifiable), ``identifiable``; ``nuisance``: gains, offsets, shifts;
-        ``residual``, ``correlation``, ``prediction``, ``best_alternative``; ``mixtures`` that the data leave open, and ``sensors`` that would
-        determine them; ``warnings``; ``curves`` and
-        ``statistics``: the compared numbers.
+        ``residual``, ``correlation``, ``prediction``, ``best_alternative``; ``mixtures`` that the data leave open, and
+        ``sensors`` that would determine them; ``warnings``; ``curves`` and ``statistics``: the compared samples or
+        numbers; ``posterior``: see `optim.identify.posterior.posterior`.
 
     Raises
     ------
     InputError
-        If the file has no measurements, or the checkpoint is of another file.
+        If the file has no measurements, the checkpoint is of another file, or emcee is not installed.
     RunError
-        If no start can be fitted.
+        If no start can be fitted, or no point can be sampled.
 
     Examples
     --------
@@ -91,6 +95,12 @@ def identify(
     """
     if not task.measurements:
         raise InputError(task.source, "data", "is missing; add [data.NAME] with file and columns, or give --plan")
+    if samples:
+        check_sampler()
+        if task.file.fit.windows == "statistics":
+            raise InputError(
+                task.source, "fit.windows", 'is "statistics", which have no posterior; leave out --posterior'
+            )
     begun = time.perf_counter()
     share = task.file.fit.predict or (_HALF if task.file.alternatives else 0.0)
     models: dict[str, tuple[Identification, tuple[str, ...] | None]] = {"": (task, None)}
@@ -126,6 +136,13 @@ def identify(
                 "profile_interval": list(ends),
                 "profile_runs": runs,
             }
+    if samples:
+        content["posterior"] = posterior(residuals, found, judged, threads, show)
+        if not content["posterior"]["enough"]:
+            content["warnings"].append(
+                f"the posterior has {content['posterior']['autocorrelation_times']:.2g} autocorrelation times, not 50:"
+                " its intervals are uncertain; raise fit.posterior_runs"
+            )
     return content | {
         "title": task.title,
         "file": described(task),

@@ -169,11 +169,12 @@ def load_identification(path: str | Path) -> Identification:
 def _unknown(path: Path, name: str, unknown: Unknown, system: System) -> tuple[float, ...]:
     """Return lower and upper limit, start, and the prior's mean and deviation."""
     where = f"unknowns.{name}"
-    with within(path, f"{where}.path"):
-        usual = system.value(unknown.path)
     read = lambda key, value: _number(path, f"{where}.{key}", value, unknown.path)  # noqa: E731
     lower, upper = read("lower", unknown.lower), read("upper", unknown.upper)
-    start = usual if unknown.start is None else read("start", unknown.start)
+    given = None if unknown.start is None else read("start", unknown.start)
+    with within(path, f"{where}.path"):
+        start = system.value(unknown.path) if given is None else given
+        system.replaced({unknown.path: start})
     if not lower < upper:
         raise InputError(path, where, f"lower, {lower:g}, must be below upper, {upper:g}")
     if not lower <= start <= upper:

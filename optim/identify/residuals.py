@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -166,11 +166,12 @@ class Residuals:
                 continue
             parts.append(found[:2])
             until = min(until, found[2])
-        parts.append(self._priors(z))
+        parts.append(self.priors(z))
         residual, jacobian = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
         return Evaluated(residual, jacobian, until, reason)
 
-    def _priors(self, z: Array) -> tuple[Array, Array]:
+    def priors(self, z: Array) -> tuple[Array, Array]:
+        """Return the residuals of the priors, and their derivatives."""
         values, slopes, rows = self.values(z), self.slopes(z), []
         for k, j in enumerate(self.active):
             mean, deviation = self.task.priors[j]
@@ -278,30 +279,3 @@ class _Curves:
         batch = simulate_batch(self.system, self.paths, table, [output], samples=grid, progress=lambda part: None)
         plus, minus = np.split(batch.samples[:, :, 0], 2)
         return np.asarray(((plus - minus) / (2.0 * steps[:, None])).T[places], np.float64)
-
-
-def screened(residuals: Residuals, points: Array, horizon: float) -> Array:
-    """Return the sum of squares of many scaled values (m, k) over the first samples, runs in a batch; inf if they fail.
-
-    Factors and biases are those of the start.
-    """
-    total = np.zeros(len(points))
-    for m, one in enumerate(residuals.task.measurements):
-        mine = [k for k, j in enumerate(residuals.active) if residuals.task.owners[j] in (None, one.name)]
-        paths = [residuals.task.paths[residuals.active[k]] for k in mine]
-        table = np.array([residuals.values(z)[mine] for z in points])
-        outputs = list(dict.fromkeys(c.output for c in one.channels))
-        used = [residuals.used(c, horizon) for c in one.channels]
-        times = np.unique(np.concatenate([c.times[part] for c, part in zip(one.channels, used, strict=True)]))
-        times = np.maximum(times + residuals.sensor(residuals.start, "shift", m), 0.0)
-        grid = np.unique(times)
-        system = one.system.replaced({"duration": max(float(grid[-1]), 1e-9)})
-        batch: Any = simulate_batch(system, paths, table, outputs, samples=grid, progress=lambda part: None)
-        for c, (channel, part) in enumerate(zip(one.channels, used, strict=True)):
-            at = np.clip(channel.times[part] + residuals.sensor(residuals.start, "shift", m), 0.0, grid[-1])
-            places, column = np.searchsorted(grid, at), outputs.index(channel.output)
-            factor, bias = (residuals.sensor(residuals.start, kind, m, c) for kind in ("factor", "bias"))
-            computed = factor * batch.samples[:, np.minimum(places, len(grid) - 1), column].T + bias
-            left = (channel.values[part, None] - channel.filtered(computed)) / residuals.deviations[m][c]
-            total += np.sum(left**2, axis=0)
-    return np.where(np.isfinite(total), total, np.inf)

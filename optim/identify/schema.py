@@ -97,6 +97,9 @@ class FitTable(Table):
     max_steps: Annotated[int, Field(ge=100, le=5_000_000)] = Field(
         200_000, description="steps of a run; a design that needs more counts as one that does not fit [1]"
     )
+    posterior_runs: Annotated[int, Field(ge=1000, le=100_000_000)] = Field(
+        40_000, description="most runs of --posterior [1]"
+    )
 
 
 class Alternative(Table):

@@ -40,6 +40,11 @@ def format_identification(found: Mapping[str, Any]) -> str:
         if "profile_interval" in one:
             low, high = one["profile_interval"]
             lines.append(f"{'  profile':{first}s}{'':26s}{f'{low:.6g} to {high:.6g}':>28s}  {one['profile_runs']} runs")
+        if "posterior" in found:
+            sampled = found["posterior"]["parameters"][name]
+            low, high = sampled["interval"]
+            known = f"{cell(sampled['deviation'], 13)}{f'{low:.6g} to {high:.6g}':>28s}"
+            lines.append(f"{'  posterior':{first}s}{cell(sampled['median'], 13, '.6g')}{known}")
     for name, sensor in found["nuisance"].items():
         lines.append(f"{name:{first}s}{cell(sensor['value'], 13, '.6g')}{cell(sensor['deviation'], 13)}")
     residual = found["residual"]
@@ -50,6 +55,10 @@ def format_identification(found: Mapping[str, Any]) -> str:
     lines.append(
         f"fitted up to {found['fitted_until']:.6g} s; {counted(found['runs'], 'run')}, {found['wall_time']:.1f} s"
     )
+    if "posterior" in found:
+        sampled = found["posterior"]
+        length = f"{sampled['autocorrelation_times']:.3g} autocorrelation times"
+        lines.append(f"posterior: {counted(sampled['runs'], 'run')} of {sampled['walkers']} walkers, {length}")
     if found["starts"]["count"] > 1:
         lines.append(f"{found['starts']['same']} of {found['starts']['count']} starts found these values")
     if found["prediction"] is not None:

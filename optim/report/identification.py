@@ -7,13 +7,33 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from linkages.show.plots.style import COLORS
 from optim.report.figures import png
 
 
 def write_identification(found: Mapping[str, Any], folder: Path, form: str = "png") -> None:
-    """Write ``fit``, ``correlation``, ``windows`` and, if they are known, ``profiles``, as PNG or in another form."""
+    """Write figures: ``fit``, ``correlation``, ``windows`` and, if they are known, ``profiles`` and ``posterior``.
+
+    Parameters
+    ----------
+    found : mapping
+        Content of ``result.json``, from `optim.identify`.
+    folder : Path
+    form : str
+        Format of the files.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import optim
+    >>> found = optim.identify(optim.load_identification("slider_crank_fit"))
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> optim.write_identification(found, folder)
+    >>> sorted(file.name for file in folder.iterdir())
+    ['correlation.png', 'fit.png']
+    """
     if found["curves"]:
         _write_fit(found, folder / f"fit.{form}")
     _write_correlation(found, folder / f"correlation.{form}")
@@ -21,6 +41,8 @@ def write_identification(found: Mapping[str, Any], folder: Path, form: str = "pn
         _write_windows(found, folder / f"windows.{form}")
     if any("profile" in one for one in found["parameters"].values()):
         _write_profiles(found, folder / f"profiles.{form}")
+    if "posterior" in found:
+        _write_posterior(found, folder / f"posterior.{form}")
 
 
 def _write_fit(found: Mapping[str, Any], path: Path) -> None:
@@ -52,6 +74,7 @@ def _write_correlation(found: Mapping[str, Any], path: Path) -> None:
         for (i, k), value in np.ndenumerate(matrix):
             text = "-" if np.isnan(value) else f"{value:.2f}"
             ax.text(k, i, text, ha="center", va="center", color="white" if abs(value) > 0.6 else "black")
+        ax.grid(False)
         ax.set_title("correlation of the values")
         figure.colorbar(image, ax=ax)
 
@@ -73,8 +96,41 @@ def _write_profiles(found: Mapping[str, Any], path: Path) -> None:
     with png(path, 3.2 * len(shown), 3.0) as figure:
         for ax, (name, one) in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown.items(), strict=True):
             points = np.array(one["profile"])
-            ax.plot(points[:, 0], points[:, 1], "o-", color=COLORS[0])
+            ax.plot(points[:, 0], points[:, 1], "o", color=COLORS[0], label="profile")
+            if one["deviation"]:
+                values = np.linspace(points[0, 0], points[-1, 0], 100)
+                ax.plot(values, ((values - one["value"]) / one["deviation"]) ** 2, color=COLORS[1], label="linear")
             ax.axhline(3.84, color="0.5", linestyle="--", label="95 %")
-            ax.set_xlabel(f"{name} [{one['unit'] or '1'}]")
+            ax.xaxis.set_major_locator(MaxNLocator(4))
+            ax.ticklabel_format(axis="x", scilimits=(-2, 3))
+            ax.set_xlabel(f"{name} [{one['unit'] or '1'}]", loc="left")
             ax.set_ylabel("rise of chi-square")
             ax.legend()
+
+
+def _write_posterior(found: Mapping[str, Any], path: Path) -> None:
+    """Draw the samples of each pair of unknowns, and histograms, with the values and intervals of the fit."""
+    samples, n = np.array(found["posterior"]["samples"]), len(found["parameters"])
+    with png(path, 1.9 * n + 0.8, 1.7 * n + 0.8) as figure:
+        axes = figure.subplots(n, n, squeeze=False, sharex="col")
+        for (i, k), ax in np.ndenumerate(axes):
+            if k > i:
+                ax.set_axis_off()
+                continue
+            name, one = list(found["parameters"].items())[k]
+            if k == i:
+                ax.hist(samples[:, k], 30, color=COLORS[0], alpha=0.6)
+                ax.set_yticks([])
+                ax.set_title(name)
+                for x in one["interval"] or ():
+                    ax.axvline(x, color="0.4", linestyle="--", linewidth=0.8)
+            else:
+                ax.plot(samples[:, k], samples[:, i], ".", color=COLORS[0], markersize=1.5, alpha=0.4)
+                ax.axhline(list(found["parameters"].values())[i]["value"], color=COLORS[1], linewidth=0.8)
+            ax.axvline(one["value"], color=COLORS[1], linewidth=0.8)
+            ax.ticklabel_format(scilimits=(-2, 3))
+            if i == n - 1:
+                ax.set_xlabel(f"{name} [{one['unit'] or '1'}]", loc="left")  # beside the power of ten
+            if k == 0 and i > 0:
+                below, other = list(found["parameters"].items())[i]
+                ax.set_ylabel(f"{below} [{other['unit'] or '1'}]")

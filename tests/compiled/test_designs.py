@@ -153,6 +153,22 @@ def test_rows_with_lengths_are_single_runs_up_to_rounding(case, monkeypatch):
             assert np.all(np.abs(getattr(batch, each)[k] - getattr(single, each)[0]) < 1e-7 * single.peak[0]), each
 
 
+def test_with_limits_rows_with_lengths_do_not_depend_on_earlier_batches():
+    """A study that is resumed, in another process, continues with the same bits."""
+    paths = [
+        "sdf.frames.link2_C.pose.x",
+        "sdf.frames.link6_D.pose.x",
+        "sdf.frames.link6_D.pose.y",
+        "joints.A.viscosity",
+    ]
+    limits = np.array([[0.17, 0.29, -0.01, 0.2], [0.19, 0.31, 0.01, 0.4]])
+    job, values = (shipped("seven_bar", duration=0.02), paths), np.random.default_rng(0).uniform(*limits, (40, 4))
+    many = simulate_batch(*job, values, ["A.force"], limits=limits)
+    designs.designs_of.cache_clear()
+    few = [simulate_batch(*job, values[k : k + 1], ["A.force"], limits=limits).rms for k in range(40)]
+    assert np.concatenate(few).tobytes() == many.rms.tobytes()
+
+
 def test_lengths_that_do_not_close_between_others_are_single_runs(system_of):
     """The four-bar closes unless the crank's pin is nearer to the fixed pin than coupler and follower differ, 50 mm."""
     toml = """duration = 0.001

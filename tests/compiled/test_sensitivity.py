@@ -180,16 +180,16 @@ def test_derivatives_end_at_the_horizon():
     assert np.isnan(rates[run.time > until]).all()
 
 
-def _compare(found, runner, record, motion, values):
+def _compare(found, runner, record, motion, values, rtol=1e-9):
     """Compare last place and speed, and their derivatives, with those of a closed form, whose first value is gravity."""
     n, last = len(runner.model.free), record.states[-1]
     rows = int(np.argmax(np.abs(last[:n]))) + np.array([0, n])
-    np.testing.assert_allclose(last[rows], motion(*values), rtol=1e-9)
+    np.testing.assert_allclose(last[rows], motion(*values), rtol=rtol)
     for k, value in enumerate(values):
         moved = values.astype(complex)
         moved[k] += 1e-20j * value
         expected = motion(*moved).imag / (1e-20 * value) * (-1.0 if k == 0 else 1.0)  # gravity.y is negative
-        np.testing.assert_allclose(found.states[-1][rows, len(runner.start) + k], expected, rtol=1e-9)
+        np.testing.assert_allclose(found.states[-1][rows, len(runner.start) + k], expected, rtol=rtol)
 
 
 def _bouncing(time, gravity, clearance, stiffness, mass):
@@ -213,17 +213,18 @@ def _bouncing(time, gravity, clearance, stiffness, mass):
 
 
 @pytest.mark.parametrize("integrator", ["radau_iia_5", "dormand_prince_5_4"])
-def test_a_chain_of_three_impacts_has_the_derivatives_of_its_closed_form(integrator):
+@pytest.mark.parametrize(("accuracy", "rtol"), [(1e-13, 1e-9), (1e-9, 1e-6)])  # the second one in longer parts of steps
+def test_a_chain_of_three_impacts_has_the_derivatives_of_its_closed_form(integrator, accuracy, rtol):
     end, values = 0.08, np.array([GRAVITY, CLEARANCE, 1e7, MASS])
     contact = {"law": "hertz", "exponent": 1.0, "restitution": 1.0, "stiffness": values[2]}
     system = drop().replaced(
-        {"joints.J.contact": contact, "duration": end, "solver.integrator": integrator, "solver.accuracy": 1e-13}
+        {"joints.J.contact": contact, "duration": end, "solver.integrator": integrator, "solver.accuracy": accuracy}
     )
     paths = ["gravity.y", "joints.J.clearance", "joints.J.contact.stiffness", "sdf.links.journal.mass"]
     runner, record = _end(system)
     found = differentiate(runner, join([record]), paths)
     assert (found.event > 0).sum() == 3
-    _compare(found, runner, record, partial(_bouncing, end), values)
+    _compare(found, runner, record, partial(_bouncing, end), values, rtol)
 
 
 def _dashpot(time, gravity, clearance, stiffness, damping, mass):

@@ -5,13 +5,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from engines import slow_on_drake
-from machines import joint, model, solid
+from machines import joint, model, slider_crank, solid
+from measures import worst
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from shipped import shipped
 
 from linkages import InputError, assess, impacts, load, simulate, simulate_batch, summarize
+from linkages.results.extremes import integral
+from linkages.results.link_loads import link_loads
 from linkages.show.report.answer import answer
 
 J1, J2, K, PLAY, SPEED = 0.2, 0.05, 1e4, 0.02, 2.0
@@ -289,6 +292,87 @@ def test_the_idle_wheel_rattles_as_an_independent_integration(engine):
     assert [row.start for row in rows[:6]] == pytest.approx(starts.tolist(), abs=1e-8)
     assert [row.approach_speed for row in rows[:6]] == pytest.approx(speeds.tolist(), rel=1e-5)
     assert [row.peak_penetration for row in rows[:6]] == pytest.approx(depths.tolist(), rel=1e-5)
+
+
+# -- gearboxes of drives ---------------------------------------------------------------------------------------------
+
+SWING = "formula = '2*t + 0.05*sin(100*t)'\n"
+
+
+def gearbox(drive, joint="B", more="", law=LINEAR):
+    text = f"[drives.{joint}]\n{drive}[drives.{joint}.backlash]\nplay = {PLAY}\n{more}"
+    return text + f"[drives.{joint}.backlash.contact]\n{law}"
+
+
+@pytest.mark.parametrize("axis", ["0 0 1", "0 0 -1"])
+def test_a_gearbox_is_a_driven_wheel_with_a_coupling(system_of, axis):
+    """The same motion to the last bit; the drive's torque, with the opposite one on the parent, moves the joint."""
+    sdf = model("one", solid("two", 1.0, J2) + joint("B", "world", "two", axis=axis))
+    found = simulate(system_of(sdf, "duration = 0.06\n" + gearbox(SWING) + EXACT), "compiled")
+    coupling = mesh(1.0).replace("gears", "couplings").replace("ratio = 1.0\n", "")
+    other = simulate(system_of(pair(), f"duration = 0.06\n[drives.A]\n{SWING}{coupling}{EXACT}"), "compiled")
+    np.testing.assert_array_equal(found["q.B"], other["q.B"])
+    first, second = (
+        impacts(run, [f"{name}.upper", f"{name}.lower"]) for run, name in ((found, "B.backlash"), (other, "mesh"))
+    )
+    assert [row.start for row in first] == [row.start for row in second]
+    turn = 1.0 if axis == "0 0 1" else -1.0
+    np.testing.assert_allclose(J2 * found["two.alpha"] * turn, found["B.torque"], atol=1e-9 * first[0].peak_force)
+    np.testing.assert_array_equal(found["B.rate"], turn * found["two.omega"])
+    np.testing.assert_allclose(
+        found["B.power"], found["B.torque"] * (2.0 + 5.0 * np.cos(100.0 * found.time)), atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("drive", ["formula = '30*t + 0.2*sin(50*t)'\n", "torque = 0.2\nspeed = 40.0\n"])
+def test_a_crank_behind_a_gearbox_balances_energy_and_loads_on_both_engines(system_of, drive):
+    law = "law = 'flores'\nrestitution = 0.5\nstiffness = 2e4\n"
+    text = "duration = 0.02\ngravity = [0.0, -9.81, 0.0]\n" + gearbox(drive, "O", "inertia = 1e-4\n", law)
+    system = system_of(slider_crank(), text + "[solver]\naccuracy = 1e-10\n")
+    ours, theirs = (simulate(system, engine) for engine in ("compiled", "drake"))
+    column, difference = worst(*(run.evaluate(np.linspace(0.0, 0.02, 11)) for run in (theirs, ours)))
+    assert difference < 1e-8, column
+    energy, work = ours["kinetic_energy"] + ours["potential_energy"], integral(ours, ours["O.power"])
+    lost = integral(ours, ours["O.backlash.upper.power"] + ours["O.backlash.lower.power"])
+    assert lost < -1e-4
+    assert energy[-1] - energy[0] == pytest.approx(work + lost, abs=1e-7)
+    assert summarize(assess(system, "compiled"))["loads"]["O.backlash"]["impacts"] > 0
+    state = tuple(part[0] for part in ours.evaluate.function.states_at(np.array([0.01])))
+    assert all(link.imbalance < 1e-12 for link in link_loads(system, 0.01, state).values())
+
+
+def test_derivatives_and_ideal_of_a_gearbox(system_of):
+    sdf = model("one", solid("two", 1.0, J2) + joint("B", "world", "two"))
+    system = system_of(sdf, "duration = 0.06\n" + gearbox("speed = 2.0\n", more="start = 0.004\n") + EXACT)
+    path = "drives.B.backlash.play"
+    found = simulate(system.replaced({"sdf.links.two.inertia": J2}), "compiled", wrt=[path])
+    assert found["q.B"][0] == pytest.approx(0.004, abs=1e-14)
+    assert found.sensitivity[path]["q.B"][-1] == pytest.approx(0.0, abs=1e-12)  # it coasts within the play
+    assert system.ideal().tree.coordinates == ("B",)
+    swung = system.replaced({"drives.B": {"formula": "2*t + 0.05*sin(100*t)", "backlash": {
+        "play": PLAY, "contact": {"law": "hertz", "restitution": 1.0, "stiffness": K, "exponent": 1.0}}}})  # fmt: skip
+    slope = simulate(swung, "compiled", wrt=[path]).sensitivity[path]["q.B"][-1]
+    ends = [simulate(swung.replaced({path: PLAY + step}), "compiled")["q.B"][-1] for step in (-1e-6, 1e-6)]
+    assert slope == pytest.approx((ends[1] - ends[0]) / 2e-6, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (gearbox("torque = 1.0\n"), r"drives\.B: a torque turns the gearbox' output wheel: give backlash its inertia"),
+        (gearbox(SWING, "S"), r"drives\.S\.backlash: needs a revolute joint"),
+        (gearbox(SWING, more="normal = 1e-4\n"), r"drives\.B\.backlash: give either play, or normal with radius"),
+        (
+            gearbox(SWING) + "[motors.M]\njoint = 'B'\nkind = 'curve'\nspeeds = [0, 1]\ntorques = [1, 0]\n",
+            r'motors\.M\.joint: "B" has a drive with backlash',
+        ),
+    ],
+)
+def test_wrong_gearboxes_are_refused(experiment_file, text, reason):
+    body = solid("two", 1.0, J2) + solid("slide", 1.0, J2)
+    sdf = model("one", body + joint("B", "world", "two") + joint("S", "two", "slide", "prismatic", "1 0 0"))
+    with pytest.raises(InputError, match=reason):
+        load(experiment_file(sdf, "duration = 1.0\n" + text))
 
 
 # -- wrong input -------------------------------------------------------------------------------------------------------

@@ -74,6 +74,19 @@ def test_a_groove_and_wear_are_added(answers, name, add, joint):
     assert of.session.system.replaced(values).experiment.joints[joint].model_dump()[add]
 
 
+@pytest.mark.slow  # the kernels of flexible links
+def test_a_link_made_flexible_gives_the_numbers_of_simulate(answers, settled, steady_numbers, tmp_path):
+    """The file has no section: a steel bar of the link's mass is proposed. A mass that was typed before is dropped."""
+    of = answers("slider_crank_lubricated")
+    values = ask(of, "edit", values={"sdf.links.rod.mass": 0.4}, part="link", name="rod", model="flexible")["values"]
+    assert "sdf.links.rod.mass" not in values
+    assert of.session.system.replaced(values).mechanism.link["rod"].mass == pytest.approx(0.4, rel=1e-3)
+    table = {row["name"]: row["value"] for row in settled(of, values)["table"]}
+    ask(of, "save", values=values, name="changed")
+    ours = steady_numbers(tmp_path / "changed.toml")
+    assert {key: table[key] for key in ours} == ours
+
+
 def test_what_the_file_says_stays(answers):
     of = answers("seven_bar")
     values = ask(of, "edit", values={"joints.A.clearance": 2e-4}, part="joint", name="A", model="mixed")["values"]
@@ -95,7 +108,7 @@ def test_a_link_of_an_edited_machine_brings_its_controls(answers):
         ({"part": "joint", "name": "E", "model": "dry"}, "E"),
         ({"part": "joint", "name": "A", "model": "magnetic"}, "magnetic"),
         ({"part": "joint", "name": "guide", "model": "lubricated"}, "lubricated"),
-        ({"part": "link", "name": "link2", "model": "flexible"}, "<linkages:beam>"),
+        ({"part": "link", "name": "slider7", "model": "flexible"}, "two ends"),
         ({"part": "wheel", "name": "A", "model": "dry"}, "wheel"),
         ({"part": "joint", "name": 3, "model": "dry"}, "name"),
     ],
@@ -154,6 +167,16 @@ def test_a_pin_follows_the_mouse_in_the_shown_pose(answers):
     )
     assert set(values) == {"sdf.frames.crank_A.pose.x", "sdf.frames.rod_B.pose.x"}
     assert draw(system.replaced(values)).problem == ""
+
+
+def test_a_pin_of_a_link_with_a_beam_moves_in_the_plane(answers):
+    """Values that would turn the beam out of the plane are no lengths."""
+    of = answers("slider_crank_flexible")
+    system = of.session.system
+    values = Places(system).shifted("B", np.array([0.01, 0.0]), {})
+    assert values == {
+        "sdf.frames.rod_B.pose.x": pytest.approx(system.value("sdf.frames.rod_B.pose.x") + 0.01, abs=1e-6)
+    }
 
 
 @pytest.mark.parametrize(("to", "phase"), [([1.0], 0.0), ([1.0, "x"], 0.0), ([0.0, 1.0], 2.0), (None, 0.0)])

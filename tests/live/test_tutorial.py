@@ -43,6 +43,20 @@ def test_directions_and_lengths_move_the_peak(path, value, acceleration):
     assert table["slider7.ax"]["value"] == pytest.approx(acceleration, abs=5e-3)
 
 
+def test_a_clearance_doubles_the_eccentricity_and_a_length_exchanges_torques():
+    assert peaks("seven_bar", {"joints.A.clearance": 1e-3})[1]["A.eccentricity_ratio"]["value"] == pytest.approx(
+        0.947, abs=1e-3
+    )
+    for length, torques in ((0.318, (0.745, 0.359)), (0.29, (0.676, 0.638))):
+        table = peaks("seven_bar", {"sdf.frames.link3_C.pose.x": length})[1]
+        assert [table[f"{name}.torque"]["value"] for name in ("O4", "O1")] == pytest.approx(torques, abs=6e-4)
+
+
+def test_a_short_link_locks_the_press():
+    session = Session(linkages.load(linkages.find_file("seven_bar.toml")))
+    assert session.compute({"sdf.frames.link2_C.pose.x": 0.13})["locked"] == pytest.approx(1.511, abs=1e-3)
+
+
 def test_the_mass_of_a_driven_crank_changes_no_force_in_the_clearance_joints():
     heavy, light = (peaks("seven_bar", {"sdf.links.crank4.mass": mass})[1] for mass in (0.5, 0.107))
     for name in ("A.force", "B.force"):

@@ -4,9 +4,27 @@ import re
 
 import anywidget
 import pytest
+from browser import find_browser, open_page
 
 import linkages
 from linkages.show.live.answers import front_end
+from linkages.show.plots.pages import embedded
+
+# A cell of a notebook whose kernel has the replies ready.
+CELL = """<!DOCTYPE html><style>{css}</style><div id="cell" style="width: 1000px"></div><script type="module">{module}
+const replies = {replies};
+let hear;
+widget.render({{el: document.querySelector("#cell"), model: {{
+  on: (_, listener) => {{ hear = listener; }},
+  send: ({{n, kind}}) => setTimeout(() => hear({{n, reply: replies[kind]}})),
+}}}});
+</script>"""
+
+LOOK = """
+const root = document.querySelector(".linkages-live"), count = (selector) => root.querySelectorAll(selector).length;
+while (root.getAttribute("aria-busy") !== "false") await frames(1);
+return {counts: [".picture svg", ".row", ".numbers tbody tr", ".orbits figure", ".plots figure"].map(count),
+  error: root.querySelector(".error").textContent, over: root.scrollWidth - root.clientWidth};"""
 
 
 @pytest.fixture
@@ -39,3 +57,17 @@ def test_one_module_has_the_front_end_of_the_page():
     text = front_end("widget.js")
     assert re.findall(r"^(?:export|import).*", text, re.MULTILINE) == ["export default {"]
     assert all(f"function {name}(" in text for name in ("mount", "drawCurves", "joints", "explore"))
+
+
+@pytest.mark.skipif(find_browser() is None, reason="needs Chromium and its driver")
+def test_a_cell_shows_the_page(answers, settled, tmp_path):
+    of = answers("seven_bar")
+    run = settled(of, {})
+    replies = {kind: of.answer(kind, {}) for kind in ("start", "picture", "numbers", "warnings")} | {"run": run}
+    module = front_end("widget.js").replace("export default {", "const widget = {")
+    cell = CELL.format(css=front_end("live.css"), module=module, replies=embedded(replies))
+    (tmp_path / "cell.html").write_text(cell, encoding="utf-8")
+    seen = open_page(tmp_path / "cell.html", tmp_path, LOOK).seen
+    assert seen["counts"] == [1, 8, 15, 2, 7]
+    assert not seen["error"]
+    assert seen["over"] <= 0

@@ -1,6 +1,9 @@
 """Identification: values from data of closed forms and twins, certainty, plans, refusals, resuming."""
 
 import json
+import re
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,8 +12,10 @@ from scipy.signal import lfilter
 import linkages
 import optim
 from linkages.cli.main import main
+from optim.identify.batches import SumsOfSquares
 from optim.identify.certainty import coloured, correlation_of
 from optim.identify.load import load_identification
+from optim.identify.residuals import Residuals
 
 SLIDER = """<sdf version="1.9"><model name="oscillator">
 <link name="mass"><inertial><mass>0.5</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial></link>
@@ -133,6 +138,94 @@ def test_a_profile_agrees_with_the_linear_interval_and_costs_few_runs(tmp_path):
         assert one["profile_runs"] <= 30
 
 
+LINEAR = """experiment = "pushed.toml"
+[data.run]
+file = "run.csv"
+time = "t"
+[data.run.columns.x]
+output = "mass.x"
+offset = "fit"
+deviation = 0.002
+[unknowns.force]
+path = "drives.O.torque"
+lower = -10.0
+upper = 10.0
+[unknowns.speed]
+path = "drives.O.speed"
+lower = -5.0
+upper = 5.0
+[fit]
+deviations = "white"
+"""
+PUSHED = """mechanism = "oscillator.sdf"
+duration = 2.0
+gravity = [0.0, 0.0, 0.0]
+[drives.O]
+torque = 1.0  # N: the joint is prismatic
+speed = 0.1
+"""
+
+
+@pytest.mark.slow
+def test_samples_of_a_linear_problem_have_its_normal_posterior(tmp_path):
+    """x = v t + F t^2 / (2 m) + offset is linear in the values: mean and covariance are those of linear regression."""
+    pytest.importorskip("emcee")
+    times = np.linspace(0.0, 1.5, 60)
+    columns = np.column_stack([times**2 / (2 * MASS), times, -np.ones(60)])
+    values = columns @ [0.7, 0.2, 0.01] + 0.002 * np.random.default_rng(3).standard_normal(60)
+    (tmp_path / "oscillator.sdf").write_text(SLIDER)
+    (tmp_path / "pushed.toml").write_text(PUSHED)
+    (tmp_path / "task.toml").write_text(LINEAR)
+    np.savetxt(tmp_path / "run.csv", np.column_stack([times, values]), delimiter=",", header="t,x", comments="")
+    found = optim.identify(load_identification(tmp_path / "task.toml"), samples=True)["posterior"]
+    covariance = np.linalg.inv(columns.T @ columns) * 0.002**2
+    mean = covariance @ columns.T @ values / 0.002**2
+    samples = np.array(found["samples"])
+    assert found["enough"]
+    deviations = np.sqrt(np.diag(covariance))
+    for k, one in enumerate(found["parameters"].values()):  # 16 walkers, 45 times: 700 independent samples
+        assert one["median"] == pytest.approx(mean[k], abs=0.15 * deviations[k])
+        assert one["deviation"] == pytest.approx(deviations[k], rel=0.1)
+        reach = 1.96 * deviations[k]
+        assert one["interval"] == pytest.approx([mean[k] - reach, mean[k] + reach], abs=0.3 * deviations[k])
+    wanted = covariance[0, 1] / (deviations[0] * deviations[1])
+    assert np.corrcoef(samples.T)[0, 1] == pytest.approx(wanted, abs=0.03)
+
+
+def test_a_batch_has_the_sums_of_squares_of_single_runs_with_their_own_clocks_and_gains(tmp_path):
+    task = TASK.replace("start = 210.0", "start = 210.0\nprior = [190.0, 5.0]")
+    residuals = Residuals(load_identification(oscillator(tmp_path, task=task)))
+    rng = np.random.default_rng(2)
+    points = residuals.start + [0.02, 0.05, 1e-3, 0.02, 1e-3] * rng.uniform(-1.0, 1.0, (4, 5))
+    sums = SumsOfSquares(residuals, 1.5, residuals.start, np.full(5, 1e-3))(points)
+    assert sums == pytest.approx([np.sum(residuals(z, 1.5).residual ** 2) for z in points], rel=1e-6)
+
+
+@pytest.mark.slow
+def test_samples_follow_what_the_data_leave_open_up_to_the_limits(tmp_path):
+    """Mass, stiffness and damping have a common factor that no position tells: its logarithm is uniform."""
+    pytest.importorskip("emcee")
+    task = TASK + '[unknowns.mass]\npath = "sdf.links.mass.mass"\nlower = 0.1\nupper = 2.0\n'
+    for sensor in (', shift = "fit"', 'gain = "fit"\n', 'offset = "fit"\n'):
+        task = task.replace(sensor, "")
+    path, times = oscillator(tmp_path, task=task), np.linspace(0.01, 0.9, 60)
+    (tmp_path / "oscillator.toml").write_text(EXPERIMENT.replace("1e-10", "1e-7"))
+    values = 1e3 * oscillation(times) + 0.5 * np.random.default_rng(1).standard_normal(60)
+    np.savetxt(tmp_path / "run.csv", np.column_stack([1e3 * times, values]), delimiter=",", header="t,x", comments="")
+    found = optim.identify(load_identification(path), samples=True)
+    assert not found["parameters"]["stiffness"]["identifiable"]
+    sampled = found["posterior"]["parameters"]["stiffness"]  # between 100 and 500: the other limits are farther away
+    ends = 100.0 * 5.0 ** np.array([0.5, 0.025, 0.975])
+    assert [sampled["median"], *sampled["interval"]] == pytest.approx(ends.tolist(), rel=0.08)
+
+
+def test_a_sampler_that_is_not_installed_is_named(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "emcee", None)
+    path = oscillator(tmp_path)
+    assert main(["identify", str(path), "--out", str(tmp_path / "out"), "--posterior"]) == 2
+    assert capsys.readouterr().err == 'error: --posterior: needs emcee: pip install "linkages[posterior]"\n'
+
+
 def test_deviations_that_the_file_leaves_open_come_from_the_residuals(tmp_path):
     found = optim.identify(load_identification(oscillator(tmp_path, task=TASK.replace("deviation = 0.5\n", ""))))
     assert found["residual"]["deviation"][0] == pytest.approx(5e-4, rel=0.1)
@@ -223,6 +316,12 @@ def test_statistics_find_the_mass_beyond_the_horizon(tmp_path):
     assert found["restitution"]["value"] == pytest.approx(restitution, abs=0.1)
 
 
+def test_statistics_have_no_posterior(tmp_path):
+    task = TASK.replace(', shift = "fit"', "") + '[fit]\nwindows = "statistics"\n'
+    with pytest.raises(linkages.InputError, match=r"no posterior|needs emcee"):
+        optim.identify(load_identification(oscillator(tmp_path, task=task)), samples=True)
+
+
 PLAN = """
 [plan]
 rate = 200.0
@@ -268,6 +367,27 @@ def test_several_threads_find_the_same(tmp_path):
     task = load_identification(oscillator(tmp_path, task=TASK + "[fit]\nstarts = 3\n"))
     one, two = (optim.identify(task, threads=threads)["parameters"] for threads in (1, 2))
     assert one == two
+
+
+@pytest.mark.slow
+def test_the_press_of_the_tutorial_needs_a_probe_at_its_journal(tmp_path, monkeypatch):
+    """The page's files and lines; the machine that was measured has the values `true`."""
+    page = (Path(__file__).parents[2] / "docs" / "tutorial_identification.md").read_text(encoding="utf-8")
+    machine, data, probe = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    monkeypatch.chdir(tmp_path)
+    exec(re.search(r"```python\n(.*?)```", page, re.DOTALL)[1], names)
+    task = tmp_path / "press_fit.toml"
+    task.write_text(machine + data)
+    assert optim.plan(load_identification(task))["best"]["sensors"] == ["torque", "probe"]
+    without = optim.identify(load_identification(task))["parameters"]
+    assert [one["identifiable"] for one in without.values()] == [False, False, True, True]
+    task.write_text(machine + data + probe)
+    found = optim.identify(load_identification(task))["parameters"]
+    assert [one["path"] for one in found.values()] == list(names["true"])
+    for one in found.values():
+        assert one["value"] == pytest.approx(names["true"][one["path"]], abs=3.5 * one["deviation"])
+        assert one["deviation"] < 0.003 * one["value"]
 
 
 WRONG = {

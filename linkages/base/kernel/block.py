@@ -103,33 +103,6 @@ def _place(
     return begin
 
 
-class Duplicate:
-    """A copy of a named tuple whose arrays are parts of one array.
-
-    Parameters
-    ----------
-    value : named tuple
-        As for `contents`; its numbers outside arrays are copied as they are.
-
-    Attributes
-    ----------
-    value : named tuple
-        The copy.
-    numbers : (n,) array
-        Its numbers in the order of `contents`, as floats: other numbers written here are those of the copy's arrays.
-    initial : (n,) array
-        Its first numbers.
-    """
-
-    def __init__(self, value: Any) -> None:
-        self.initial = contents(value).words.view(np.float64)
-        self.numbers = self.initial.copy()
-        self.value, _ = rebuilt(value, self._part_of, 0)
-
-    def _part_of(self, array: Any, part: slice) -> Any:
-        return self.numbers[part].view(array.dtype).reshape(array.shape).view(type(array))
-
-
 def rebuilt(value: Any, array_of: Callable[[Any, slice], Any], start: int) -> tuple[Any, int]:
     """Return the copy of a value with other arrays, and the place after its numbers in the order of `contents`.
 

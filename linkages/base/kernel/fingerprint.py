@@ -107,7 +107,9 @@ def _parts(value: Any, seen: set[int]) -> Iterator[bytes]:
     elif isinstance(value, tuple | list):
         for item in value:
             yield from _parts(item, seen)
-    elif isinstance(value, type | ModuleType) or callable(value):
+    elif isinstance(value, ModuleType):  # without its place, which differs between environments
+        yield value.__name__.encode()
+    elif isinstance(value, type) or callable(value):
         yield repr(getattr(value, "__qualname__", value)).encode() + repr(getattr(value, "_fields", "")).encode()
     elif value is None or isinstance(value, int | float | complex | str | bytes | np.generic | np.dtype):
         yield repr(value).encode()

@@ -11,12 +11,21 @@ import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import FixedOffsetFrame, Frame, PlanarJoint, PrismaticJoint, RevoluteJoint, SpatialInertia
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    Frame,
+    PlanarJoint,
+    PrismaticJoint,
+    RevoluteJoint,
+    SpatialInertia,
+    UnitInertia,
+)
 
 from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError
 from linkages.input.files.raw_model import Pose, RawModel
 from linkages.input.files.sdf_text import sdf_text
+from linkages.input.model.load_tables import WHEEL
 from linkages.input.model.mechanism import Link, Mechanism
 from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.planar.record_types import PRISMATIC
@@ -24,6 +33,7 @@ from linkages.system.spanning import freedoms
 from linkages.system.tree import Tree
 
 _WIDTH = 0.02  # width of a bar over the size of the linkage
+_LIGHT = 1e-6  # size of the linkage over the radius of gyration of a gearbox' wheel
 _BLOCK = 0.06  # side of a block over the size of the linkage, for a link with one joint
 
 
@@ -90,6 +100,8 @@ def add_tree(plant: MultibodyPlant, tree: Tree) -> int:
             _add_floating(plant, instance, tree, name)
         elif tree.edges[name].joint in tree.play:
             _add_freedoms(plant, instance, tree, name)
+    for name, body in tree.wheels.items():
+        _add_wheel(plant, instance, tree, name, float(tree.bodies.records[body]["inertia"]))
     return instance
 
 
@@ -194,6 +206,23 @@ def _add_freedoms(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -
         else:
             plant.AddJoint(RevoluteJoint(one.name, at, body, np.array([0.0, 0.0, one.sign])))
         at = body
+
+
+def _add_wheel(plant: MultibodyPlant, instance: int, tree: Tree, name: str, inertia: float) -> None:
+    """Add the output wheel of a drive's gearbox: Drake needs a mass for its inertia, which is made negligible."""
+    mechanism, joint = tree.mechanism, tree.mechanism.joint[name.removesuffix(WHEEL)]
+    basis, shift = mechanism.basis, drawn_shifts(tree)
+    X_WP = RigidTransform(RotationMatrix(basis), basis[:, :2] @ joint.on_parent + shift[joint.parent])
+    at, X_LP = plant.world_frame(), X_WP
+    if joint.parent != "world":
+        one = mechanism.link[joint.parent]
+        at = plant.GetBodyByName(one.name, instance).body_frame()
+        X_LP = RigidTransform(RotationMatrix(one.rotation), one.translation + shift[one.name]).inverse() @ X_WP
+    place = plant.AddFrame(FixedOffsetFrame(f"{name}_place", at, X_LP, instance))
+    mass, radius = inertia * (_LIGHT / tree.extent) ** 2, tree.extent / _LIGHT
+    disc = UnitInertia(0.5 * radius**2, 0.5 * radius**2, radius**2)
+    wheel = plant.AddRigidBody(name, instance, SpatialInertia(mass, np.zeros(3), disc))
+    plant.AddJoint(RevoluteJoint(name, place, wheel.body_frame(), np.array([0.0, 0.0, joint.sign])))
 
 
 def _words(values: Iterable[float]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -62,8 +62,17 @@ def annotation(element: ET.Element, kind: str) -> ET.Element | None:
 
 def add_size(element: ET.Element, kind: str, key: str) -> None:
     """Add an empty ``<linkages:KEY>`` to the ``<linkages:KIND>`` of an element, which is made if it is missing."""
-    found = annotation(element, kind)
-    ET.SubElement(ET.SubElement(element, f"linkages:{kind}") if found is None else found, f"linkages:{key}")
+    table = annotation(element, kind)
+    if table is not None and kind == "beam":
+        table = annotation(table, "rectangle" if key in ("width", "height") else "material")
+    ET.SubElement(ET.SubElement(element, f"linkages:{kind}") if table is None else table, f"linkages:{key}")
+
+
+def add_beam(link: ET.Element, ends: Sequence[str]) -> None:
+    """Add a ``<linkages:beam>`` with a rectangle as its section between two frames, without its numbers."""
+    beam = ET.SubElement(link, "linkages:beam")
+    for key, text in zip(("from", "to", "rectangle", "material"), (*ends, None, None), strict=True):
+        ET.SubElement(beam, f"linkages:{key}").text = text
 
 
 def parts(path: Path, element: ET.Element, where: str, keys: Iterable[str]) -> dict[str, ET.Element]:

@@ -38,6 +38,8 @@ JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "p
 _BEARING = "bearing.radius", "bearing.length"
 _SIZES = {"revolute": _BEARING, "continuous": _BEARING, "prismatic": ("slot.length", "slot.height")}  # of joint types
 
+_BEAM = "beam.width", "beam.height", "beam.youngs_modulus", "beam.density"  # of a beam that is added
+
 _HARMLESS = ("linkages", "collision_filter_group")  # ignored elements with a prefix, by prefix or name
 
 
@@ -48,7 +50,8 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None, text: byt
     ``links|joints|frames.NAME.pose.x|y|z|roll|pitch|yaw`` [m, rad], ``joints.NAME.bearing.radius|length`` and
     ``joints.NAME.slot.length|height`` [m] (together they add a bearing or a slot to a joint without),
     ``links.NAME.beam.width|height|diameter|outer|inner`` [m] ``|area`` [m2] ``|second_moment`` [m4]
-    ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson``; for a mechanism written from a description,
+    ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson`` (width, height, youngs_modulus and density together add a
+    beam between the two frames of a link that joints name); for a mechanism written from a description,
     ``parameters.NAME``. The mass and the mass centre of a link with a beam follow from the beam.
     """
     reader = _flat_reader(path, read_whole(path) if text is None else text)
@@ -146,8 +149,14 @@ class _Reader:
         if added := [path for path in overrides if path not in other.places]:
             for path in added:
                 _, name, kind, key = path.split(".")
+                if kind == "beam" and elements.annotation(other.elements[name], kind) is None:
+                    elements.add_beam(other.elements[name], self._ends(name))
+                    follow = f"links.{name}.mass", f"links.{name}.com"
+                    other.places = {key: place for key, place in other.places.items() if not key.startswith(follow)}
                 elements.add_size(other.elements[name], kind, key)
             other._change({path.split(".")[1] for path in added})
+            for path in overrides:
+                other._place(path)
         for path, value in overrides.items():
             other.places[path][1].put(value)
         other.values = self.values | {path: other.places[path][1].value for path in overrides}
@@ -212,9 +221,17 @@ class _Reader:
             raise self.error(where, FOLLOWS)
         if kind == "joints" and key in _SIZES.get(self.elements[name].get("type", ""), ()):
             return name, None
+        if kind == "links" and key in _BEAM and len(self._ends(name)) == 2:
+            return name, None
         start = f"{kind}.{name}."
         known = [other.removeprefix(start) for other in self.places if other.startswith(start)]
         raise self.error(where, f'"{key}" is unknown; {nearest(key, known)}')
+
+    def _ends(self, link: str) -> list[str]:
+        """Return the names by which joints refer to a link: its own, and the ones of its frames."""
+        joints = [self.elements[name] for name in self.names["joint"]]
+        named = [(joint.findtext(end) or "").strip() for joint in joints for end in ("parent", "child")]
+        return list(dict.fromkeys(name for name in named if name and self._carrier(name) == link))
 
     def _check_beams(self) -> None:
         """Check that each <inertial> agrees with the link's beam, before any value is replaced."""

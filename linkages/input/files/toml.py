@@ -60,7 +60,7 @@ class Table(BaseModel):
                 raise InputError(source, path, f'has no "{part}"; {nearest(part, known)}')
             here = known[part]
         if here is None:
-            raise InputError(source, path, "has no value in the experiment; give one there, or nominal")
+            raise InputError(source, path, "has no value in the experiment; give one there, or a start (nominal)")
         if isinstance(here, bool) or not isinstance(here, int | float):
             raise InputError(source, path, "is not a number, and cannot be a design variable")
         return float(here)

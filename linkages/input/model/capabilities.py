@@ -76,6 +76,11 @@ UNSUPPORTED = (
         {Analysis.DERIVATIVES: "is in Python, which has no derivatives; give the controller by formulas of states"},
     ),
     Unsupported(
+        "drives.{}.backlash.inertia",
+        lambda experiment: [name for name, slack in experiment.gearboxes.items() if not slack.inertia],
+        dict.fromkeys((Analysis.DRAKE, Analysis.DIAGRAM), "is 0, but Drake needs an inertia of the gearbox' wheel"),
+    ),
+    Unsupported(
         "links.{}.stiffening",
         lambda experiment: [name for name in experiment.flexible if not experiment.links[name].stiffening],
         {Analysis.DRAKE: "is false, but Drake's rigid segments always stiffen; remove it, or use the compiled engine"},

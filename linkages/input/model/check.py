@@ -17,6 +17,7 @@ from linkages.input.files.unit_conversion import SLIDING, read, si
 from linkages.input.model import load_tables as tables
 from linkages.input.model.beam_interfaces import substructures
 from linkages.input.model.capabilities import Analysis, check_analysis
+from linkages.input.model.drive_tables import Backlash, Drive
 from linkages.input.model.experiment import (
     BENDING_QUANTITIES,
     DEFINING,
@@ -26,7 +27,7 @@ from linkages.input.model.experiment import (
     QUANTITIES,
     Experiment,
 )
-from linkages.input.model.experiment_tables import ContactTable, Drive, JointModel
+from linkages.input.model.experiment_tables import ContactTable, JointModel
 from linkages.input.model.functions import OF_JOINTS, OF_OWN, OF_POINTS, TIME, inputs_of
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Mechanism
@@ -138,6 +139,10 @@ class _Check:
         for key, unit in drive.units.items():
             known = bracketed(Drive.model_fields[key].description) if key != "time" else "s"
             self.unit(f"units.{key}", unit, SLIDING.get(known, known) if self.slides(name) else known)
+        if drive.backlash is not None:
+            if self.slides(name):
+                self.refuse("backlash", "needs a revolute joint; before a prismatic one use a gear with backlash")
+            replace(self, where=f"{self.where}.backlash").backlash(drive.backlash, name)
         self.covers(drive.times)
         self.fit_covers(drive.fitted)
 
@@ -244,10 +249,10 @@ class _Check:
         if gear.backlash is not None:
             replace(self, where=f"{self.where}.backlash").backlash(gear.backlash, gear.joints[1])
 
-    def backlash(self, slack: tables.Backlash, second: str) -> None:
+    def backlash(self, slack: Backlash, second: str) -> None:
         """Check the backlash before a joint."""
         slides = self.slides(second)
-        self.units(tables.Backlash, slides)
+        self.units(Backlash, slides)
         self.plain(slack.contact)
         if slides and slack.normal is not None:
             self.refuse("normal", f'needs a wheel; "{second}" is prismatic: give play [m]')
@@ -343,6 +348,9 @@ class _Check:
         joint = self.mechanism.joint[motor.joint]
         if joint.type != "revolute":
             self.refuse("joint", f'"{motor.joint}" is {joint.type}; name a revolute joint')
+        if motor.joint in self.experiment.gearboxes:
+            problem = "has a drive with backlash: give the motor a joint of its own, and a gear with backlash"
+            self.refuse("joint", f'"{motor.joint}" {problem}')
         if motor.rotor_inertia:
             if "world" not in (joint.parent, joint.child):
                 problem = f'needs a joint of the world, and "{motor.joint}" joins two links; add the rotor as a link'

@@ -22,7 +22,8 @@ from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leaves, read_toml, replace_values, validate
 from linkages.input.files.unit_conversion import read
 from linkages.input.model import load_tables as tables
-from linkages.input.model.experiment_tables import Drive, JointModel, RunWindow, SolverTable
+from linkages.input.model.drive_tables import Drive, GearboxBacklash
+from linkages.input.model.experiment_tables import JointModel, RunWindow, SolverTable
 from linkages.input.model.functions import Quantity
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.recorded_tables import DataTable, FromFile
@@ -107,10 +108,10 @@ class Experiment(Brief, Table):
         description=f"reported outputs: LINK_OR_FRAME.{'|'.join((*QUANTITIES, *BENDING_QUANTITIES))},"
         f" JOINT.{'|'.join(PIN_QUANTITIES)}",
     )
-    drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: Annotated[dict[str, JointModel], AfterValidator(with_worn)] = Field(
         {}, description="joint models by name; joints not named are ideal"
     )
+    drives: dict[str, Drive] = Field({}, description="driven joints by name")
     links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
     forces: dict[str, tables.ForceTable] = Field({}, description="applied forces by name")
     torques: dict[str, tables.Torque] = Field({}, description="applied torques by name")
@@ -248,6 +249,11 @@ class Experiment(Brief, Table):
         return self.loads + tuple((table, name) for table in OTHERS for name in getattr(self, table))
 
     @property
+    def acting(self) -> tuple[tuple[str, str], ...]:
+        """Return the named elements, and the gearboxes with backlash as elements of `slack`."""
+        return self.named + tuple(("slack", f"{name}.backlash") for name in self.gearboxes)
+
+    @property
     def meshes(self) -> dict[str, tables.Mesh]:
         """Return the gears and couplings by name."""
         return {**self.gears, **self.couplings}
@@ -258,9 +264,19 @@ class Experiment(Brief, Table):
         return {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is None}
 
     @property
+    def gearboxes(self) -> dict[str, GearboxBacklash]:
+        """Return the backlash of drives' gearboxes, by the driven joint."""
+        return {name: drive.backlash for name, drive in self.drives.items() if drive.backlash is not None}
+
+    @property
     def slack(self) -> dict[str, tables.Mesh]:
-        """Return the gears and couplings with backlash."""
-        return {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is not None}
+        """Return the gears and couplings with backlash; of a drive's gearbox as ``JOINT.backlash``."""
+        found = {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is not None}
+        for name, slack in self.gearboxes.items():
+            found[f"{name}.backlash"] = tables.Coupling(
+                joints=[f"{name}{tables.WHEEL}", name], offset=0.0, backlash=slack
+            )
+        return found
 
     @property
     def limits(self) -> dict[str, tables.Limit]:
@@ -270,12 +286,12 @@ class Experiment(Brief, Table):
         return found | flanks
 
     def without_backlash(self) -> dict[str, Any]:
-        """Return the tables of gears and couplings without backlash; only those that change."""
-        tables = {table: getattr(self, table) for table in ("gears", "couplings")}
+        """Return the tables of gears, couplings and drives without backlash; only those that change."""
+        tables = {table: getattr(self, table) for table in ("gears", "couplings", "drives")}
         return {
-            table: {name: mesh.model_dump(exclude_unset=True, exclude={"backlash"}) for name, mesh in meshes.items()}
-            for table, meshes in tables.items()
-            if self.slack.keys() & meshes.keys()
+            table: {name: one.model_dump(exclude_unset=True, exclude={"backlash"}) for name, one in named.items()}
+            for table, named in tables.items()
+            if any(one.backlash is not None for one in named.values())
         }
 
     def value(self, path: str) -> float:

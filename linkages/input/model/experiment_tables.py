@@ -1,133 +1,28 @@
-"""The tables of an experiment: drives, joint models and their laws, numerical settings."""
+"""The tables of an experiment: joint models and their laws, numerical settings."""
 
 from __future__ import annotations
 
 from typing import Annotated, Literal, get_args
 
-import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from linkages.base.errors import InputError
 from linkages.input.files import fits
 from linkages.input.files.table_keys import OneOf
-from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
-from linkages.input.model.functions import TIME, formula, program
+from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf
 from linkages.input.model.law_tables import LawTable, parameter_field
-from linkages.input.model.recorded_tables import FromFile
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.laws.film.surface.grooves import Groove, check_grooves
 from linkages.laws.film.surface.surface_film import NoLoadError
 from linkages.laws.heat import COLDEST, CONDUCTANCE, FRESH, HOTTEST, INLET, SPECIFIC_HEAT, SURROUNDINGS, Heat
 from linkages.laws.viscosity import ISO_VG
-from linkages.mechanics.planar import motion
-from linkages.mechanics.planar.motion import Pieces, Program
 
 #: Least and most cells of a film with history, around it and along half its length.
 FILM_CELLS = (16, 240), (2, 20)
 
-_LOOKS = 2000  # number of times at which the rate of a formula is sampled
-
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # pitch has 2e8 Pa s
 ContactName = Annotated[str, OneOf(CONTACTS)]
-
-
-class Drive(FromFile):
-    """A driven joint: a prescribed motion (speed, table, formula, file), a torque, or (prismatic) a force.
-
-    The coordinate is the SDF joint's: zero in the reference configuration, positive about (along) its axis. For a
-    prismatic joint read m for rad.
-    """
-
-    of_any_joint = True
-    column_keys = ("angle", "speed", "torque", "force")
-
-    angle: Finite = Field(0.0, description="joint coordinate at t = 0 [rad]")
-    speed: Finite | None = Field(None, description="constant speed [rad/s]; with a torque, the speed at t = 0")
-    ramp: NonNegative = Field(0.0, description="time of a smooth start from rest to `speed` [s]")
-    times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
-    angles: list[Finite] | None = Field(None, description="joint coordinates at `times` [rad]")
-    formula: str | None = Field(None, description="joint coordinate as a formula of the time t, [rad] in SI units")
-    torque: Finite | None = Field(None, description="constant torque of a revolute joint [N m]")
-    torques: list[Finite] | None = Field(None, description="torques at `times` [N m]")
-    force: Finite | None = Field(None, description="constant force of a prismatic joint along its axis [N]")
-    forces: list[Finite] | None = Field(None, description="forces at `times` [N]")
-
-    @model_validator(mode="after")
-    def _one_kind(self) -> Drive:
-        known = ("angles", "formula", "torque", "torques", "force", "forces", "file")
-        kinds = [key for key in known if getattr(self, key) is not None]
-        if len(kinds) > 1:
-            raise ValueError(f"give only one of {' and '.join(kinds)}")
-        if not kinds and self.speed is None:
-            raise ValueError("give speed, or times with angles, or formula, or torque (for a prismatic joint: force)")
-        verb = "prescribe" if kinds == ["angles"] else "prescribes"
-        column = self._check_columns()
-        whole = kinds in (["angles"], ["formula"]) or column == "angle" or (column == "speed" and self.ramp)
-        if whole and (self.speed is not None or self.ramp or self.angle):
-            raise ValueError(f"the {kinds[0]} {verb} the complete motion; remove speed, ramp and angle")
-        if self.formula is not None:
-            formula(self.formula, of_state=False)
-        if self.ramp and kinds:
-            raise ValueError("ramp belongs to a constant speed; remove it")
-        values = next((v for v in (self.angles, self.torques, self.forces) if v is not None), None)
-        check_history(self.times, values, "angles, torques or forces")
-        if column is not None:
-            self._fit(column, kind=column if self.prescribed else "value")
-        return self
-
-    @property
-    def prescribed(self) -> bool:
-        """Check whether the drive prescribes the motion; otherwise it prescribes the torque or force."""
-        given = (
-            self.torque,
-            self.torques,
-            self.force,
-            self.forces,
-            self.columns.get("torque", self.columns.get("force")),
-        )
-        return all(value is None for value in given)
-
-    @property
-    def varies(self) -> bool:
-        """Check whether the drive follows a table, a formula or a file."""
-        return self.times is not None or self.formula is not None or self.file is not None
-
-    @property
-    def start(self) -> float:
-        """Return the joint coordinate at t = 0."""
-        return float(motion.Motions([self.motion()])(np.zeros(1))[0][0, 0]) if self.prescribed else self.angle
-
-    def motion(self) -> Pieces | Program:
-        """Return the coordinate of a prescribed drive over time."""
-        if self.fitted:
-            return self.fitted[0].function
-        if self.formula is not None:
-            return program(formula(self.formula, of_state=False), {TIME: 0})
-        if self.angles is not None and self.times is not None:
-            return motion.table(self.times, self.angles)
-        if self.ramp:
-            return motion.ramped_rate(self.angle, self.speed or 0.0, self.ramp)
-        return motion.constant_rate(self.angle, self.speed or 0.0)
-
-    def largest_rate(self, end: float) -> float:
-        """Return the largest rate of a prescribed motion [rad/s].
-
-        A formula is sampled up to the time `end` [s], at random times to avoid aliasing.
-        """
-        if not self.varies:
-            return abs(float(self.speed or 0.0))
-        times = (end if self.times is None else self.times[-1]) * np.random.default_rng(0).random(_LOOKS)
-        return float(np.abs(motion.Motions([self.motion()])(times)[1]).max())
-
-    def torque_history(self) -> Pieces | Program:
-        """Return the torque (or force of a prismatic joint) over time of a drive without prescribed motion."""
-        if self.fitted:
-            return self.fitted[0].function
-        values = self.torques if self.forces is None else self.forces
-        if values is not None and self.times is not None:
-            return motion.table(self.times, values)
-        return motion.constant_rate(self.torque or self.force or 0.0, 0.0)
 
 
 class SmallEccentricity(Table):

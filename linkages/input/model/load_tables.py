@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
+from linkages.input.model.drive_tables import Backlash
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable
 from linkages.input.model.functions import OF_JOINTS, OF_POINTS, TIME, check_table, formula
 from linkages.input.model.recorded_tables import FromFile
@@ -229,48 +230,8 @@ class JointFriction(Table):
         return parse(f"-{text}*{self.radius or 1.0!r}*tanh(v/{self.speed!r})")
 
 
-class Backlash(Table):
-    """Backlash: two contacts, at the ends of the second joint's free travel, act instead of the coupling.
-
-    With `play` a contact's penetration is the second joint's angle beyond the play, and its force a torque; with
-    `normal` and `radius` both are along the line of action of the teeth. For a prismatic second joint, a rack, read m
-    for rad and N for N m. Friction acts between the teeth, which slide by `arm` times the angular velocity of both
-    wheels relative to each other (of wheel and rack): the force of the friction law, times the arm, brakes this motion.
-    """
-
-    of_any_joint = True
-
-    play: Positive | None = Field(
-        None, description="angle through which the second joint turns while the first stands [rad]"
-    )
-    normal: Positive | None = Field(None, description="instead: normal backlash of the teeth [m]")
-    radius: Positive | None = Field(None, description="with normal: base radius of the second joint's wheel [m]")
-    start: Finite = Field(0.0, description="angle of the second joint at the start, from the middle of the play [rad]")
-    contact: ContactTable = Field(description="contact law, with stiffness [N m/rad^n], with normal [N/m^n]")
-    friction: FrictionTable | None = Field(None, description="friction between teeth; default: none")
-    arm: Positive | None = Field(
-        None, description="with friction: mean distance of the teeth's contact from the pitch point [m]"
-    )
-
-    @model_validator(mode="after")
-    def _one_kind(self) -> Backlash:
-        if (self.play is None) == (self.normal is None) or (self.normal is None) != (self.radius is None):
-            raise ValueError("give either play, or normal with radius")
-        if (self.friction is None) != (self.arm is None):
-            raise ValueError("friction and arm, the distance from the pitch point, belong together")
-        if abs(self.start) > 0.5 * self.width:
-            raise ValueError(f"start is {self.start:g}; it must be within half the play, {0.5 * self.width:g}")
-        return self
-
-    @property
-    def lever(self) -> float:
-        """Return penetration over the angle beyond the play: 1, or the base radius [m]."""
-        return self.radius or 1.0
-
-    @property
-    def width(self) -> float:
-        """Return the play of the second joint [rad]."""
-        return (self.play or self.normal or 0.0) / self.lever
+#: End of the name of the output wheel of a drive's gearbox, after the joint's.
+WHEEL = ".wheel"
 
 
 class Limit(NamedTuple):

@@ -25,6 +25,14 @@ def _drive(output: np.record, seen: Snapshot) -> float:
     return (effort, rate, effort * rate)[output.column]
 
 
+@formula("forces")
+def _gearbox(output: np.record, seen: Snapshot) -> float:
+    k, driven, vel = output.at, seen.model.driven, seen.state.vel
+    wheel = driven[k] if k < len(driven) else seen.model.powered[k - len(driven)]
+    rate = output.constant * (vel[output.other, 0] - vel[output.marker.body, 0])
+    return (seen.efforts[k], rate, seen.efforts[k] * seen.state.v[wheel])[output.column]
+
+
 @formula("loads")
 def load_value(output: np.record, seen: Snapshot) -> float:
     """Read a value of an applied load."""
@@ -57,6 +65,12 @@ _OF_DRIVE = quantities(
     torque="torque (prismatic joint: force) of the drive along the joint's coordinate; JOINT.force excludes it"
     " [N m or N]",
     rate="rate of the joint's coordinate [rad/s or m/s]",
+    power="power delivered by the drive [W]",
+)
+_OF_GEARBOX = quantities(
+    _gearbox,
+    torque="torque of the drive on the output wheel of its gearbox, along the joint's coordinate [N m]",
+    rate="rate of the joint's coordinate; the wheel has another one [rad/s]",
     power="power delivered by the drive [W]",
 )
 _POWER = {"power": quantity("power that the load delivers to the linkage [W]", load_value, POWER)}
@@ -105,7 +119,13 @@ def _drives(system: System) -> tuple[str, ...]:
 
 
 def _at_drive(system: System, name: str) -> Element:
-    return Element(_drives(system).index(name), system.tree.coordinates.index(name))
+    k, tree = _drives(system).index(name), system.tree
+    return Element(k, int(np.concatenate([tree.driven_dofs, tree.powered_dofs])[k]))
+
+
+def _at_gearbox(system: System, name: str) -> Element:
+    (_, parent, child, _, _), sign = system.tree.coordinate(name)
+    return Element(_drives(system).index(name), child[0], parent, sign)
 
 
 def _at_load(system: System, name: str) -> Element:
@@ -122,7 +142,11 @@ def _at_gear(system: System, name: str) -> Element:
 #: Joints, drives, applied loads, gears and couplings.
 FORCES = (
     Owner("JOINT", lambda system: system.mechanism.joint, _at_joint, _OF_JOINT),
-    Owner("DRIVE", _drives, _at_drive, _OF_DRIVE),
+    Owner(
+        "DRIVE", lambda system: [name for name in _drives(system) if name not in system.experiment.gearboxes],
+        _at_drive, _OF_DRIVE,
+    ),
+    Owner("DRIVE (backlash)", lambda system: system.experiment.gearboxes, _at_gearbox, _OF_GEARBOX),
     Owner("FORCE", lambda system: system.experiment.forces, _at_load, _OF_FORCE),
     Owner("TORQUE", lambda system: system.experiment.torques, _at_load, _values(torque=_OF_TORQUE)),
     Owner(

@@ -25,8 +25,8 @@ OUTPUT = record_type(
     column="i8",  # component of a vector, or column of a table
     at="i8",  # contact, joint, drive, load, coordinate, or first beam; deflection: section at the beam's first end;
     # gear: index minus the number of gears
-    other="i8",  # drive: its coordinate; guide: the block's body; deflection: section at the beam's last end;
-    # beams: index after the last one
+    other="i8",  # drive: its coordinate, behind backlash its child's body; guide: the block's body; deflection: section
+    # at the beam's last end; beams: index after the last one
     marker=MARKER,  # point: its place; guide: the slot's body and the normal of the slot
     constant="f8",  # point: reference angle; contact: clearance; deflection: undeformed one; gear: sign of second joint
     jitter="i8",  # 1: minus the ideal linkage's value

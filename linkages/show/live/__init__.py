@@ -5,6 +5,8 @@
 | controls  | which values of an experiment and its machine can be changed, and within which ranges       |
 | edits     | changes of parts as values: models of joints and links, remedies of warnings                |
 | pins      | pins that are moved in a shown pose, as changes of lengths                                  |
+| exploring | sweeps, sensitivities and tolerances around the run that is shown                           |
+| keeping   | files of the run that a page shows: experiments, folders of results, notebooks              |
 | watch     | ends computations whose requests are outdated, or that take too long                        |
 | session   | one machine that is changed again and again: the steady motion for the values of a request  |
 | view      | a run as the numbers that the page draws: poses, curves, orbits, a table of peaks           |

@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -133,9 +133,14 @@ class Answers:
             values |= with_addition(system, name, _text(request, "add"))
         else:
             values |= with_model(system, _text(request, "part"), name, _text(request, "model"))
-        found, tables = self._known({"values": values}), ("joints", "links", "sdf.joints")
+        if f"sdf.links.{name}.beam.density" in values:  # it determines the mass
+            of_mass = tuple(f"sdf.links.{name}.{key}" for key in ("mass", "inertia", "com."))
+            values = {path: value for path, value in values.items() if not path.startswith(of_mass)}
+        found, tables = self._known({"values": values}), ("joints", "links", "sdf.joints", "sdf.links")
         own = tuple(f"{table}.{name}." for table in tables)
-        return {"values": values, "controls": [asdict(one) for path, one in found.items() if path.startswith(own)]}
+        new = [one for path, one in found.items() if path.startswith(own)]
+        shown = [replace(one, first=True) if one.value is None and ".beam." in one.path else one for one in new]
+        return {"values": values, "controls": [asdict(one) for one in shown]}
 
     def _move(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
         to, phase = request.get("to"), request.get("phase")
@@ -250,7 +255,7 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     return page
 
 
-#: The modules of the front end, each after those that it imports; names at their top level are unique.
+#: The modules of the front end, each after its imports; names at their top level are unique.
 MODULES = (
     "curves.js", "dom.js", "words.js", "layout.js", "machine.js", "controls.js", "numbers.js", "charts.js", "runs.js",
     "joints.js", "explore.js", "live.js",

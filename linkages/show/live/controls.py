@@ -75,7 +75,7 @@ def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = No
 
 
 def extended(known: Mapping[str, Control], system: System) -> dict[str, Control]:
-    """Return the known controls, and those of a system with further values, for which the file has none."""
+    """Return the known controls, and further ones of a system, for which the file has no value."""
     new = controls(system).items()
     return {**known, **{path: replace(control, value=None) for path, control in new if path not in known}}
 

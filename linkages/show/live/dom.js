@@ -14,7 +14,7 @@ export function g(value, digits = 5) { // as Python's format(value, ".5g")
 export function percent(value, other) {
   if (value === null || !other) return "–";
   const change = 100 * (value / other - 1);
-  return `${change >= 0 ? "+" : "−"}${g(Math.abs(change), 3)} %`;
+  return `${change >= 0 ? "+" : "−"}${g(Math.abs(change), Math.abs(change) < 1000 ? 3 : 4)} %`;
 }
 export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
@@ -46,13 +46,25 @@ export function select(options, chosen) {
   element.value = chosen;
   return element;
 }
+export function ask(dialog, title, fields, action, replaces = false) { // promise of the texts of the fields, and whether a file is replaced
+  const inputs = fields.map(([, value]) => make("input", {value})), tick = make("input", {type: "checkbox"});
+  const form = make("form", {method: "dialog"}, make("p", {}, title), ...fields.map(([label], k) => make("label", {}, `${label} `, inputs[k])),
+    ...(replaces ? [make("label", {}, tick, " replace a file of this name")] : []),
+    make("div", {class: "buttons"}, button("cancel", () => dialog.close(), "Escape"), make("button", {}, action)));
+  dialog.replaceChildren(form);
+  dialog.showModal();
+  inputs[0].select();
+  return new Promise((done) => form.addEventListener("submit", () => done([...inputs.map(({value}) => value), tick.checked])));
+}
 export function download(name, text, type) {
   const link = make("a", {href: URL.createObjectURL(new Blob([text], {type})), download: name});
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 export function kept(key, value) { // keeps a choice if it is given; cookies, unlike other storage, are the same for all ports
-  if (value !== undefined) document.cookie = `linkages-${key}=${encodeURIComponent(JSON.stringify(value))}; path=/; max-age=${YEAR}; SameSite=Strict`;
-  const found = document.cookie.split("; ").find((one) => one.startsWith(`linkages-${key}=`));
-  try { return JSON.parse(decodeURIComponent(found.split("=")[1])); } catch { return undefined; }
+  try { // a frame of a notebook may forbid them
+    if (value !== undefined) document.cookie = `linkages-${key}=${encodeURIComponent(JSON.stringify(value))}; path=/; max-age=${YEAR}; SameSite=Strict`;
+    const found = document.cookie.split("; ").find((one) => one.startsWith(`linkages-${key}=`));
+    return JSON.parse(decodeURIComponent(found.split("=")[1]));
+  } catch { return value; }
 }

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from linkages.base.arrays import Array
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.toml import leaves
-from linkages.input.model.mechanism import Joint
+from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.system import System
 
 CLEARANCE = 1e-3  # proposed radial clearance, over the diameter of the bearing [1]
@@ -24,6 +25,7 @@ _CORNER = {
     "contact.law": "flores", "contact.restitution": 0.6, "contact.stiffness": 1e10,  # of a corner of 5 mm radius
     "friction.law": "coulomb", "friction.coefficient": 0.1, "friction.v_1": 1e-2,
 }  # fmt: skip
+_STEEL_BAR = {"youngs_modulus": 2.1e11, "density": 7850.0}
 _NODES = 24  # of a profile of wear
 _BESIDE = 0.02  # radius of a bearing, over the size of a machine without any
 
@@ -41,7 +43,7 @@ def parts(system: System, known: Iterable[str]) -> dict[str, list[dict[str, Any]
         frames = [f"sdf.frames.{name}.pose." for name, frame in mechanism.point.items() if frame.link == link]
         own = (f"links.{link}.", f"sdf.links.{link}.", *frames)
         paths = [path for path in known if path.startswith(own)]
-        models = ("rigid", "flexible") if link in mechanism.beam else ("rigid",)
+        models = ("rigid", "flexible") if link in mechanism.beam or len(_pins(mechanism, link)) == 2 else ("rigid",)
         model = "flexible" if link in experiment.flexible else "rigid"
         links.append({"name": link, "model": model, "models": models, "paths": paths})
     return {"joints": joints, "links": links}
@@ -53,7 +55,7 @@ def models_of(joint: Joint) -> tuple[str, ...]:
 
 
 def with_model(system: System, part: str, name: str, model: str) -> dict[str, Any]:
-    """Return the values that give a part, "joint" or "link", a model; what the file does not say is proposed.
+    """Return the values that give a part, "joint" or "link", a model; missing values are proposed.
 
     The clearance is `CLEARANCE`, the oil ISO VG 46 at 40 degrees, the material steel, all for the size of the bearing.
     InputError for an unknown part or model.
@@ -67,8 +69,7 @@ def with_model(system: System, part: str, name: str, model: str) -> dict[str, An
         raise InputError("page", f"{part} {name}", f'cannot be "{model}"; one of {", ".join(able) or "no models"}')
     start = f"{part}s.{name}."
     if part == "link" and model == "flexible" and name not in system.mechanism.beam:
-        place = f'<link name="{name}"> of {system.mechanism.source.name}'
-        raise InputError("page", f"link {name}", f"has no section; give {place} a <linkages:beam>")
+        return _beam(system, name) | {f"{start}model": model}
     if part == "link" or model == "ideal":
         return {f"{start}model": model}
     given = system.experiment.joints.get(name)
@@ -83,6 +84,28 @@ def with_model(system: System, part: str, name: str, model: str) -> dict[str, An
     proposed |= {key: value for key, value in solid.items() if key.partition(".")[0] in set(touches) - has}
     added = {f"sdf.{path}": size for path, size in sizes if path not in system.mechanism.values}
     return added | {f"{start}{key}": value for key, value in proposed.items()} | {f"{start}model": model}
+
+
+def _beam(system: System, name: str) -> dict[str, float]:
+    """Return a steel beam of a square section with the link's mass; InputError for a link without two ends."""
+    ends, link = _pins(system.mechanism, name), system.mechanism.link[name]
+    if len(ends) != 2:
+        raise InputError("page", f"link {name}", f"has {len(ends)} pins; a beam needs two ends")
+    length = float(np.hypot(*(ends[1] - ends[0])))
+    side = float(f"{np.sqrt(link.mass / (_STEEL_BAR['density'] * length)) if link.mass else length / 40.0:.4g}")
+    return {
+        f"sdf.links.{name}.beam.{key}": value for key, value in {"width": side, "height": side, **_STEEL_BAR}.items()
+    }
+
+
+def _pins(mechanism: Mechanism, link: str) -> list[Array]:
+    """Return the different places of joints on a link."""
+    found: list[Array] = []
+    for joint in mechanism.joints:
+        for owner, place in ((joint.parent, joint.on_parent), (joint.child, joint.on_child)):
+            if owner == link and all(np.hypot(*(place - other)) > 1e-9 for other in found):
+                found.append(place)
+    return found
 
 
 def with_addition(system: System, name: str, kind: str) -> dict[str, Any]:
@@ -106,7 +129,7 @@ def with_addition(system: System, name: str, kind: str) -> dict[str, Any]:
 
 
 def _sizes(system: System, joint: Joint) -> list[tuple[str, float]]:
-    """Return paths and sizes [m] of a joint's bearing or slot, proposed like those of other joints if it has none."""
+    """Return paths and sizes [m] of a joint's bearing or slot, as of other joints if it has none."""
     kind, keys = ("bearing", ("radius", "length")) if joint.type == "revolute" else ("slot", ("height", "length"))
     others = [own for other in system.mechanism.joints if (own := getattr(other, kind)) is not None]
     size = float(f"{_BESIDE * system.tree.extent:.1g}")

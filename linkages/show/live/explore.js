@@ -1,6 +1,6 @@
 // Exploring and keeping on the live page: sweeps, sensitivities, tolerances; notebooks, reports, notes. See joints.js.
 
-import {button, download, draw, g, make, select} from "./dom.js";
+import {ask, button, download, draw, g, make, select} from "./dom.js";
 import {labelOfOutput, labelOfPath, unitOf} from "./words.js";
 
 const RUNS = 500; // of tolerances
@@ -13,13 +13,14 @@ export function explore(page) {
 
   // -- requests of many runs -------------------------------------------------------------------------------------------
 
-  async function ask(what, kind, request) { // shows the progress, and can be stopped
-    shown.replaceChildren(make("h2", {}, what), make("p", {role: "status"}, "computing ..."),
+  async function compute(what, kind, request) { // shows the progress, and can be stopped
+    const progress = make("p", {role: "status"}, "computing ...");
+    shown.replaceChildren(make("h2", {}, what), progress,
       button("stop", () => { send("stop", {}).catch(() => {}); shown.close(); }, "give up"));
     if (!shown.open) shown.showModal();
     const telling = setInterval(async () => {
       const {said} = await send("status", {}).catch(() => ({}));
-      if (said) shown.querySelector("p").textContent = said;
+      if (said) progress.textContent = said;
     }, 300);
     const reply = await send(kind, {values: state.values, ...request}).catch(({message}) => ({error: `the server does not answer (${message})`}));
     clearInterval(telling);
@@ -53,7 +54,7 @@ export function explore(page) {
     row.querySelector(".slider").append(one);
   });
   async function sweep({path, low, high, unit: si, logarithmic}) {
-    const what = `Sweep: ${labelOfPath(path)}`, reply = await ask(what, "sweep", {path, low, high});
+    const what = `Sweep: ${labelOfPath(path)}`, reply = await compute(what, "sweep", {path, low, high});
     if (!reply) return;
     const [unit, factor] = unitOf(si, state.units);
     present(what, reply.peaks, (name) => {
@@ -68,7 +69,7 @@ export function explore(page) {
   // -- sensitivities ---------------------------------------------------------------------------------------------------
 
   async function sensitivities() {
-    const what = "Which value matters most", reply = await ask(what, "sensitivities", {paths: numbers()});
+    const what = "Which value matters most", reply = await compute(what, "sensitivities", {paths: numbers()});
     if (!reply) return;
     present(what, reply.peaks, (name) => {
       const found = Object.entries(reply.changes).map(([path, of]) => [path, of[name]]).sort(([, a], [, b]) => Math.abs(b ?? 0) - Math.abs(a ?? 0));
@@ -84,10 +85,9 @@ export function explore(page) {
   // -- tolerances ------------------------------------------------------------------------------------------------------
 
   async function tolerances() {
-    const asked = await form("Tolerances", [["of each shown value [%], three standard deviations", "1"], ["runs", String(RUNS)]]);
-    if (!asked) return;
+    const asked = await ask(shown, "Tolerances", [["of each shown value [%], three standard deviations", "1"], ["runs", String(RUNS)]], "run");
     const [part, runs] = asked.map(Number), spreads = Object.fromEntries(numbers().map((path) => [path, part / 300]));
-    const what = `Tolerances of ±${g(part, 3)} %`, reply = await ask(what, "tolerances", {spreads, runs});
+    const what = `Tolerances of ±${g(part, 3)} %`, reply = await compute(what, "tolerances", {spreads, runs});
     if (!reply) return;
     state.bands = reply;
     root.dispatchEvent(new CustomEvent("pinned")); // the curves have their bands
@@ -104,9 +104,8 @@ export function explore(page) {
   // -- keeping ---------------------------------------------------------------------------------------------------------
 
   async function notebook() {
-    const asked = await form(`Write a notebook in ${state.start.folder}`, [["name", state.start.name]], true);
-    if (!asked) return;
-    const reply = await send("notebook", {values: state.values, name: asked[0], replace: asked.at(-1)}).catch(({message}) => ({error: message}));
+    const asked = await ask(shown, `Write a notebook in ${state.start.folder}`, [["name", state.start.name]], "write", true);
+    const reply = await send("notebook", {values: state.values, name: asked[0], replace: asked[1]}).catch(({message}) => ({error: message}));
     page.complain(reply.error ?? "");
     if (reply.error) return;
     page.note(`written: ${reply.written}; ${reply.command}`);
@@ -144,18 +143,6 @@ export function explore(page) {
     text.addEventListener("input", () => { notes = text.value; });
     shown.replaceChildren(make("div", {class: "head"}, make("h2", {}, "Notes for the report"), button("close", () => shown.close(), "Escape")), text);
     shown.showModal();
-  }
-  function form(title, fields, replaces = false) { // the texts of the fields, and whether a file is replaced; null if it is cancelled
-    const inputs = fields.map(([, value]) => make("input", {value})), tick = make("input", {type: "checkbox"});
-    const content = make("form", {method: "dialog"}, make("p", {}, title), ...fields.map(([label], k) => make("label", {}, `${label} `, inputs[k])),
-      ...replaces ? [make("label", {}, tick, " replace a file of this name")] : [],
-      make("div", {class: "buttons"}, button("cancel", () => shown.close(), "Escape"), make("button", {value: "go"}, "go")));
-    shown.replaceChildren(content);
-    shown.returnValue = "";
-    shown.showModal();
-    inputs[0].select();
-    return new Promise((done) => shown.addEventListener("close", () =>
-      done(shown.returnValue === "go" ? [...inputs.map(({value}) => value), ...replaces ? [tick.checked] : []] : null), {once: true}));
   }
   at(".tools").append(button("sensitivities", sensitivities, "which value matters most"), button("tolerances", tolerances, "bands of scattered values"),
     button("notebook", notebook, "code that repeats this state"), button("report", report, "one page with the pinned runs, for print"), button("notes", note, "notes for the report"));

@@ -69,7 +69,7 @@ def sweep(around: Around, control: Control, request: Mapping[str, Any], progress
 
 
 def sensitivities(around: Around, paths: Sequence[str], progress: Callable[[float], None]) -> dict[str, Any]:
-    """Return peaks by output, and their relative changes over those of values, by path and output."""
+    """Return peaks by output, and by path and output the relative change of a peak over the one of a value."""
     batch = around.batch((), np.zeros((1, 0)), progress, wrt=paths)
     if batch.status[0] is not Status.OK:
         raise InputError("page", "sensitivities", f"the run has none: {batch.reason[0]}")
@@ -122,7 +122,7 @@ def usual_spreads(controls: Mapping[str, Control], values: Mapping[str, Any]) ->
 
 
 def checked_spreads(given: Any, controls: Mapping[str, Control]) -> dict[str, float]:
-    """Check deviations from outside; InputError for what is no table of positive numbers by paths of numbers."""
+    """Check deviations from outside; InputError unless they are a table of positive numbers by path."""
     if not isinstance(given, dict) or not 0 < len(given) <= _MOST_PATHS:
         raise InputError("page", "spreads", f"must be a table of 1 to {_MOST_PATHS} deviations by path")
     checked_paths(list(given), controls)

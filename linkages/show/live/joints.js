@@ -109,16 +109,15 @@ export function joints(page) {
 
   // -- the editor ------------------------------------------------------------------------------------------------------
 
-  const chooser = make("select", {"aria-label": "edit a joint or a link", title: "edit a joint or a link; or click it in the picture"});
-  chooser.addEventListener("change", () => {
+  const chooser = make("select", {"aria-label": "joint or link", title: "a joint or a link"}); // a list opens nothing by itself: arrow keys walk through it
+  const opener = button("edit", () => {
     const [kind, name] = chooser.value.split(" ");
-    chooser.value = "";
     open(kind === "joint" ? [name] : [], kind === "link" ? name : null);
-  });
+  }, "edit this joint or link; or click it in the picture");
   root.addEventListener("ready", () => {
     const {joints: all, links} = state.start.parts, option = (kind) => ({name}) => make("option", {value: `${kind} ${name}`}, `${kind} ${name}`);
-    chooser.replaceChildren(make("option", {value: ""}, "edit ..."), ...all.filter(({models}) => models.length).map(option("joint")), ...links.map(option("link")));
-    at(".playback").append(chooser);
+    chooser.replaceChildren(...all.filter(({models}) => models.length).map(option("joint")), ...links.map(option("link")));
+    at(".tools").prepend(chooser, opener);
   });
   function open(names, link) {
     const {joints: all, links} = state.start.parts;
@@ -142,7 +141,7 @@ export function joints(page) {
     const list = select(["show a value ...", ...values], "show a value ...");
     list.setAttribute("aria-label", `values of ${kind} ${part.name}`);
     list.addEventListener("change", () => { editor.close(); page.show(list.value); at(`[data-path="${CSS.escape(list.value)}"]`).querySelector("input, select").focus(); });
-    const noted = kind === "link" && part.models.length < 2 ? [make("small", {}, "A flexible link needs a beam in the machine's file.")] : [];
+    const noted = kind === "link" && part.models.length < 2 ? [make("small", {}, "A flexible link needs two ends.")] : [];
     return make("fieldset", {}, make("legend", {}, `${kind} ${part.name}${part.driven ? " (driven)" : ""}`),
       make("div", {class: "buttons"}, ...models, ...added), list, ...noted);
   }

@@ -1,4 +1,4 @@
-"""Keeping what a page shows: experiment files, folders of results, notebooks."""
+"""Files of the run that a page shows: experiments, folders of results, notebooks."""
 
 from __future__ import annotations
 

@@ -55,5 +55,5 @@ export function layout(page) {
     set(field.value);
   };
   choice("units", SYSTEMS, "units", (value) => { state.units = value; page.root.dispatchEvent(new CustomEvent("units")); });
-  choice("colours", ["as the system", "light", "dark"], "colours", (value) => { page.root.style.colorScheme = {light: "light", dark: "dark"}[value] ?? ""; });
+  choice("colours", ["system", "light", "dark"], "colours", (value) => { page.root.style.colorScheme = {light: "light", dark: "dark"}[value] ?? ""; });
 }

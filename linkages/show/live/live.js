@@ -1,9 +1,9 @@
 // The live page: controls, a moving picture, magnified joints, curves and a table of one machine.
-// mount(root, ask) builds it into an element; ask(kind, request) returns the promise of a reply.
+// mount(root, answer) builds it into an element; answer(kind, request) returns the promise of a reply.
 
 import {charts} from "./charts.js";
 import {controls} from "./controls.js";
-import {button, draw, g, make, percent, select} from "./dom.js";
+import {ask, button, g, make} from "./dom.js";
 import {explore} from "./explore.js";
 import {joints} from "./joints.js";
 import {layout} from "./layout.js";
@@ -16,9 +16,9 @@ const SHARE = 0.1; // most of the time that picture and table take while values 
 const SLOW = 400; // time after which a run is slow: what is shown becomes pale [ms]
 const REST = 400; // time without a change after which warnings are computed [ms]
 
-export function mount(root, ask) {
+export function mount(root, answer) {
   const own = crypto.getRandomValues(new Uint32Array(3)).join("-"); // the server keeps the runs of pages apart
-  const send = (kind, request) => ask(kind, {...request, page: own});
+  const send = (kind, request) => answer(kind, {...request, page: own});
   const state = {
     began: null, start: null, controls: new Map(), shown: [], values: {}, past: [], future: [], view: null, pins: [],
     picture: null, wanted: null, busy: false, refining: false, tries: 0, next: 0, phase: 0, plots: null, bands: null,
@@ -26,18 +26,18 @@ export function mount(root, ask) {
   const at = (selector) => root.querySelector(selector);
   const announce = (event) => root.dispatchEvent(new CustomEvent(event));
   root.replaceChildren(
-    make("header", {}, make("h1"), make("span", {class: "state", role: "status"}),
-      make("div", {class: "bar"}, make("div", {class: "buttons"}), make("div", {class: "buttons tools"}), make("div", {class: "settings"}))),
+    make("header", {}, make("h1"), make("div", {class: "settings"}),
+      make("div", {class: "bar"}, make("div", {class: "buttons"}), make("div", {class: "buttons tools"}), make("span", {class: "state", role: "status"}))),
     make("p", {class: "error", role: "alert", hidden: ""}),
     make("div", {class: "layout"},
       make("section", {class: "controls", "aria-label": "values"}),
       make("div", {class: "stage"}, make("section", {class: "machine", "aria-label": "machine"}), make("section", {class: "orbits", "aria-label": "joints"})),
       make("section", {class: "curves", "aria-label": "curves"}),
       make("section", {class: "numbers", "aria-label": "peaks"})),
-    make("dialog", {}, make("form", {method: "dialog"})),
+    make("dialog"),
     make("dialog", {class: "runs", "aria-label": "runs"}),
   );
-  const page = {root, at, send, state, valueOf, change, apply, note, complain, fail, make, draw, button, select, g, percent};
+  const page = {root, at, send, state, valueOf, change, apply, note, complain, fail};
   layout(page);
   Object.assign(page, controls(page), machine(page), numbers(page));
   charts(page);
@@ -203,25 +203,15 @@ export function mount(root, ask) {
     try { await navigator.clipboard.writeText(address); note("the address of these values is copied"); }
     catch { note(`the address bar has these values: ${address}`); }
   }
-  function write(kind) {
-    const dialog = at("dialog"), form = dialog.querySelector("form");
-    const name = make("input", {value: state.start.name, "aria-label": "name"}), replace = make("input", {type: "checkbox"});
+  async function write(kind) {
     const what = kind === "save" ? "Write the experiment file" : "Write the experiment file and, by linkages simulate, the folder of its results";
-    form.replaceChildren(
-      make("p", {}, `${what} in ${state.start.folder}:`), make("label", {}, "name ", name), make("label", {}, replace, " replace a file of this name"),
-      make("div", {class: "buttons"}, button("cancel", () => dialog.close(), "write nothing"), make("button", {value: "write"}, kind)));
-    dialog.addEventListener("close", async () => {
-      if (dialog.returnValue !== "write") return;
-      note(kind === "save" ? "saving ..." : "exporting ...");
-      try {
-        const reply = await send(kind, {values: state.values, name: name.value, replace: replace.checked});
-        complain(reply.error ?? "");
-        note(reply.error ? "not written" : `written: ${reply.written}; ${reply.command}`);
-      } catch (problem) { complain(`the server does not answer (${problem.message})`); }
-    }, {once: true});
-    dialog.returnValue = "";
-    dialog.showModal();
-    name.select();
+    const [name, replace] = await ask(at("dialog"), `${what} in ${state.start.folder}:`, [["name", state.start.name]], kind, true);
+    note(kind === "save" ? "saving ..." : "exporting ...");
+    try {
+      const reply = await send(kind, {values: state.values, name, replace});
+      complain(reply.error ?? "");
+      note(reply.error ? "not written" : `written: ${reply.written}; ${reply.command}`);
+    } catch (problem) { complain(`the server does not answer (${problem.message})`); }
   }
 
   // -- start -------------------------------------------------------------------------------------------------------------

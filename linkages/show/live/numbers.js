@@ -52,7 +52,8 @@ export function numbers(page) {
     const [unit, factor] = unitOf(si, state.units), shown = (one) => (one === null ? "–" : g(factor * one));
     const color = state.colors?.get(name.split(".")[0]), head = make("th", {scope: "row", title: name}, labelOfOutput(name), make("small", {}, unit));
     if (color && color !== INK) head.style.boxShadow = `inset 4px 0 ${color}`;
-    const periods = least === null ? [] : [make("div", {class: "periods", title: "peaks of single periods"}, `${shown(least)} to ${shown(most)}`)];
+    const [low, high] = [least, most].map((one) => one !== null && Number((factor * one).toPrecision(3))), differ = state.view.settled && low !== high;
+    const periods = differ ? [make("div", {class: "periods", title: "smallest and largest peak of single periods"}, `${low} to ${high}`)] : [];
     return make("tr", {"data-name": name}, head, make("td", {class: "now"}, make("span", {}, shown(value)), ...periods),
       make("td", {class: "other"}, shown(before)), make("td", {class: "change"}, percent(value, before)),
       make("td", {}, limitField(name, unit, factor), ...margin(limits.get(name), value)));

@@ -2,13 +2,14 @@
 
 Both links of the pin get the lengths with which the loops stay closed there. The drives' coordinates, all other pins in
 their links, and the lines of guides stay. A link with two pins may turn meanwhile, since its length alone matters; a
-link with more pins, and the ground, do not. Among the values with this effect those of the least change, in parts of
-themselves, are chosen; values that are zero in the file change only if no others suffice.
+link with more pins, and the ground, do not. The values with this effect and the
+least change, in parts of themselves, are chosen; values that are zero in the file change only if no others suffice.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -34,7 +35,7 @@ class Places:
         lengths = [path for path in mechanism.values if _is_length(mechanism, path)]
         if any(path.startswith("parameters.") for path in lengths):
             lengths = [path for path in lengths if path.startswith("parameters.")]
-        # what is zero changes only if nothing else has the effect: frames of the ground first, then others, then links
+        # a zero changes only if nothing else has the effect: frames of the ground first, then others, then links
         self._driven = {(j.parent, j.child) for j, _ in self._ends if j.name in drives and drives[j.name].prescribed}
         usual = [path for path in lengths if mechanism.values[path]]
         fixed = {child for _, child in self._driven}
@@ -142,9 +143,10 @@ class Places:
     def _slope(self, path: str) -> Array:
         """Return the derivative of the local places with respect to a length."""
         if path not in self._slopes:
-            step = _STEP * self.system.tree.extent
-            other = self.system.replaced({f"sdf.{path}": self.system.mechanism.values[path] + step})
-            self._slopes[path] = (_local(other.mechanism) - self._local) / step
+            step, self._slopes[path] = _STEP * self.system.tree.extent, np.zeros_like(self._local)
+            with suppress(InputError):  # of a value out of the plane
+                other = self.system.replaced({f"sdf.{path}": self.system.mechanism.values[path] + step})
+                self._slopes[path] = (_local(other.mechanism) - self._local) / step
         return self._slopes[path]
 
 

@@ -23,7 +23,7 @@ The page sends ``POST KIND`` with a JSON table, and gets one:
 | notebook      | values, name, replace          | `code`; the notebook that was `written`, if there is a name         |
 | save          | values, name, replace          | `written`, and the `command` that runs the file                     |
 | export        | values, name, replace          | the folder that was written by ``linkages simulate``, its `command` |
-| status        |                                | `said`: what is computed                                            |
+| status        |                                | `said`: the present stage                                           |
 | stop          |                                | nothing; a computation of the page ends within 50 ms                |
 
 - Each request can name its page by a text `page`: runs, numbers and warnings of pages are independent. A request that
@@ -38,13 +38,13 @@ The page sends ``POST KIND`` with a JSON table, and gets one:
 - A view has `status`, `remedy`, `periodic`, `settled`, `from`, `to`, `time`, `curves`, `orbits`, `poses`, `numbers`,
   `ran`, `picture`, `took`. A run that takes longer than 0.5 s is repeated coarsely: `coarse` is true, and the page asks
   again with `refine` for the run in full, unless its values have changed. A design that locks is not run: its `status`
-  is "locked", `poses` and `curves` are those of the ideal linkage until then, and `locked` is the time [s]. Loops that
+  is "locked", `poses` and `curves` show the ideal linkage until then, and `locked` is the time [s]. Loops that
   cannot be closed at all are an error, and the picture has them open.
 - `to` is a place [x, y] in plane axes; `phase`, 0 to 1, is the time of the shown poses. The lengths of both links of
   the pin change such that the loops stay closed there, see `linkages.show.live.pins`.
 - `changes` are relative changes of a peak for a relative change of a value, d log(peak) / d log(value).
 - `spreads` are standard deviations by path, as parts of the value, by default a third of 1 % of each number that is
-  shown at first but those of drives; `bands` have the curves' 5 %, 50 % and 95 % quantiles over `time`, `peaks` have
+  shown at first, without drives; `bands` have the curves' 5 %, 50 % and 95 % quantiles over `time`, `peaks` have
   their `mean`, `deviation` and `quantiles`.
 """
 

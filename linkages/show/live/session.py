@@ -50,7 +50,7 @@ _OF_MASSES = ("mass", "inertia", "duration")  # ends of paths that do not change
 class Session:
     """Answers requests of one page about one machine, one after the other; a run takes at most `limit` seconds.
 
-    A run of a page that takes longer than `preview` seconds is replaced by a coarse one, until it is asked for in full.
+    A run that takes longer than `preview` seconds is replaced by a coarse one, until the page requests it in full.
     InputError if the page does not support a model (`linkages.input.model.capabilities`).
     """
 
@@ -122,7 +122,7 @@ class Session:
     def _run(
         self, system: System, period: float | None, outdated: Callable[[], bool], refine: bool
     ) -> tuple[System, Trajectory, bool]:
-        """Run a system, or a coarse one instead where it takes too long; return what was run, and if it was coarse."""
+        """Run a system, or a coarse one where it takes too long; return it, the run, and whether it is coarse."""
         less: dict[str, Any] = {"solver.accuracy": max(system.experiment.solver.accuracy, _COARSE)}
         if period is not None and system.experiment.can_touch:
             less["duration"] = min(system.experiment.duration, 2.0 * period)
@@ -346,6 +346,7 @@ def _of_part(path: str, mechanism: Mechanism) -> bool:
     """Whether a path is of a key that a joint or a link can have, but the name of a file."""
     table, name, key = [*path.removeprefix("sdf.").split("."), "", ""][:3]
     if path.startswith("sdf."):
-        return table == "joints" and name in mechanism.joint and key in ("bearing", "slot")
+        beam = table == "links" and name in mechanism.link and key == "beam"
+        return beam or (table == "joints" and name in mechanism.joint and key in ("bearing", "slot"))
     parts: dict[str, Mapping[str, Any]] = {"joints": mechanism.joint, "links": mechanism.link}
     return name in parts.get(table, {}) and key not in ("", "worn")

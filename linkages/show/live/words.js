@@ -14,7 +14,7 @@ const WORDS = {
 
 export function unitOf(si, system) { // [unit, factor]
   if (system !== SYSTEMS[1] && UNITS[si]) return UNITS[si];
-  return [si === "1" ? "" : si.replace("s2", "s²").replace("m2", "m²").replace("m3", "m³"), 1];
+  return [si === "1" ? "" : si.replace("degC", "°C").replace("s2", "s²").replace("m2", "m²").replace("m3", "m³"), 1];
 }
 export function labelOfOutput(name) {
   const [owner, ...rest] = name.split(".");

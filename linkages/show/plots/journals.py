@@ -120,8 +120,8 @@ def _draw_circle(axis: Axes, radius: float) -> None:
 def contacts_figure(assessment: Assessment) -> Figure:
     """Draw the peak force and the approach speed of every contact at its start, separately for a guide's corners."""
     joints: dict[str, list[str]] = {}
-    for label in sorted({row.joint for row in assessment.contacts}):  # joints, or corners of a guide
-        joints.setdefault(label.partition(".")[0], []).append(label)
+    for owner, label in sorted({(row.owner, row.joint) for row in assessment.contacts}):  # joints, corners of a guide
+        joints.setdefault(owner, []).append(label)
     figure = ShownFigure(figsize=(6.3, 0.8 + (3.2 if len(joints) < 3 else 2.4) * len(joints)))
     axes = stacked_axes(figure, [1.0] * (2 * len(joints)), gap=0.26)
     run = assessment.run
@@ -129,7 +129,7 @@ def contacts_figure(assessment: Assessment) -> Figure:
         kind_of = "joint" if name in assessment.system.mechanism.joint else "contact"
         units = ("N m", "rad/s") if f"{labels[0]}.torque" in run else ("N", "m/s")
         force.set_title(f"{kind_of} {name}", loc="left", fontsize="medium")
-        corners = [label.partition(".")[2] for label in labels]
+        corners = [label.removeprefix(f"{name}.") for label in labels]
         own = [[row for row in assessment.contacts if row.joint == label] for label in labels]
         for axis, quantity, si in zip((force, speed), ("peak_force", "approach_speed"), units, strict=True):
             unit, factor = engineering(si, max(getattr(row, quantity) for rows in own for row in rows))

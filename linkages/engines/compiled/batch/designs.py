@@ -124,9 +124,10 @@ class Designs:
         Numbers of designs with other lengths differ from those of systems by rounding. Where there are limits, these
         alone decide which designs have such numbers, so that a search that is resumed continues with the same ones.
         """
-        if limits is not None and not self._limited and not all(map(keeps_start, self.variables)):
+        if limits is not None and not self._limited:
             self._limited = True
-            self._compare(limits, True)
+            if self._start() and not all(map(keeps_start, self.variables)):
+                self._compare(limits, True)
         few = len(_corners(*np.zeros((3, len(self.variables)))))
         if self._lengths or (self._compared and not self._numbers.any()) or np.sum(~self._inside(table)) <= few:
             return
@@ -143,7 +144,7 @@ class Designs:
             nominal, corners = self.given(usual), _corners(low, high, usual)
             alone = [contents(self.given(corner)) for corner in corners[: 2 * n]]
             numbers, columns, source = _places(contents(nominal), corners, alone)
-            start = start_of(self.system) if with_lengths and not numbers.all() else None
+            start = self._start() if with_lengths and not numbers.all() else None
             between = low + np.mod(_PART * np.arange(1, n + 1), 1.0) * (high - low)
             lengths = self._lengths_of([usual, *corners, between], start) if start else None
             numbers &= lengths is None
@@ -154,16 +155,19 @@ class Designs:
             return False
         self._nominal, self.columns, self._source, self._latest = nominal, columns, source, None
         self._compared, self._structure, self._low, self._high = True, contents(nominal).structure, low, high
-        self._lengths, self._numbers = (
-            lengths,
-            numbers
-            & all(
-                one.structure == two.structure == self._structure
-                and np.array_equal(one.words, self._written(two.words, corner))
-                for one, two, corner in zip(whole, others, corners, strict=True)
-            ),
+        self._lengths = lengths
+        self._numbers = numbers & all(
+            one.structure == two.structure == self._structure
+            and np.array_equal(one.words, self._written(two.words, corner))
+            for one, two, corner in zip(whole, others, corners, strict=True)
         )
         return True
+
+    def _start(self) -> Start | None:
+        """Return what the start of designs follows from, see `start_of`."""
+        with suppress(InputError, AssemblyError):
+            return start_of(self.system)
+        return None
 
     def _lengths_of(self, table: Sequence[Array], start: Start) -> Lengths | None:
         """Return designs as functions of their values; None if the designs (m, nv) of a table are not as these say."""

@@ -100,7 +100,9 @@ class Lengths:
 
     def affine(self, table: Array) -> Array:
         """Compute the numbers of designs (m, nv) other than those of the start, (m, k)."""
-        both, k = self._base + table @ self._slopes, len(self._power)
+        both, k = np.tile(self._base, (len(table), 1)), len(self._power)
+        for values, slopes in zip(table.T, self._slopes, strict=True):  # a product of matrices would depend on m
+            both += values[:, None] * slopes
         return np.asarray(both[:, :k] * extent_of(both[:, k:].reshape(len(table), -1, 2))[:, None] ** self._power)
 
 

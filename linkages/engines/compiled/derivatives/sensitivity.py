@@ -40,6 +40,7 @@ from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivative
 from linkages.results.outputs.columns import Columns
 from linkages.results.outputs.registry import pack
 
+_FINE = 1e-10  # accuracy of runs below which a grade of 3 has more than 1 % of the error of the run
 _FELT = 0.01  # part of its scale by which an error of a run may change the state while derivatives have a meaning
 
 
@@ -97,7 +98,8 @@ class Differentiation:
         steps, depths = packed(steps), np.zeros((len(steps.times) * bool(system.touching.any()), len(system.touching)))
         find_depths(equations, steps, depths)
         settings = runner.tolerance, steps, kinks(system), runner.start, depths
-        self._run = packed(Run(equations, variation, stepper, *settings))
+        grade = 2.0 if system.experiment.solver.accuracy < _FINE else 3.0
+        self._run = packed(Run(equations, variation, stepper, *settings, grade))
         self._ideals = IdealMotions()
 
     def _column(self, m: int) -> Column:
@@ -202,8 +204,7 @@ def differentiate(
     InputError
         If a path has no number or no derivative.
     """
-    differentiation = Differentiation(runner, steps, paths)
-    found, m = differentiation.at_steps(start, memory), (differentiation.start if start is None else start).shape[1]
-    m += len(runner.start) if start is None else 0
-    states, memory, event_times = (one[..., -m:] for one in (found.states, found.memory, found.event_times))
-    return found._replace(states=states, memory=memory, event_times=event_times)
+    found = Differentiation(runner, steps, paths).at_steps(start, memory)
+    m = len(runner.start) + len(paths) if start is None else start.shape[1]
+    states, remembered, times = (one[..., -m:] for one in (found.states, found.memory, found.event_times))
+    return found._replace(states=states, memory=remembered, event_times=times)

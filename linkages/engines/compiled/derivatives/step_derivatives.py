@@ -34,7 +34,6 @@ from linkages.mechanics.planar.loop_dynamics import correct
 
 _MOST = 1000  # attempts within one step
 _STEEP = 0.3  # ratio of the depths at the ends of a step below which the step is graded
-_GRADE = 3.0  # ratio of the depths at the ends of its parts; their error is 1 % of that of the run
 _FINEST = 2.0**-12  # smallest part of a graded step
 _TICK = 4e-16  # smallest part of any step, in parts of the time: shorter ones do not change it
 _NEAR_END = 3e-9  # depth at the start of its last part, in parts of the clearance: events are located to 1e-10
@@ -54,6 +53,7 @@ class Run(NamedTuple):
     kinks: Array  # see `linkages.engines.compiled.run.kinks.kinks`, (nc, KINKS)
     start: Array  # state at t = 0, before the first samples, (ny,)
     depths: Array  # penetrations of the contacts that can touch, of others -1; (nt, nc), no rows if none can
+    grade: float  # ratio of the depths at the ends of parts of a graded step
 
 
 class Column(NamedTuple):
@@ -149,9 +149,9 @@ def advance(run: Run, c: Column, k: int, t: float) -> bool:
     while now + h > now and attempts < _MOST:
         attempts += 1
         if not recalled:
-            h = min(h, max(first * size, (_GRADE - 1.0) * (now - steps.times[k]), least))
+            h = min(h, max(first * size, (run.grade - 1.0) * (now - steps.times[k]), least))
             if last < 1.0:
-                h = min(h, max(last * size, (1.0 - 1.0 / _GRADE) * (end - now), least))
+                h = min(h, max(last * size, (1.0 - 1.0 / run.grade) * (end - now), least))
             derivatives(equations, now, y, s.f0)
             set_last_step(s, now, size, steps.times, steps.states, points)
             error, _ = attempt(equations, s, now, h, y, True)
@@ -219,7 +219,7 @@ def _grades(equations: Equations, depths: Array, k: int) -> tuple[float, float]:
     """Return the sizes of the first and the last part of step k, in parts of it.
 
     The stiffness of a contact grows with a power of its depth, often the root. Parts within which the depth changes by
-    no more than a factor of about three resolve it; the run itself needs them less.
+    no more than a factor of two or three resolve it; the run itself needs them less.
     """
     first, last = 1.0, 1.0
     for i in range(len(equations.model.ends) if len(depths) else 0):

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
-from linkages.base.kernel.block import Duplicate
+from linkages.base.kernel.block import Block
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.dual import DIRECTIONS, dual_array, is_known, number, put_slopes, seeded, slope, with_number
 from linkages.base.kernel.dual_copy import DualCopy
@@ -106,8 +106,8 @@ class Variation(NamedTuple):
         Its memory.
     first : (np + 1,) array of int
         First of the changed numbers of each value, in the next three arrays.
-    places : array of int
-        Their indices in both memories.
+    places, spots : arrays of int
+        Their indices in the memories of the two models.
     numbers : array
         They themselves.
     rates : array
@@ -125,6 +125,7 @@ class Variation(NamedTuple):
     memory: Array
     first: Indices
     places: Indices
+    spots: Indices
     numbers: Array
     rates: Array
     unit: Array
@@ -140,7 +141,7 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         If a value has no derivative.
     """
     model, none = given.model, pack(system, ())
-    duals, moved = DualCopy(model), Duplicate(model)
+    duals, moved = DualCopy(model), Block(model)
     whole = model is system.arrays  # no sections of links are left out
 
     def reduced(one: System) -> Arrays:
@@ -148,15 +149,17 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
 
     changes = [near.arrays if whole else near.rates(reduced) for near in nearby]
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
+    memory, spots = moved.memory.view(np.float64), moved.where[places]
     variation = Variation(
         duals.value,
         _make_work(model, len(nearby)),
         duals.memory,
-        moved.value,
-        moved.numbers,
+        cast(Arrays, moved),
+        memory,
         np.cumsum([0, *(len(one.places) for one in changes)]),
         places,
-        moved.initial[places],
+        spots,
+        memory[spots],
         np.concatenate([np.zeros(0), *(one.rates for one in changes)]),
         np.array([near.magnitude for near in nearby]),
         np.array([len(nearby)]),
@@ -366,7 +369,7 @@ def _set_differences(equations: Equations, v: Variation, k: int, motion: Contact
 def _move(v: Variation, p: int, amount: float) -> None:
     """Move the model of floats by an amount of value p; zero restores it exactly."""
     for i in range(v.first[p], v.first[p + 1]):
-        v.memory[v.places[i]] = v.numbers[i] + amount * v.rates[i]
+        v.memory[v.spots[i]] = v.numbers[i] + amount * v.rates[i]
 
 
 @kernel

@@ -1,0 +1,111 @@
+"""Samples of the posterior by emcee: how certain unknowns are where linear intervals do not describe it."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from linkages import InputError, RunError
+from linkages.base.arrays import Array
+from optim.identify.batches import SumsOfSquares
+from optim.identify.certainty import LEVEL, Certainty
+from optim.identify.fit import Fitted
+from optim.identify.residuals import Residuals
+
+_WALKERS = 16  # at least, and at least three for each value
+_ENOUGH = 50  # autocorrelation times
+_BEGINNING = 5  # autocorrelation times that are left out
+_LOOK = 50  # steps between two estimates of the autocorrelation time
+_REACH = 6.0  # largest distance of a fitted shift from its best value, in deviations
+_KEPT = 2000  # samples in the result
+
+
+def check_sampler() -> None:
+    """Raise an InputError if emcee is not installed."""
+    if importlib.util.find_spec("emcee") is None:
+        raise InputError("--posterior", "", 'needs emcee: pip install "linkages[posterior]"')
+
+
+def posterior(
+    residuals: Residuals,
+    found: Fitted,
+    judged: Certainty,
+    threads: int | None = None,
+    show: Callable[[str], None] = lambda text: None,
+) -> dict[str, Any]:
+    """Sample all values, by walkers that start from the linear covariance (Foreman-Mackey and others 2013).
+
+    The residuals are normal; their sum of squares is divided by the mean inflation of the linear variances. An unknown
+    without prior is uniform between its limits, a positive one in its logarithm.
+
+    Returns ``parameters``: by name ``median``, ``deviation`` and ``interval`` of 95 %; ``samples`` (ns, n) of the
+    unknowns, at most 2000; ``walkers``, ``runs``, ``acceptance``; ``autocorrelation_times``: length of the chain, and
+    ``enough``: whether that is 50. RunError if no walker moves.
+    """
+    import emcee
+
+    fit = residuals.task.file.fit
+    inflation = math.exp(float(np.mean(np.log(judged.inflation))))
+    covariance = _covariance(residuals, found.evaluated.jacobian / math.sqrt(inflation))
+    reach = _REACH * np.sqrt(np.diag(covariance))
+    lower, upper = residuals.lower.copy(), residuals.upper.copy()
+    for k, place in enumerate(residuals.places, len(residuals.active)):
+        if place.kind == "shift":
+            lower[k], upper[k] = max(lower[k], found.z[k] - reach[k]), min(upper[k], found.z[k] + reach[k])
+    sums = SumsOfSquares(residuals, found.horizon, found.z, reach)
+
+    def logarithm(points: Array) -> Array:
+        inside = np.all((points >= lower) & (points <= upper), axis=1)
+        result = np.full(len(points), -math.inf)
+        result[inside] = -0.5 / inflation * sums(points[inside], threads) if inside.any() else 0.0
+        return result
+
+    count = max(_WALKERS, 2 * math.ceil(1.5 * len(found.z)))
+    first = np.random.default_rng(fit.seed).multivariate_normal(found.z, covariance, count, method="eigh")
+    first = np.where(first < lower, 2.0 * lower - first, np.where(first > upper, 2.0 * upper - first, first))
+    moves = [(emcee.moves.DEMove(), 0.8), (emcee.moves.DESnookerMove(), 0.2)]
+    sampler = emcee.EnsembleSampler(count, len(found.z), logarithm, moves=moves, vectorize=True)
+    sampler.random_state = np.random.RandomState(fit.seed).get_state()
+    time, most = math.inf, max(fit.posterior_runs // count, 2 * _LOOK)
+    for _ in sampler.sample(np.clip(first, lower, upper), iterations=most, skip_initial_state_check=True):
+        if sampler.iteration % _LOOK == 0:
+            with np.errstate(all="ignore"):  # a walker that stands still has no autocorrelation
+                time = float(np.max(sampler.get_autocorr_time(tol=0)))
+            show(f"posterior, {sampler.iteration * count} runs: {sampler.iteration / time:.3g} autocorrelation times")
+            if sampler.iteration >= _ENOUGH * time:
+                break
+    if not time < math.inf:
+        raise RunError("the walkers of the posterior do not move: narrow the limits of the unknowns")
+    chain = sampler.get_chain(discard=min(math.ceil(_BEGINNING * time), sampler.iteration // 2))
+    values = np.array([[residuals.values(z) for z in line] for line in chain])
+    return _content(residuals, values) | {
+        "walkers": count,
+        "runs": sampler.iteration * count,
+        "acceptance": float(sampler.acceptance_fraction.mean()),
+        "autocorrelation_times": sampler.iteration / time,
+        "enough": sampler.iteration >= _ENOUGH * time,
+    }
+
+
+def _covariance(residuals: Residuals, jacobian: Array) -> Array:
+    """Return the linear covariance (k, k) of all values, with the limits as if they were normal priors."""
+    information = jacobian.T @ jacobian + np.diag(12.0 / (residuals.upper - residuals.lower) ** 2)
+    scale = np.sqrt(np.diag(information))
+    return np.asarray(np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale), np.float64)
+
+
+def _content(residuals: Residuals, values: Array) -> dict[str, Any]:
+    """Summarise a chain (steps, walkers, n) of the unknowns."""
+    ends = np.quantile(values, [0.5, 0.5 - LEVEL / 2.0, 0.5 + LEVEL / 2.0], axis=(0, 1)).T.tolist()
+    spread, count = values.std(axis=(0, 1)).tolist(), values.shape[0] * values.shape[1]
+    return {
+        "parameters": {
+            name: {"median": middle, "deviation": deviation, "interval": [low, high]}
+            for name, (middle, low, high), deviation in zip(residuals.names, ends, spread, strict=False)
+        },
+        "samples": np.concatenate(values[:: math.ceil(count / _KEPT)]).tolist(),
+    }
