@@ -22,7 +22,7 @@ HELP = "find the clearances, frictions, oils and masses that explain measurement
 EXAMPLES = """examples:
   linkages identify press.toml --out results/press
   linkages identify press.toml --plan
-  linkages identify press.toml --profile --resume
+  linkages identify press.toml --profile --posterior --resume
 """
 
 CHECKPOINT, RESULT, FITTED = "starts.json", "result.json", "fitted.toml"

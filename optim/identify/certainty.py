@@ -21,6 +21,7 @@ _KNOWN = 0.5  # largest deviation of a known value: relative, or in deviations o
 _PART = 0.1  # least share of an unknown in an unknown mixture
 _TIED = 0.9  # correlation with an unknown value from which on a value is unknown too
 _LEAST = 1e-9  # smallest singular value, relative
+_TINY = 1e-120  # stands for zero in denominators: its square is a number, too
 _AT_LIMIT = 1e-4  # distance from a limit, relative to the distance of the limits
 DOUBT = 1e-3  # probability below which a test warns
 _LAGS = 20  # of the test of whiteness
@@ -37,7 +38,7 @@ class Certainty:
     covariance : (k, k) array
         Of the scaled values, NaN where it is not known.
     inflation : (k,) array
-        Variances over those of independent residuals with the stated deviation.
+        Ratio of the variances to the ones of independent residuals with the stated deviation.
     singular : (n,) array
         Of the derivatives of the residuals with respect to the scaled unknowns, decreasing; sensors are eliminated.
     mixtures : (n, n) array
@@ -91,7 +92,7 @@ INDEPENDENT = Correlation(0.0, np.ones(1), 1.0)
 def correlation_of(residual: Array) -> Correlation:
     """Estimate the correlation of residuals, as Andrews and Monahan (1992) for variances: whiten, count, colour again.
 
-    The coefficient is that of Kendall (1954) without bias; covariances of the rest count in pairs up to the first
+    The coefficient is Kendall's (1954), without bias; covariances of the rest count in pairs up to the first
     negative one (Geyer 1992). Residuals are independent unless neighbours correlate significantly.
     """
     n = len(residual)
@@ -141,7 +142,7 @@ def certainty(residuals: Residuals, found: Fitted, deviations: Deviations) -> Ce
         (1.0 - len(found.z) / len(residual)) * (rows.stop - rows.start) / time
         for (_, rows), time in zip(groups, times, strict=True)
     )
-    tests = _tests(groups, residual, times, len(found.z))
+    tests = _tests(residuals, groups, residual, times, len(found.z))
     worst = [p for p in tests["chi_square_probability"] if p is not None]
     factor = 1.0
     if worst and min(worst) < DOUBT:  # the model does not explain the samples: their own spread counts
@@ -163,9 +164,9 @@ def certainty(residuals: Residuals, found: Fitted, deviations: Deviations) -> Ce
 def _independent(jacobian: Array, groups: list[tuple[Any, slice]], correlations: list[Correlation]) -> Array:
     """Return the derivatives (k, k) of independent residuals that would leave the same covariance.
 
-    The values are those of least squares, whose covariance with correlated residuals is that of White (1980).
+    The values are those of least squares, with White's (1980) covariance for correlated residuals.
     """
-    scale = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    scale = np.maximum(np.linalg.norm(jacobian, axis=0), _TINY)
     basis, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)
     middle = np.zeros((len(singular), len(singular)))
     last = 0
@@ -178,7 +179,7 @@ def _independent(jacobian: Array, groups: list[tuple[Any, slice]], correlations:
 
 def _covariance(jacobian: Array) -> Array:
     """Return the covariance (k, k) of values; directions on which no residual depends are very uncertain."""
-    scale = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    scale = np.maximum(np.linalg.norm(jacobian, axis=0), _TINY)
     _, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)
     inverse = rows / np.maximum(singular, _LEAST)[:, None]
     return np.asarray(inverse.T @ inverse / np.outer(scale, scale), np.float64)
@@ -189,7 +190,7 @@ def _mixtures(residuals: Residuals, z: Array, jacobian: Array) -> tuple[Array, A
     n = len(residuals.active)
     own, sensors = jacobian[:, :n], jacobian[:, n:]
     if sensors.shape[1]:
-        basis = np.linalg.qr(sensors / np.maximum(np.linalg.norm(sensors, axis=0), 1e-300))[0]
+        basis = np.linalg.qr(sensors / np.maximum(np.linalg.norm(sensors, axis=0), _TINY))[0]
         own = own - basis @ (basis.T @ own)
     allowed = largest_deviations(residuals)
     _, singular, mixtures = np.linalg.svd(own * allowed, full_matrices=False)
@@ -216,7 +217,7 @@ def largest_deviations(residuals: Residuals) -> Array:
 
 
 def _tests(
-    groups: list[tuple[Any, slice]], residual: Array, times: list[float], count: int
+    residuals: Residuals, groups: list[tuple[Any, slice]], residual: Array, times: list[float], count: int
 ) -> dict[str, list[float | None]]:
     """Test the residuals of each column: their size, whiteness (Ljung and Box), normality (D'Agostino and Pearson)."""
     found: dict[str, list[float | None]] = {
@@ -225,7 +226,7 @@ def _tests(
     for (channel, rows), time in zip(groups, times, strict=True):
         left = residual[rows]
         n = len(left)
-        given = not math.isnan(channel.deviation)
+        given = residuals.stated(channel)
         share = count * n / max(len(residual), 1)
         mean = float(np.sum(left**2)) / max(n - share, 1.0) if n else None
         found["chi_square"].append(mean)

@@ -19,6 +19,7 @@ from optim.identify.batches import SumsOfSquares
 from optim.identify.impacts import Impacts
 from optim.identify.residuals import Evaluated, Residuals
 from optim.identify.schema import Windows
+from optim.identify.statistics import WIDTHS, Statistics
 
 _FIRST = 20  # fewest samples of the first window, and samples for each value
 _GROWTH = 2.0  # ratio of two windows
@@ -26,6 +27,7 @@ _CANDIDATES = 8  # points of which one becomes a start
 _ENOUGH = 1e-8  # relative change of the sum of squares, or of the values, at which a fit ends
 _ROUNDS = 2  # fits with deviations that follow from residuals, after the first
 _MOST = 60  # runs in a window
+_MOST_BATCHES = 4  # evaluations of statistics in a stage
 _WORTH = 1.02  # least ratio of two windows, at the horizon
 _IMPACTS = (2, 4)  # first impacts that lead a start
 _HOPELESS = 0.2, 25.0  # residuals of a wrong minimum: least part of a column's spread, and chi-square of a sample
@@ -119,6 +121,14 @@ def fit_from(
 
     First impacts lead the start, but where that ends in a wrong minimum it is fitted as it is, too.
     """
+    if isinstance(residuals, Statistics):
+        runs = 0
+        for width in WIDTHS:
+            search = Search(Statistics(residuals.task, tuple(residuals.names), width), z, last)
+            z, _ = search.solve(_MOST_BATCHES)
+            runs += search.runs * residuals.size
+            show(f"statistics, {runs} runs")
+        return Fitted(z, Statistics(residuals.task, tuple(residuals.names))(z, last), last, runs, ())
     if windows == "impacts":
         led, runs = _led(residuals, z, last)
         found = [fit_from(residuals, led, last, "grow", show)]
@@ -250,7 +260,7 @@ def refine(residuals: Residuals, found: Fitted) -> Fitted:
         changed = False
         for m, one in enumerate(residuals.task.measurements):
             for c, channel in enumerate(one.channels):
-                if math.isnan(channel.deviation):
+                if not residuals.stated(channel):
                     rows = next(rows for other, rows in residuals.groups(found.horizon) if other is channel)
                     left = found.evaluated.residual[rows]
                     freedom = max(len(left) - len(found.z) * len(left) / len(found.evaluated.residual), 1.0)

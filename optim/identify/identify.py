@@ -28,6 +28,7 @@ from optim.identify.plan import missing_sensors
 from optim.identify.posterior import check_sampler, posterior
 from optim.identify.profile import profile
 from optim.identify.residuals import Residuals
+from optim.identify.statistics import NAMES, Statistics
 
 _HALF = 0.5  # part that is predicted where alternatives are compared, by default
 _NEW = 8  # further starts where the best one is hopeless
@@ -74,8 +75,9 @@ def identify(
     dict
         The content of ``result.json``, SI units: ``parameters``: by name ``path``, ``value``, ``deviation`` and
         ``interval`` of 95 % (None if not identifiable), ``identifiable``; ``nuisance``: gains, offsets, shifts;
-        ``residual``, ``correlation``, ``prediction``; ``mixtures`` that the data leave open, and ``sensors`` that would
-        determine them; ``warnings``; ``curves`` for figures; ``posterior``: see `optim.identify.posterior.posterior`.
+        ``residual``, ``correlation``, ``prediction``, ``best_alternative``; ``mixtures`` that the data leave open, and
+        ``sensors`` that would determine them; ``warnings``; ``curves`` and ``statistics``: the compared samples or
+        numbers; ``posterior``: see `optim.identify.posterior.posterior`.
 
     Raises
     ------
@@ -95,6 +97,10 @@ def identify(
         raise InputError(task.source, "data", "is missing; add [data.NAME] with file and columns, or give --plan")
     if samples:
         check_sampler()
+        if task.file.fit.windows == "statistics":
+            raise InputError(
+                task.source, "fit.windows", 'is "statistics", which have no posterior; leave out --posterior'
+            )
     begun = time.perf_counter()
     share = task.file.fit.predict or (_HALF if task.file.alternatives else 0.0)
     models: dict[str, tuple[Identification, tuple[str, ...] | None]] = {"": (task, None)}
@@ -105,7 +111,8 @@ def identify(
     results = {}
     for name, (model, active) in models.items():
         say = partial(_labelled, show, f"{name}: " if name else "")
-        results[name] = _fit(Residuals(model, active), share, (threads, executor), kept, name, say)
+        kind = Statistics if task.file.fit.windows == "statistics" else Residuals
+        results[name] = _fit(kind(model, active), share, (threads, executor), kept, name, say)
     residuals, found, judged, all_starts = results[""]
     content = _content(residuals, found, judged, share)
     content["starts"] = _agreement(all_starts, found, judged)
@@ -119,6 +126,7 @@ def identify(
             }
             for name in results
         }
+        content["best_alternative"] = _best_prediction(content["alternatives"], residuals)
     if profiles:
         for k, name in enumerate(residuals.names[: len(residuals.active)]):
             show(f"profile of {name}")
@@ -233,7 +241,8 @@ def _content(residuals: Residuals, found: Fitted, judged: Certainty, share: floa
         "fitted_until": found.horizon,
         "warnings": doubts(residuals, found, judged),
         "history": [list(row) for row in found.history],
-        "curves": _curves(residuals, found),
+        "curves": {} if isinstance(residuals, Statistics) else _curves(residuals, found),
+        "statistics": _statistics(residuals, found.z),
         "values": dict(zip(names[:n], residuals.values(found.z).tolist(), strict=True)),
     }
 
@@ -299,6 +308,26 @@ def _prediction(residuals: Residuals, found: Fitted, share: float) -> dict[str, 
             result["rms"][f"{one.name}.{channel.name}"] = float(np.sqrt(np.mean(left**2))) if good else None
             k += 1
     return result
+
+
+def _statistics(residuals: Residuals, z: Array) -> dict[str, dict[str, dict[str, float]]]:
+    """Return measured and computed statistics by column and name; none if samples are compared."""
+    if not isinstance(residuals, Statistics):
+        return {}
+    return {
+        column: {key: dict(zip(NAMES, row, strict=True)) for key, row in rows.items()}
+        for column, rows in residuals.compared_numbers(z).items()
+    }
+
+
+def _best_prediction(models: Mapping[str, Any], residuals: Residuals) -> str:
+    """Return the name of the model whose prediction has the least sum of squares, in deviations of the columns."""
+    deviations = [x for one in residuals.deviations for x in one]
+    misses = {}
+    for name, one in models.items():
+        left = [math.inf if x is None else x for x in one["prediction"]["rms"].values()]
+        misses[name] = sum((x / deviation) ** 2 for x, deviation in zip(left, deviations, strict=True))
+    return min(misses, key=lambda name: misses[name])
 
 
 def _curves(residuals: Residuals, found: Fitted) -> dict[str, Any]:

@@ -20,9 +20,9 @@ _BEYOND = 1.5  # end of the run, relative to the time of the last of these impac
 class Impacts(Residuals):
     """Residuals of the times and peaks of the first impacts in each column, instead of its samples."""
 
-    def __init__(self, residuals: Residuals, count: int) -> None:
+    def __init__(self, residuals: Residuals, most: int) -> None:
         self.__dict__.update(residuals.__dict__)
-        self.count = count
+        self.most = most
 
     def horizon(self, last: float) -> float:
         """Return the end of a run [s] that should show these impacts; the first sample's time if there are none."""
@@ -30,7 +30,7 @@ class Impacts(Residuals):
         for m, one in enumerate(self.task.measurements):
             for c, channel in enumerate(one.channels):
                 part = self.used(channel, last)
-                at = _peaks(channel.values[part], self._height(channel, part, self.deviations[m][c]))[: self.count]
+                at = _peaks(channel.values[part], self._height(channel, part, self.deviations[m][c]))[: self.most]
                 ends += channel.times[at].tolist()
         return min(first + _BEYOND * (max(ends) - first), last)
 
@@ -42,7 +42,7 @@ class Impacts(Residuals):
     ) -> tuple[Array, Array]:
         """Compare the first impacts; one that the run lacks has the run's end as time, and no peak."""
         measured, height = channel.values[part], self._height(channel, part, deviation)
-        wanted, found = (_peaks(values, height)[: self.count] for values in (measured, computed))
+        wanted, found = (_peaks(values, height)[: self.most] for values in (measured, computed))
         residual, rows = np.zeros((2, len(wanted))), np.zeros((2, len(wanted), lines.shape[1]))
         for k, i in enumerate(wanted):
             time, peak, _, _ = _parabola(measured, i)

@@ -22,6 +22,9 @@ from optim.identify.schema import DataFile, Filter, IdentificationFile, Measured
 from optim.problem.load import shipped_or_beside, within
 
 _FEWEST = 8  # samples of a column
+SHIFT = 0.1  # largest shift of a clock that is fitted, relative to the time of its samples
+_BEFORE = 1e-2  # the same without a fit, before the start of the run, where the run continues in straight lines
+_LONGEST = 100.0  # last time relative to the duration of the experiment: longer ones have a wrong unit
 _UNEVEN = 1e-3  # largest deviation of the intervals of a column with a filter, relative to their mean
 
 
@@ -222,6 +225,7 @@ def _channel(
         times = recording.column(data.time.column, "s", data.time.unit)
         values = recording.column(column.column or name, si_unit, column.unit)
         _check_samples(times, values)
+        _check_times(times, data.time.shift, system.experiment.duration)
         sections = None if column.filter is None else _sections(column.filter, times)
         deviation = _deviation(column, recording, column.column or name, si_unit)
     except ValueError as problem:
@@ -239,15 +243,28 @@ def _check_samples(times: Array, values: Array) -> None:
     """Raise a ValueError, in one sentence, for samples that cannot be used."""
     if len(times) < _FEWEST:
         raise ValueError(f"has {len(times)} samples; at least {_FEWEST} are needed")
-    for what, array in (("the times", times), ("the column", values)):
+    for what, array in (("the times have", times), ("the column has", values)):
         if not np.isfinite(array).all():
             line = int(np.flatnonzero(~np.isfinite(array))[0])
-            raise ValueError(f"{what} have no number in row {line + 1}; remove the row, or repair it")
+            raise ValueError(f"{what} no number in row {line + 1}; remove the row, or repair it")
     if not np.all(np.diff(times) > 0.0):
         line = int(np.flatnonzero(np.diff(times) <= 0.0)[0])
         raise ValueError(f"the times do not increase from row {line + 1} to row {line + 2}; sort the rows")
     if np.ptp(values) == 0.0:
         raise ValueError(f"all samples are {values[0]:g}; they say nothing")
+
+
+def _check_times(times: Array, shift: float | str, duration: float) -> None:
+    """Raise a ValueError, in one sentence, for times that do not belong to the run."""
+    early = SHIFT * float(np.ptp(times)) if isinstance(shift, str) else 0.0
+    first, last = (float(t) + (0.0 if isinstance(shift, str) else shift) for t in times[[0, -1]])
+    if first < -early - _BEFORE * float(np.ptp(times)):
+        raise ValueError(f"its first time, {first:g} s, is before the start of the run; give time.shift")
+    if last > _LONGEST * duration:
+        raise ValueError(
+            f"its last time, {last:g} s, is beyond {_LONGEST:g} times the duration of the experiment, {duration:g} s;"
+            " give time.unit, or a longer duration"
+        )
 
 
 def _deviation(column: MeasuredColumn, recording: Recording, name: str, si_unit: str) -> float:

@@ -17,9 +17,11 @@ from linkages.results.outputs.registry import check_output, default_outputs, uni
 from optim.identify.certainty import largest_deviations, mixture_text
 from optim.identify.load import Identification
 from optim.identify.residuals import Residuals
+from optim.problem.load import within
 
 _NOISE = 0.01  # deviation of a sensor that is proposed, relative to the spread of its output
 _PROPOSED = 3
+_FEWEST = 8  # samples of a planned run
 
 
 def plan(task: Identification, show: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
@@ -44,11 +46,12 @@ def plan(task: Identification, show: Callable[[str], None] = lambda text: None) 
     values: list[float | None] = [*wanted.values] or [None]
     for value in values:
         changed: dict[str, Any] = {} if value is None else {wanted.vary or "": value}
-        if value is not None and wanted.vary is None:
-            raise InputError(task.source, "plan.values", "belongs to vary; give its dotted path")
         if wanted.duration is not None:
             changed["duration"] = wanted.duration
-        system = task.system.replaced(changed) if changed else task.system
+        with within(task.source, "plan"):
+            system = task.system.replaced(changed) if changed else task.system
+        if system.experiment.duration * wanted.rate < _FEWEST:
+            raise InputError(task.source, "plan.rate", f"gives less than {_FEWEST} samples; give a higher one")
         show("plan" if value is None else f"plan, {wanted.vary} = {value:g}")
         rows = sensor_rows(residuals, system, [c.output for c in wanted.candidates.values()], wanted.rate)
         found = {name: rows[candidate.output] / deviations[name] for name, candidate in wanted.candidates.items()}

@@ -12,10 +12,9 @@ from linkages import AssemblyError, InputError, RunError, Status, System, simula
 from linkages.base.arrays import Array
 from linkages.input.model.capabilities import Analysis
 from linkages.results.outputs.columns import Columns
-from optim.identify.load import Channel, Identification, Measurement
+from optim.identify.load import SHIFT, Channel, Identification, Measurement
 
 _UNKNOWN = 0.01  # deviation of a sample relative to the spread of its column, before residuals tell it
-_SHIFT = 0.1  # largest shift of a clock that is fitted, relative to the time of its samples
 _STEP = 1e-3  # step of differences with respect to time, relative to the interval of samples
 _DIFFERENCE = 1e-5  # step of differences of runs, for models without derivatives, in the unknown's own scale
 _HOPELESS = 1e3  # residual of each sample of a design that does not run, in deviations
@@ -77,7 +76,7 @@ class Residuals:
                 self.places += [SensorValue("factor", m, c)] * math.isnan(channel.gain)
                 self.places += [SensorValue("bias", m, c)] * math.isnan(channel.offset)
         spans = [max(float(np.ptp(c.times)) for c in one.channels) for one in task.measurements]
-        ends = [_SHIFT * spans[p.measurement] if p.kind == "shift" else np.inf for p in self.places]
+        ends = [SHIFT * spans[p.measurement] if p.kind == "shift" else np.inf for p in self.places]
         self.lower = np.concatenate([self.scaled(self._low), -np.array(ends)])
         self.upper = np.concatenate([self.scaled(self._high), np.array(ends)])
         usual = [1.0 if p.kind == "factor" else 0.0 for p in self.places]
@@ -123,12 +122,20 @@ class Residuals:
         """Return the samples of a column up to a time."""
         return slice(0, int(np.searchsorted(channel.times, horizon, "right")))
 
+    def count(self, channel: Channel, horizon: float) -> int:
+        """Return the number of residuals of a column up to a time."""
+        return self.used(channel, horizon).stop
+
+    def stated(self, channel: Channel) -> bool:
+        """Check whether the deviation of a residual is known."""
+        return not math.isnan(channel.deviation)
+
     def groups(self, horizon: float) -> list[tuple[Channel, slice]]:
         """Return each column and its rows among the residuals up to a time."""
         found, first = [], 0
         for one in self.task.measurements:
             for channel in one.channels:
-                count = self.used(channel, horizon).stop
+                count = self.count(channel, horizon)
                 found.append((channel, slice(first, first + count)))
                 first += count
         return found
@@ -154,7 +161,7 @@ class Residuals:
             except (InputError, AssemblyError, RunError) as problem:
                 found, reason = None, str(problem)
             if found is None:
-                count = sum(self.used(c, horizon).stop for c in one.channels)
+                count = sum(self.count(c, horizon) for c in one.channels)
                 parts.append((np.full(count, _HOPELESS), np.zeros((count, len(z)))))
                 continue
             parts.append(found[:2])

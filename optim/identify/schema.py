@@ -10,7 +10,7 @@ from linkages.input.files.toml import Finite, Positive, Table
 
 Adjusted = Finite | Literal["fit"]
 Size = Positive | str
-Windows = Literal["all", "grow", "impacts"]
+Windows = Literal["all", "grow", "impacts", "statistics"]
 Deviations = Literal["white", "autocorrelated"]
 
 
@@ -80,8 +80,8 @@ class FitTable(Table):
     windows: Windows | None = Field(
         None,
         description="all: all samples at once; grow: first the beginning of the run, then up to the horizon of"
-        " predictability; impacts: times and peaks of the first impacts, then grow; default: impacts with contacts,"
-        " else all",
+        " predictability; impacts: times and peaks of the first impacts, then grow; statistics: means, deviations"
+        " and peaks of many turns; default: impacts with contacts, else all",
     )
     deviations: Deviations = Field(
         "autocorrelated",
@@ -98,7 +98,7 @@ class FitTable(Table):
         200_000, description="steps of a run; a design that needs more counts as one that does not fit [1]"
     )
     posterior_runs: Annotated[int, Field(ge=1000, le=100_000_000)] = Field(
-        40_000, description="most runs of --posterior [1]"
+        40_000, description="most runs of --posterior, which makes a hundred steps at least [1]"
     )
 
 
@@ -140,9 +140,24 @@ class IdentificationFile(Table):
 
     @model_validator(mode="after")
     def _names(self) -> IdentificationFile:
+        if self.fit.windows == "statistics" and (self.alternatives or self.fit.predict):
+            raise ValueError(
+                'fit.windows is "statistics", which predicts no samples; leave out alternatives and predict'
+            )
         for name, unknown in self.unknowns.items():
             if unknown.of is not None and unknown.of not in self.data:
                 raise ValueError(f'unknowns.{name}.of is "{unknown.of}"; there is no such table in data')
+        seen: dict[tuple[str, str | None], str] = {}
+        for name, unknown in self.unknowns.items():
+            first = seen.setdefault((unknown.path, unknown.of), name)
+            if first != name:
+                raise ValueError(f'unknowns.{first} and unknowns.{name} have the same path, "{unknown.path}"')
+        for name, data in self.data.items():
+            for key, column in data.columns.items():
+                if column.gain == 0.0:
+                    raise ValueError(f"data.{name}.columns.{key}.gain is 0; the column says nothing then")
+        if self.plan is not None and (self.plan.vary is None) != (not self.plan.values):
+            raise ValueError("plan.vary and plan.values belong together; give both or neither")
         for name, other in self.alternatives.items():
             for one in other.unknowns or ():
                 if one not in self.unknowns:

@@ -67,6 +67,8 @@ def format_identification(found: Mapping[str, Any]) -> str:
     for name, other in found.get("alternatives", {}).items():
         rows = ", ".join(f"{key} {cell(x, 0).strip()}" for key, x in other["prediction"]["rms"].items())
         lines.append(f"model {name}: rms of the prediction {rows}")
+    if "best_alternative" in found:
+        lines.append(f"model {found['best_alternative']} predicts best")
     for mixture in found["mixtures"]:
         lines.append(f"the data leave open: {mixture}")
     if found["sensors"]:

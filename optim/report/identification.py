@@ -34,7 +34,8 @@ def write_identification(found: Mapping[str, Any], folder: Path, form: str = "pn
     >>> sorted(file.name for file in folder.iterdir())
     ['correlation.png', 'fit.png']
     """
-    _write_fit(found, folder / f"fit.{form}")
+    if found["curves"]:
+        _write_fit(found, folder / f"fit.{form}")
     _write_correlation(found, folder / f"correlation.{form}")
     if len(found["history"]) > 1:
         _write_windows(found, folder / f"windows.{form}")

@@ -252,8 +252,9 @@ def test_mass_stiffness_and_damping_together_are_not_identifiable(tmp_path):
 
 def test_two_laws_are_compared_by_their_prediction(tmp_path):
     task = TASK + '[alternatives.undamped]\nset = { springs.S.damping = 0.0 }\nunknowns = ["stiffness"]\n'
-    found = optim.identify(load_identification(oscillator(tmp_path, task=task)))["alternatives"]
-    with_damping, without = (found[name]["prediction"]["rms"]["run.x"] for name in ("this", "undamped"))
+    found = optim.identify(load_identification(oscillator(tmp_path, task=task)))
+    assert found["best_alternative"] == "this"
+    with_damping, without = (found["alternatives"][name]["prediction"]["rms"]["run.x"] for name in ("this", "undamped"))
     assert with_damping == pytest.approx(5e-4, rel=0.15)
     assert without > 10.0 * with_damping
 
@@ -280,6 +281,45 @@ def test_first_impacts_lead_from_a_factor_of_two_to_the_values_of_a_dry_joint(tm
     for one, value in zip(found["parameters"].values(), values.values(), strict=True):
         assert one["value"] == pytest.approx(value, abs=3.5 * one["deviation"])
         assert one["deviation"] < 1e-3 * value
+
+
+def test_statistics_of_a_record_tell_the_values(tmp_path):
+    task = TASK.replace(', shift = "fit"', f", shift = {SHIFT}").replace('gain = "fit"', f"gain = {GAIN}")
+    found = optim.identify(
+        load_identification(oscillator(tmp_path, task=task + '[fit]\nwindows = "statistics"\n')), threads=1
+    )
+    for name, true in (("stiffness", STIFFNESS), ("damping", DAMPING)):
+        low, high = found["parameters"][name]["interval"]
+        assert 0.6 * true < low < true < high < 1.6 * true
+    position = found["statistics"]["run.x"]["measured"]  # of the column as it is in the file
+    times = np.linspace(0.01, 1.9, 400)
+    assert position["deviation"] == pytest.approx(np.std(reading(times)), rel=0.02)
+    assert found["residual"]["samples"] == [4]
+
+
+def test_statistics_find_the_mass_beyond_the_horizon(tmp_path):
+    mass, restitution, outputs = 0.15, 0.8, ["slider.ax", "B.force"]
+    values = {"sdf.links.slider.mass": mass, "joints.B.contact.restitution": restitution, "duration": 0.03}
+    times = np.arange(0.0, 0.03, 4e-5)
+    curves = linkages.simulate(linkages.load(linkages.find_file("slider_crank_dry.toml"), values), outputs=outputs)
+    table = np.column_stack([times, *(curves.evaluate(times)[name] for name in outputs)])
+    np.savetxt(tmp_path / "run.csv", table, delimiter=",", header="t,a,f", comments="")
+    (tmp_path / "task.toml").write_text(
+        'experiment = "slider_crank_dry.toml"\nfit.windows = "statistics"\n[data.run]\nfile = "run.csv"\ntime = "t"\n'
+        '[data.run.columns]\na = { output = "slider.ax" }\nf = { output = "B.force" }\n[unknowns.mass]\n'
+        'path = "sdf.links.slider.mass"\nlower = 0.05\nupper = 0.3\nstart = 0.12\n[unknowns.restitution]\n'
+        'path = "joints.B.contact.restitution"\nlower = 0.4\nupper = 0.99\nstart = 0.9\n'
+    )
+    found = optim.identify(load_identification(tmp_path / "task.toml"))["parameters"]
+    assert found["mass"]["value"] == pytest.approx(mass, abs=3.0 * found["mass"]["deviation"])
+    assert found["mass"]["deviation"] < 0.03 * mass
+    assert found["restitution"]["value"] == pytest.approx(restitution, abs=0.1)
+
+
+def test_statistics_have_no_posterior(tmp_path):
+    task = TASK.replace(', shift = "fit"', "") + '[fit]\nwindows = "statistics"\n'
+    with pytest.raises(linkages.InputError, match=r"no posterior|needs emcee"):
+        optim.identify(load_identification(oscillator(tmp_path, task=task)), samples=True)
 
 
 PLAN = """
@@ -358,6 +398,14 @@ WRONG = {
     "limits reversed": (TASK.replace("lower = 100.0", "lower = 600.0"), "must be below upper"),
     "start outside": (TASK.replace("start = 210.0", "start = 10.0"), "is not between"),
     "no data": ('experiment = "oscillator.toml"\n' + TASK[TASK.index("[unknowns.stiffness]") :], "data: is missing"),
+    "a clock in statistics": (TASK + '[fit]\nwindows = "statistics"\n', "time.shift: is not in statistics"),
+    "prediction of statistics": (TASK + '[fit]\nwindows = "statistics"\npredict = 0.5\n', "predicts no samples"),
+    "a path twice": (TASK.replace("springs.S.damping", "springs.S.stiffness"), "have the same path"),
+    "no gain": (TASK.replace('gain = "fit"', "gain = 0.0"), "gain is 0"),
+    "nothing to vary": (
+        TASK + "[plan]\nrate = 9.0\nvalues = [1.0]\ncandidates.a = {output='mass.x', deviation=1}",
+        "both",
+    ),
     "no plan": (None, "plan: is missing"),
 }
 
@@ -376,6 +424,8 @@ def test_wrong_files_are_refused_in_one_line(tmp_path, capsys, case):
 SPOILT = {
     "not a number": (lambda table: table[:, 1].__setitem__(5, np.nan), "row 6"),
     "not increasing": (lambda table: table[:, 0].__setitem__(5, 0.0), "do not increase"),
+    "before the run": (lambda table: table[:, 0].__isub__(500.0), "is before the start of the run"),
+    "wrong unit of times": (lambda table: table[:, 0].__imul__(1000.0), "beyond 100 times the duration"),
     "all equal": (lambda table: table[:, 1].__setitem__(slice(None), 1.0), "say nothing"),
 }
 
