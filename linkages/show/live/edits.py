@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.base.brief import counted
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.toml import leaves
 from linkages.input.model.mechanism import Joint, Mechanism
@@ -90,7 +91,7 @@ def _beam(system: System, name: str) -> dict[str, float]:
     """Return a steel beam of a square section with the link's mass; InputError for a link without two ends."""
     ends, link = _pins(system.mechanism, name), system.mechanism.link[name]
     if len(ends) != 2:
-        raise InputError("page", f"link {name}", f"has {len(ends)} pins; a beam needs two ends")
+        raise InputError("page", f"link {name}", f"has {counted(len(ends), 'pin')}; a beam needs two ends")
     length = float(np.hypot(*(ends[1] - ends[0])))
     side = float(f"{np.sqrt(link.mass / (_STEEL_BAR['density'] * length)) if link.mass else length / 40.0:.4g}")
     return {
