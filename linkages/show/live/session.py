@@ -130,7 +130,7 @@ class Session:
         for limit, coarse in tried:
             begun, one = clock.perf_counter(), system.replaced(less) if coarse else system
             try:
-                with Watch(limit, outdated) as watch:
+                with Watch(limit, outdated, self._result is None) as watch:
                     run = simulate(one, "compiled", watch, columns_of(one))
             except TimeLimitError:
                 if (limit, coarse) == tried[-1]:
