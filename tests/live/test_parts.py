@@ -101,7 +101,7 @@ def test_a_link_of_the_list_shows_its_values(page):
     page.one('[aria-label="joint or link"]').send_keys("link link2")
     page.button("edit")
     page.wait(lambda: page.one(".part").is_displayed())
-    values = [option.text for option in page.browser.find_elements(By.CSS_SELECTOR, ".part option")]
+    values = [option.get_attribute("value") for option in page.browser.find_elements(By.CSS_SELECTOR, ".part option")]
     assert "sdf.links.link2.mass" in values
     assert "sdf.frames.link2_C.pose.x" in values
     page.one(".part").send_keys(Keys.ESCAPE)

@@ -12,6 +12,7 @@
 // row of a control, with {row, control} as its detail. ".tools" is for buttons of further actions.
 
 import {button, draw, make, select} from "./dom.js";
+import {labelOfPath} from "./words.js";
 
 const NEAR = 16, MOVED = 5; // distance of a click from a pin, way of the mouse that is a drag [px]
 const FIRST = /(\.mass|\.inertia|\.pose\.x|\.pose\.y|\.model|\.width|\.height|\.diameter|\.outer|\.inner|\.second_moment)$/;
@@ -138,7 +139,8 @@ export function joints(page) {
       ...(now === "lubricated" ? [] : [button("add wear", () => edit(kind, part.name, {add: "wear"}), "wear and a shallow recess of the bearing")])];
     const start = [`${kind}s.${part.name}.`, `sdf.${kind}s.${part.name}.`], own = (one) => start.some((begin) => one.startsWith(begin)) || part.paths?.includes(one);
     const values = [...state.controls.keys()].filter((one) => own(one) && page.valueOf(one) !== null && one !== path && (kind === "joint" ? !one.includes(".pose.") : FIRST.test(one)));
-    const list = select(["show a value ...", ...values], "show a value ...");
+    const list = select(["show a value ...", ...values.sort((a, b) => !page.valueOf(a) - !page.valueOf(b))], "show a value ...");
+    [...list.options].slice(1).forEach((option) => { option.textContent = labelOfPath(option.title = option.value); });
     list.setAttribute("aria-label", `values of ${kind} ${part.name}`);
     list.addEventListener("change", () => { editor.close(); page.show(list.value); at(`[data-path="${CSS.escape(list.value)}"]`).querySelector("input, select").focus(); });
     const noted = kind === "link" && part.models.length < 2 ? [make("small", {}, "A flexible link needs two ends.")] : [];
