@@ -256,8 +256,9 @@ def test_compare_shows_the_warnings_of_both_engines(tmp_path, capsys):
     written = json.loads((tmp_path / "warnings.json").read_text())
     assert written.keys() == {"compiled", "drake"}
     for (entry,) in written.values():
-        assert entry.keys() == {"kind", "time", "what", "remedy"}
+        assert entry.keys() == {"kind", "time", "what", "remedy", "changes"}
         assert "1.33 in A" in entry["what"]
+        assert entry["changes"] == {"joints.A.film": "finite", "joints.B.film": "finite"}
 
 
 def test_a_film_warning_estimates_what_a_finite_film_changes():

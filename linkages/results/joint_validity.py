@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -125,7 +125,23 @@ def film_content(case: JournalCase) -> Violation | None:
     return Violation(float(np.max(ratio)), None, limit)
 
 
-@RULES.rule("film", "a film law is used at an L/D outside its validity", 'film = "finite" is valid for any L/D')
+def _choice(key: str, value: str) -> Callable[[JournalCase], dict[str, Any]]:
+    """Return the change of a joint's key to another value."""
+    return lambda case: {f"joints.{case.joint.name}.{key}": value}
+
+
+def _thicker(case: JournalCase) -> dict[str, Any]:
+    """Return the double viscosity; nothing for an oil, whose grade gives it."""
+    viscosity = case.model.viscosity
+    return {f"joints.{case.joint.name}.viscosity": 2.0 * viscosity} if viscosity else {}
+
+
+@RULES.rule(
+    "film",
+    "a film law is used at an L/D outside its validity",
+    'film = "finite" is valid for any L/D',
+    _choice("film", "finite"),
+)
 def _slenderness(case: JournalCase) -> Violation | None:
     """Compare L/D with the film's range; the finding states the estimated error of force and eccentricity."""
     if not case.model.has_film:
@@ -162,6 +178,7 @@ def _beyond_own(law: str, valid: str, symbol: str, value: float) -> Violation | 
     "film",
     "the flow in a film is not laminar, its Reynolds number rho omega R c/mu is too large",
     "real forces and friction are larger: raise the viscosity, or lower the speed or the clearance",
+    _thicker,
 )
 def _turbulence(case: JournalCase) -> Violation | None:
     ratio = case.bearing.radius / (case.model.clearance or math.inf)
@@ -172,6 +189,7 @@ def _turbulence(case: JournalCase) -> Violation | None:
     "film",
     "the inertia of a film, which the film laws neglect, is not small: rho omega c^2/mu is",
     "raise the viscosity, or lower the speed or the clearance",
+    _thicker,
 )
 def _inertia(case: JournalCase) -> Violation | None:
     return _reynolds(case, 1.0, INERTIA, "small below")
@@ -213,6 +231,7 @@ def _film_end(case: JournalCase) -> Violation | None:
     "contact",
     "a contact law is used at a restitution outside its validity",
     "choose a law for this coefficient, such as flores",
+    _choice("contact.law", "flores"),
 )
 def _restitution(case: JournalCase) -> Violation | None:
     contact = case.model.contact
@@ -225,6 +244,7 @@ def _restitution(case: JournalCase) -> Violation | None:
     "contact",
     "a contact is too wide for Hertz's law: its half-width over the journal's radius is",
     "choose a law for cylinders that conform, such as johnson",
+    _choice("contact.law", "johnson"),
 )
 def _half_width(case: JournalCase) -> Violation | None:
     contact = case.model.contact

@@ -18,9 +18,11 @@ from linkages.system.flexible_link import FlexibleLink
 Case = TypeVar("Case")
 
 
-def warning(kind: str, time: float | None, what: str, remedy: str) -> dict[str, Any]:
+def warning(
+    kind: str, time: float | None, what: str, remedy: str, changes: dict[str, Any] | None = None
+) -> dict[str, Any]:
     """Make an entry of ``warnings`` in ``summary.json``; docs/outputs.md explains the kinds."""
-    return {"kind": kind, "time": time, "what": what, "remedy": remedy}
+    return {"kind": kind, "time": time, "what": what, "remedy": remedy, "changes": changes or {}}
 
 
 class Violation(NamedTuple):
@@ -33,19 +35,23 @@ class Violation(NamedTuple):
 
 #: Function of a rule.
 Find = Callable[[Case], Violation | None]
+#: Function that returns values by dotted path which heed the warning of a rule.
+Heed = Callable[[Case], dict[str, Any]]
 
 
 class Rules(Generic[Case]):
     """Rules for cases of one kind, in the order of their warnings; `rule` adds one."""
 
     def __init__(self) -> None:
-        self._rules: list[tuple[str, str, str, Find[Case]]] = []
+        self._rules: list[tuple[str, str, str, Heed[Case] | None, Find[Case]]] = []
 
-    def rule(self, kind: str, what: str, remedy: str) -> Callable[[Find[Case]], Find[Case]]:
-        """Add a function that returns a violation (None: valid), with kind and texts of its warning."""
+    def rule(
+        self, kind: str, what: str, remedy: str, heed: Heed[Case] | None = None
+    ) -> Callable[[Find[Case]], Find[Case]]:
+        """Add a function that returns a violation (None: valid), with kind, texts and changes of its warning."""
 
         def add(find: Find[Case]) -> Find[Case]:
-            self._rules.append((kind, what, remedy, find))
+            self._rules.append((kind, what, remedy, heed, find))
             return find
 
         return add
@@ -53,15 +59,18 @@ class Rules(Generic[Case]):
     def broken(self, cases: Sequence[tuple[str, Case]]) -> list[dict[str, Any]]:
         """Return a warning for each rule violated by the named cases."""
         result = []
-        for kind, what, remedy, find in self._rules:
-            found = [(name, violation) for name, case in cases if (violation := find(case)) is not None]
+        for kind, what, remedy, heed, find in self._rules:
+            broken = [(name, case, violation) for name, case in cases if (violation := find(case)) is not None]
+            found = [(name, violation) for name, _, violation in broken]
             if found:
                 numbers = [
                     f"{value:.3g} in {name}{'' if time is None else f' at {time:.6g} s'} ({limit})"
                     for name, (value, time, limit) in found
                 ]
                 times = [violation.time for _, violation in found if violation.time is not None]
-                result.append(warning(kind, min(times, default=None), f"{what}: {', '.join(numbers)}", remedy))
+                said = f"{what}: {', '.join(numbers)}"
+                changes = {path: new for _, case, _ in broken if heed for path, new in heed(case).items()}
+                result.append(warning(kind, min(times, default=None), said, remedy, changes))
         return result
 
 

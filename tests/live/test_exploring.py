@@ -180,6 +180,6 @@ def test_a_warning_has_its_remedy(answers, ask):
     of, values = answers("seven_bar"), {"joints.A.film": "short"}
     ask(of, "run", values=values)
     warned = [one for one in ask(of, "warnings")["warnings"] if "outside its validity" in one["text"]]
-    assert [remedy["values"] for remedy in warned[0]["remedies"]] == [{"joints.A.film": "finite"}]
+    assert warned[0]["remedies"] == [{"label": "A.film = finite", "values": {"joints.A.film": "finite"}}]
     ask(of, "run", values=values | warned[0]["remedies"][0]["values"])
     assert not [one for one in ask(of, "warnings")["warnings"] if "outside its validity" in one["text"]]

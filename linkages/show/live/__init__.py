@@ -3,7 +3,7 @@
 | module    | responsibility                                                                              |
 |-----------|---------------------------------------------------------------------------------------------|
 | controls  | which values of an experiment and its machine can be changed, and within which ranges       |
-| edits     | changes of parts as values: models of joints and links, remedies of warnings                |
+| edits     | changes of parts as values: models of joints and links                                      |
 | pins      | pins that are moved in a shown pose, as changes of lengths                                  |
 | exploring | sweeps, sensitivities and tolerances around the run that is shown                           |
 | keeping   | files of the run that a page shows: experiments, folders of results, notebooks              |

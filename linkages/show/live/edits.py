@@ -1,9 +1,8 @@
-"""Changes of parts as values by dotted path: other models of joints and links, remedies of warnings."""
+"""Changes of parts as values by dotted path: other models of joints and links."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -141,23 +140,3 @@ def _sizes(system: System, joint: Joint) -> list[tuple[str, float]]:
     return [
         (f"joints.{joint.name}.{kind}.{key}", float(usual[key] if own is None else getattr(own, key))) for key in keys
     ]
-
-
-def remedies(system: System, warning: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield the values by which a warning can be heeded at once, each with a label."""
-    named = [name for name in re.findall(r" in ([^ ,]+)", warning["what"]) if name in system.experiment.joints]
-    said = warning["remedy"]
-    for text, label, key, choice in (
-        ('film = "finite"', "use the finite film", "film", "finite"),
-        ("such as flores", "use the law flores", "contact.law", "flores"),
-        ("such as johnson", "use the law johnson", "contact.law", "johnson"),
-    ):
-        if text in said and named:
-            yield {
-                "label": f"{label} in {', '.join(named)}",
-                "values": {f"joints.{name}.{key}": choice for name in named},
-            }
-    thick = [name for name in named if system.experiment.joints[name].viscosity]
-    if "raise the viscosity" in said and thick:
-        values = {path: 2.0 * system.value(path) for path in (f"joints.{name}.viscosity" for name in thick)}
-        yield {"label": f"double the viscosity in {', '.join(thick)}", "values": values}

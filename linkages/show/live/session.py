@@ -26,7 +26,6 @@ from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import warnings_of_run
-from linkages.show.live.edits import remedies
 from linkages.show.live.pins import Places
 from linkages.show.live.view import columns_of, frames_of, joints_of, numbers_for, poses_of, view
 from linkages.show.live.watch import TimeLimitError, Watch
@@ -196,7 +195,7 @@ class Session:
             return []
         shown = self._result.assessment
         found = warnings_of_run(shown.system, shown.sound, shown.contacts)
-        return [{"text": format_warnings([one])[1], "remedies": list(remedies(shown.system, one))} for one in found]
+        return [{"text": format_warnings([one])[1], "remedies": _remedies(one["changes"])} for one in found]
 
     def moved(self, values: Mapping[str, Any], joint: str, to: Sequence[float], phase: float) -> dict[str, Any]:
         """Return values with which the pin of a joint is at a place [m] in a pose that is shown, `phase` from 0 to 1.
@@ -350,3 +349,9 @@ def _of_part(path: str, mechanism: Mechanism) -> bool:
         return beam or (table == "joints" and name in mechanism.joint and key in ("bearing", "slot"))
     parts: dict[str, Mapping[str, Any]] = {"joints": mechanism.joint, "links": mechanism.link}
     return name in parts.get(table, {}) and key not in ("", "worn")
+
+
+def _remedies(changes: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the changes that heed a warning as one remedy with a label; none without changes."""
+    label = ", ".join(f"{path.partition('.')[2]} = {value}" for path, value in changes.items())
+    return [{"label": label, "values": dict(changes)}] if changes else []

@@ -129,7 +129,7 @@ def contacts_figure(assessment: Assessment) -> Figure:
         kind_of = "joint" if name in assessment.system.mechanism.joint else "contact"
         units = ("N m", "rad/s") if f"{labels[0]}.torque" in run else ("N", "m/s")
         force.set_title(f"{kind_of} {name}", loc="left", fontsize="medium")
-        corners = [label.removeprefix(f"{name}.") for label in labels]
+        corners = [label.removeprefix(name).removeprefix(".") for label in labels]
         own = [[row for row in assessment.contacts if row.joint == label] for label in labels]
         for axis, quantity, si in zip((force, speed), ("peak_force", "approach_speed"), units, strict=True):
             unit, factor = engineering(si, max(getattr(row, quantity) for rows in own for row in rows))
