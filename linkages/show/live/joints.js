@@ -73,7 +73,9 @@ export function joints(page) {
     const way = Math.hypot(event.clientX - drag.from[0], event.clientY - drag.from[1]);
     if (!drag.base && way < MOVED) return;
     if (!drag.base) {
+      const {width, height} = svg().viewBox.baseVal;
       drag.base = {...state.values};
+      state.frame = {...state.scene, width, height};
       page.hold(state.phase);
       drag.mark = draw("circle", {r: 14, fill: "none", stroke: "currentColor", "stroke-dasharray": "4 3"});
     }
@@ -89,8 +91,9 @@ export function joints(page) {
     const {names, link, base, mark} = drag;
     mark?.remove();
     drag.over = true;
-    drag = null;
-    if (!base) open(names, link);
+    drag = state.frame = null;
+    if (base) page.redraw(state.values);
+    else open(names, link);
   });
   async function follow(own) { // one request at a time, always the latest place
     if (own.busy) return;

@@ -26,6 +26,10 @@ export function machine(page) {
     state.picture = reply.picture;
     if (reply.poses && state.view?.picture === reply.picture) state.view.poses = reply.poses;
     at(".picture").innerHTML = reply.svg;
+    if (state.frame) { // while a pin is dragged, places stay where they are on the screen
+      const {low, high, scale, width, height} = state.frame, k = reply.scale / scale;
+      at(".picture svg").setAttribute("viewBox", [(low - reply.low) * reply.scale, (reply.high - high) * reply.scale, k * width, k * height].join(" "));
+    }
     state.scene = reply;
     state.colors = new Map([...at(".picture").querySelectorAll("text")].map((text) => [text.textContent, text.getAttribute("fill")]));
     shapes = [...at(".picture").querySelectorAll("[data-at]")].map((element) =>
@@ -101,7 +105,10 @@ export function machine(page) {
 
 function placeNames(names) { // readable in a small picture; one that lies on another is hidden, those of joints are seen first
   const seen = [], scale = names[0]?.[0].getScreenCTM()?.a ?? 1;
-  for (const [text, size] of names) text.style.fontSize = `${Math.max(size, LEAST / scale)}px`;
+  for (const [text, size] of names) {
+    const wanted = `${Math.max(size, LEAST / scale).toFixed(1)}px`;
+    if (text.style.fontSize !== wanted) text.style.fontSize = wanted;
+  }
   for (const [text] of names) {
     const box = text.getBoundingClientRect();
     const hidden = seen.some((other) => box.left < other.right && other.left < box.right && box.top < other.bottom && other.top < box.bottom);

@@ -122,7 +122,7 @@ def _spreads(assessment: Assessment, names: Sequence[str]) -> dict[str, dict[str
 
 
 def _orbit(system: System, name: str, shown: Trajectory, frames: Mapping[str, Array]) -> dict[str, Any]:
-    """Path of a journal's centre in parts of the clearance, and its place in each frame of the moving picture."""
+    """Path of a journal's centre in parts of the clearance, its place in each frame, and the thinnest film [m]."""
     clearance = system.experiment.joints[name].clearance or 1.0
     keep = np.unique(np.linspace(0, len(shown.time) - 1, min(_ORBIT, len(shown.time))).astype(int))
     path = [short(shown[f"{name}.{axis}"][keep] / clearance) for axis in ("ex", "ey")]
