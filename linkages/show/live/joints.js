@@ -3,7 +3,8 @@
 // `page` is what the modules of the page share:
 //   root, at(selector)        the element of the page; an element in it
 //   send(kind, request)       a reply of the server, see server.py
-//   state                     start, controls (a Map by path), values, view, phase, scene (the reply of "picture")
+//   state                     start, controls (a Map by path), values, view, phase, scene (the reply of "picture"),
+//                             frame (place of the picture while a pin is dragged)
 //   apply(values, controls)   set all values at once, as one step of undo; controls are added, and their rows shown
 //   change(values, remember)  set some values, by default as one step of undo; valueOf(path) is the present one
 //   show(path)                show the row of a control
