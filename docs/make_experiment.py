@@ -36,10 +36,10 @@ infinite, and no engine reports it. Drives, forces and torques also take their s
 A driven joint may have clearance, with every model of other joints: give it both tables, `drives.O` and `joints.O`.
 
 - **Revolute joint.** The drive turns the child relative to the parent, or applies a torque. It acts on both as a pure couple, `O.torque`. The journal's
-  centre moves freely in the bearing: `O.force` and `O.ex` are those of film and contact.
+  centre moves freely in the bearing: `O.force` and `O.ex` describe film and contact.
 - **Prismatic joint.** The drive moves the middle of the block along the slot, or applies a force through this middle along the slot. The block moves
   across the slot and tilts.
-- `O.power` is the drive's power, `O.contact_power` that of film and contact.
+- `O.power` is the drive's power, `O.contact_power` the power of film and contact.
 
 ## All keys
 
