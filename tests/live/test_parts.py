@@ -91,7 +91,7 @@ def test_a_dragged_pin_changes_the_lengths_in_one_step_of_undo(page):
     page.wait(lambda: page.one("main").get_attribute("aria-busy") == "false")
     page.search("link6_D.pose.x")
     after = float(page.field("sdf.frames.link6_D.pose.x").get_attribute("value"))
-    assert before + 0.03 < after < before + 0.05  # 20 pixels, also while the picture is drawn anew
+    assert before + 0.03 < after < before + 0.05  # 20 pixels, also while the picture is drawn again
     page.button("undo")
     page.settle()
     assert float(page.field("sdf.frames.link6_D.pose.x").get_attribute("value")) == pytest.approx(before)
