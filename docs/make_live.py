@@ -21,7 +21,6 @@ from linkages.show.live.session import Session
 
 FIGURES = Path(__file__).parent / "figures"
 FAST = {"drives.O.speed": 200.0}
-LENGTH = "sdf.frames.crank1_A.pose.x"
 
 
 def viscosity(value):
@@ -34,7 +33,6 @@ PICTURES = {
     "live_page": ("seven_bar", {}, {"joints.A.clearance": "0.6"}, ()),
     "live_film": ("seven_bar", {}, dict.fromkeys(viscosity(0), "5"), ".orbits figure"),
     "live_direction": ("seven_bar", {}, {"drives.O4.speed": "60"}, ("slider7.ax", "A.force")),
-    "live_length": ("seven_bar", {}, {LENGTH: "84"}, ("slider7.ax",)),
     "live_mass": ("seven_bar", {}, {"sdf.links.link2.mass": "0.5"}, ("A.force", "B.force")),
     "live_contact": ("seven_bar_mixed", viscosity(0.1), dict.fromkeys(viscosity(0), "1"), ".orbits figure"),
     "live_friction": ("slider_crank_dry", FAST, {"joints.B.friction.coefficient": "0.2"}, ("B.force",)),

@@ -91,7 +91,7 @@ def test_a_dragged_pin_changes_the_lengths_in_one_step_of_undo(page):
     page.wait(lambda: page.one("main").get_attribute("aria-busy") == "false")
     page.search("link6_D.pose.x")
     after = float(page.field("sdf.frames.link6_D.pose.x").get_attribute("value"))
-    assert before + 0.005 < after < before + 0.1
+    assert before + 0.03 < after < before + 0.05  # 20 pixels, also while the picture is drawn again
     page.button("undo")
     page.settle()
     assert float(page.field("sdf.frames.link6_D.pose.x").get_attribute("value")) == pytest.approx(before)
@@ -101,7 +101,7 @@ def test_a_link_of_the_list_shows_its_values(page):
     page.one('[aria-label="joint or link"]').send_keys("link link2")
     page.button("edit")
     page.wait(lambda: page.one(".part").is_displayed())
-    values = [option.text for option in page.browser.find_elements(By.CSS_SELECTOR, ".part option")]
+    values = [option.get_attribute("value") for option in page.browser.find_elements(By.CSS_SELECTOR, ".part option")]
     assert "sdf.links.link2.mass" in values
     assert "sdf.frames.link2_C.pose.x" in values
     page.one(".part").send_keys(Keys.ESCAPE)

@@ -17,7 +17,6 @@ from typing import Any
 
 from linkages.base.errors import AssemblyError, InputError, RunError
 from linkages.input.files.versions import versions
-from linkages.results.outputs.registry import default_outputs
 from linkages.show.live.controls import Control, controls, extended
 from linkages.show.live.edits import parts, with_addition, with_model
 from linkages.show.live.exploring import (
@@ -25,6 +24,7 @@ from linkages.show.live.exploring import (
     Around,
     checked_paths,
     checked_spreads,
+    outputs_of,
     sensitivities,
     sweep,
     tolerances,
@@ -196,7 +196,7 @@ class Answers:
         values = self._values(request)
         part, system = session.part_shown(values, lambda: False), session.system
         ran = {**self.given, **session.values_shown(values)}
-        text = code(system.experiment.source, ran, part, list(default_outputs(system.replaced(values))))
+        text = code(system.experiment.source, ran, part, outputs_of(system.replaced(values)))
         if "name" not in request:
             return {"code": text}
         target = target_of(self.folder, request["name"], ".ipynb")

@@ -1,9 +1,7 @@
 // Rows of values: a slider and a field for a number, a list for a choice; a search for all other values.
 
 import {g, make, select} from "./dom.js";
-import {labelOfPath, unitOf} from "./words.js";
-
-const OUT_OF_PLANE = /\.(z|roll|pitch)$/;
+import {labelOfPath, OUT_OF_PLANE, unitOf} from "./words.js";
 
 export function controls(page) {
   const {root, at, state, change, valueOf} = page;
@@ -60,13 +58,14 @@ export function controls(page) {
     [control.low, control.high].forEach((end, k) => { row.querySelectorAll(".slider span")[k].textContent = g(factor * end, 5); });
     if (typeof known === "number") row.querySelector("[type=range]").value = toSlider(control, known);
   }
-  function hits() { // all values with each word in their path or label; those that matter in the plane first
+  function hits() { // all values with each word in their path or label; those that matter in the plane first, zeros behind
     const words = at(".search input").value.toLowerCase().split(/\s+/).filter(Boolean);
     const found = [...state.controls.keys()].filter((path) => {
-      const text = `${path} ${labelOfPath(path)}`.toLowerCase();
+      const text = `${path} ${labelOfPath(path)} ${state.controls.get(path).unit === "m" && !path.includes(".com.") ? "length" : ""}`.toLowerCase();
       return words.length && words.every((word) => text.includes(word));
     });
-    return found.sort((a, b) => OUT_OF_PLANE.test(a) - OUT_OF_PLANE.test(b));
+    const rank = (path) => 2 * OUT_OF_PLANE.test(path) + (valueOf(path) === 0);
+    return found.sort((a, b) => rank(a) - rank(b));
   }
   function list() {
     const found = hits();

@@ -1,9 +1,10 @@
 // Exploring and keeping on the live page: sweeps, sensitivities, tolerances; notebooks, reports, notes. See joints.js.
 
 import {ask, button, download, draw, g, make, select} from "./dom.js";
-import {labelOfOutput, labelOfPath, unitOf} from "./words.js";
+import {labelOfOutput, labelOfPath, OUT_OF_PLANE, unitOf} from "./words.js";
 
 const RUNS = 500; // of tolerances
+const MOST = 40; // values of one request
 
 export function explore(page) {
   const {root, at, send, state} = page;
@@ -31,12 +32,13 @@ export function explore(page) {
     }
     return reply;
   }
-  function present(what, outputs, content) { // content(output) is drawn for the chosen output
-    const names = Object.keys(outputs), chosen = select(names, names.includes(output) ? output : names.find((name) => name.endsWith(".force")) ?? names[0]);
+  function present(what, outputs, content, owner = "") { // content(output) is drawn for the chosen output; at first one of the owner of a value
+    const names = Object.keys(outputs), usual = [`${owner}.force`, `${owner}.stress`, output, names.find((name) => name.endsWith(".force"))];
+    const chosen = select(names, usual.find((name) => names.includes(name)) ?? names[0]);
     [...chosen.options].forEach((option) => { option.textContent = labelOfOutput(option.value); });
     chosen.setAttribute("aria-label", "output");
-    const holder = make("div", {class: "explored"}), show = () => { output = chosen.value; holder.replaceChildren(...content(output)); };
-    chosen.addEventListener("change", show);
+    const holder = make("div", {class: "explored"}), show = () => holder.replaceChildren(...content(chosen.value));
+    chosen.addEventListener("change", () => { output = chosen.value; show(); });
     shown.replaceChildren(make("div", {class: "head"}, make("h2", {}, what), chosen, button("close", () => shown.close(), "Escape")), holder);
     show();
   }
@@ -44,6 +46,9 @@ export function explore(page) {
     const control = state.controls.get(path);
     return !control.choices.length && !control.whole && typeof page.valueOf(path) !== "object" && !path.startsWith("drives.");
   });
+
+  const everything = () => [...new Set([...numbers(), ...[...state.controls.values()].filter(({path, unit}) =>
+    ["m", "kg"].includes(unit) && page.valueOf(path) && !OUT_OF_PLANE.test(path)).map(({path}) => path)])].slice(0, MOST);
 
   // -- sweep -----------------------------------------------------------------------------------------------------------
 
@@ -60,24 +65,42 @@ export function explore(page) {
     present(what, reply.peaks, (name) => {
       const [outUnit, outFactor] = unitOf(reply.units[name], state.units), failed = reply.reasons.filter(Boolean);
       const points = reply.values.map((value, k) => [factor * value, reply.peaks[name][k] === null ? null : outFactor * reply.peaks[name][k]]);
-      const here = page.valueOf(path), marker = typeof here === "number" ? factor * here : null;
+      const reach = points.filter((_, k) => !reply.reasons[k]).map(([x]) => g(x, 4)), here = page.valueOf(path), marker = typeof here === "number" ? factor * here : null;
       return [plot(points, marker, logarithmic, `${labelOfPath(path)} [${unit || "1"}]`, `Peak of ${labelOfOutput(name)} [${outUnit || "1"}]`),
-        ...failed.length ? [make("p", {}, `${failed.length} of ${points.length} runs fail: ${failed[0]}`)] : []];
+        target(points, outFactor * state.view.table?.find((row) => row.name === name)?.value, unit, outUnit, logarithmic, (x) => page.change({[path]: Number((x / factor).toPrecision(6))})),
+        ...failed.length ? [make("p", {}, `${failed.length} of ${points.length} runs fail, all but ${reach[0] ?? "–"} to ${reach.at(-1) ?? "–"} ${unit}; set such a value to see where. The first: ${failed[0].split(";")[0]}`)] : []];
+    }, path.replace(/^sdf\./, "").split(".")[1]);
+  }
+
+  function target(points, now, unit, outUnit, logarithmic, use) { // where the peak has a wanted value, by interpolation between the runs
+    const field = make("input", {size: 8, class: "target", placeholder: "× 2", "aria-label": "wanted peak", title: `such as "× 2", "−10 %" or a number in ${outUnit || "1"}`});
+    const found = make("span", {role: "status"});
+    field.addEventListener("input", () => {
+      const [, times, number, part] = /^\s*([×x*]?)\s*([-+]?[\d.]+)\s*(%?)\s*$/.exec(field.value.replace("−", "-")) ?? [];
+      const wanted = (times ? now : part ? now / 100 : 1) * (Number(number) + (part ? 100 : 0));
+      if (!Number.isFinite(wanted)) return found.replaceChildren(field.title);
+      const places = points.slice(1).flatMap(([x1, y1], k) => {
+        const [x0, y0] = points[k], share = (wanted - y0) / (y1 - y0);
+        return y0 === null || y1 === null || y0 < wanted === y1 < wanted ? [] : [logarithmic ? x0 * (x1 / x0) ** share : x0 + share * (x1 - x0)];
+      });
+      const said = places.length ? "has the value at" : "is reached nowhere in this range";
+      found.replaceChildren(` ${g(wanted)} ${outUnit} ${said} `, ...places.map((x) => button(`${g(x, 4)} ${unit}`, () => { shown.close(); use(x); }, "set this value")));
     });
+    return make("p", {}, "Where is the peak ", field, found);
   }
 
   // -- sensitivities ---------------------------------------------------------------------------------------------------
 
-  async function sensitivities() {
-    const what = "Which value matters most", reply = await compute(what, "sensitivities", {paths: numbers()});
+  async function sensitivities(paths) {
+    const what = "Which value matters most", reply = await compute(what, "sensitivities", {paths});
     if (!reply) return;
     present(what, reply.peaks, (name) => {
       const found = Object.entries(reply.changes).map(([path, of]) => [path, of[name]]).sort(([, a], [, b]) => Math.abs(b ?? 0) - Math.abs(a ?? 0));
-      const most = Math.max(...found.map(([, value]) => Math.abs(value ?? 0)), 1e-12);
-      return [make("p", {}, `Change of the peak of ${labelOfOutput(name)} [%] when a value grows by 1 %:`), make("table", {class: "bars"}, make("tbody", {}, ...found.map(([path, value]) => {
+      const most = Math.max(...found.map(([, value]) => Math.abs(value ?? 0)), 1e-12), all = everything();
+      return [...all.length > paths.length ? [button(`all ${all.length} values with lengths and masses`, () => sensitivities(all), "may take half a minute")] : [], make("p", {}, `Change of the peak of ${labelOfOutput(name)} [%] when a value grows by 1 %:`), make("table", {class: "bars"}, make("tbody", {}, ...found.map(([path, value]) => {
         const bar = make("span", {class: value < 0 ? "bar negative" : "bar"});
         bar.style.width = `${9 * Math.abs(value ?? 0) / most}rem`;
-        return make("tr", {}, make("th", {scope: "row", title: path}, labelOfPath(path)), make("td", {}, value === null ? "–" : g(value, 3)), make("td", {}, bar));
+        return make("tr", {}, make("th", {scope: "row", title: path}, button(labelOfPath(path), () => { shown.close(); page.show(path); }, "show this value")), make("td", {}, g(value, 3).replace("-", "−")), make("td", {}, bar));
       })))];
     });
   }
@@ -144,7 +167,7 @@ export function explore(page) {
     shown.replaceChildren(make("div", {class: "head"}, make("h2", {}, "Notes for the report"), button("close", () => shown.close(), "Escape")), text);
     shown.showModal();
   }
-  at(".tools").append(button("sensitivities", sensitivities, "which value matters most"), button("tolerances", tolerances, "bands of scattered values"),
+  at(".tools").append(button("sensitivities", () => sensitivities(numbers()), "which value matters most"), button("tolerances", tolerances, "bands of scattered values"),
     button("notebook", notebook, "code that repeats this state"), button("report", report, "one page with the pinned runs, for print"), button("notes", note, "notes for the report"));
 }
 

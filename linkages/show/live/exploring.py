@@ -50,8 +50,14 @@ class Around:
                 ratio = columns[path] / (joint.clearance or 1.0)
                 columns |= {f"{path.rpartition('.')[0]}.offset.{k}": ratio * x for k, x in enumerate(joint.offset)}
         rows = np.array([*columns.values()]).T if columns else None
-        window, outputs = [[self.start, self.end]], default_outputs(self.system)
+        window, outputs = [[self.start, self.end]], outputs_of(self.system)
         return simulate_batch(self.system, list(columns), rows, outputs, window, progress=progress, **options)
+
+
+def outputs_of(system: System) -> list[str]:
+    """Name the outputs whose peaks are explored: the usual ones, stress and deflection of flexible links."""
+    bending = (f"{name}.{key}" for name in system.experiment.flexible for key in ("stress", "deflection"))
+    return [*dict.fromkeys((*default_outputs(system), *bending))]
 
 
 def sweep(around: Around, control: Control, request: Mapping[str, Any], progress: Callable[[float], None]) -> Any:

@@ -3,7 +3,8 @@
 // `page` is what the modules of the page share:
 //   root, at(selector)        the element of the page; an element in it
 //   send(kind, request)       a reply of the server, see server.py
-//   state                     start, controls (a Map by path), values, view, phase, scene (the reply of "picture")
+//   state                     start, controls (a Map by path), values, view, phase, scene (the reply of "picture"),
+//                             frame (place of the picture while a pin is dragged)
 //   apply(values, controls)   set all values at once, as one step of undo; controls are added, and their rows shown
 //   change(values, remember)  set some values, by default as one step of undo; valueOf(path) is the present one
 //   show(path)                show the row of a control
@@ -12,6 +13,7 @@
 // row of a control, with {row, control} as its detail. ".tools" is for buttons of further actions.
 
 import {button, draw, make, select} from "./dom.js";
+import {labelOfPath} from "./words.js";
 
 const NEAR = 16, MOVED = 5; // distance of a click from a pin, way of the mouse that is a drag [px]
 const FIRST = /(\.mass|\.inertia|\.pose\.x|\.pose\.y|\.model|\.width|\.height|\.diameter|\.outer|\.inner|\.second_moment)$/;
@@ -72,7 +74,9 @@ export function joints(page) {
     const way = Math.hypot(event.clientX - drag.from[0], event.clientY - drag.from[1]);
     if (!drag.base && way < MOVED) return;
     if (!drag.base) {
+      const {width, height} = svg().viewBox.baseVal;
       drag.base = {...state.values};
+      state.frame = {...state.scene, width, height};
       page.hold(state.phase);
       drag.mark = draw("circle", {r: 14, fill: "none", stroke: "currentColor", "stroke-dasharray": "4 3"});
     }
@@ -88,8 +92,9 @@ export function joints(page) {
     const {names, link, base, mark} = drag;
     mark?.remove();
     drag.over = true;
-    drag = null;
-    if (!base) open(names, link);
+    drag = state.frame = null;
+    if (base) page.redraw(state.values);
+    else open(names, link);
   });
   async function follow(own) { // one request at a time, always the latest place
     if (own.busy) return;
@@ -138,7 +143,8 @@ export function joints(page) {
       ...(now === "lubricated" ? [] : [button("add wear", () => edit(kind, part.name, {add: "wear"}), "wear and a shallow recess of the bearing")])];
     const start = [`${kind}s.${part.name}.`, `sdf.${kind}s.${part.name}.`], own = (one) => start.some((begin) => one.startsWith(begin)) || part.paths?.includes(one);
     const values = [...state.controls.keys()].filter((one) => own(one) && page.valueOf(one) !== null && one !== path && (kind === "joint" ? !one.includes(".pose.") : FIRST.test(one)));
-    const list = select(["show a value ...", ...values], "show a value ...");
+    const list = select(["show a value ...", ...values.sort((a, b) => !page.valueOf(a) - !page.valueOf(b))], "show a value ...");
+    [...list.options].slice(1).forEach((option) => { option.textContent = labelOfPath(option.title = option.value); });
     list.setAttribute("aria-label", `values of ${kind} ${part.name}`);
     list.addEventListener("change", () => { editor.close(); page.show(list.value); at(`[data-path="${CSS.escape(list.value)}"]`).querySelector("input, select").focus(); });
     const noted = kind === "link" && part.models.length < 2 ? [make("small", {}, "A flexible link needs two ends.")] : [];

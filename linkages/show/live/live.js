@@ -21,7 +21,7 @@ export function mount(root, answer) {
   const send = (kind, request) => answer(kind, {...request, page: own});
   const state = {
     began: null, start: null, controls: new Map(), shown: [], values: {}, past: [], future: [], view: null, pins: [],
-    picture: null, wanted: null, busy: false, refining: false, tries: 0, next: 0, phase: 0, plots: null, bands: null,
+    picture: null, wanted: null, busy: false, refining: false, tries: 0, next: 0, phase: 0, plots: null, bands: null, frame: null,
   };
   const at = (selector) => root.querySelector(selector);
   const announce = (event) => root.dispatchEvent(new CustomEvent(event));

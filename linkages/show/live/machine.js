@@ -4,11 +4,12 @@ import {button, draw, g, make, select} from "./dom.js";
 import {unitOf} from "./words.js";
 
 const FRAME = 100; // time between frames while a run is computed: drawing takes the same processor [ms]
+const LEAST = 11; // size of names on the screen [px]
 const LOOP = 4; // time in which the shown part of the run is played at the speed 1 [s]
 
 export function machine(page) {
   const {root, at, state, send} = page;
-  let shapes = [], spots = [], playing = !matchMedia("(prefers-reduced-motion: reduce)").matches, last = performance.now();
+  let shapes = [], spots = [], names = [], playing = !matchMedia("(prefers-reduced-motion: reduce)").matches, last = performance.now();
   at(".machine").append(
     make("div", {class: "picture"}),
     make("div", {class: "playback"},
@@ -25,10 +26,16 @@ export function machine(page) {
     state.picture = reply.picture;
     if (reply.poses && state.view?.picture === reply.picture) state.view.poses = reply.poses;
     at(".picture").innerHTML = reply.svg;
+    if (state.frame) { // while a pin is dragged, places stay where they are on the screen
+      const {low, high, scale, width, height} = state.frame, k = reply.scale / scale;
+      at(".picture svg").setAttribute("viewBox", [(low - reply.low) * reply.scale, (reply.high - high) * reply.scale, k * width, k * height].join(" "));
+    }
     state.scene = reply;
     state.colors = new Map([...at(".picture").querySelectorAll("text")].map((text) => [text.textContent, text.getAttribute("fill")]));
     shapes = [...at(".picture").querySelectorAll("[data-at]")].map((element) =>
       [element, element.dataset.at.split(" ").map((row) => row.split(",").map(Number))]);
+    names = [...at(".picture").querySelectorAll("text")].sort((a, b) => b.hasAttribute("font-weight") - a.hasAttribute("font-weight"))
+      .map((text) => [text, Number(text.getAttribute("font-size"))]);
     seek(state.phase);
     root.dispatchEvent(new CustomEvent("drawn"));
   }
@@ -48,8 +55,9 @@ export function machine(page) {
       const spot = draw("circle", {r: 0.03 * size, class: "spot"});
       svg.append(spot);
       spots.push([spot, orbit.now]);
-      const text = `${orbit.name}: ${g(factor * orbit.clearance, 3)} ${unit}, e/c ${g(most(orbit), 3)}`;
-      return make("figure", {title: `joint ${orbit.name}: clearance, largest eccentricity ratio`}, svg, make("figcaption", {}, larger > 1 ? `${text}; ${g(larger, 3)} ×` : text));
+      const film = orbit.film === null ? "" : `, film ${g(factor * orbit.film, 3)} ${unit}`;
+      const text = `${orbit.name}: ${g(factor * orbit.clearance, 3)} ${unit}, e/c ${g(most(orbit), 3)}${film}`;
+      return make("figure", {title: `joint ${orbit.name}: clearance, largest eccentricity ratio, thinnest film`}, svg, make("figcaption", {}, larger > 1 ? `${text}; ${g(larger, 3)} ×` : text));
     }));
   }
   function seek(phase) {
@@ -61,6 +69,7 @@ export function machine(page) {
     if (scene && k >= 0 && view.picture === state.picture && view.poses?.length) {
       const pose = view.poses[k].map((row, body) => row.map((value, j) => mix(value, view.poses[k + 1][body][j])));
       placeShapes(shapes, pose, scene);
+      placeNames(names);
     }
     for (const [spot, [x, y]] of spots) {
       if (k < 0 || !x.length) continue;
@@ -94,6 +103,19 @@ export function machine(page) {
   return {redraw, hold, togglePlay};
 }
 
+function placeNames(names) { // readable in a small picture; one that lies on another is hidden, those of joints are seen first
+  const seen = [], scale = names[0]?.[0].getScreenCTM()?.a ?? 1;
+  for (const [text, size] of names) {
+    const wanted = `${Math.max(size, LEAST / scale).toFixed(1)}px`;
+    if (text.style.fontSize !== wanted) text.style.fontSize = wanted;
+  }
+  for (const [text] of names) {
+    const box = text.getBoundingClientRect();
+    const hidden = seen.some((other) => box.left < other.right && other.left < box.right && box.top < other.bottom && other.top < box.bottom);
+    text.style.visibility = hidden ? "hidden" : "";
+    if (!hidden) seen.push(box);
+  }
+}
 function placeShapes(shapes, pose, {low, high, scale}) {
   for (const [element, rows] of shapes) {
     const points = rows.map(([body, x, y, dx, dy]) => {

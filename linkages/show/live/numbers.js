@@ -49,10 +49,10 @@ export function numbers(page) {
       make("tbody", {}, ...rows.map((row) => tableRow(row, before.get(row.name) ?? null))));
   }
   function tableRow({name, unit: si, value, least, most}, before) {
-    const [unit, factor] = unitOf(si, state.units), shown = (one) => (one === null ? "–" : g(factor * one));
+    const [unit, factor] = unitOf(si, state.units), shown = (one, digits = 5) => (one === null ? "–" : String(Number((factor * one).toPrecision(digits))));
     const color = state.colors?.get(name.split(".")[0]), head = make("th", {scope: "row", title: name}, labelOfOutput(name), make("small", {}, unit));
     if (color && color !== INK) head.style.boxShadow = `inset 4px 0 ${color}`;
-    const [low, high] = [least, most].map((one) => one !== null && Number((factor * one).toPrecision(3))), differ = state.view.settled && low !== high;
+    const [low, high] = [least, most].map((one) => shown(one, 3)), differ = state.view.settled && low !== high;
     const periods = differ ? [make("div", {class: "periods", title: "smallest and largest peak of single periods"}, `${low} to ${high}`)] : [];
     return make("tr", {"data-name": name}, head, make("td", {class: "now"}, make("span", {}, shown(value)), ...periods),
       make("td", {class: "other"}, shown(before)), make("td", {class: "change"}, percent(value, before)),

@@ -19,7 +19,7 @@ from linkages.input.model.experiment import QUANTITIES
 from linkages.input.model.mechanism import Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
-from linkages.results.extremes import peaks
+from linkages.results.extremes import extremes, peaks
 from linkages.results.outputs.registry import names, unit
 from linkages.results.trajectory import Trajectory
 from linkages.show.plots.drawing.drawing import Drawing
@@ -122,13 +122,14 @@ def _spreads(assessment: Assessment, names: Sequence[str]) -> dict[str, dict[str
 
 
 def _orbit(system: System, name: str, shown: Trajectory, frames: Mapping[str, Array]) -> dict[str, Any]:
-    """Path of a journal's centre in parts of the clearance, and its place in each frame of the moving picture."""
+    """Path of a journal's centre in parts of the clearance, its place in each frame, and the thinnest film [m]."""
     clearance = system.experiment.joints[name].clearance or 1.0
     keep = np.unique(np.linspace(0, len(shown.time) - 1, min(_ORBIT, len(shown.time))).astype(int))
     path = [short(shown[f"{name}.{axis}"][keep] / clearance) for axis in ("ex", "ey")]
     now = [short(frames.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
-    turns = system.mechanism.joint[name].type == "revolute"
-    return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns}
+    turns, film = system.mechanism.joint[name].type == "revolute", f"{name}.film_thickness"
+    least = extremes(shown, [film])[film].min if film in shown else None
+    return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns, "film": least}
 
 
 def joints_of(drawing: Drawing, mechanism: Mechanism) -> dict[str, list[float]]:

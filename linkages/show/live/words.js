@@ -4,6 +4,7 @@ const UNITS = { // unit by SI unit, and how many of it are one SI unit
   m: ["mm", 1e3], rad: ["°", 180 / Math.PI], "rad/s": ["r/min", 30 / Math.PI], "Pa s": ["mPa s", 1e3], Pa: ["MPa", 1e-6],
   "kg m2": ["kg mm²", 1e6], "m3/s": ["cm³/s", 1e6], "N/m": ["N/mm", 1e-3], "N s/m": ["N s/mm", 1e-3],
 };
+export const OUT_OF_PLANE = /\.(z|roll|pitch)$/;
 export const SYSTEMS = ["mm, r/min, °, mPa s", "SI units"];
 
 const WORDS = {

@@ -108,7 +108,7 @@ function drawCurves(holder, curves, seek) {
     const width = plots[0].svg.clientWidth;
     if (!width || width === W) return;
     W = width;
-    H = Math.round(Math.min(190, 60 + 0.25 * W));
+    H = Math.round(Math.min(190, 60 + 0.3 * W));
     show();
   }
   function point(time) {
