@@ -163,7 +163,7 @@ class _Warning(_Entry):
     time: _Number
     what: str
     remedy: str
-    changes: dict[str, str | float] = {}  # earlier files have none
+    changes: dict[str, str | float] = Field(default={})  # earlier files have none
 
 
 class _Ran(Experiment):
