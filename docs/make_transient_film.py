@@ -207,9 +207,9 @@ the largest eccentricity ratio ({ratios}) and the content ({contents}) do not.
 ## What is offered
 
 - Along any orbit of one bearing, and for one loaded journal with a mass: any grooves, holes, supply and cavity pressure, any $L/D$; about 3 ms a step along an orbit.
-- In the runs of a machine on the compiled engine: any lubricated joints with grooves and holes and a cavity at ambient pressure; runs, batches, sweeps, sections, design studies
+- In the runs of a machine on both engines: any lubricated joints, driven ones too, with grooves and holes and a cavity at ambient pressure; runs, batches, sweeps, sections, design studies
   (gradient methods take differences), the heat balance. A solution takes 200 times as long as a map; a turn of the press one to two seconds of processor time.
-- Drake, derivatives, periodic motions, Lyapunov exponents, linear models, wear, the live page and a start in equilibrium refuse a `history`.
+- Drake diagrams, derivatives, periodic motions, Lyapunov exponents, linear models, wear, the live page and a start in equilibrium refuse a `history`.
 
 ## Evidence
 

@@ -301,9 +301,10 @@ def test_keys_and_outputs_are_listed_with_their_units(seven_bar, capsys):
 def test_keys_at_a_path_are_listed(path, capsys):
     assert main(["keys", path]) == 0
     listed = [line.split("  ")[0] for line in capsys.readouterr().out.splitlines()]
-    tables = ["joints", "contacts"] if path == "friction" else [path.partition(".")[0]]
-    for table in tables:
-        assert {f"{table}.NAME.friction.{key}" for key in ("law", "coefficient", "v_0", "v_1")} <= set(listed)
+    tables = {"joints": "", "contacts": ""} if path == "friction" else {path.partition(".")[0]: ""}
+    tables |= {name: "backlash." for name in ("gears", "couplings", "drives") if path == "friction"}
+    for table, part in tables.items():
+        assert {f"{table}.NAME.{part}friction.{key}" for key in ("law", "coefficient", "v_0", "v_1")} <= set(listed)
     assert {name.split(".")[0] for name in listed} == set(tables)
     assert all("friction" in name for name in listed)
 

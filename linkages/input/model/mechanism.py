@@ -287,9 +287,9 @@ def faults_of_values(experiment: Experiment) -> Iterator[None]:
             except InputError as problem:
                 if not known:
                     break
-                if str(problem) != str(fault):  # of a pair of values that are given together
-                    continue
                 where = f"sdf.{next(iter(known))}"
+                if str(problem) != str(fault) and where != fault.where:  # of a pair of values that are given together
+                    continue
                 what = str(problem).removeprefix(f"{path.name}: ").removeprefix(f"{where}: ")
                 raise InputError(experiment.origin(where), where, what) from None
         raise
