@@ -133,14 +133,15 @@ def _rated(setting: Mapping[str, Any]) -> list[tuple[Any, dict[str, Any]]]:
 
 
 def missing_sensors(residuals: Residuals, z: Array, jacobian: Array, rate: float) -> list[str]:
-    """Return outputs that would make all unknowns identifiable, with samples of 1 % noise, the best first."""
+    """Return further outputs that would make all unknowns identifiable, with samples of 1 % noise, the best first."""
     task, n = residuals.task, len(residuals.active)
+    measured = {channel.output for measurement in task.measurements for channel in measurement.channels}
     system = task.measurements[0].system.replaced(
         {"duration": min(residuals.span()[1], task.system.experiment.duration)}
     )
     outputs = [name for name in default_outputs(system) if unit(system, name)] or list(default_outputs(system))
     outputs += [f"{name}.eccentricity_ratio" for name in system.experiment.play]
-    known = [name for name in dict.fromkeys(outputs) if _exists(system, name)]
+    known = [name for name in dict.fromkeys(outputs) if name not in measured and _exists(system, name)]
     moved = _At(residuals, z)
     rows = sensor_rows(moved, system, known, rate)
     run = simulate(system, outputs=known)

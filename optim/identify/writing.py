@@ -72,7 +72,7 @@ def format_identification(found: Mapping[str, Any]) -> str:
     for mixture in found["mixtures"]:
         lines.append(f"the data leave open: {mixture}")
     if found["sensors"]:
-        lines.append(f"a sensor with 1 % noise would determine it: {' or '.join(found['sensors'])}")
+        lines.append(f"a further sensor with 1 % noise would determine it: {' or '.join(found['sensors'])}")
     return "\n".join(lines + [f"warning: {one}" for one in found["warnings"]])
 
 
