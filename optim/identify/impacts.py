@@ -64,6 +64,8 @@ def _parabola(values: Array, i: int) -> tuple[float, float, Array, Array]:
     """Return place, in samples, and value of the peak of the parabola about sample i, and their derivatives (3,)."""
     before, middle, after = values[i - 1 : i + 2]
     bend, rise = before - 2.0 * middle + after, np.array([-0.5, 0.0, 0.5])
+    if bend == 0.0:  # the middle of a plateau, as of a sensor at its limit
+        return float(i), float(middle), np.zeros(3), np.array([0.0, 1.0, 0.0])
     ratio = 0.5 * (after - before) / bend
     curve = np.array([1.0, -2.0, 1.0])
     place, peak = i - ratio, middle - 0.5 * ratio**2 * bend

@@ -14,6 +14,7 @@ import optim
 from linkages.cli.main import main
 from optim.identify.batches import SumsOfSquares
 from optim.identify.certainty import coloured, correlation_of
+from optim.identify.impacts import _parabola
 from optim.identify.load import load_identification
 from optim.identify.residuals import Residuals
 
@@ -283,6 +284,19 @@ def test_first_impacts_lead_from_a_factor_of_two_to_the_values_of_a_dry_joint(tm
         assert one["deviation"] < 1e-3 * value
 
 
+def test_the_peak_of_a_sensor_at_its_limit_is_the_middle_of_its_plateau():
+    top, smooth = np.minimum(np.array([0.0, 1.0, 3.0, 5.0, 6.0, 4.0, 0.0, 0.0]), 2.5), np.array([0.0, 3.0, 4.0, 1.0])
+    place, peak, slope_place, slope_peak = _parabola(top, 3)
+    assert (place, peak, *slope_place, *slope_peak) == (3.0, 2.5, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    place, peak, slope_place, slope_peak = _parabola(smooth, 2)  # y = 4 - (x - 2) - 2 (x - 2)^2
+    assert (place, peak) == (1.75, 4.125)
+    for k, step in enumerate(1e-6 * np.eye(4)[1:4]):
+        more, less = _parabola(smooth + step, 2), _parabola(smooth - step, 2)
+        assert ((more[0] - less[0]) / 2e-6, (more[1] - less[1]) / 2e-6) == pytest.approx(
+            (slope_place[k], slope_peak[k])
+        )
+
+
 def test_statistics_of_a_record_tell_the_values(tmp_path):
     task = TASK.replace(', shift = "fit"', f", shift = {SHIFT}").replace('gain = "fit"', f"gain = {GAIN}")
     found = optim.identify(
@@ -380,8 +394,10 @@ def test_the_press_of_the_tutorial_needs_a_probe_at_its_journal(tmp_path, monkey
     task = tmp_path / "press_fit.toml"
     task.write_text(machine + data)
     assert optim.plan(load_identification(task))["best"]["sensors"] == ["torque", "probe"]
-    without = optim.identify(load_identification(task))["parameters"]
-    assert [one["identifiable"] for one in without.values()] == [False, False, True, True]
+    without = optim.identify(load_identification(task))
+    assert [one["identifiable"] for one in without["parameters"].values()] == [False, False, True, True]
+    assert without["sensors"]  # further ones: the torque was measured
+    assert not {"slider7.ax", "O1.torque"} & set(without["sensors"])
     task.write_text(machine + data + probe)
     found = optim.identify(load_identification(task))["parameters"]
     assert [one["path"] for one in found.values()] == list(names["true"])
