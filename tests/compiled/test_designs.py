@@ -15,6 +15,15 @@ from linkages.engines.compiled.batch import designs
 from linkages.engines.compiled.batch.statistics import STATISTICS
 
 PRESS, DRY = ("seven_bar", {"duration": 0.05}), ("slider_crank_dry", {"duration": 2e-3})
+#: Drive of a four-bar, and a film at its crank pin.
+FILM = """[drives.O]
+speed = 20.0
+[joints.A]
+model = "lubricated"
+clearance = 1e-3
+viscosity = 0.1
+"""
+
 #: Machine, values replaced in it, and limits of variables; values beyond some of the limits are not valid.
 CASES = {
     "masses and oil": (*PRESS, {"sdf.links.link2.mass": (-0.05, 0.4), "joints.A.viscosity": (-0.05, 0.5)}),
@@ -105,15 +114,7 @@ def test_rows_with_a_law_of_the_users_own_are_single_runs():
 
 def test_rows_that_fail_in_the_run_are_single_runs(system_of):
     """A journal that leaves its film, and loops that do not close."""
-    toml = """duration = 0.2
-[drives.O]
-speed = 20.0
-[joints.A]
-model = "lubricated"
-clearance = 1e-3
-viscosity = 0.1
-"""
-    system = system_of(four_bar(), toml)
+    system = system_of(four_bar(), f"duration = 0.2\n{FILM}")
     assert check(system, {"joints.A.viscosity": (1e-9, 0.2)}, ["A.force"])
     with pytest.raises(AssemblyError, match="no-assembly"):
         _ = system.replaced({"drives.O.angle": 30.0, "sdf.frames.coupler_tip.pose.x": 0.05}).assembly
@@ -171,15 +172,7 @@ def test_with_limits_rows_with_lengths_do_not_depend_on_earlier_batches():
 
 def test_lengths_that_do_not_close_between_others_are_single_runs(system_of):
     """The four-bar closes unless the crank's pin is nearer to the fixed pin than coupler and follower differ, 50 mm."""
-    toml = """duration = 0.001
-[drives.O]
-speed = 20.0
-[joints.A]
-model = "lubricated"
-clearance = 1e-3
-viscosity = 0.1
-"""
-    system, path = system_of(four_bar(), toml), "sdf.frames.pivot.pose.x"
+    system, path = system_of(four_bar(), f"duration = 0.001\n{FILM}"), "sdf.frames.pivot.pose.x"
     values = np.linspace(-0.15, 0.35, 40)
     batch = simulate_batch(system, [path], values[:, None], ["A.force"])
     for value, status, reason in zip(values.tolist(), batch.status, batch.reason, strict=True):
