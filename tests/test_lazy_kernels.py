@@ -4,12 +4,13 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from threading import get_ident
 
 import numpy as np
 import pytest
 from numba import config
 
-from linkages.base.kernel import kernel, lazy_kernel
+from linkages.base.kernel import external, kernel, lazy_kernel
 
 compiled = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -86,8 +87,8 @@ def test_a_result_of_unknown_type_is_refused(result):
 
 
 @compiled
-def test_threads_may_meet_a_lazy_kernel_at_once():
-    """Eight, without the interpreter's lock: all get the same results."""
+def test_threads_may_meet_a_lazy_kernel_at_once(monkeypatch):
+    """Eight, without the interpreter's lock: one compiles it, and all get the same results."""
 
     def made(scope):
         text = "def slow(n: int) -> int:\n    s = 0\n    for k in range(n):\n        s += k % 7\n    return s"
@@ -99,13 +100,18 @@ def test_threads_may_meet_a_lazy_kernel_at_once():
     exec("def call(n):\n    return slow(n) + slow(n + 1) if n else 0", scope)
     call = kernel(scope["call"])
     assert call(0) == 0  # the caller is compiled, its callee is not
+    made_by, make = [], external.c_function
+    monkeypatch.setattr(
+        external, "c_function", lambda *given, **kinds: made_by.append(get_ident()) or make(*given, **kinds)
+    )
     with ThreadPoolExecutor(8) as pool:
         found = list(pool.map(call, [1000] * 64))
     assert set(found) == {call.py_func(1000)}
+    assert len(made_by) == 1
 
 
 MODULE = """
-from linkages.base.kernel import kernel, lazy_kernel
+from linkages.base.kernel import external, kernel, lazy_kernel
 
 @lazy_kernel
 def added(x: float) -> float:

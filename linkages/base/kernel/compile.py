@@ -37,7 +37,7 @@ from linkages.base.kernel.external import (
     under_way,
 )
 from linkages.base.kernel.fingerprint import LAZY
-from linkages.base.kernel.private import COUNTED, INLINED, OFF, UNCOUNTED, problem, python_function
+from linkages.base.kernel.private import COUNTED, INLINED, OFF, UNCOUNTED, one_thread, problem, python_function
 
 F = TypeVar("F", bound=Callable[..., Any])
 _NUMBERS = {None: types.none, float: types.float64, int: types.int64, bool: types.boolean}
@@ -120,7 +120,8 @@ class Kernel:
         """Compile or load the function that Python calls with arguments of these types."""
         key = tuple(map(shape, arguments))
         if key not in self._entries:
-            self._entries[key] = self._entry(tuple(map(numba.typeof, arguments)))
+            with one_thread:
+                self._entries[key] = self._entries.get(key) or self._entry(tuple(map(numba.typeof, arguments)))
         return self._entries[key]
 
     def __reduce__(self) -> str:

@@ -35,7 +35,7 @@ from linkages.base.kernel.cache import read, write
 from linkages.base.kernel.dual import DUAL, has_duals, spot_of, with_dual_records, with_duals
 from linkages.base.kernel.fingerprint import names_of
 from linkages.base.kernel.folder import folder
-from linkages.base.kernel.private import COUNTED, OFF, UNCOUNTED, Stored, c_function, problem, restored
+from linkages.base.kernel.private import COUNTED, OFF, UNCOUNTED, Stored, c_function, one_thread, problem, restored
 from linkages.base.signals import deferred
 
 kernels: dict[tuple[str, str], Any] = {}  #: by module and name
@@ -63,7 +63,7 @@ def name_of(function: Any, *types_of_call: Any) -> str | None:
 
 
 def obtain(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
-    """Load or compile a function.
+    """Load or compile a function, within `linkages.base.kernel.private.one_thread`.
 
     Parameters
     ----------
@@ -169,14 +169,15 @@ def external(function: Any, kinds: tuple[Any, ...], result: Any) -> str:
     """Load or compile an external function for arguments of these types, and return its symbol."""
     name = name_of(function, kinds, result)
     symbol = _symbol(name, function, kinds, result)
-    if not _alive.get(symbol):
-        _alive[symbol] = None
-        try:
-            made = obtain(name, function, partial(c_function, kinds=kinds, result=result, error_model="numpy"))
-        except BaseException:
-            del _alive[symbol]
-            raise
-        _link(symbol, made)
+    with one_thread:  # what is under way in another one is no recursion
+        if not _alive.get(symbol):
+            _alive[symbol] = None
+            try:
+                made = obtain(name, function, partial(c_function, kinds=kinds, result=result, error_model="numpy"))
+            except BaseException:
+                del _alive[symbol]
+                raise
+            _link(symbol, made)
     return symbol
 
 

@@ -17,6 +17,7 @@
 | _nrt                    | no reference counts in kernels that own no array  | LINKAGES_KERNELS=plain                |
 | no_cpython_wrapper      | no wrapper for Python where only kernels call     | LINKAGES_KERNELS=plain                |
 | no_cfunc_wrapper        | no C function of an inlined kernel                | LINKAGES_KERNELS=plain                |
+| global_compiler_lock    | one thread at a time loads or compiles            | plain kernels                         |
 
 Plain kernels are compiled by `numba.njit` and kept in numba's own cache: the first compilation takes longer, the digits
 are the same. `linkages doctor` reports them. The environment variable LINKAGES_KERNELS=plain asks for them.
@@ -32,9 +33,8 @@ import os
 import pickle
 import re
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from functools import cache
-from threading import RLock
 from typing import Any, NamedTuple, cast
 
 import numba
@@ -44,7 +44,8 @@ from numba import config
 from numba.core.typing.templates import AttributeTemplate
 
 __all__ = ["ARRAY_DATA", "COUNTED", "INLINED", "NAMES", "OFF", "UNCOUNTED", "AttributeTemplate", "Stored"]
-__all__ += ["array_field", "array_words", "c_function", "problem", "python_function", "restored", "without_owner"]
+__all__ += ["array_field", "array_words", "c_function", "one_thread", "problem", "python_function", "restored"]
+__all__ += ["without_owner"]
 
 NAMES = re.findall(r"^\| (\w+) +\|", __doc__, re.M)[1:]
 OFF = bool(getattr(config, "DISABLE_JIT", False))  #: nothing is compiled
@@ -85,11 +86,13 @@ def _compare_words() -> None:
             raise ImportError(f"numba {numba.__version__} has another layout of arrays; install an earlier version")
 
 
+one_thread: Any = nullcontext()  #: loads and compiles while this lasts
 #: why kernels are plain; empty if they are not
 problem = "LINKAGES_KERNELS is plain" if os.environ.get("LINKAGES_KERNELS") == "plain" else ""
 try:
     from numba.core.ccallback import CFunc
     from numba.core.compiler import CompileResult
+    from numba.core.compiler_lock import global_compiler_lock
     from numba.core.registry import cpu_target
     from numba.core.runtime.nrt import rtsys
     from numba.core.serialize import dumps
@@ -99,6 +102,7 @@ try:
 except (ImportError, AttributeError) as missing:
     problem = str(missing)
 else:
+    one_thread = global_compiler_lock
     if not OFF:
         _compare_words()
 
@@ -193,19 +197,17 @@ class CFunction(NamedTuple):
 
 
 _loaded: dict[str, CFunction] = {}  #: by name
-_loading = RLock()
 
 
 def restored(stored: Stored) -> CFunction:
     """Load the object code of a C function, without the Python function."""
     name, code = stored.object_code()
-    with _loading:  # two threads may want the same one
-        if name not in _loaded:
-            engine = _engine()
-            engine.add_object_file(binding.object_file.ObjectFileRef.from_data(code))
-            engine.finalize_object()
-            _loaded[name] = CFunction(engine.get_function_address(name))
-        return _loaded[name]
+    if name not in _loaded:
+        engine = _engine()
+        engine.add_object_file(binding.object_file.ObjectFileRef.from_data(code))
+        engine.finalize_object()
+        _loaded[name] = CFunction(engine.get_function_address(name))
+    return _loaded[name]
 
 
 @cache
