@@ -40,6 +40,10 @@ def _replace(document: tomlkit.TOMLDocument, path: str, value: Any, origin: str)
         if name not in here:
             here[name] = tomlkit.table()
         here = here[name]
+    if isinstance(here, list):
+        here[int(key)] = value
+        here.comment(origin)
+        return
     before = here.get(key)
     item: Item = tomlkit.item(value)
     was = "" if before is None or isinstance(before, dict) else f"; before: {tomlkit.item(before).as_string()}"
