@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
-from tomlkit.items import Item
+from tomlkit.items import Array, Item
 
 from linkages.input.files.toml import parse_value
 from linkages.input.model.experiment import Experiment
@@ -40,7 +40,7 @@ def _replace(document: tomlkit.TOMLDocument, path: str, value: Any, origin: str)
         if name not in here:
             here[name] = tomlkit.table()
         here = here[name]
-    if isinstance(here, list):
+    if isinstance(here, Array):
         here[int(key)] = value
         here.comment(origin)
         return
