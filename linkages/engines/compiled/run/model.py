@@ -147,7 +147,8 @@ def error_scale(system: System) -> Array:
 
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
-    length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`).
+    length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`); bristles by
+    their largest deflection.
     """
     tree = system.tree
     turns = (system.ends["kind"] == STOP) & (system.ends["row"]["term"]["kind"] == ANGLE)
@@ -157,8 +158,9 @@ def error_scale(system: System) -> Array:
         for joint, unit in zip(system.models, units, strict=True)
     ]
     position = (min(tree.extent, *lengths) if lengths else tree.extent) * per_length(system)
-    others = np.full(len(system.bristles), 1e-6), system.state_scales
-    return np.concatenate([position, system.motion_rate * position, *others])
+    laws = system.laws[system.bristles]
+    bristles = laws["mu_s"] * laws["bristle_scale"]
+    return np.concatenate([position, system.motion_rate * position, bristles, system.state_scales])
 
 
 def per_length(system: System) -> Array:
