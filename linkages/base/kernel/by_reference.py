@@ -34,6 +34,7 @@ from linkages.base.kernel.simd import LaneArray
 T = TypeVar("T")
 
 _MANY = 1000  # layouts that are kept
+_OWNER = 4  # flag of an array that owns its memory, which numba's types do not have
 
 
 class Reference(types.Type):
@@ -186,7 +187,7 @@ def shape(value: Any) -> Any:
     if isinstance(value, tuple):
         return type(value), *map(shape, value)
     if isinstance(value, np.ndarray):
-        return type(value), value.dtype, value.ndim, value.flags.num
+        return type(value), value.dtype, value.ndim, value.flags.num & ~_OWNER
     return type(value), getattr(value, "dtype", None)
 
 
