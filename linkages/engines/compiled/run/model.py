@@ -147,8 +147,8 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
 
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
-    length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`). `extent`
-    (...) has the length of the linkage, default its own [m].
+    length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`); bristles by
+    their largest deflection. `extent` (...) has the length of the linkage, default its own [m].
     """
     size = np.asarray(system.tree.extent if extent is None else extent)[..., None]
     turns = (system.ends["kind"] == STOP) & (system.ends["row"]["term"]["kind"] == ANGLE)
@@ -158,7 +158,8 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
     position = np.minimum(size, (np.array(lengths) * units).min(axis=-1, initial=np.inf, keepdims=True))
     position = np.repeat(position, len(system.tree.free_dofs), axis=-1)
     position[..., system.tree.free_angles] /= size
-    others = np.concatenate([np.full(len(system.bristles), 1e-6), system.state_scales])
+    laws = system.laws[system.bristles]
+    others = np.concatenate([laws["mu_s"] * laws["bristle_scale"], system.state_scales])
     others = np.broadcast_to(others, (*size.shape[:-1], len(others)))
     return np.concatenate([position, system.motion_rate * position, others], axis=-1)
 
