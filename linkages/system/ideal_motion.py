@@ -19,6 +19,7 @@ from linkages.system.system import System
 _GRID = 0.02  # step of the fastest drive between two stored positions [rad or m]
 _FEWEST, _MANY = 200, 200_000  # fewest steps between stored positions; most before the drive steps become longer
 _COARSEST = 0.1  # step of the fastest drive between two stored positions in a long motion [rad or m]
+_AT_DEAD_POINTS = Status.STEP_SIZE_COLLAPSE, Status.LOOP_OPEN, Status.JOURNAL_LEFT_BEARING  # ends of runs
 _LOCKED = 1e-3  # conditioning below which a motion ends at a dead point
 _RETURNED = 1e-9  # largest change of a coordinate over a turn that repeats itself [rad, or linkage lengths]
 _SHORTEST = 2.0**-40  # smallest part of a stored step: if this fails, the motion ends
@@ -270,11 +271,11 @@ def check_duration(system: System) -> None:
 def cause(status: Status, system: System, time: float) -> tuple[Status, float]:
     """Find the cause of a run's end, and the time up to which its numbers are valid.
 
-    After a step collapse or an open loop the drives may have reached a dead point; a run without clearance joints and
-    flexible links is valid up to that point. The run ended at a time [s] with the engine's status; the result is LOCKED
-    at a dead point, else this status, and the end of the valid part [s].
+    After a step collapse, an open loop or the failure of a film the drives may have reached a dead point; a run without
+    clearance joints and flexible links is valid up to that point. The run ended at a time [s] with the engine's status;
+    the result is LOCKED at a dead point, else this status, and the end of the valid part [s].
     """
-    if status not in (Status.STEP_SIZE_COLLAPSE, Status.LOOP_OPEN) or not system.determinate or not system.drive_rate:
+    if status not in _AT_DEAD_POINTS or not system.determinate or not system.drive_rate:
         return status, time
     try:
         motion = ideal_motion(system)

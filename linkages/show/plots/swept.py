@@ -13,18 +13,19 @@ from matplotlib.patheffects import withStroke
 from linkages.base.arrays import Array
 from linkages.input.model.experiment import value_unit
 from linkages.show.plots.shown import new_figure
-from linkages.show.plots.style import COLORS, LEGEND, axis_label, engineering, figure_style
+from linkages.show.plots.style import COLORS, LEGEND, axis_label, color_for, engineering, figure_style
 
 if TYPE_CHECKING:
     from linkages.explore.grid import Grid
     from linkages.explore.sweep import Sweep
+    from linkages.input.model.mechanism import Mechanism
 
 _LEVELS = 8  # contours of a map, about
 _FLAT = 1e-9  # relative range of peaks below which a map has no contours
 _PANEL = 3.15, 2.3  # width and height of a panel of peaks [in]
 
 
-def peaks_figure(sweep: Sweep, units: Mapping[str, str]) -> Figure:
+def peaks_figure(sweep: Sweep, units: Mapping[str, str], mechanism: Mechanism | None = None) -> Figure:
     """Draw the mean of the revolutions' peaks over the variable, a small panel for each output.
 
     Parameters
@@ -33,6 +34,8 @@ def peaks_figure(sweep: Sweep, units: Mapping[str, str]) -> Figure:
         From `linkages.sweep`.
     units : mapping of str to str
         SI units of the outputs.
+    mechanism : Mechanism, optional
+        Gives each output the colour of its link.
     """
     columns = min(len(sweep.names), 2)
     rows = -(-len(sweep.names) // columns)
@@ -45,7 +48,7 @@ def peaks_figure(sweep: Sweep, units: Mapping[str, str]) -> Figure:
         for axis, name in zip(axes.flat, sweep.names, strict=False):
             y = np.array([point.mean_peak(name) for point in sweep.points])
             unit, factor = engineering(units[name], _largest(y))
-            axis.plot(x, factor * y, ".-", color=COLORS[0], lw=1.1, ms=4)
+            axis.plot(x, factor * y, ".-", color=color_for(mechanism, name), lw=1.1, ms=4)
             axis.set(xlabel=label, ylabel=f"{name}\n{axis_label('peak', unit)}")
             axis.ticklabel_format(useOffset=False)
         return figure
