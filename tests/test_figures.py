@@ -11,9 +11,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 import linkages
 import optim
 from linkages.cli.main import main
-from linkages.show.plots.histories import forces_figure, output_figure, write_figures
+from linkages.show.plots.drawing.drawing import draw
+from linkages.show.plots.histories import forces_figure, output_figure, torques_figure, write_figures
 from linkages.show.plots.linear_figures import bode_figure
-from linkages.show.plots.style import engineering, figure_style, write_figure
+from linkages.show.plots.style import IDEAL, engineering, figure_style, write_figure
 
 SHIPPED = (
     "seven_bar", "seven_bar_dry", "seven_bar_mixed", "seven_bar_rig", "four_bar_dry", "five_bar_dry", "six_bar_dry",
@@ -196,6 +197,22 @@ def test_a_difference_beyond_its_panel_is_stated():
         box = note.get_window_extent(canvas.get_renderer())  # between both panels: it lies on no curve
         assert bottom.bbox.y1 <= box.y0 < box.y1 <= top.bbox.y0
         assert box.x1 <= bottom.bbox.x1 + 1.0
+
+
+def test_a_curve_has_the_colour_of_its_link_in_the_drawing():
+    """A joint's is the one of the link that it carries: link2 turns in A, link3 in B, crank1 in O1."""
+    system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": SHORT})
+    study = linkages.assess(system, error_estimate=False)
+    colors = {shape.text: shape.color for shape in draw(system).shapes if shape.role == "link name"}
+    for figure, links in (
+        (output_figure(study, "slider7.ax"), ["slider7"]),
+        (forces_figure(study), ["link2", "link3"]),
+        (torques_figure(study), ["crank1", "crank4"]),
+    ):
+        assert [axes.lines[-1].get_color() for axes in figure.axes[::2]] == [colors[link] for link in links]
+        assert {axes.lines[0].get_color() for axes in figure.axes[::2]} == {IDEAL}
+    legend = forces_figure(study).axes[0].get_legend()
+    assert legend.legend_handles[-1].get_color() not in colors.values()
 
 
 def test_noise_is_not_drawn_as_a_motion(system_of):

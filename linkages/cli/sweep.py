@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from linkages.explore.sweep import Sweep, SweepPoint
+    from linkages.input.model.mechanism import Mechanism
 
 HELP = "run over the values of one or two variables: peaks, bifurcation diagram, maps"
 
@@ -92,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
         write_tables((path,), pairs, units, True, folder)
         write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
-            _draw(result, units, folder / "sweep")
+            _draw(result, units, system.mechanism, folder / "sweep")
         table, title = format_sweep(result, units), system.experiment.title or system.experiment.source.stem
         question = f"How do the peaks of {listed(names)} change with {path} from {values[0]:.5g} to {values[-1]:.5g}?"
         record(options, folder, title, question, _answer(result, units), table)
@@ -119,7 +120,7 @@ def parse_range(text: str) -> tuple[str, list[float]]:
     return path, np.linspace(low, high, int(count)).tolist()
 
 
-def _draw(result: Sweep, units: dict[str, str], path: Path) -> None:
+def _draw(result: Sweep, units: dict[str, str], mechanism: Mechanism, path: Path) -> None:
     """Draw small panels of the peaks where every motion repeats in each revolution, else the bifurcation diagram."""
     from linkages.input.model.experiment import value_unit
     from linkages.show.plots.attractors import bifurcation_figure
@@ -127,10 +128,10 @@ def _draw(result: Sweep, units: dict[str, str], path: Path) -> None:
     from linkages.show.plots.swept import peaks_figure
 
     if all(_repeats(point, name) for point in result.points for name in result.names):
-        figure = peaks_figure(result, units)
+        figure = peaks_figure(result, units, mechanism)
     else:
         shown, factor = engineering(value_unit(result.path), max(abs(point.value) for point in result.points))
-        figure = bifurcation_figure(result, units, axis_label(result.path, shown), scale=factor)
+        figure = bifurcation_figure(result, units, axis_label(result.path, shown), scale=factor, mechanism=mechanism)
     write_figure(figure, path)
 
 

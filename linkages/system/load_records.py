@@ -14,7 +14,6 @@ import numpy as np
 
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
-from linkages.input.files.formula import Formula
 from linkages.input.model.experiment import DEFINING, Experiment
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
 from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
@@ -74,13 +73,13 @@ def pack_loads(
         record["stiffness"], record["free"] = torsion.stiffness, torsion.free_angle
         record["damping"] = torsion.damping
     for friction in experiment.frictions.values():
-        record, rate = next(following), f"{friction.joint}.rate"
+        record = next(following)
         record["kind"] = types.PUSH
         record["term"], record["sign"] = tree.coordinate(friction.joint)
-        record["motion"] = functions.add_formula(friction.law, {"v": rate})
+        record["motion"] = functions.add_definition(friction.law)
         if friction.depends_on_force:
             record["joint"] = list(mechanism.joint).index(friction.joint)
-            record["share"] = functions.add_formula(friction.share, {"v": rate})
+            record["share"] = functions.add_definition(friction.share)
             record["leverage"] = 2.0 / friction.length if friction.length is not None else 0.0
     for name, motor in experiment.motors.items():
         record = next(following)
@@ -118,11 +117,6 @@ class _Functions:
     def signals(self) -> Records:
         """Return all collected signals."""
         return np.array(self._signals, types.SIGNAL)
-
-    def add_formula(self, given: Formula, names: Mapping[str, str]) -> int:
-        """Add a formula whose names stand for signals; returns its index."""
-        self.made.append(program(given, {name: self._input(signal) for name, signal in names.items()}))
-        return len(self.made) - 1
 
     def add_definition(self, given: Definition) -> int:
         """Add a formula of quantities; returns its index."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -28,6 +29,7 @@ ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}
 #: Types of joints in records of bodies.
 TYPES = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PRISMATIC}
 NO_TERM = (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)  # of a row with one term only
+_SAME = 1e-6  # relative to the linkage's size: points whose box is smaller coincide
 _IMMOBILE = 1e30  # mass that immobilises a mode [kg]
 #: Last fields of the ends of a contact that is no stop: lever, arm, row.
 NO_STOP = (1.0, 0.0, (NO_TERM, 0.0, NO_TERM, 0.0, 1.0))
@@ -282,9 +284,17 @@ class Tree:
 
     @cached_property
     def extent(self) -> float:
-        """Return the linkage's length scale: the diagonal of the box around its joints [m]."""
-        ends = joint_ends(self.mechanism)
-        return float(extent_of(ends)) or 1.0 if len(ends) else 1.0
+        """Return the linkage's length scale: the diagonal of the box around its joints [m].
+
+        Where they coincide, as in a cart with a pendulum, it is the box around joints, frames and mass centres; where
+        these coincide too, the largest radius of gyration.
+        """
+        machine, ends = self.mechanism, joint_ends(self.mechanism)
+        frames = [frame.origin for frame in machine.frames if frame.link != "world"]
+        boxes = [points for points in (ends, [*ends, *frames, *(link.com for link in machine.links)]) if len(points)]
+        radii = [math.sqrt(link.inertia / link.mass) for link in machine.links if link.mass > 0.0]
+        sizes = [*(float(extent_of(np.array(points))) for points in boxes), max(radii, default=0.0)]
+        return next((size for size in sizes if size > _SAME * max(sizes)), 1.0)
 
     def marker(self, link: str, point: Array, beside: Array | float = 0.0) -> tuple[int, float, float]:
         """Return the marker (`MARKER`) of a reference point on `link` [m], or `beside` it.

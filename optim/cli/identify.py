@@ -87,7 +87,10 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
                 samples=options.posterior, threads=options.threads, executor=executor, show=_show,
             )  # fmt: skip
     except KeyboardInterrupt:
-        print("interrupted; the starts that have ended are kept, continue with --resume", file=sys.stderr)
+        print(
+            "interrupted; starts that have ended and samples of the posterior are kept, continue with --resume",
+            file=sys.stderr,
+        )
         return 130
     with out as folder:
         write_json(folder / RESULT, found)

@@ -148,16 +148,14 @@ def certainty(residuals: Residuals, found: Fitted, deviations: Deviations) -> Ce
     if worst and min(worst) < DOUBT:  # the model does not explain the samples: their own spread counts
         weighted = sum(float(np.sum(residual[rows] ** 2)) / time for (_, rows), time in zip(groups, times, strict=True))
         factor = max(1.0, weighted / max(freedom, 1.0))
-    alone = _covariance(jacobian)
+    alone, idle = _covariance(jacobian), np.linalg.norm(jacobian, axis=0) == 0.0
     jacobian = _independent(jacobian, groups, correlations) / math.sqrt(factor)
-    covariance = _covariance(jacobian)
+    room = residuals.upper[:n] - residuals.lower[:n]
+    inside = np.minimum(found.z[:n] - residuals.lower[:n], residuals.upper[:n] - found.z[:n]) > _AT_LIMIT * room
+    covariance, singular, mixtures, known = judge(residuals, jacobian, inside)
     inflation = np.diag(covariance) / np.diag(alone)
-    singular, mixtures, known = _mixtures(residuals, found.z, jacobian)
-    scale = np.sqrt(np.diag(covariance))
-    known &= scale[:n] <= largest_deviations(residuals)
-    correlation = np.abs(covariance / np.outer(scale, scale))[:n, :n]
-    known &= ~np.any(correlation[:, ~known] > _TIED, axis=1)  # what an unknown value may take with it
-    covariance[:n][~known], covariance[:, :n][:, ~known] = np.nan, np.nan
+    idle[:n] |= ~known
+    covariance[idle], covariance[:, idle] = np.nan, np.nan
     return Certainty(covariance, inflation, singular, mixtures, known, max(freedom, _LEAST_FREEDOM), times, tests)
 
 
@@ -185,25 +183,32 @@ def _covariance(jacobian: Array) -> Array:
     return np.asarray(inverse.T @ inverse / np.outer(scale, scale), np.float64)
 
 
-def _mixtures(residuals: Residuals, z: Array, jacobian: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return singular values, mixtures, and which unknowns are identifiable."""
-    n = len(residuals.active)
-    own, sensors = jacobian[:, :n], jacobian[:, n:]
-    if sensors.shape[1]:
-        basis = np.linalg.qr(sensors / np.maximum(np.linalg.norm(sensors, axis=0), _TINY))[0]
-        own = own - basis @ (basis.T @ own)
-    allowed = largest_deviations(residuals)
-    _, singular, mixtures = np.linalg.svd(own * allowed, full_matrices=False)
-    singular, mixtures = np.pad(singular, (0, n - len(singular))), mixtures
-    if len(mixtures) < n:
-        mixtures = np.linalg.svd(own * allowed, full_matrices=True)[2]
-    known = np.ones(n, bool)
+def judge(
+    residuals: Residuals, jacobian: Array, inside: NDArray[np.bool_]
+) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """Return the covariance, singular values and mixtures, and which unknowns, of those `inside`, are identifiable."""
+    n, allowed, known = len(residuals.active), largest_deviations(residuals), inside.copy()
+    singular, mixtures = mixtures_of(jacobian, allowed)
     for value, mixture in zip(singular, mixtures, strict=True):
         if value < 1.0:
             known &= mixture**2 < _PART
-    room = residuals.upper[:n] - residuals.lower[:n]
-    inside = (z[:n] - residuals.lower[:n] > _AT_LIMIT * room) & (residuals.upper[:n] - z[:n] > _AT_LIMIT * room)
-    return singular, mixtures, known & inside
+    covariance = _covariance(jacobian)
+    scale = np.sqrt(np.diag(covariance))
+    known &= scale[:n] <= allowed
+    correlation = np.abs(covariance / np.outer(scale, scale))[:n, :n]
+    known &= ~np.any(correlation[:, ~known] > _TIED, axis=1)  # what an unknown value may take with it
+    return covariance, singular, mixtures, known
+
+
+def mixtures_of(jacobian: Array, allowed: Array) -> tuple[Array, Array]:
+    """Return the singular values (n,) of mixtures (n, n) of unknowns in allowed deviations; sensors are eliminated."""
+    n = len(allowed)
+    own, sensors = jacobian[:, :n], jacobian[:, n:]
+    sides, size, _ = np.linalg.svd(sensors / np.maximum(np.linalg.norm(sensors, axis=0), _TINY), full_matrices=False)
+    basis = sides[:, size > _LEAST]
+    own = own - basis @ (basis.T @ own)
+    _, singular, mixtures = np.linalg.svd(own * allowed, full_matrices=len(own) < n)
+    return np.pad(singular, (0, n - len(singular))), mixtures
 
 
 def largest_deviations(residuals: Residuals) -> Array:

@@ -30,6 +30,7 @@ from optim.identify.profile import profile
 from optim.identify.residuals import Residuals
 from optim.identify.statistics import NAMES, Statistics
 
+SAMPLES = "posterior.bin"  # keeps samples, in the folder of the checkpoint
 _HALF = 0.5  # part that is predicted where alternatives are compared, by default
 _NEW = 8  # further starts where the best one is hopeless
 _ROUNDS = 3  # times that they are added, as long as they help
@@ -56,7 +57,7 @@ def identify(
     task : Identification
         From `optim.load_identification`.
     checkpoint : Path, optional
-        File that keeps the starts that have ended.
+        File that keeps the starts that have ended; ``posterior.bin`` in its folder keeps the samples.
     resume : bool
         Whether the checkpoint may exist; it must be of the same file.
     profiles : bool
@@ -137,7 +138,8 @@ def identify(
                 "profile_runs": runs,
             }
     if samples:
-        content["posterior"] = posterior(residuals, found, judged, threads, show)
+        store = None if checkpoint is None else checkpoint.with_name(SAMPLES)
+        content["posterior"] = posterior(residuals, found, judged, threads, show, store)
         if not content["posterior"]["enough"]:
             content["warnings"].append(
                 f"the posterior has {content['posterior']['autocorrelation_times']:.2g} autocorrelation times, not 50:"

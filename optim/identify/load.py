@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -301,5 +302,11 @@ def filtered(rows: Array, sections: Array | None) -> Array:
 
 def described(identification: Identification) -> Mapping[str, Any]:
     """Return what determines the numbers of an identification, JSON types."""
-    file = identification.file.model_dump(mode="json")
-    return {**file, "samples": sum(len(c.values) for m in identification.measurements for c in m.channels)}
+    content = hashlib.sha256()
+    for one in identification.measurements:
+        content.update(one.system.mechanism.source.read_bytes())
+        content.update(one.system.experiment.model_dump_json(exclude={"title"}).encode())
+        for channel in one.channels:
+            content.update(channel.times.tobytes() + channel.values.tobytes())
+    other: Any = {"title": True, "plan": True, "fit": {"posterior_runs"}}  # --resume continues a chain that was short
+    return {**identification.file.model_dump(mode="json", exclude=other), "content": content.hexdigest()}

@@ -4,24 +4,36 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages import InputError, System, simulate
+from linkages import InputError, RunError, System
 from linkages.base.arrays import Array
 from linkages.base.brief import cell
 from linkages.input.files.unit_conversion import si
 from linkages.results.outputs.registry import check_output, default_outputs, unit
-from optim.identify.certainty import largest_deviations, mixture_text
-from optim.identify.load import Identification
+from optim.identify.certainty import judge, largest_deviations, mixture_text, mixtures_of
+from optim.identify.load import Channel, Identification, Measurement
 from optim.identify.residuals import Residuals
+from optim.identify.schema import Plan
 from optim.problem.load import within
 
 _NOISE = 0.01  # deviation of a sensor that is proposed, relative to the spread of its output
 _PROPOSED = 3
 _FEWEST = 8  # samples of a planned run
+
+
+class Sensor(NamedTuple):
+    """A sensor that could be used; the deviation of a sample, gain and offset (NaN if they will be fitted)."""
+
+    name: str
+    output: str
+    deviation: float = 1.0
+    gain: float = 1.0
+    offset: float = 0.0
 
 
 def plan(task: Identification, show: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
@@ -41,8 +53,7 @@ def plan(task: Identification, show: Callable[[str], None] = lambda text: None) 
     wanted = task.file.plan
     if wanted is None:
         raise InputError(task.source, "plan", "is missing; add [plan] with rate and candidates")
-    deviations = {name: _deviation(task, name) for name in wanted.candidates}
-    residuals, settings = Residuals(task), []
+    settings = []
     values: list[float | None] = [*wanted.values] or [None]
     for value in values:
         changed: dict[str, Any] = {} if value is None else {wanted.vary or "": value}
@@ -53,9 +64,8 @@ def plan(task: Identification, show: Callable[[str], None] = lambda text: None) 
         if system.experiment.duration * wanted.rate < _FEWEST:
             raise InputError(task.source, "plan.rate", f"gives less than {_FEWEST} samples; give a higher one")
         show("plan" if value is None else f"plan, {wanted.vary} = {value:g}")
-        rows = sensor_rows(residuals, system, [c.output for c in wanted.candidates.values()], wanted.rate)
-        found = {name: rows[candidate.output] / deviations[name] for name, candidate in wanted.candidates.items()}
-        settings.append({"value": value, **_compared(residuals, found)})
+        one, owners = _planned(task, wanted, system), (None,) * len(task.names)
+        settings.append({"value": value, **_compared(Residuals(replace(task, measurements=(one,), owners=owners)))})
     best = min(
         (entry for setting in settings for entry in _rated(setting)),
         key=lambda entry: (-entry[1]["identifiable"], entry[1]["worst"]),
@@ -66,64 +76,71 @@ def plan(task: Identification, show: Callable[[str], None] = lambda text: None) 
     }  # fmt: skip
 
 
-def _deviation(task: Identification, name: str) -> float:
-    assert task.file.plan is not None
-    candidate, where = task.file.plan.candidates[name], f"plan.candidates.{name}"
-    try:
-        check_output(task.system, candidate.output)
-    except InputError as problem:
-        raise InputError(task.source, where, str(problem)) from None
-    given = candidate.deviation
-    try:
-        return si(given, unit(task.system, candidate.output)) if isinstance(given, str) else float(given)
-    except ValueError as problem:
-        raise InputError(task.source, f"{where}.deviation", str(problem)) from None
+def _planned(task: Identification, wanted: Plan, system: System) -> Measurement:
+    """Return the measurement of a plan, without values."""
+    sensors = []
+    for name, candidate in wanted.candidates.items():
+        where, given = f"plan.candidates.{name}", candidate.deviation
+        try:
+            check_output(system, candidate.output)
+        except InputError as problem:
+            raise InputError(task.source, where, str(problem)) from None
+        try:
+            size = si(given, unit(system, candidate.output)) if isinstance(given, str) else float(given)
+        except ValueError as problem:
+            raise InputError(task.source, f"{where}.deviation", str(problem)) from None
+        if size <= 0.0:
+            raise InputError(task.source, f"{where}.deviation", f"is {given!r}; it must be positive")
+        gain, offset = math.nan if candidate.gain else 1.0, math.nan if candidate.offset else 0.0
+        sensors.append(Sensor(name, candidate.output, size, gain, offset))
+    return _measurement("plan", system, sensors, wanted.rate, math.nan if wanted.shift else 0.0)
 
 
-def sensor_rows(residuals: Residuals, system: System, outputs: list[str], rate: float) -> dict[str, Array]:
-    """Return the derivatives (nt, n) of outputs with respect to the scaled unknowns at the start, at a rate [Hz].
+def _measurement(name: str, system: System, sensors: Iterable[Sensor], rate: float, shift: float) -> Measurement:
+    """Return a measurement, the values of which are zero, with samples at a rate [Hz]."""
+    times = np.arange(0.0, system.experiment.duration * (1.0 + 1e-12), 1.0 / rate)
+    channels = (
+        Channel(one.name, one.output, "", times, np.zeros(len(times)), one.deviation, one.gain, one.offset, None)
+        for one in sensors
+    )
+    return Measurement(name, system, tuple(channels), shift)
 
-    Samples without derivatives are left out.
-    """
-    task, n = residuals.task, len(residuals.active)
-    paths = [task.paths[k] for k in residuals.active]
-    values = residuals.values(residuals.start)
-    system = system.replaced(dict(zip(paths, map(float, values), strict=True)))
-    run = simulate(system, outputs=list(dict.fromkeys(outputs)), wrt=paths)
-    times = np.arange(0.0, float(run.time[-1]) * (1.0 + 1e-12), 1.0 / rate)
-    times = times[times <= min(run.sensitivity.until, float(run.time[-1]))]
-    found, slopes = run.sensitivity.evaluate(times), residuals.slopes(residuals.start)
+
+def _rows(residuals: Residuals, z: Array) -> dict[str, tuple[Array, Array]]:
+    """Return residuals and derivatives by sensor, up to where derivatives are known; "" names the priors."""
+    found = residuals(z)
+    if found.reason:
+        raise RunError(f"the planned run fails: {found.reason}")
+    rows, last = {}, 0
+    for channel, part in residuals.groups(math.inf):
+        known = slice(part.start, part.start + residuals.used(channel, found.until).stop)
+        rows[channel.name], last = (found.residual[known], found.jacobian[known]), part.stop
+    return rows | {"": (found.residual[last:], found.jacobian[last:])}
+
+
+def _compared(residuals: Residuals) -> dict[str, Any]:
+    rows = {name: jacobian for name, (_, jacobian) in _rows(residuals, residuals.start).items()}
+    names = [name for name in rows if name]
     return {
-        output: np.nan_to_num(np.column_stack([found[path][output] for path in paths])).reshape(-1, n) * slopes
-        for output in outputs
+        "single": [_judged(residuals, (name,), rows) for name in names],
+        "pairs": [_judged(residuals, pair, rows) for pair in itertools.combinations(names, 2)],
     }
 
 
-def _compared(residuals: Residuals, rows: Mapping[str, Array]) -> dict[str, Any]:
-    single = [_judged(residuals, (name,), rows[name]) for name in rows]
-    pairs = [
-        _judged(residuals, pair, np.vstack([rows[name] for name in pair])) for pair in itertools.combinations(rows, 2)
-    ]
-    return {"single": single, "pairs": pairs}
-
-
-def _judged(residuals: Residuals, sensors: tuple[str, ...], rows: Array) -> dict[str, Any]:
+def _judged(residuals: Residuals, sensors: tuple[str, ...], rows: Mapping[str, Array]) -> dict[str, Any]:
     """Judge sensors by the derivatives of their samples, in deviations."""
-    allowed = largest_deviations(residuals)
-    _, singular, mixtures = np.linalg.svd(rows * allowed, full_matrices=len(rows) < rows.shape[1])
-    singular = np.pad(singular, (0, len(mixtures) - len(singular)))
-    with np.errstate(divide="ignore"):
-        scaled = np.sqrt(np.sum((mixtures / np.where(singular > 0.0, singular, 0.0)[:, None]) ** 2, axis=0)) * allowed
+    n = len(residuals.active)
+    jacobian = np.vstack([rows[name] for name in (*sensors, "")])
+    jacobian = jacobian[:, (np.arange(jacobian.shape[1]) < n) | jacobian.any(axis=0)]  # without values of other sensors
+    covariance, singular, mixtures, known = judge(residuals, jacobian, np.ones(n, bool))
     slopes, values = residuals.slopes(residuals.start), residuals.values(residuals.start)
-    known = scaled <= allowed
-    relative = scaled * slopes / np.where(values == 0.0, 1.0, np.abs(values))
-    unknown = [mixture_text(residuals, m) for s, m in zip(singular, mixtures, strict=True) if s < 1.0]
+    relative = np.sqrt(np.diag(covariance))[:n] * slopes / np.where(values == 0.0, 1.0, np.abs(values))
     return {
         "sensors": list(sensors),
         "deviations": [float(x) if ok else None for x, ok in zip(relative, known, strict=True)],
         "identifiable": int(known.sum()),
         "worst": float(np.max(relative[known], initial=0.0)),
-        "unknown": unknown,
+        "unknown": [mixture_text(residuals, m) for s, m in zip(singular, mixtures, strict=True) if s < 1.0],
     }
 
 
@@ -133,25 +150,27 @@ def _rated(setting: Mapping[str, Any]) -> list[tuple[Any, dict[str, Any]]]:
 
 
 def missing_sensors(residuals: Residuals, z: Array, jacobian: Array, rate: float) -> list[str]:
-    """Return further outputs that would make all unknowns identifiable, with samples of 1 % noise, the best first."""
-    task, n = residuals.task, len(residuals.active)
+    """Return further outputs that would make all unknowns identifiable, with samples of 1 % noise, the best first.
+
+    They have the clock and the machine of the first measurement.
+    """
+    task, n, first = residuals.task, len(residuals.active), residuals.task.measurements[0]
     measured = {channel.output for measurement in task.measurements for channel in measurement.channels}
-    system = task.measurements[0].system.replaced(
-        {"duration": min(residuals.span()[1], task.system.experiment.duration)}
-    )
+    system = first.system.replaced({"duration": min(residuals.span()[1], task.system.experiment.duration)})
     outputs = [name for name in default_outputs(system) if unit(system, name)] or list(default_outputs(system))
     outputs += [f"{name}.eccentricity_ratio" for name in system.experiment.play]
-    known = [name for name in dict.fromkeys(outputs) if name not in measured and _exists(system, name)]
-    moved = _At(residuals, z)
-    rows = sensor_rows(moved, system, known, rate)
-    run = simulate(system, outputs=known)
-    allowed, found = largest_deviations(residuals), []
-    for name in known:
-        spread = _NOISE * float(np.std(run[name]))
+    known = [Sensor(name, name) for name in dict.fromkeys(outputs) if name not in measured and _exists(system, name)]
+    one = _measurement(first.name, system, known, rate, first.shift)
+    further = Residuals(replace(task, measurements=(one,)), tuple(residuals.names[:n]))
+    rows, allowed, found = _rows(further, z[: len(further.start)]), largest_deviations(residuals), []
+    for name, *_ in known:
+        residual, lines = rows[name]
+        spread = _NOISE * float(np.std(residual))
         if spread > 0.0 and math.isfinite(spread):
-            stacked = np.vstack([jacobian[:, :n], rows[name] / spread]) * allowed
-            least = float(np.linalg.svd(stacked, compute_uv=False)[-1])
-            found.append((least, name))
+            lines = np.pad(
+                lines, ((0, 0), (0, jacobian.shape[1] - lines.shape[1]))
+            )  # a fitted shift is the first value
+            found.append((float(mixtures_of(np.vstack([jacobian, lines / spread]), allowed)[0][-1]), name))
     return [name for least, name in sorted(found, reverse=True)[:_PROPOSED] if least >= 1.0]
 
 
@@ -161,14 +180,6 @@ def _exists(system: System, name: str) -> bool:
     except InputError:
         return False
     return True
-
-
-class _At(Residuals):
-    """The same residuals, which start from other values."""
-
-    def __init__(self, residuals: Residuals, z: Array) -> None:
-        self.__dict__.update(residuals.__dict__)
-        self.start = z
 
 
 def format_plan(found: Mapping[str, Any]) -> str:
@@ -191,6 +202,8 @@ def format_plan(found: Mapping[str, Any]) -> str:
             cells = [f"{'not known':>16s}" if x is None else cell(100.0 * x, 14) + " %" for x in entry["deviations"]]
             lines.append(f"{' + '.join(entry['sensors']):{first}s}{''.join(cells)}")
     best = found["best"]
+    if not any(entry["identifiable"] for setting in found["settings"] for _, entry in _rated(setting)):
+        return "\n".join([*lines, "", "none of these sensors determines an unknown"])
     at = "" if best["value"] is None else f" at {found['vary']} = {best['value']:g}"
     lines += ["", f"best: {' and '.join(best['sensors'])}{at} (deviations at the start values, linear)"]
     return "\n".join(lines)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,11 +38,13 @@ def posterior(
     judged: Certainty,
     threads: int | None = None,
     show: Callable[[str], None] = lambda text: None,
+    store: Path | None = None,
 ) -> dict[str, Any]:
     """Sample all values, by walkers that start from the linear covariance (Foreman-Mackey and others 2013).
 
     The residuals are normal; their sum of squares is divided by the mean inflation of the linear variances. An unknown
-    without prior is uniform between its limits, a positive one in its logarithm.
+    without prior is uniform between its limits, a positive one in its logarithm. A file `store` keeps the sums of
+    squares; a repetition reads them, so an interrupted chain continues with the same numbers.
 
     Returns ``parameters``: by name ``median``, ``deviation`` and ``interval`` of 95 %; ``samples`` (ns, n) of the
     unknowns, at most 2000; ``walkers``, ``runs``, ``acceptance``; ``autocorrelation_times``: length of the chain, and
@@ -56,7 +60,7 @@ def posterior(
     for k, place in enumerate(residuals.places, len(residuals.active)):
         if place.kind == "shift":
             lower[k], upper[k] = max(lower[k], found.z[k] - reach[k]), min(upper[k], found.z[k] + reach[k])
-    sums = SumsOfSquares(residuals, found.horizon, found.z, reach)
+    sums = _Stored(SumsOfSquares(residuals, found.horizon, found.z, reach), store, found)
 
     def logarithm(points: Array) -> Array:
         inside = np.all((points >= lower) & (points <= upper), axis=1)
@@ -69,6 +73,7 @@ def posterior(
     first = np.where(first < lower, 2.0 * lower - first, np.where(first > upper, 2.0 * upper - first, first))
     moves = [(emcee.moves.DEMove(), 0.8), (emcee.moves.DESnookerMove(), 0.2)]
     sampler = emcee.EnsembleSampler(count, len(found.z), logarithm, moves=moves, vectorize=True)
+    sampler.log_prob_fn = logarithm  # emcee's wrapper prints a trace where a user interrupts
     sampler.random_state = np.random.RandomState(fit.seed).get_state()
     time, most = math.inf, max(fit.posterior_runs // count, 2 * _LOOK)
     for _ in sampler.sample(np.clip(first, lower, upper), iterations=most, skip_initial_state_check=True):
@@ -89,6 +94,33 @@ def posterior(
         "autocorrelation_times": sampler.iteration / time,
         "enough": sampler.iteration >= _ENOUGH * time,
     }
+
+
+class _Stored:
+    """Sums of squares that a file keeps, in rows of a point and its sum; the first row belongs to the fit."""
+
+    def __init__(self, sums: SumsOfSquares, path: Path | None, found: Fitted) -> None:
+        self._sums, self._path, self._known = sums, path, dict[bytes, float]()
+        if path is None:
+            return
+        first = np.append(found.z, np.sum(found.evaluated.residual**2))
+        numbers = np.fromfile(path) if path.exists() else np.empty(0)
+        rows = numbers[: len(numbers) // len(first) * len(first)].reshape(-1, len(first))
+        if not np.array_equal(rows[:1], first[None]):
+            rows = first[None]
+            rows.tofile(path)
+        os.truncate(path, rows.nbytes)  # the last row may have no end
+        self._known = {row[:-1].tobytes(): float(row[-1]) for row in rows[1:]}
+
+    def __call__(self, points: Array, threads: int | None) -> Array:
+        new = np.array([z.tobytes() not in self._known for z in points])
+        if new.any():
+            rows = np.column_stack([points, self._sums(points, threads)])[new]  # all: a part may differ by rounding
+            self._known |= {row[:-1].tobytes(): float(row[-1]) for row in rows}
+            if self._path is not None:
+                with self._path.open("ab") as file:
+                    rows.tofile(file)
+        return np.array([self._known[z.tobytes()] for z in points])
 
 
 def _covariance(residuals: Residuals, jacobian: Array) -> Array:

@@ -9,6 +9,7 @@ from pydantic import Field, field_validator, model_validator
 from linkages.input.files.toml import Finite, Positive, Table
 
 Adjusted = Finite | Literal["fit"]
+Open = Literal["fit"] | None
 Size = Positive | str
 Windows = Literal["all", "grow", "impacts", "statistics"]
 Deviations = Literal["white", "autocorrelated"]
@@ -114,6 +115,8 @@ class Candidate(Table):
 
     output: str = Field(description="output that it measures")
     deviation: Size = Field(description='standard deviation of a sample, in SI or with a unit, as "0.5 mm"')
+    gain: Open = Field(None, description='"fit": its factor will be fitted, too')
+    offset: Open = Field(None, description='"fit": its offset will be fitted, too')
 
 
 class Plan(Table):
@@ -121,6 +124,7 @@ class Plan(Table):
 
     rate: Positive = Field(description="samples in a second [Hz]")
     duration: Positive | None = Field(None, description="its time; default: the experiment's duration [s]")
+    shift: Open = Field(None, description='"fit": the shift of its clock will be fitted, too')
     vary: str | None = Field(None, description="dotted path of a value that can be chosen, as drives.O.speed")
     values: list[Finite] = Field([], description="values of it to compare, in SI")
     candidates: Annotated[dict[str, Candidate], Field(min_length=1)] = Field(description="sensors by name")

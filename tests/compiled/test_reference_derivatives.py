@@ -9,6 +9,7 @@ accuracy 2e-13, extrapolated over two ladders of steps.
 import numpy as np
 import pytest
 from machines import BEARING, bar, four_bar, joint, model, solid, written
+from scipy.linalg import expm
 
 import linkages
 
@@ -311,3 +312,93 @@ def test_stated_errors_of_derivatives_are_at_least_half_of_the_true_ones(name, o
     for path in paths:
         for key, rate in found.derivatives[path].items():
             assert abs(rate - right.derivatives[path][key]) <= 2.0 * found.errors[path][key]
+
+
+@pytest.mark.parametrize("exponent", [1.5, 1.6])
+def test_the_largest_depth_has_a_derivative_with_respect_to_the_exponent(exponent, tmp_path):
+    """Energy: m v^2/2 = K d^(n + 1)/(n + 1) at the largest depth d."""
+    text = """duration = 0.2
+gravity = [0.0, 0.0, 0.0]
+[drives.slide]
+force = 0.0
+speed = 2.0
+[stops.end]
+joint = "slide"
+side = "upper"
+limit = 0.1
+contact = { law = "hertz", restitution = 1.0, stiffness = 1e4 }
+[solver]
+accuracy = 1e-10
+"""
+    sdf = model("block", solid("block", 2.0) + joint("slide", "world", "block", "prismatic", "1 0 0"))
+    path = "stops.end.contact.exponent"
+    system = linkages.load(written(tmp_path, sdf, text), {path: exponent})
+    found, n = linkages.sensitivities(system, [path], ["block.x"]).derivatives[path]["block.x.peak"], exponent + 1.0
+    share = n * 2.0 * 2.0**2 / (2.0 * 1e4)
+    assert found == pytest.approx(share ** (1.0 / n) * (1.0 - np.log(share)) / n**2, rel=1e-7)
+
+
+def test_equal_numbers_of_a_friction_have_their_own_derivatives(tmp_path):
+    """A block on a rail, -F/m = a = g (mu + (mu_s - mu) exp(-(v/v_s)^2)) tanh(v/v_1): v_1 = mu = mu_s - mu, v_s = 2."""
+    text = """duration = 1e-3
+gravity = [0.0, -9.81, 0.0]
+drives = { slide = { force = 0.0, speed = 0.7 } }
+[frictions.rail]
+joint = "slide"
+coefficient = 0.5
+speed = 0.5
+static_coefficient = 1.0
+stribeck_speed = 2.0
+"""
+    sdf = model("block", solid("block", 2.0) + joint("slide", "world", "block", "prismatic", "1 0 0"))
+    system, v = linkages.load(written(tmp_path, sdf, text)), 0.7
+    fall, grip = np.exp(-((v / 2.0) ** 2)), np.tanh(v / 0.5)
+    right = {
+        "coefficient": (1.0 - fall) * grip,
+        "static_coefficient": fall * grip,
+        "speed": (0.5 + 0.5 * fall) * (grip**2 - 1.0) * v / 0.5**2,
+        "stribeck_speed": 0.5 * fall * grip * v**2 / 4.0,
+    }
+    paths = [f"frictions.rail.{key}" for key in right]
+    found = linkages.simulate(system, outputs=["block.ax"], wrt=paths).sensitivity
+    for path, slope in zip(paths, right.values(), strict=True):
+        assert found[path]["block.ax"][0] == pytest.approx(-9.81 * slope, rel=1e-9)
+
+
+def test_the_friction_in_a_joint_jumps_with_the_force_of_a_contact(tmp_path):
+    """A block on a rail meets a slope with a damper, whose force presses it onto the rail: linear after that."""
+    text = """duration = 0.08
+gravity = [0.0, -9.81, 0.0]
+drives = { slide = { force = 0.0, speed = 2.0 } }
+[frictions.rail]
+joint = "slide"
+coefficient = 0.3
+speed = 1e-3
+[contacts.slope]
+point = "block"
+anchor = [0.1, 0.0]
+angle = "120 deg"
+contact = { law = "kelvin-voigt", restitution = 1.0, stiffness = 1e3, damping = 50.0 }
+[solver]
+accuracy = 1e-11
+"""
+    sdf = model("block", solid("block", 2.0) + joint("slide", "world", "block", "prismatic", "1 0 0"))
+
+    def exact(speed=2.0, mu=0.3, damping=50.0, slope=np.pi / 1.5):
+        brake, normal, press = 9.81 * mu, np.sin(slope), -np.cos(slope)
+        met = np.sqrt(speed**2 - 2.0 * brake * 0.1)
+        share = normal * (normal + mu * press) / 2.0
+        rates = np.array([[0.0, 1.0, 0.0], [-share * 1e3, -share * damping, -brake], [0.0, 0.0, 0.0]])
+        return (expm(rates * (0.08 - (speed - met) / brake)) @ [0.0, met, 1.0])[0] + 0.1
+
+    paths = {
+        "drives.slide.speed": ("speed", 2.0),
+        "frictions.rail.coefficient": ("mu", 0.3),
+        "contacts.slope.contact.damping": ("damping", 50.0),
+        "contacts.slope.angle": ("slope", np.pi / 1.5),
+    }
+    run = linkages.simulate(linkages.load(written(tmp_path, sdf, text)), outputs=["block.x"], wrt=list(paths))
+    assert run["block.x"][-1] == pytest.approx(exact(), rel=1e-9)
+    for path, (name, value) in paths.items():
+        right = (exact(**{name: value * (1 + 1e-5)}) - exact(**{name: value * (1 - 1e-5)})) / (2e-5 * value)
+        assert run.sensitivity[path]["block.x"][-1] == pytest.approx(right, rel=1e-6)

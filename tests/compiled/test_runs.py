@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from machines import BEARING, four_bar
 from reference_machines import chain_sdf, double_pendulum
 from shipped import run as run_shipped
 from shipped import shipped
@@ -38,6 +39,24 @@ def test_double_pendulum_swings_as_lagrange_says_and_keeps_its_energy(system_of,
         np.testing.assert_allclose(run[f"bar{i + 1}.omega"], v[:, i], rtol=0, atol=1e-7)
     energy = run["kinetic_energy"] + run["potential_energy"]
     np.testing.assert_allclose(energy, energy[0], rtol=0, atol=1e-9 * run["kinetic_energy"].max())
+
+
+def test_a_machine_of_another_size_makes_the_same_steps(system_of):
+    """Equal masses and times, lengths and forces 64 times as large: floating-point numbers scale exactly."""
+
+    def run(size):
+        bearing = BEARING.replace("0.01<", f"{0.01 * size}<").replace("0.02<", f"{0.02 * size}<")
+        sdf = four_bar(*(size * np.array([0.3, 0.1, 0.25, 0.2]))).replace(BEARING, bearing)
+        text = f"""duration = 0.05\n[drives.O]\nspeed = 15.0
+[joints.B]\nmodel = "dry"\nclearance = {1e-4 * size}
+contact = {{law = "flores", restitution = 0.8, youngs_modulus = {2e11 / size}}}
+[joints.B.friction]\nlaw = "lugre"\ncoefficient = 0.1\nv_1 = {0.01 * size}\nbristle_stiffness = {1e5 / size}"""
+        return simulate(system_of(sdf, text), "compiled")
+
+    small, large = run(1.0), run(64.0)
+    np.testing.assert_array_equal(small.time, large.time)
+    for name, power in (("B.force", 1), ("B.friction_torque", 2), ("B.ex", 1), ("O.torque", 2), ("follower.omega", 0)):
+        np.testing.assert_allclose(large[name], 64.0**power * small[name], rtol=1e-12, err_msg=name)
 
 
 def test_arrays_of_any_layout_give_the_same_run():

@@ -84,6 +84,15 @@ def test_a_design_that_locks_says_so_in_its_row(experiment_file):
     assert "dead point" in batch.reason[0]
 
 
+def test_a_film_that_a_dead_point_breaks_is_not_blamed(engine, system_of):
+    """The film fails when the coupler is stretched, soon after the lock of the ideal linkage, as above."""
+    film = FILM.format("B").replace("viscosity=0.1", "viscosity=0.05")
+    sdf = four_bar(ground=0.3, crank=0.2, coupler=0.15, follower=0.15)
+    run = simulate(system_of(sdf, "duration=0.2\n[drives.O]\nspeed=15.0\n" + film), engine)
+    assert run.status is Status.LOCKED
+    assert run.time[-1] == pytest.approx(np.arccos(1.0 / 3.0) / 15.0, abs=2e-3)
+
+
 @pytest.fixture
 def often(monkeypatch):
     """Let the compiled engine look at the keyboard every 20 steps; Drake does at each."""

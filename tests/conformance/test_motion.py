@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from engines import slow_on_drake
-from machines import BEARING, PLANES, bar, four_bar, joint, model, slider_crank
+from machines import BEARING, PLANES, bar, four_bar, joint, model, slider_crank, solid
 from shipped import run as run_shipped
 
 from linkages import InputError, ideal, impacts, simulate, simulate_batch
+from linkages.input.model.plausibility import doubts
 from linkages.results.extremes import integral
 
 FILM = '[joints.{0}]\nmodel="lubricated"\nclearance=1e-4\nviscosity=0.1\n'
@@ -54,6 +55,43 @@ def test_the_motion_does_not_depend_on_the_plane(run, plane):
     np.testing.assert_allclose(np.hypot(b["A.ex"], b["A.ey"]), np.hypot(a["A.ex"], a["A.ey"]), atol=1e-3 * size)
     np.testing.assert_allclose(b["A.force"], a["A.force"], rtol=1e-3)
     np.testing.assert_allclose(b["O.torque"], a["O.torque"], atol=1e-3 * np.abs(a["O.torque"]).max())
+
+
+def test_a_joint_may_name_the_world_as_its_child(run):
+    """The same motion with the opposite coordinate, force and torque."""
+    times = np.linspace(0.0, 0.3, 8)
+    there = run(four_bar(), DRIVE).evaluate(times)
+    swapped = four_bar().replace(joint("O", "world", "crank"), joint("O", "crank", "world"))
+    back = run(swapped, DRIVE.replace("15.0", "-15.0")).evaluate(times)
+    for name, sign in (("follower.angle", 1.0), ("O.fx", -1.0), ("O.fy", -1.0), ("O.torque", -1.0), ("O.power", 1.0)):
+        np.testing.assert_allclose(back[name], sign * there[name], atol=1e-5 * np.abs(there[name]).max())
+
+
+@pytest.mark.parametrize("size", [1e-3, 100.0])
+def test_the_accuracy_of_a_mass_on_a_slider_is_relative_to_its_size(run, size):
+    """A single joint has no size of its own; x = s (1 - cos w t)."""
+    rate, mass = 2.0 * np.pi, 7800.0 * size**3
+    body = solid("block", mass, mass * size**2 / 6) + joint("G", "world", "block", "prismatic", "1 0 0")
+    spring = f'[torsion_springs.S]\njoint = "G"\nstiffness = {mass * rate**2}\nfree_angle = {size}\n'
+    found = run(model("block", body), "duration = 5.0\n" + spring)
+    np.testing.assert_allclose(found["block.x"], size * (1.0 - np.cos(rate * found.time)), rtol=0, atol=1e-6 * size)
+
+
+def test_joints_that_coincide_do_not_make_a_machine_small(run, system_of):
+    """A cart on an inclined rail with a pendulum: the places of its joints differ by rounding; its momentum along it."""
+    along, place = np.array([np.cos(0.7), np.sin(0.7)]), np.array([0.7 / 3.0, 0.1])
+    cart = solid("cart", 0.5, 1e-3, f"{place[0]} {place[1]} 0 0 0 0.3")
+    frames = [f'<frame name="F{k}" attached_to="cart"><pose>{k / 7} {k / 30} 0 0 0 0</pose></frame>' for k in (1, 2, 3)]
+    rail = joint("G", "world", "cart", "prismatic", f"{np.cos(0.4)} {np.sin(0.4)} 0")
+    sdf = model("cart", cart + "".join(frames) + bar("rod", 0.6, "cart", 0.4) + rail + joint("O", "cart", "rod"))
+    toml = "duration = 1.0\n[drives.O]\ntorque = 0.0\nspeed = 4.0\n"
+    system, found = system_of(sdf, toml), run(sdf, toml)
+    assert system.tree.extent == pytest.approx(0.6)
+    assert doubts(system.mechanism, system.tree.extent, system.experiment) == []
+    cosine = np.cos(found["rod.angle"] + np.pi / 2.0 - 0.7)
+    speed = np.column_stack([found["cart.vx"], found["cart.vy"]]) @ along
+    momentum = 0.7 * speed + 0.2 * 0.3 * found["rod.omega"] * cosine
+    np.testing.assert_allclose(momentum, momentum[0], rtol=0, atol=1e-6)
 
 
 def test_a_rod_that_floats_on_two_films(run, system_of):

@@ -308,6 +308,13 @@ def test_only_the_current_of_a_driven_motor_is_free_in_a_periodic_motion(system_
         periodic_motion(at_once)
 
 
+def test_the_lyapunov_exponent_of_a_driven_machine_is_that_of_its_states(system_of):
+    """The drive determines the crank; two states follow z" + 4 z' + 3 z = slider.vx, with the roots -1 and -3."""
+    text = "duration = 0.5\n[drives.O]\nspeed = 20.0\n[states.z]\nrate = 'w'\n[states.w]\nrate = '-4*w - 3*z + slider.vx'\n"
+    found = largest_exponent(system_of(slider_crank(), text + EXACT), revolutions=10, transient=20)
+    assert found.value == pytest.approx(-1.0, rel=1e-4)
+
+
 def test_the_energy_of_a_motor_does_not_count_in_the_lyapunov_exponent(system_of):
     """A wheel on a damped spring beside the motor's: the exponent is the slow root of its equation."""
     wheels = (

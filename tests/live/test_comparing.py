@@ -41,6 +41,22 @@ def test_typed_numbers_have_the_shown_unit(page):
     assert page.field("joints.A.viscosity").get_attribute("value") == "300"
 
 
+def test_a_page_that_is_loaded_again_has_its_values_and_limits(page):
+    page.type(CLEARANCE, "0.2")
+    field = '[data-name="A.force"] .limit'
+    page.one(field).send_keys("> 5", Keys.ENTER)
+    page.browser.refresh()
+    page.settle()
+    assert page.field(CLEARANCE).get_attribute("value") == "0.2"
+    assert page.one(field).get_attribute("value") == "> 5"
+    assert page.one('[data-name="A.force"] .within').text.startswith("✓")
+    page.one(field).clear()
+    page.one(field).send_keys(Keys.ENTER)
+    page.button("reset")
+    page.settle()
+    assert "#" not in page.browser.current_url
+
+
 def test_labels_are_words_with_the_path_as_tooltip(page):
     label = page.one(f'[data-path="{CLEARANCE}"] label')
     assert (label.text, label.get_attribute("title")) == ("Clearance of A", CLEARANCE)

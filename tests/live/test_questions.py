@@ -100,7 +100,9 @@ def test_where_does_it_lock(page):
     """Links 2 and 3 reach each other while their other ends are nearer than the sum of their lengths."""
     find(page, "length link2_C")
     sweep(page, LINK2)
-    assert "runs fail, all but 142.2 to 234 mm" in page.one(".explore").text
+    said = page.one(".explore").text
+    assert "runs fail, all but 142.2 to 234 mm" in said
+    assert "The first: locked" in said
     press(page, "close")
     page.type(LINK2, "130")
     system = linkages.load(linkages.find_file("seven_bar.toml"))

@@ -6,6 +6,8 @@ from live_page import Page
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
+import linkages
+
 pytestmark = pytest.mark.skipif(find_browser() is None, reason="needs Chromium and its driver")
 
 BOXES = """return [".picture", ".orbits", ".controls", ".numbers", ".curves"].map((name) => {
@@ -79,6 +81,17 @@ def test_machine_controls_peaks_and_a_curve_are_seen_without_scrolling(page, wid
         assert 0 <= top < bottom <= height
     picture = page.one(".picture svg").size
     assert picture["width"] * picture["height"] > 0.15 * width * height
+
+
+@pytest.mark.parametrize("machine", ["seven_bar", "slider_crank_dry"])  # seven and five curves
+def test_all_curves_of_a_large_screen_are_seen(browser, serve, machine):
+    page = Page(browser, serve(linkages.load(linkages.find_file(f"{machine}.toml"))))
+    resize(page, 1920, 1080)
+    scrolled = page.browser.execute_script(
+        "const panel = document.querySelector('.curves'); return panel.scrollHeight - panel.clientHeight;"
+    )
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    assert scrolled == 0
 
 
 @pytest.mark.parametrize("width", [390, 800, 1280])

@@ -167,18 +167,24 @@ speed = 0.1
 """
 
 
+def pushed(folder, more=""):
+    """Write the linear problem; return its path, the columns of its regression and the samples."""
+    times = np.linspace(0.0, 1.5, 60)
+    columns = np.column_stack([times**2 / (2 * MASS), times, -np.ones(60)])
+    values = columns @ [0.7, 0.2, 0.01] + 0.002 * np.random.default_rng(3).standard_normal(60)
+    (folder / "oscillator.sdf").write_text(SLIDER)
+    (folder / "pushed.toml").write_text(PUSHED)
+    (folder / "task.toml").write_text(LINEAR + more)
+    np.savetxt(folder / "run.csv", np.column_stack([times, values]), delimiter=",", header="t,x", comments="")
+    return folder / "task.toml", columns, values
+
+
 @pytest.mark.slow
 def test_samples_of_a_linear_problem_have_its_normal_posterior(tmp_path):
     """x = v t + F t^2 / (2 m) + offset is linear in the values: mean and covariance are those of linear regression."""
     pytest.importorskip("emcee")
-    times = np.linspace(0.0, 1.5, 60)
-    columns = np.column_stack([times**2 / (2 * MASS), times, -np.ones(60)])
-    values = columns @ [0.7, 0.2, 0.01] + 0.002 * np.random.default_rng(3).standard_normal(60)
-    (tmp_path / "oscillator.sdf").write_text(SLIDER)
-    (tmp_path / "pushed.toml").write_text(PUSHED)
-    (tmp_path / "task.toml").write_text(LINEAR)
-    np.savetxt(tmp_path / "run.csv", np.column_stack([times, values]), delimiter=",", header="t,x", comments="")
-    found = optim.identify(load_identification(tmp_path / "task.toml"), samples=True)["posterior"]
+    path, columns, values = pushed(tmp_path)
+    found = optim.identify(load_identification(path), samples=True)["posterior"]
     covariance = np.linalg.inv(columns.T @ columns) * 0.002**2
     mean = covariance @ columns.T @ values / 0.002**2
     samples = np.array(found["samples"])
@@ -249,6 +255,38 @@ def test_mass_stiffness_and_damping_together_are_not_identifiable(tmp_path):
     assert [one["identifiable"] for one in found["parameters"].values()] == [False, False, False]
     assert len(found["mixtures"]) == 1
     assert all(f"{name} (+1)" in found["mixtures"][0] for name in ("stiffness", "damping", "mass"))
+
+
+@pytest.mark.parametrize("path", ["sdf.links.mass.inertia", "solver.accuracy"])  # no or hardly any derivative
+def test_an_unknown_without_effect_is_named_and_disturbs_no_other(tmp_path, path):
+    """SciPy's steps with derivatives of deficient rank are too long: the fit ended at a chi-square of 90."""
+    more = TASK + f'[unknowns.idle]\npath = "{path}"\nlower = 1e-10\nupper = 1e-2\nstart = 1e-8\n'
+    found = optim.identify(load_identification(oscillator(tmp_path, task=more)))
+    assert [one["identifiable"] for one in found["parameters"].values()] == [True, True, False]
+    assert found["residual"]["chi_square"][0] == pytest.approx(1.0, abs=0.25)  # 400 samples: 3.5 deviations
+    assert found["runs"] < 15
+    assert found["mixtures"] == ["idle (+1)"]
+
+
+def test_an_output_that_is_zero_tells_no_gain(tmp_path):
+    column = '[data.run.columns.y]\ncolumn = "x"\noutput = "mass.y"\nunit = "mm"\ngain = "fit"\ndeviation = 100.0\n'
+    found = optim.identify(
+        load_identification(
+            oscillator(tmp_path, task=TASK.replace("[unknowns.stiffness]", f"{column}[unknowns.stiffness]"))
+        )
+    )
+    assert found["nuisance"]["run.y.gain"]["deviation"] is None
+    assert found["parameters"]["stiffness"]["identifiable"]
+
+
+def test_a_fitted_experiment_has_the_values_that_the_file_sets_and_items_of_lists(tmp_path):
+    task = TASK.replace("[data.run]", "[set]\nsprings.S.free_length = 0.9\n[data.run]")
+    task += '[unknowns.anchor]\npath = "springs.S.anchor.0"\nlower = -1.1\nupper = -0.7\nstart = -0.9\n'
+    assert main(["identify", str(oscillator(tmp_path, task=task)), "--out", str(tmp_path / "out"), "--no-plots"]) == 0
+    fitted = linkages.load(tmp_path / "out" / "fitted.toml")
+    found = json.loads((tmp_path / "out" / "result.json").read_text())["parameters"]["anchor"]["value"]
+    assert fitted.value("springs.S.free_length") == 0.9
+    assert fitted.value("springs.S.anchor.0") == found
 
 
 def test_two_laws_are_compared_by_their_prediction(tmp_path):
@@ -366,6 +404,22 @@ def test_a_plan_states_the_deviation_that_a_sensor_will_give(tmp_path, capsys):
     assert "best: position" in optim.format_plan(found)
 
 
+def test_a_plan_counts_gain_offset_and_clock_that_will_be_fitted(tmp_path):
+    """The values of the closed form have gain 1, offset 0 and shift 0 here: those of a plan."""
+    sensor = PLAN.replace('deviation = "0.5 mm"\n', 'deviation = "0.5 mm"\ngain = "fit"\noffset = "fit"\n')
+    text = TASK.replace("start = 210.0", "start = 200.0").replace("start = 1.0", "start = 0.8")
+    oscillator(tmp_path, task=text + sensor.replace("rate = 200.0", 'rate = 200.0\nshift = "fit"'))
+    found = optim.plan(load_identification(tmp_path / "task.toml"))["settings"][0]["single"][0]
+    times = np.arange(0.0, 1.0 + 1e-9, 1 / 200.0)
+    values = np.array([STIFFNESS, DAMPING, 1.0, 0.0, 0.0])
+    columns = []
+    for k, step in enumerate(1e-5 * np.array([STIFFNESS, DAMPING, 1.0, 1e-3, 1e-3])):
+        move = step * np.eye(5)[k]
+        columns.append((reading(times, *(values + move)) - reading(times, *(values - move))) / (2.0 * step))
+    wanted = np.sqrt(np.diag(np.linalg.inv(np.array(columns) @ np.array(columns).T)))[:2] * 5e-4 / values[:2]
+    assert found["deviations"] == pytest.approx(wanted.tolist(), rel=1e-3)
+
+
 def test_an_interrupted_search_ends_with_the_same_numbers(tmp_path):
     task = load_identification(oscillator(tmp_path, task=TASK + "[fit]\nstarts = 3\n"))
     whole = optim.identify(task, tmp_path / "one.json")
@@ -375,6 +429,48 @@ def test_an_interrupted_search_ends_with_the_same_numbers(tmp_path):
     resumed = optim.identify(task, tmp_path / "two.json", resume=True)
     for key in set(whole) - {"wall_time"}:
         assert resumed[key] == whole[key], key
+
+
+def test_a_search_of_other_data_or_another_machine_is_not_resumed(tmp_path):
+    path, kept = oscillator(tmp_path), tmp_path / "starts.json"
+    optim.identify(load_identification(path), kept)
+    oscillator(tmp_path, seed=2)
+    with pytest.raises(linkages.InputError, match="is of another file or other data"):
+        optim.identify(load_identification(path), kept, resume=True)
+    oscillator(tmp_path)
+    (tmp_path / "oscillator.sdf").write_text(SLIDER.replace("<mass>0.5", "<mass>0.6"))
+    with pytest.raises(linkages.InputError, match="is of another file or other data"):
+        optim.identify(load_identification(path), kept, resume=True)
+
+
+def test_an_interrupted_posterior_goes_on_as_it_would_have(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("emcee")
+    path, *_ = pushed(tmp_path, "posterior_runs = 1000\n")
+    whole, parts = (tmp_path / name for name in ("whole", "parts"))
+    arguments = ["identify", str(path), "--posterior", "--no-plots", "--out"]
+    assert main([*arguments, str(whole)]) == 0
+    calculate, counts = SumsOfSquares.__call__, []
+
+    def counted(self, points, threads=None):
+        counts.append(len(points))
+        if len(counts) == 40:
+            raise KeyboardInterrupt
+        return calculate(self, points, threads)
+
+    monkeypatch.setattr(SumsOfSquares, "__call__", counted)
+    capsys.readouterr()
+    assert main([*arguments, str(parts)]) == 130
+    printed = capsys.readouterr()
+    assert "interrupted" in printed.err
+    assert "Traceback" not in printed.out + printed.err
+    kept = parts / "posterior.bin"
+    kept.write_bytes(kept.read_bytes()[:-3])  # a killed process may leave a part of a row
+    assert main([*arguments, str(parts), "--resume"]) == 0
+    one, two = (json.loads((folder / "result.json").read_text())["posterior"] for folder in (whole, parts))
+    assert one == two
+    assert kept.read_bytes() == (whole / "posterior.bin").read_bytes()
+    again = counts[38] + counts[39]  # of the cut row, and of the interruption
+    assert sum(counts) <= one["runs"] + one["walkers"] + again
 
 
 def test_several_threads_find_the_same(tmp_path):
@@ -422,15 +518,16 @@ WRONG = {
         TASK + "[plan]\nrate = 9.0\nvalues = [1.0]\ncandidates.a = {output='mass.x', deviation=1}",
         "both",
     ),
-    "no plan": (None, "plan: is missing"),
+    "no plan": (TASK, "plan: is missing", "--plan"),
+    "no noise": (TASK + PLAN.replace("0.5 mm", "-0.5 mm"), "must be positive", "--plan"),
 }
 
 
 @pytest.mark.parametrize("case", WRONG)
 def test_wrong_files_are_refused_in_one_line(tmp_path, capsys, case):
-    text, said = WRONG[case]
-    path = oscillator(tmp_path, task=text or TASK)
-    arguments = ["identify", str(path), "--out", str(tmp_path / "out")] + ["--plan"] * (text is None)
+    text, said, *options = WRONG[case]
+    path = oscillator(tmp_path, task=text)
+    arguments = ["identify", str(path), "--out", str(tmp_path / "out"), *options]
     assert main(arguments) == 2
     error = capsys.readouterr().err
     assert said in error

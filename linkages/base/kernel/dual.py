@@ -496,6 +496,20 @@ def _is_known(typing: Any, x: Any) -> Any:
 
 
 @intrinsic
+def _varies(typing: Any, x: Any) -> Any:
+    if x != DUAL:
+        return types.boolean(types.float64), lambda context, builder, typed, values: ir.Constant(ir.IntType(1), 0)
+
+    def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        slopes = builder.extract_value(values[0], 1)
+        moved = builder.fcmp_unordered("!=", slopes, ir.Constant(_SLOPES, [0.0] * DIRECTIONS))
+        byte = ir.IntType(DIRECTIONS)
+        return builder.icmp_signed("!=", builder.bitcast(moved, byte), byte(0))
+
+    return types.boolean(DUAL), code
+
+
+@intrinsic
 def _put_slopes(typing: Any, array: Any, i: Any, k: Any, x: Any) -> Any:
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
         place = simd.place_in(builder, values[0], values[1:3], _SLOPES)
@@ -530,6 +544,8 @@ number: Callable[[Any], float] = (lambda x: x) if OFF else cast(Any, _number)
 slope: Callable[[Any, int], float] = cast(Any, _slope)
 #: ``is_known(x)``: whether all slopes of a dual are numbers.
 is_known: Callable[[Any], bool] = cast(Any, _is_known)
+#: ``varies(x)``: whether a dual has a slope; false for a float.
+varies: Callable[[float], bool] = (lambda x: False) if OFF else cast(Any, _varies)
 #: ``put_slopes(array, i, k, x)``: put all slopes of a dual into an array (n, m) of floats from [i, k] on.
 put_slopes: Callable[[Any, int, int, Any], None] = cast(Any, _put_slopes)
 #: ``seeded(number, place)``: a dual whose slope is 1 along a direction, and zero along the others; zero beyond all.

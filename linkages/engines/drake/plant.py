@@ -61,6 +61,8 @@ def tree_sdf(tree: Tree) -> str:
         joint = mechanism.joint[edge.joint]
         # on the child if it is a link (its reference position is the joint's), otherwise in the world
         place = joint.position + shift.get(joint.child, np.zeros(3))
+        if joint.child == "world":  # not in plain SDFormat: the same coordinate about the opposite axis
+            joint = replace(joint, parent="world", child=joint.parent, axis=-joint.axis)
         joints.append(replace(joint, position=place, position_on_parent=place, bearing=None, slot=None))
     return sdf_text(RawModel(mechanism.name, tuple(links), tuple(joints), {}, {}))
 

@@ -11,6 +11,11 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.mechanics.flexible.beam import Beam
 
+#: Grid that is finer than all numbers.
+UNROUNDED = 2.0**-200
+#: Grid of the entries of rotation matrices that turn displacements: zero at right angles, equal for parallel links.
+TURN = 2.0**-49
+
 
 def rotation(angles: Array) -> Array:
     """Compute the rotation matrix (3, 3) of roll, pitch, yaw (3,) [rad], about fixed x, y, z in this order."""
@@ -24,6 +29,14 @@ def rotation(angles: Array) -> Array:
     )
 
 
+def on_grid(lengths: Array, grid: float) -> Array:
+    """Round lengths to multiples of a power of two [m].
+
+    Sums of such multiples have no rounding errors. So the distance of two places does not depend on other lengths.
+    """
+    return np.asarray(np.rint(lengths / grid) * grid)
+
+
 @dataclass(frozen=True, eq=False)
 class Pose:
     """A rigid transform: rotation matrix (3, 3) and translation (3,) [m]."""
@@ -33,6 +46,14 @@ class Pose:
 
     def __matmul__(self, other: Pose) -> Pose:
         return Pose(self.rotation @ other.rotation, self.rotation @ other.translation + self.translation)
+
+    def carried(self, other: Pose, grid: float) -> Pose:
+        """Return the pose of `other`, which is relative to this one, at a displacement `on_grid`."""
+        return Pose(self.rotation @ other.rotation, self.translation + self.displacement(other.translation, grid))
+
+    def displacement(self, local: Array, grid: float) -> Array:
+        """Turn a displacement in own axes into the world's, each coordinate by itself `on_grid` [m]."""
+        return np.asarray(on_grid(on_grid(self.rotation, TURN) * local, grid).sum(axis=1)) if local.any() else local
 
     def inverse(self) -> Pose:
         """Return the inverse transform."""
@@ -245,7 +266,7 @@ class RawModel:
 
     `frames` has the link that carries each named frame, and its pose; `values` the numbers of the file, by the
     dotted paths that `linkages.input.files.sdf.read_sdf` replaces; `units` the units of parameters by the same paths;
-    `unweighed` the links without an ``<inertial>``.
+    `unweighed` the links without an ``<inertial>``; `grid` the power of two of which all places are multiples [m].
     """
 
     name: str
@@ -255,6 +276,7 @@ class RawModel:
     values: dict[str, float]
     units: Mapping[str, str] = field(default_factory=dict)
     unweighed: tuple[str, ...] = ()
+    grid: float = UNROUNDED
 
     def free_name(self, name: str) -> str:
         """Return a name, with a number if a link, joint or frame has it, or has it with the end _A or _B."""

@@ -9,6 +9,7 @@ sensors need.
 from __future__ import annotations
 
 import copy
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -24,7 +25,7 @@ from linkages.base.errors import InputError, nearest
 from linkages.input.files import elements
 from linkages.input.files.beams import FOLLOWS, check_inertial, of_beam, written_beam
 from linkages.input.files.models import find_model, flattened, is_static
-from linkages.input.files.raw_model import BearingSize, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot
+from linkages.input.files.raw_model import UNROUNDED, BearingSize, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot
 from linkages.input.files.reading import read_whole
 from linkages.input.files.rigid import without_massless
 from linkages.input.files.xml import DEEPEST, label, parse_xml
@@ -63,7 +64,7 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None, text: byt
 
         own = {key: values.pop(key) for key in list(values) if key.startswith("parameters.")}
         model, parameters, units = redrawn(path, reader.model, description, own)
-        reader = _Reader(path, model) if own else reader
+        reader = _Reader(path, model, reader.grid) if own else reader
     raw = without_massless(path, reader.replaced(values).read())
     return replace(raw, values=raw.values | parameters, units=units)
 
@@ -73,6 +74,7 @@ def _flat_reader(path: Path, text: bytes) -> _Reader:
     """Read all elements of a file; readers with replaced values share the elements that the values do not affect."""
     reader = _Reader(path, flattened(path, find_model(path, parse_xml(path, text))))
     with suppress(InputError):  # of a value that may be replaced
+        reader.measure()
         reader.read()
     return reader
 
@@ -108,12 +110,13 @@ class _Reader:
 
     `elements` has copies of links, joints and frames by name, `names` their names by tag, `namers` the elements that
     name an element (itself included), `places` owner and place of each number that can be replaced, by dotted path,
-    `values` these numbers.
+    `values` these numbers, `grid` the grid of all places.
     """
 
-    def __init__(self, path: Path, model: ET.Element) -> None:
+    def __init__(self, path: Path, model: ET.Element, grid: float = UNROUNDED) -> None:
         self.path = path
         self.model = model
+        self.grid = grid
         self.elements: dict[str, ET.Element] = {}
         for element in self.model:
             if element.tag in ("link", "joint", "frame"):
@@ -173,6 +176,11 @@ class _Reader:
     def error(self, where: str, problem: str) -> InputError:
         return InputError(self.path, where, problem)
 
+    def measure(self) -> None:
+        """Choose the grid of all places: the distance of the two farthest of the file is exact on it."""
+        farthest = max((float(np.abs(self._pose(name).translation).max()) for name in self.elements), default=0.0)
+        self.grid, self._resolved = 2.0 ** (math.frexp(farthest)[1] - 52) if farthest else UNROUNDED, {}
+
     def read(self) -> RawModel:
         links = tuple(self._read("link", self._link).values())
         if not links:
@@ -188,7 +196,7 @@ class _Reader:
                 }
         light = [link.name for link in links if link.beam is None]
         unweighed = tuple(name for name in light if self.elements[name].find("inertial") is None)
-        return RawModel(self.model.get("name", ""), links, joints, frames, values, unweighed=unweighed)
+        return RawModel(self.model.get("name", ""), links, joints, frames, values, unweighed=unweighed, grid=self.grid)
 
     def _read(self, tag: str, part: Callable[[str, ET.Element], Any]) -> dict[str, Any]:
         """Read all elements with a tag that are not read yet; return them by name."""
@@ -271,7 +279,7 @@ class _Reader:
         if name == "world":
             return Pose()
         if name == "__model__":
-            return elements.own_pose(self.path, self.model, label(self.model))
+            return Pose().carried(elements.own_pose(self.path, self.model, label(self.model)), self.grid)
         if name in self._resolved:
             return self._resolved[name]
         element = self._find(name, asked_by)
@@ -283,7 +291,8 @@ class _Reader:
             raise self.error(where, f"its pose is the last of more than {DEEPEST} that are relative to each other")
         self._resolving.append(name)
         base = self._said(name, _base, element)
-        result = self._pose(base, where) @ self._said(name, elements.own_pose, self.path, element, where)
+        own = self._said(name, elements.own_pose, self.path, element, where)
+        result = self._pose(base, where).carried(own, self.grid)
         self._resolving.pop()
         self._resolved[name] = result
         return result

@@ -10,7 +10,7 @@ from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
 from linkages.input.model.drive_tables import Backlash
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable
-from linkages.input.model.functions import OF_JOINTS, OF_POINTS, TIME, check_table, formula
+from linkages.input.model.functions import OF_JOINTS, OF_POINTS, TIME, Definition, check_table, formula
 from linkages.input.model.recorded_tables import FromFile
 
 Times = Annotated[list[Finite] | None, Field(description="times of a table, increasing [s]")]
@@ -216,18 +216,23 @@ class JointFriction(Table):
         return self.coefficient is not None
 
     @property
-    def law(self) -> Formula:
-        """Return the part without the joint force along the coordinate as a formula of its rate v [N m or N]."""
-        return parse(f"-{self.constant!r}*tanh(v/{self.speed!r}) - {self.viscous!r}*v")
+    def law(self) -> Definition:
+        """Return the part without the joint force along the coordinate as a formula of its rate [N m or N]."""
+        return self._definition("-constant*tanh(v/speed) - viscous*v")
 
     @property
-    def share(self) -> Formula:
-        """Return the friction along the coordinate over the joint force as a formula of its rate v [m or 1]."""
-        text = f"{self.coefficient!r}"
+    def share(self) -> Definition:
+        """Return the friction along the coordinate over the joint force as a formula of its rate [m or 1]."""
+        text = "coefficient"
         if self.static_coefficient is not None:
-            fall = self.static_coefficient - (self.coefficient or 0.0)
-            text = f"({text} + {fall!r}*exp(-(v/{self.stribeck_speed!r})**2))"
-        return parse(f"-{text}*{self.radius or 1.0!r}*tanh(v/{self.speed!r})")
+            text = "(coefficient + (static_coefficient - coefficient)*exp(-(v/stribeck_speed)**2))"
+        return self._definition(f"-{text}*radius*tanh(v/speed)")
+
+    def _definition(self, text: str) -> Definition:
+        """Return a formula of the rate v and the own numbers."""
+        formula = parse(text)
+        own = {name: getattr(self, name) for name in formula.names - {"v"}}
+        return Definition(formula, {**own, "radius": self.radius or 1.0, "v": f"{self.joint}.rate"})
 
 
 #: End of the name of the output wheel of a drive's gearbox, after the joint's.

@@ -25,7 +25,7 @@ from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.beams import FOLLOWS
 from linkages.input.files.magnitudes import ALIGNED, implausible
-from linkages.input.files.raw_model import Chains, LinkBeam, Pose, RawJoint, RawLink, RawModel
+from linkages.input.files.raw_model import UNROUNDED, Chains, LinkBeam, Pose, RawJoint, RawLink, RawModel
 from linkages.input.files.reading import read_whole
 from linkages.input.files.sdf import read_sdf
 
@@ -125,6 +125,9 @@ class Mechanism(Brief):
         Content of the file; variants are made from it.
     unweighed : tuple of str
         Links of the file without an ``<inertial>``: massless here, frames of the links to which they are fixed.
+    grid : float
+        Power of two of which all coordinates of places are multiples, 2^-52 of the file's farthest coordinate [m]. So
+        their differences have no rounding errors, whatever the other lengths are.
     """
 
     name: str
@@ -137,6 +140,7 @@ class Mechanism(Brief):
     units: Mapping[str, str]
     text: bytes | None = None
     unweighed: tuple[str, ...] = ()
+    grid: float = UNROUNDED
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         line = f"{self.name}, {counted(len(self.links), 'link')}, {counted(len(self.joints), 'joint')}"
@@ -301,11 +305,12 @@ def planar(path: Path, raw: RawModel, inertias: Mapping[str, float], text: bytes
     axes = np.array([joint.axis for joint in moving]).tobytes()
     basis = _plane(path, tuple((joint.name, joint.type) for joint in moving), axes)
     plane = basis.tobytes()
-    links = tuple(_link(path, link, plane) for link in raw.links)
+    links = tuple(_link(path, link, plane, raw.grid) for link in raw.links)
     joints = tuple(_joint(joint, plane) for joint in raw.joints)
     frames = tuple(_frame(name, link, pose, plane) for name, (link, pose) in raw.frames.items())
     values = raw.values | {f"links.{link.name}.inertia": link.inertia for link in links}
-    mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values, raw.units, text, raw.unweighed)
+    own = raw.units, text, raw.unweighed, raw.grid
+    mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values, *own)
     mechanism = mechanism.with_inertial(inertias)
     _check(mechanism)
     return mechanism
@@ -364,7 +369,7 @@ def _angle(rotation: Array, basis: Array) -> float:
 
 
 @lru_cache(maxsize=512)  # variants of a mechanism share links and joints
-def _link(path: Path, raw: RawLink, plane: bytes) -> Link:
+def _link(path: Path, raw: RawLink, plane: bytes, grid: float) -> Link:
     basis = np.frombuffer(plane).reshape(3, 3)
     to_plane, normal = basis[:, :2].T, raw.rotation.T @ basis[:, 2]
     beam = raw.beam
@@ -376,7 +381,7 @@ def _link(path: Path, raw: RawLink, plane: bytes) -> Link:
         **vars(raw) | {"beam": beam},
         origin=to_plane @ raw.translation,
         angle=_angle(raw.rotation, basis),
-        com=to_plane @ (raw.translation + raw.rotation @ raw.com_local),
+        com=to_plane @ (raw.translation + raw.pose.displacement(raw.com_local, grid)),
         inertia=float(normal @ raw.inertia_local @ normal),
         color=_color("".join(raw.visuals)),
     )

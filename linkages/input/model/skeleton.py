@@ -12,6 +12,7 @@ from linkages.input.model.mechanism import Link, Mechanism
 
 #: Colours of links in their order: Okabe and Ito's palette, distinct to colour-blind readers, and two more.
 COLORS = ("#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#8B6F47", "#6A51A3")
+OTHER = "#1A1A1A"  # not of a moving link
 _SAME = 1e-6  # relative to the linkage's size: closer places coincide, closer points lie on a line
 
 
@@ -27,9 +28,7 @@ class Skeleton:
 
 def skeleton(mechanism: Mechanism, link: Link, size: float) -> Skeleton:
     """Join all joints and frames of a link; `size` is the extent of the linkage [m]."""
-    # segments have their link's colour
-    families = list(dict.fromkeys(other.name.partition("/")[0] for other in mechanism.links))
-    color = link.color or COLORS[families.index(link.name.partition("/")[0]) % len(COLORS)]
+    color = color_of(mechanism, link.name)
     places = _places(mechanism, link, _SAME * size)
     if len(places) < 2:
         return Skeleton(places, (), (), color)
@@ -44,6 +43,16 @@ def skeleton(mechanism: Mechanism, link: Link, size: float) -> Skeleton:
     inner = [k for k in range(len(places)) if k not in hull]
     near = [(k, hull[int(np.argmin(np.linalg.norm(places[hull] - places[k], axis=1)))]) for k in inner]
     return Skeleton(places, (*zip(hull, [*hull[1:], hull[0]], strict=True), *near), tuple(hull), color)
+
+
+def color_of(mechanism: Mechanism, name: str) -> str:
+    """Return the colour of a link, of a frame's link, of the link that a joint carries (its child); else `OTHER`."""
+    link = mechanism.place[name].link if name in mechanism.place else name
+    if link not in mechanism.link:
+        return OTHER
+    # segments have their link's colour
+    families = list(dict.fromkeys(other.partition("/")[0] for other in mechanism.link))
+    return mechanism.link[link].color or COLORS[families.index(link.partition("/")[0]) % len(COLORS)]
 
 
 def _places(mechanism: Mechanism, link: Link, same: float) -> Array:

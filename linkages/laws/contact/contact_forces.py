@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from linkages.base.kernel import kernel
+from linkages.base.kernel.dual import varies
 
 #: Default bound of |ddelta/ddelta0|.
 CLIP = 1.0
@@ -29,7 +30,8 @@ def damped(elastic: float, ddelta: float, ddelta0: float, joint: np.record) -> f
 @kernel
 def power_law(delta: float, ddelta: float, ddelta0: float, joint: np.record) -> float:
     """K*delta^n, damped; n = 1.5 is Hertz's theory."""
-    elastic = joint.stiffness * (delta * math.sqrt(delta) if joint.exponent == 1.5 else delta**joint.exponent)
+    hertz = joint.exponent == 1.5 and not varies(joint.exponent)
+    elastic = joint.stiffness * (delta * math.sqrt(delta) if hertz else delta**joint.exponent)
     return damped(elastic, ddelta, ddelta0, joint)
 
 

@@ -17,6 +17,7 @@ from typing import Any
 
 from linkages.base.errors import AssemblyError, InputError, RunError
 from linkages.input.files.versions import versions
+from linkages.input.model.skeleton import color_of
 from linkages.show.live.controls import Control, controls, extended
 from linkages.show.live.edits import parts, with_addition, with_model
 from linkages.show.live.exploring import (
@@ -118,6 +119,7 @@ class Answers:
         if "values" in request:
             with suppress(InputError):  # the first run reports it
                 known = self._known(request)
+        mechanism = session.system.mechanism
         return {
             "title": experiment.title or experiment.source.stem,
             "file": experiment.source.name,
@@ -126,6 +128,7 @@ class Answers:
             "versions": versions(),
             "controls": [asdict(control) for control in known.values()],
             "parts": parts(session.system, known),
+            "colors": {name: color_of(mechanism, name) for name in mechanism.place},
         }
 
     def _edit(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:

@@ -23,6 +23,10 @@ export function make(tag, attributes = {}, ...children) {
   element.append(...children);
   return element;
 }
+export function marked(element, color) { // with the colour of a link
+  if (color) Object.assign(element.style, {boxShadow: `inset 4px 0 ${color}`, paddingLeft: "8px"});
+  return element;
+}
 export function draw(tag, attributes) {
   const element = document.createElementNS(SVG, tag);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);

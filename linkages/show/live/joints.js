@@ -9,8 +9,8 @@
 //   change(values, remember)  set some values, by default as one step of undo; valueOf(path) is the present one
 //   show(path)                show the row of a control
 //   note(text), complain(text), hold(phase)
-// Events on the root: "shown" after a new view, "drawn" after a new picture, "counted" after a new table, "row" for a new
-// row of a control, with {row, control} as its detail. ".tools" is for buttons of further actions.
+// Events on the root: "shown" after a new view, "counted" after a new table, "row" for a new row of a control, with
+// {row, control} as its detail. ".tools" is for buttons of further actions.
 
 import {button, draw, make, select} from "./dom.js";
 import {labelOfPath} from "./words.js";

@@ -19,8 +19,8 @@ const REST = 400; // time without a change after which warnings are computed [ms
 export function mount(root, answer) {
   const own = crypto.getRandomValues(new Uint32Array(3)).join("-"); // the server keeps the runs of pages apart
   const send = (kind, request) => answer(kind, {...request, page: own});
-  const state = {
-    began: null, start: null, controls: new Map(), shown: [], values: {}, past: [], future: [], view: null, pins: [],
+  const state = { // limits: {least, value [SI]} by output
+    limits: {}, began: null, start: null, controls: new Map(), shown: [], values: {}, past: [], future: [], view: null, pins: [],
     picture: null, wanted: null, busy: false, refining: false, tries: 0, next: 0, phase: 0, plots: null, bands: null, frame: null,
   };
   const at = (selector) => root.querySelector(selector);
@@ -37,7 +37,7 @@ export function mount(root, answer) {
     make("dialog"),
     make("dialog", {class: "runs", "aria-label": "runs"}),
   );
-  const page = {root, at, send, state, valueOf, change, apply, note, complain, fail};
+  const page = {root, at, send, state, valueOf, change, apply, note, complain, fail, keep};
   layout(page);
   Object.assign(page, controls(page), machine(page), numbers(page));
   charts(page);
@@ -49,6 +49,7 @@ export function mount(root, answer) {
     export: button("export", () => write("export"), "write the folder of linkages simulate"),
     link: button("link", copyLink, "copy an address that restores all values"),
   };
+  if (!root.dataset.server) delete buttons.link; // the address is a notebook's
   at(".buttons").append(...Object.values(buttons));
   for (const name of ["undo", "redo"]) buttons[name].disabled = true;
   runs(page);
@@ -145,6 +146,7 @@ export function mount(root, answer) {
     root.setAttribute("aria-busy", "false");
     clearTimeout(state.resting);
     state.resting = setTimeout(warn, REST);
+    keep();
     if (state.view && !root.classList.contains("stale")) announce("rested");
   }
   async function complete(values) { // picture and table can take longer than curves: they get a part of the time
@@ -199,9 +201,15 @@ export function mount(root, answer) {
 
   // -- keeping -----------------------------------------------------------------------------------------------------------
 
+  function keep() { // values and limits in the address: a page that is loaded again has them
+    if (!root.dataset.server) return "";
+    const {values, limits} = state, address = new URL(location.href), kept = Object.keys(limits).length ? {...values, limits} : values;
+    address.hash = Object.keys(kept).length ? encodeURIComponent(JSON.stringify(kept)) : "";
+    history.replaceState(null, "", address);
+    return address.href;
+  }
   async function copyLink() {
-    const address = linkOf(state.values);
-    globalThis.history?.replaceState(null, "", address);
+    const address = keep();
     try { await navigator.clipboard.writeText(address); note("the address of these values is copied"); }
     catch { note(`the address bar has these values: ${address}`); }
   }
@@ -219,7 +227,8 @@ export function mount(root, answer) {
   // -- start -------------------------------------------------------------------------------------------------------------
 
   (async () => {
-    const linked = root.dataset.server ? valuesOf(location.hash) : {};
+    const {limits, ...linked} = root.dataset.server ? valuesOf(location.hash) : {};
+    Object.assign(state.limits, limits);
     try {
       state.start = await send("start", {values: linked});
     } catch (problem) { return fail(`the server does not answer (${problem.message})`); }
@@ -234,19 +243,15 @@ export function mount(root, answer) {
   })();
 }
 
-function linkOf(values) {
-  const address = new URL(location.href);
-  address.hash = Object.keys(values).length ? encodeURIComponent(JSON.stringify(values)) : "";
-  return address.href;
-}
 function valuesOf(hash) {
-  try { return JSON.parse(decodeURIComponent(hash.slice(1)) || "{}"); } catch { return {}; }
+  try { return JSON.parse(decodeURIComponent(hash.slice(1)) || "{}") ?? {}; } catch { return {}; }
 }
 
 // -- the page, and the widget of a notebook --------------------------------------------------------------------------------
 
 const served = globalThis.document?.querySelector("main[data-server]");
 if (served) {
+  addEventListener("hashchange", () => location.reload()); // another link was typed
   mount(served, async (kind, request) => {
     const reply = await fetch(kind, {method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify(request)});
     if (!reply.ok) throw new Error(`${reply.status} ${reply.statusText}`);

@@ -1,6 +1,6 @@
 // The moving picture of the machine, the magnified joints beside it, and the time that both show.
 
-import {button, draw, g, make, select} from "./dom.js";
+import {button, draw, g, make, marked, select} from "./dom.js";
 import {unitOf} from "./words.js";
 
 const FRAME = 100; // time between frames while a run is computed: drawing takes the same processor [ms]
@@ -31,13 +31,11 @@ export function machine(page) {
       at(".picture svg").setAttribute("viewBox", [(low - reply.low) * reply.scale, (reply.high - high) * reply.scale, k * width, k * height].join(" "));
     }
     state.scene = reply;
-    state.colors = new Map([...at(".picture").querySelectorAll("text")].map((text) => [text.textContent, text.getAttribute("fill")]));
     shapes = [...at(".picture").querySelectorAll("[data-at]")].map((element) =>
       [element, element.dataset.at.split(" ").map((row) => row.split(",").map(Number))]);
     names = [...at(".picture").querySelectorAll("text")].sort((a, b) => b.hasAttribute("font-weight") - a.hasAttribute("font-weight"))
       .map((text) => [text, Number(text.getAttribute("font-size"))]);
     seek(state.phase);
-    root.dispatchEvent(new CustomEvent("drawn"));
   }
   function drawOrbits() {
     const [unit, factor] = unitOf("m", state.units);
@@ -57,7 +55,8 @@ export function machine(page) {
       spots.push([spot, orbit.now]);
       const film = orbit.film === null ? "" : `, film ${g(factor * orbit.film, 3)} ${unit}`;
       const text = `${orbit.name}: ${g(factor * orbit.clearance, 3)} ${unit}, e/c ${g(most(orbit), 3)}${film}`;
-      return make("figure", {title: `joint ${orbit.name}: clearance, largest eccentricity ratio, thinnest film`}, svg, make("figcaption", {}, larger > 1 ? `${text}; ${g(larger, 3)} ×` : text));
+      const caption = marked(make("figcaption", {}, larger > 1 ? `${text}; ${g(larger, 3)} ×` : text), state.start.colors[orbit.name]);
+      return make("figure", {title: `joint ${orbit.name}: clearance, largest eccentricity ratio, thinnest film`}, svg, caption);
     }));
   }
   function seek(phase) {

@@ -1,13 +1,12 @@
 // The table of peaks with the change against another run, limits and margins; the pinned runs; warnings and remedies.
 
-import {button, g, make, percent} from "./dom.js";
+import {button, g, make, marked, percent} from "./dom.js";
 import {labelOfOutput, unitOf} from "./words.js";
 
 const LOOKS = ["pin1", "pin2", "pin3", "pin4"]; // colours and dashes of pinned runs
-const INK = "#1A1A1A"; // of texts in the picture that have no link's colour
 
 export function numbers(page) {
-  const {root, at, state} = page, limits = new Map(); // {least, value [SI]} by name
+  const {root, at, state} = page;
   let reference = null; // the pin to compare with; null: ideal joints
   const compared = make("select", {"aria-label": "compare with", title: "the run to compare with"});
   compared.addEventListener("change", () => { reference = state.pins[compared.value] ?? null; root.dispatchEvent(new CustomEvent("pinned")); });
@@ -50,23 +49,23 @@ export function numbers(page) {
   }
   function tableRow({name, unit: si, value, least, most}, before) {
     const [unit, factor] = unitOf(si, state.units), shown = (one, digits = 5) => (one === null ? "–" : String(Number((factor * one).toPrecision(digits))));
-    const color = state.colors?.get(name.split(".")[0]), head = make("th", {scope: "row", title: name}, labelOfOutput(name), make("small", {}, unit));
-    if (color && color !== INK) head.style.boxShadow = `inset 4px 0 ${color}`;
+    const head = marked(make("th", {scope: "row", title: name}, labelOfOutput(name), make("small", {}, unit)), state.start.colors[name.split(".")[0]]);
     const [low, high] = [least, most].map((one) => shown(one, 3)), differ = state.view.settled && low !== high;
     const periods = differ ? [make("div", {class: "periods", title: "smallest and largest peak of single periods"}, `${low} to ${high}`)] : [];
     return make("tr", {"data-name": name}, head, make("td", {class: "now"}, make("span", {}, shown(value)), ...periods),
       make("td", {class: "other"}, shown(before)), make("td", {class: "change"}, percent(value, before)),
-      make("td", {}, limitField(name, unit, factor), ...margin(limits.get(name), value)));
+      make("td", {}, limitField(name, unit, factor), ...margin(state.limits[name], value)));
   }
   function limitField(name, unit, factor) {
-    const limit = limits.get(name), text = limit ? `${limit.least ? ">" : "<"} ${g(factor * limit.value)}` : "";
+    const limit = state.limits[name], text = limit ? `${limit.least ? ">" : "<"} ${g(factor * limit.value)}` : "";
     const field = make("input", {class: "limit", value: text, placeholder: "<", "aria-label": `limit of ${labelOfOutput(name)}`, title: `such as "< 7" or "> 0.2" [${unit || "1"}]`});
     field.addEventListener("change", () => {
       const [, sense, number] = /^\s*([<>]?)=?\s*([-+.\deE]+)\s*$/.exec(field.value) ?? [];
-      if (Number.isFinite(Number(number))) limits.set(name, {least: sense === ">", value: Number(number) / factor});
+      if (Number.isFinite(Number(number))) state.limits[name] = {least: sense === ">", value: Number(number) / factor};
       else if (field.value.trim()) return page.complain(`"${field.value}" is no limit of ${name}; type such as "< 7" or "> 0.2"`);
-      else limits.delete(name);
+      else delete state.limits[name];
       page.complain("");
+      page.keep();
       drawTable();
     });
     return field;
@@ -80,7 +79,7 @@ export function numbers(page) {
     at(".said").replaceChildren(...(state.view.motion ?? []).map((text) => make("li", {}, text)), ...warnings.map(({text, remedies}) =>
       make("li", {class: "warning"}, text, ...remedies.map(({label, values}) => button(label, () => page.change(values), Object.keys(values).join(", "))))));
   }
-  for (const event of ["shown", "counted", "units", "pinned", "drawn"]) root.addEventListener(event, drawTable);
+  for (const event of ["shown", "counted", "units", "pinned"]) root.addEventListener(event, drawTable);
   root.addEventListener("counted", () => say());
   root.addEventListener("pinned", drawPins);
   drawPins();

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from linkages.base.arrays import Array
 from linkages.explore.periodic.multipliers import BRANCH_POINT, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
 from linkages.show.plots.shown import new_figure
-from linkages.show.plots.style import COLORS, axis_label, engineering, figure_style, typeset
+from linkages.show.plots.style import COLORS, axis_label, color_for, engineering, figure_style, typeset
 
 if TYPE_CHECKING:
     from linkages.explore.lyapunov import Exponent
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from linkages.explore.periodic.motion import PeriodicMotion
     from linkages.explore.spectra import Spectrum
     from linkages.explore.sweep import Sweep
-
+    from linkages.input.model.mechanism import Mechanism
 
 _SIZES = ((3000, 1.6), (300, 4.0), (0, 12.0))  # areas of marks, by the smallest number of marks
 #: Mark of each kind of bifurcation.
@@ -57,6 +57,7 @@ def bifurcation_figure(
     panels: Sequence[tuple[str, str]] = (),
     scale: float = 1.0,
     logarithmic: Sequence[str] = (),
+    mechanism: Mechanism | None = None,
 ) -> Figure:
     """Draw the value at the end of each revolution, or its largest magnitude, over the variable.
 
@@ -74,6 +75,8 @@ def bifurcation_figure(
         Factor on the variable.
     logarithmic : sequence of str
         Columns whose peaks are drawn on a logarithmic axis.
+    mechanism : Mechanism, optional
+        Gives each column the colour of its link.
     """
     rows = panels or [(name, kind) for name in sweep.names for kind in ("strobe", "peaks")]
     with figure_style():
@@ -82,7 +85,7 @@ def bifurcation_figure(
         for axis, (name, kind) in zip(axes, rows, strict=True):
             x, y = _swept(sweep, name, kind)
             unit, factor = engineering(units[name], float(np.abs(y).max(initial=0.0)))
-            _draw_points(axis, scale * x, factor * y)
+            _draw_points(axis, scale * x, factor * y, color_for(mechanism, name))
             what = "at the end of each revolution" if kind == "strobe" else "peak of each revolution"
             axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
             if kind == "peaks" and name in logarithmic:
@@ -144,9 +147,9 @@ def spectrum_figure(spectra: Mapping[str, Spectrum], unit: str, drive: float | N
         return figure
 
 
-def _draw_points(axis: Axes, x: Sequence[float] | Array, y: Sequence[float] | Array) -> None:
+def _draw_points(axis: Axes, x: Sequence[float] | Array, y: Sequence[float] | Array, color: str = COLORS[0]) -> None:
     size = next(size for count, size in _SIZES if len(x) >= count)
-    axis.plot(x, y, ".", color=COLORS[0], ms=size, mew=0.0, rasterized=True)
+    axis.plot(x, y, ".", color=color, ms=size, mew=0.0, rasterized=True)
 
 
 def branches_figure(

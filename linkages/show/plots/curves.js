@@ -3,9 +3,10 @@
 // dotted, a band shaded, a mark at the run's largest value. The wheel or + and - zoom, dragging moves, a click calls
 // seek(time), arrow keys move the cursor, 0 shows the whole time; all curves share the cursor.
 // A curve has name, unit, run, ideal, measured (each time and values, or null), and optionally label, others (lines with
-// name and look, a class) and band (time, low, high). Returns functions: point(time) moves the cursor, all() shows all of
-// the run, update(curves) draws other curves of the same names.
-function drawCurves(holder, curves, seek) {
+// name and look, a class), band (time, low, high) and color, a mark of the caption. high(width) is the height of a figure
+// [px]. Returns functions: point(time) moves the cursor, all() shows all of the run, update(curves) draws other curves of
+// the same names, fit() takes the size of the holder.
+function drawCurves(holder, curves, seek, high = (width) => Math.min(190, 60 + 0.3 * width)) {
   const [LEFT, RIGHT, BOTTOM, TOP] = [64, 18, 22, 10];
   const span = (of) => [Math.min(...of.map((c) => c.run.time[0])), Math.max(...of.map((c) => c.run.time.at(-1)))];
   let [from, to] = span(curves), view = [from, to], cursor = null, [W, H] = [720, 190];
@@ -32,6 +33,7 @@ function drawCurves(holder, curves, seek) {
     const figure = document.createElement("figure");
     const caption = document.createElement("figcaption");
     const svg = make("svg", {role: "img", tabindex: 0, "aria-label": `${curve.label ?? curve.name} over time; arrow keys move the cursor, + and - zoom`});
+    if (curve.color) Object.assign(caption.style, {boxShadow: `inset 4px 0 ${curve.color}`, paddingLeft: "8px"});
     figure.append(svg, caption);
     holder.append(figure);
     return {curve, svg, caption};
@@ -105,10 +107,9 @@ function drawCurves(holder, curves, seek) {
   }
   const show = () => plots.forEach(draw);
   function fit() { // text keeps its size in narrow columns
-    const width = plots[0].svg.clientWidth;
-    if (!width || width === W) return;
-    W = width;
-    H = Math.round(Math.min(190, 60 + 0.3 * W));
+    const width = plots[0].svg.clientWidth, height = Math.round(high(width));
+    if (!width || (width === W && height === H)) return;
+    [W, H] = [width, height];
     show();
   }
   function point(time) {
@@ -156,7 +157,7 @@ function drawCurves(holder, curves, seek) {
   show();
   fit();
   new ResizeObserver(fit).observe(holder);
-  return {point, all: () => look(from, to), update};
+  return {point, all: () => look(from, to), update, fit};
 }
 function valueAt({time, values}, t) {
   let k = time.findIndex((other) => other >= t);

@@ -10,14 +10,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from linkages.input.files.writing import file_name
+from linkages.input.model.skeleton import OTHER
 from linkages.results.assessment import Assessment
 from linkages.results.outputs.registry import unit
 from linkages.show.plots.journals import contacts_figure, guides_figure, orbits_figure
 from linkages.show.plots.pages import drawn_errors, resolved
 from linkages.show.plots.style import (
     COLORS,
+    IDEAL,
     LEGEND,
     axis_label,
+    color_for,
     engineering,
     figure_style,
     readable,
@@ -25,7 +28,6 @@ from linkages.show.plots.style import (
     write_figure,
 )
 
-_RUN, _IDEAL = COLORS[:2]
 _UNBOUNDED = 1e3  # ideal over actual peak from which the ideal one is not drawn whole
 
 # names of the quantities of a link or frame
@@ -101,6 +103,7 @@ def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = 
 
 def measured_figure(assessment: Assessment) -> Figure:
     """Draw each measured curve over the run, and below it the difference."""
+    mechanism = assessment.system.mechanism
     found = assessment.measured
     figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(found)))
     axes = stacked_axes(figure, [3, 1] * len(found))
@@ -108,12 +111,13 @@ def measured_figure(assessment: Assessment) -> Figure:
         run, (first, last) = assessment.run, one.time[[0, -1]]
         near = (run.time >= first) & (run.time <= last)
         drawn, factor = _shown(assessment, name, np.concatenate([one.values, one.computed]))
-        top.plot(one.time, factor * one.values, ".", color=COLORS[2], ms=2.5, label="measured")
-        top.plot(run.time[near], factor * run[name][near], color=_RUN, lw=0.9, label="computed")
+        top.plot(one.time, factor * one.values, ".", color=OTHER, ms=2.5, label="measured")
+        color = color_for(mechanism, name)
+        top.plot(run.time[near], factor * run[name][near], color=color, lw=1.2, label="computed")
         top.set_ylabel(axis_label(name, drawn))
         drawn, factor = _shown(assessment, name, one.residual)
         bottom.plot(one.time, factor * one.residual, color="0.25", lw=0.8)
-        bottom.set_ylabel(f"difference\n[{drawn}]")
+        bottom.set_ylabel(axis_label("difference", drawn, "\n"))
     axes[0].legend(**LEGEND)
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("time [s]")
@@ -128,7 +132,7 @@ def _compare(
     An integrated ideal linkage has rigid links without deformation columns.
     """
     figure = Figure(figsize=(6.3, around + 3.0 * len(labels)))
-    errors = errors or assessment.noise
+    errors, mechanism = errors or assessment.noise, assessment.system.mechanism
     run, ideal = assessment.run, assessment.ideal
     flexible = bool(assessment.system.tree.flexible)
     perfectly = "ideal joints, rigid links" if flexible else "ideal joints"
@@ -146,8 +150,8 @@ def _compare(
         unbounded = np.abs(perfect).max() > _UNBOUNDED * largest > 0.0
         drawn, factor = _shown(assessment, name, values if unbounded else np.concatenate([values, perfect]))
         if name in both:
-            top.plot(ideal.time, factor * perfect, color=_IDEAL, lw=2.2, alpha=0.8, label=perfectly)
-        top.plot(run.time, factor * values, color=_RUN, lw=0.9, label=really)
+            top.plot(ideal.time, factor * perfect, color=IDEAL, lw=3.0, label=perfectly)
+        top.plot(run.time, factor * values, color=color_for(mechanism, name), lw=1.0, label=really)
         top.set_ylabel(axis_label(label, drawn))
         if unbounded:  # at a dead point of the ideal linkage
             top.set_ylim(-1.1 * factor * largest, 1.1 * factor * largest)
@@ -160,7 +164,7 @@ def _compare(
         low, high = _limits(difference[apart.time >= assessment.counted_from])
         drawn, factor = _shown(assessment, name, np.array([low, high]))
         bottom.plot(apart.time, factor * difference, color="0.25", lw=0.8)
-        bottom.set(ylabel=f"difference\n[{drawn}]", ylim=(factor * low, factor * high))
+        bottom.set(ylabel=axis_label("difference", drawn, "\n"), ylim=(factor * low, factor * high))
         if difference.min() < low or difference.max() > high:
             largest = np.abs(difference).max()
             drawn, factor = _shown(assessment, name, largest)
@@ -169,7 +173,9 @@ def _compare(
                 1.0, 1.02, note, transform=bottom.transAxes, ha="right", va="bottom", fontsize="small"
             )  # in the gap
             top.tick_params(axis="x", length=0)
-    axes[0].legend(**LEGEND)
+    handles = axes[0].legend(**LEGEND).legend_handles
+    if len({color_for(mechanism, name) for name in labels}) > 1:
+        handles[-1].set_color(OTHER)  # of no single link
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("time [s]")
     return figure
@@ -209,22 +215,22 @@ def links_figure(assessment: Assessment) -> Figure:
                 deflection.plot(run.time, factor * values, color=color, lw=0.9, label=frame)
         deflection.set_ylabel(axis_label(f"{name}:\ndeflection", unit))
         deflection.legend(**LEGEND)
-        values, place = run[f"{name}.stress"], run[f"{name}.stress_place"]
+        values, place, color = run[f"{name}.stress"], run[f"{name}.stress_place"], color_for(system.mechanism, name)
         unit, factor = engineering("Pa", float(values.max()))
-        stress.plot(run.time, factor * values, color=COLORS[0], lw=0.9)
+        stress.plot(run.time, factor * values, color=color, lw=1.0)
         stress.set_ylabel(axis_label("largest\nstress", unit))
         where = figure.add_subplot(grid[2 * k + 1, 1], sharey=stress)
         length = sum(piece.beam.length for piece in system.tree.flexible[name])
         along, scale = engineering("m", length)
-        where.plot(scale * place, factor * values, ".", color=COLORS[0], ms=1.5)
+        where.plot(scale * place, factor * values, ".", color=color, ms=1.5)
         top = int(values.argmax())
         for axis, x in ((stress, run.time[top]), (where, scale * place[top])):
-            axis.plot(x, factor * values[top], "o", color=COLORS[1], ms=4)
+            axis.plot(x, factor * values[top], "o", color=OTHER, ms=4)
         where.set(xlim=(0.0, scale * length), xlabel=axis_label("place along\nthe beam", along))
         where.tick_params(labelleft=False)
         left += [deflection, stress]
     unit, factor = engineering("J", float(run["strain_energy"].max()))
-    strain.plot(run.time, factor * run["strain_energy"], color=COLORS[0], lw=0.9)
+    strain.plot(run.time, factor * run["strain_energy"], color=OTHER, lw=0.9)
     strain.set(xlabel="time [s]", ylabel=axis_label("strain\nenergy", unit))
     figure.align_ylabels(left)
     return figure

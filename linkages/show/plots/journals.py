@@ -10,14 +10,14 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
+from linkages.input.model.skeleton import OTHER
 from linkages.results.assessment import Assessment, touching
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
 from linkages.results.trajectory import Trajectory
 from linkages.show.plots.shown import ShownFigure, new_figure
-from linkages.show.plots.style import COLORS, LEGEND, axis_label, engineering, round_length, stacked_axes
+from linkages.show.plots.style import COLORS, LEGEND, axis_label, color_for, engineering, round_length, stacked_axes
 from linkages.system import System
 
-_ORBIT, _START = COLORS[0], COLORS[2]
 # phases of a journal: label, colour, width; distinct in grey too
 _PHASES = {
     FREE: ("free flight", COLORS[5], 0.7),
@@ -37,7 +37,8 @@ def orbits_figure(assessment: Assessment) -> Figure:
 
     The magnified view shows the orbit or, for a joint with contact, the penetration over the angle.
     """
-    experiment, names = assessment.system.experiment, assessment.system.tree.journals
+    experiment, mechanism = assessment.system.experiment, assessment.system.mechanism
+    names = assessment.system.tree.journals
     touches = touching(assessment.system)
     if len(names) == 1:  # side by side
         figure, axes = new_figure(3.4, 1, 2)
@@ -54,12 +55,12 @@ def orbits_figure(assessment: Assessment) -> Figure:
         if name in touches:
             path, phase = finely(assessment, name)
             _draw_phases(whole, 1e6 * path, phase)
-            whole.plot(ex[0], ey[0], "o", color=_START, ms=3.5)
+            whole.plot(ex[0], ey[0], "o", color=OTHER, ms=3.5)
             _draw_wall(near, 1e6 * path, clearance, phase)
         else:
             for axis in (whole, near):
-                axis.plot(ex, ey, color=_ORBIT, lw=0.9)
-                axis.plot(ex[0], ey[0], "o", color=_START, ms=3.5, label="start")
+                axis.plot(ex, ey, color=color_for(mechanism, name), lw=1.0)
+                axis.plot(ex[0], ey[0], "o", color=OTHER, ms=3.5, label="start")
             near.legend(loc="best")
             _magnify(near, np.column_stack([ex, ey]), reach)
         whole.set(xlim=(-reach, reach), ylim=(-reach, reach))
@@ -72,7 +73,7 @@ def orbits_figure(assessment: Assessment) -> Figure:
             Line2D([], [], color=color, lw=2.0, label="film alone" if filled and code == FREE else label)
             for code, (label, color, _) in _PHASES.items()
         ]
-        handles.append(Line2D([], [], color=_START, marker="o", ms=3.5, lw=0.0, label="start"))
+        handles.append(Line2D([], [], color=OTHER, marker="o", ms=3.5, lw=0.0, label="start"))
         figure.legend(handles=handles, ncols=2, loc="outside lower center")
     return figure
 
@@ -89,7 +90,7 @@ def _magnify(axis: Axes, path: Array, reach: float) -> None:
 
 
 def orbit(
-    system: System, run: Trajectory, joint: str, axis: Axes | None = None, color: str = _ORBIT, label: str = ""
+    system: System, run: Trajectory, joint: str, axis: Axes | None = None, color: str = "", label: str = ""
 ) -> Axes:
     """Draw the path of a journal's centre in its clearance circle, in micrometres; return the axes.
 
@@ -102,12 +103,19 @@ def orbit(
     axis : Axes, optional
         Axes to draw on; default: a new figure. The circle is drawn once, so that several runs can be added.
     color, label : str
+        Default: the colour of the joint's link, and the joint.
     """
     if axis is None:
         _, axis = new_figure(4.0, width=4.2)
     if not axis.patches:
         _draw_circle(axis, 1e6 * (system.experiment.joints[joint].clearance or 0.0))
-    axis.plot(1e6 * run[f"{joint}.ex"], 1e6 * run[f"{joint}.ey"], color=color, lw=0.9, label=label or joint)
+    axis.plot(
+        1e6 * run[f"{joint}.ex"],
+        1e6 * run[f"{joint}.ey"],
+        color=color or color_for(system.mechanism, joint),
+        lw=1.0,
+        label=label or joint,
+    )
     axis.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]", aspect="equal")
     return axis
 
@@ -218,8 +226,8 @@ def guides_figure(assessment: Assessment) -> Figure:
         wall = factor * clearance
         rim = wall * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
         whole.fill(*rim.T, facecolor="0.95", edgecolor="0.3", lw=1.2)
-        whole.plot(lift, middle, color=COLORS[0], lw=0.7)
-        whole.plot(lift[0], middle[0], "o", color=COLORS[2], ms=3.5, label="start")
+        whole.plot(lift, middle, color=color_for(system.mechanism, name), lw=0.7)
+        whole.plot(lift[0], middle[0], "o", color=OTHER, ms=3.5, label="start")
         whole.set_title(f"joint {name}: contact on the rim", loc="left", fontsize="medium")
         whole.set_aspect("equal", adjustable="datalim")
         whole.set_xlabel(axis_label("offset of front end $-$ middle", unit))

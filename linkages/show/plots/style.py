@@ -8,6 +8,8 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 from linkages.input.model.functions import OF_OWN
+from linkages.input.model.mechanism import Mechanism
+from linkages.input.model.skeleton import color_of
 from linkages.show.plots.presentation import presentation, shown
 
 if TYPE_CHECKING:
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 
 #: Okabe and Ito's palette: distinct to colour-blind readers, and in grey.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+#: Of the motion with ideal joints, wide behind the run; on the live page too.
+IDEAL = "#BFC4CA"
 #: Line styles in the order of the colours.
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
@@ -143,11 +147,16 @@ def asked_points(outputs: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(point for point, _, what in parts if what not in ("angle", "omega", "alpha", *OF_OWN)))
 
 
+def color_for(mechanism: Mechanism | None, output: str) -> str:
+    """Return the colour of an output's curve: its link's (`linkages.input.model.skeleton.color_of`), if it is known."""
+    return color_of(mechanism, output.partition(".")[0]) if mechanism else COLORS[0]
+
+
 def typeset(unit: str) -> str:
     """Write a unit with its exponent raised: m/s2 as m/s²."""
     return unit.translate(_RAISED)
 
 
-def axis_label(name: str, unit: str) -> str:
+def axis_label(name: str, unit: str, between: str = " ") -> str:
     """Join a name and its unit; without brackets if there is no unit."""
-    return f"{name} [{unit}]" if unit else name
+    return f"{name}{between}[{unit}]" if unit else name

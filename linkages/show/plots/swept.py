@@ -13,18 +13,20 @@ from matplotlib.patheffects import withStroke
 from linkages.base.arrays import Array
 from linkages.input.model.experiment import value_unit
 from linkages.show.plots.shown import new_figure
-from linkages.show.plots.style import COLORS, LEGEND, axis_label, engineering, figure_style
+from linkages.show.plots.style import COLORS, LEGEND, axis_label, color_for, engineering, figure_style
 
 if TYPE_CHECKING:
     from linkages.explore.grid import Grid
     from linkages.explore.sweep import Sweep
+    from linkages.input.model.mechanism import Mechanism
 
 _LEVELS = 8  # contours of a map, about
+_INSIDE = 0.47  # of the map's size: distance of labels from its middle
 _FLAT = 1e-9  # relative range of peaks below which a map has no contours
 _PANEL = 3.15, 2.3  # width and height of a panel of peaks [in]
 
 
-def peaks_figure(sweep: Sweep, units: Mapping[str, str]) -> Figure:
+def peaks_figure(sweep: Sweep, units: Mapping[str, str], mechanism: Mechanism | None = None) -> Figure:
     """Draw the mean of the revolutions' peaks over the variable, a small panel for each output.
 
     Parameters
@@ -33,6 +35,8 @@ def peaks_figure(sweep: Sweep, units: Mapping[str, str]) -> Figure:
         From `linkages.sweep`.
     units : mapping of str to str
         SI units of the outputs.
+    mechanism : Mechanism, optional
+        Gives each output the colour of its link.
     """
     columns = min(len(sweep.names), 2)
     rows = -(-len(sweep.names) // columns)
@@ -45,7 +49,7 @@ def peaks_figure(sweep: Sweep, units: Mapping[str, str]) -> Figure:
         for axis, name in zip(axes.flat, sweep.names, strict=False):
             y = np.array([point.mean_peak(name) for point in sweep.points])
             unit, factor = engineering(units[name], _largest(y))
-            axis.plot(x, factor * y, ".-", color=COLORS[0], lw=1.1, ms=4)
+            axis.plot(x, factor * y, ".-", color=color_for(mechanism, name), lw=1.1, ms=4)
             axis.set(xlabel=label, ylabel=f"{name}\n{axis_label('peak', unit)}")
             axis.ticklabel_format(useOffset=False)
         return figure
@@ -78,9 +82,11 @@ def map_figure(grid: Grid, name: str, unit: str, limit: float | None = None) -> 
         bar.ax.ticklabel_format(useOffset=False)
         if varies := bool(z.count()) and float(z.max() - z.min()) > _FLAT * _largest(peaks) * factor:
             lines = axis.contour(x, y, z, levels=_LEVELS, colors="white", linewidths=0.7)
-            for text in axis.clabel(lines, fontsize="small"):
+            low, size = np.array([x.min(), y.min()]), np.array([np.ptp(x), np.ptp(y)])
+            middles = [_middle((max(parts, key=len) - low) / size) for parts in lines.allsegs if any(map(len, parts))]
+            places = [low + size * at for at in middles if np.abs(at - 0.5).max() < _INSIDE]
+            for text in axis.clabel(lines, fontsize="small", manual=places):
                 text.set_path_effects([withStroke(linewidth=1.5, foreground="0.3")])
-                text.set_clip_on(False)
         marks = []
         if limit is not None and varies and z.min() < factor * limit < z.max():
             axis.contour(x, y, z, levels=[factor * limit], colors=COLORS[1], linewidths=2.2)
@@ -101,6 +107,12 @@ def _axis(path: str, values: Sequence[float]) -> tuple[Array, str]:
     """Return the values of a variable in a readable unit, and the label of their axis."""
     unit, factor = engineering(value_unit(path), max(map(abs, values)))
     return factor * np.array(values), axis_label(path, unit)
+
+
+def _middle(line: Array) -> Array:
+    """Return the point (2,) in the middle of a line (n, 2): its label is on no edge of the map."""
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    return np.array([np.interp(0.5 * way[-1], way, values) for values in line.T])
 
 
 def _largest(values: Array) -> float:

@@ -199,8 +199,7 @@ def simulate_batch(
         times as long as the runs.
     limits : (2, nv) array_like, optional
         Ends of the ranges of the values of this batch and later ones with the same system, variables, outputs and
-        windows, for instance the bounds of an optimisation. Later batches then start sooner; the results are the same,
-        with lengths up to rounding.
+        windows, for instance the bounds of an optimisation. Later batches then start sooner; the results are the same.
     samples : (nt,) array_like, optional
         Increasing times [s] at which `Batch.samples` has the outputs.
 

@@ -25,9 +25,8 @@ from linkages.engines.compiled.run.job import END, Given, Job, make_given, make_
 from linkages.results.outputs.registry import pack, packer
 from linkages.system import System
 from linkages.system.system import keeps_start
-from linkages.system.tree import joint_ends
 
-_PART = 0.618  # of the way from the least to the greatest value
+_PART, _BEGIN = 0.618, 0.01  # of the way from the least to the greatest value
 
 
 class Designs:
@@ -120,21 +119,19 @@ class Designs:
         The designs have each variable alone at its limits, and each pair of variables at all corners of their limits: a
         condition that a larger or smaller value breaks, alone or with another one, holds between the corners if it
         holds there. If all designs at the `limits` (2, nv) of later tables can be built too, they are compared with.
-
-        Numbers of designs with other lengths differ from those of systems by rounding. Where there are limits, these
-        alone decide which designs have such numbers, so that a search that is resumed continues with the same ones.
         """
         if limits is not None and not self._limited:
             self._limited = True
-            if self._start() and not all(map(keeps_start, self.variables)):
-                self._compare(limits, True)
+            if not all(map(keeps_start, self.variables)):
+                self._compare(limits)
         few = len(_corners(*np.zeros((3, len(self.variables)))))
-        if self._lengths or (self._compared and not self._numbers.any()) or np.sum(~self._inside(table)) <= few:
+        useless = self._compared and not self._numbers.any() and self._lengths is None
+        if useless or np.sum(~self._inside(table)) <= few:
             return
-        if limits is None or not self._compare(np.vstack([table, limits]), False):
-            self._compare(table, limits is None)
+        if limits is None or not self._compare(np.vstack([table, limits])):
+            self._compare(table)
 
-    def _compare(self, table: Array, with_lengths: bool) -> bool:
+    def _compare(self, table: Array) -> bool:
         """Compare designs at the limits of a table; False if one of them cannot be built."""
         n = len(self.variables)
         low = np.fmin(np.fmin.reduce(table, axis=0), self._low)
@@ -144,9 +141,11 @@ class Designs:
             nominal, corners = self.given(usual), _corners(low, high, usual)
             alone = [contents(self.given(corner)) for corner in corners[: 2 * n]]
             numbers, columns, source = _places(contents(nominal), corners, alone)
-            start = self._start() if with_lengths and not numbers.all() else None
-            between = low + np.mod(_PART * np.arange(1, n + 1), 1.0) * (high - low)
-            lengths = self._lengths_of([usual, *corners, between], start) if start else None
+            start = None if numbers.all() else self._start()
+            between = low + np.array([np.mod(_PART * np.arange(1, n + 1), 1.0), [_BEGIN] * n]) * (high - low)
+            # with the last bit set, a length and its multiple of the grid differ
+            between = np.where(high > low, (between.view(np.int64) | 1).view(np.float64), low)
+            lengths = self._lengths_of([usual, *corners, *between], start) if start else None
             numbers &= lengths is None
             corners = corners[2 * n :] if numbers.any() else corners[:0]
             whole = [contents(self.given(corner)) for corner in corners]
@@ -177,10 +176,10 @@ class Designs:
             words, structure = contents(self._given(system, windows))
             if structure != contents(nominal).structure:
                 return None
-            examples.append(Example(values, words, joint_ends(system.mechanism)))
-        lengths = Lengths(examples, start, len(nominal.model.free))
+            examples.append(Example(values, words, system.mechanism))
+        lengths = Lengths(self.system, examples, start)
         found, _ = Bench(nominal).started(lengths, np.array(table))
-        return lengths if lengths.fits(found.view(np.float64)) else None
+        return lengths if lengths.fits(found) else None
 
     @contextmanager
     def bench(self, given: Given | None = None) -> Iterator[Bench]:
@@ -223,11 +222,11 @@ class Bench:
 
     def started(self, lengths: Lengths, table: Array) -> tuple[Indices, NDArray[np.bool_]]:
         """Compute the numbers of designs (m, nv) in the order of `Lengths.columns`; and tell which of them start."""
-        block, affine = self._block, lengths.affine(table)
-        starts = np.empty((len(table), len(lengths.columns) - affine.shape[1]))
+        block, numbers = self._block, lengths.numbers(table)
+        starts = np.empty((len(table), len(lengths.columns) - numbers.shape[1]))
         where = block.where[lengths.columns[starts.shape[1] :]]
-        fill_starts(cast(Job, block), block.memory, where, affine.view(np.int64), *lengths.start, starts)
-        return np.hstack([starts, affine]).view(np.int64), np.asarray(np.isfinite(starts).all(axis=1))
+        fill_starts(cast(Job, block), block.memory, where, numbers.view(np.int64), *lengths.start, starts)
+        return np.hstack([starts, numbers]).view(np.int64), np.asarray(np.isfinite(starts).all(axis=1))
 
     def run(
         self, columns: Indices, words: Indices, stop: Indices, times: Array, found: Array, sampled: Array, ended: Array

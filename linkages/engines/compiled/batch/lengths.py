@@ -1,7 +1,8 @@
-"""Designs with other lengths: their numbers without a system for each.
+"""Designs with other lengths: their numbers without a system for each, to the last bit.
 
-The numbers of a run are affine in lengths, or proportional to a power of the linkage's size (`Tree.extent`). The state
-at t = 0 is neither: compiled code assembles it. Both agree with systems to about 1e-13, relative to the largest.
+Places are multiples of a power of two (`Mechanism.grid`). So their coordinates are exact sums of such multiples, each
+of which follows from one length; tolerances follow from the linkage's size; the state at t = 0 is assembled by compiled
+code.
 """
 
 from __future__ import annotations
@@ -14,13 +15,15 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel
 from linkages.engines.compiled.run.job import Job
+from linkages.engines.compiled.run.model import error_scale
+from linkages.input.files.raw_model import TURN, on_grid
+from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar.closure import approach, close, closure_quality, consistent_rates
 from linkages.system import System
 from linkages.system.assembly import SINGULAR, continuation, start_offsets
-from linkages.system.tree import extent_of
+from linkages.system.tree import extent_of, joint_ends
 
-_SAME, _ERROR = 1e-13, 1e-12  # largest errors: of proportional numbers; of all, in parts of the largest of the examples
-_INTEGER = 1e-290  # an integer, read as a float, is smaller
+_NEAR = 2.0  # largest error of the difference of two places, in parts of the grid
 
 
 class Example(NamedTuple):
@@ -28,7 +31,7 @@ class Example(NamedTuple):
 
     values: Array  # (nv,)
     words: Indices  # its numbers
-    ends: Array  # of the joints, (np, 2) [m]
+    mechanism: Mechanism
 
 
 class Start(NamedTuple):
@@ -41,12 +44,9 @@ class Start(NamedTuple):
 
 
 def start_of(system: System) -> Start | None:
-    """Return what the start follows from; None unless it is the loops and the motions of drives.
-
-    None if contacts can touch, too: impacts magnify errors.
-    """
+    """Return what the start follows from; None unless it is the loops and the motions of drives."""
     tree, experiment = system.tree, system.experiment
-    if experiment.start != "centred" or tree.flexible or tree.powered or system.touching.any():
+    if experiment.start != "centred" or tree.flexible or tree.powered:
         return None
     if not tree.driven or math.isnan(system.assembly.quality):
         return None
@@ -59,51 +59,71 @@ class Lengths:
 
     Parameters
     ----------
+    system : System
+        The nominal one.
     examples : sequence of Example
         The nominal one, then two for each variable that differ in this variable alone, then others.
     start : Start
-    free : int
-        Number nf of free coordinates.
 
     Attributes
     ----------
     start : Start
     columns : (2 nf + k,) array
-        Indices in `contents` of the numbers that differ: those of the start, which come first, then others.
+        Indices in `contents` of the numbers that differ: those of the start of nf free coordinates, which come first,
+        then others.
     """
 
-    def __init__(self, examples: Sequence[Example], start: Start, free: int) -> None:
-        words, values, ends = map(np.stack, zip(*((x.words, x.values, x.ends) for x in examples), strict=True))
+    def __init__(self, system: System, examples: Sequence[Example], start: Start) -> None:
+        words, values = np.stack([each.words for each in examples]), np.stack([each.values for each in examples])
+        self._system, self._grid, states = system, system.mechanism.grid, 2 * len(system.tree.free_dofs)
         differ = (words != words[0]).any(axis=0)
-        differ[: 2 * free] = True
+        differ[:states] = True
         self.start, self.columns = start, np.flatnonzero(differ)
-        self._known, self._free = words[:, self.columns].view(np.float64), free
-        numbers, size = self._known[:, 2 * free :], extent_of(ends)[:, None]
-        self._power = np.zeros(numbers.shape[1])
-        for power in (-1.0, 1.0):
-            rest = np.abs(numbers / size**power)
-            self._power[np.ptp(rest, axis=0) <= _SAME * rest[0]] = power
-        both = np.hstack([numbers / size**self._power, ends.reshape(len(ends), -1)])
-        n = values.shape[1]
-        low, high = slice(1, 1 + 2 * n, 2), slice(2, 2 + 2 * n, 2)
-        steps, changes = np.diag(values[high] - values[low])[:, None], both[high] - both[low]
-        self._slopes = np.divide(changes, steps, out=np.zeros_like(changes), where=steps != 0.0)
-        self._base = both[0] - values[0] @ self._slopes
+        self._known = words[:, self.columns]
+        numbers = self._known[:, states:].view(np.float64)
+        ends = np.stack([joint_ends(example.mechanism) for example in examples])
+        same = (numbers[:, :, None] == self._others(values, ends)[:, None, :]).all(axis=0)
+        self._is_other, self._other = same.any(axis=1), same.argmax(axis=1)
+        self._slopes = np.zeros((values.shape[1], numbers.shape[1] + ends[0].size))
+        places = np.hstack([numbers, ends.reshape(len(ends), -1)])
+        turns = [np.eye(3), *(link.rotation for link in system.mechanism.links)]
+        known = np.unique(on_grid(np.abs(turns), TURN))
+        for k, slopes in enumerate(self._slopes):
+            (low, high), step = places[1 + 2 * k : 3 + 2 * k], values[2 + 2 * k, k] - values[1 + 2 * k, k]
+            if step > 0.0:
+                slopes[:] = _nearest(known, (high - low) / step, _NEAR * self._grid / step)
+        self._base = np.zeros(places.shape[1])
+        self._base = places[0] - self._places(values[:1])[0]
+        largest = np.abs(np.where(self._is_other, 0.0, numbers)).max(initial=np.abs(ends).max())
+        self._exact = largest < 2.0**53 * self._grid  # of two examples, and so of designs between them
 
-    def fits(self, found: Array) -> bool:
+    def fits(self, found: Indices) -> bool:
         """Check whether the examples have the numbers (m, 2 nf + k) that are computed."""
-        known, free = np.abs(self._known), self._free
-        scale = known.max(axis=0)
-        scale[:free], scale[free : 2 * free] = scale[:free].max(initial=0.0), scale[free : 2 * free].max(initial=0.0)
-        whole = (known < _INTEGER) & (known != 0.0)
-        return not whole.any() and bool(np.all(np.abs(found - self._known) <= _ERROR * scale))
+        return bool(self._exact) and np.array_equal(found, self._known)
 
-    def affine(self, table: Array) -> Array:
+    def numbers(self, table: Array) -> Array:
         """Compute the numbers of designs (m, nv) other than those of the start, (m, k)."""
-        both, k = np.tile(self._base, (len(table), 1)), len(self._power)
-        for values, slopes in zip(table.T, self._slopes, strict=True):  # a product of matrices would depend on m
-            both += values[:, None] * slopes
-        return np.asarray(both[:, :k] * extent_of(both[:, k:].reshape(len(table), -1, 2))[:, None] ** self._power)
+        places, k = self._places(table), len(self._other)
+        others = self._others(table, places[:, k:].reshape(len(table), -1, 2))
+        return np.where(self._is_other, others[:, self._other], places[:, :k])
+
+    def _places(self, table: Array) -> Array:
+        """Compute numbers that are coordinates of places, then the ends of joints."""
+        both = np.tile(self._base, (len(table), 1))
+        for values, slopes in zip(table.T, self._slopes, strict=True):
+            both += on_grid(values[:, None] * slopes, self._grid)
+        return both
+
+    def _others(self, table: Array, ends: Array) -> Array:
+        """Compute numbers that are no places, from values (m, nv) and the ends of joints (m, np, 2)."""
+        size, accuracy = extent_of(ends), self._system.experiment.solver.accuracy
+        return np.hstack([table, size[:, None], accuracy * error_scale(self._system, size)])
+
+
+def _nearest(known: Array, found: Array, error: float) -> Array:
+    """Return the only known magnitude within an error of each of the numbers (k,) found, with its sign; else NaN."""
+    near = np.abs(np.abs(found)[:, None] - known) <= error
+    return np.where(near.sum(axis=1) == 1, np.copysign(known[near.argmax(axis=1)], found), np.nan)
 
 
 @kernel

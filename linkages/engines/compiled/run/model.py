@@ -18,7 +18,7 @@ from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bou
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.mechanics.planar.joint_friction import FrictionWork, make_friction_work
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS
-from linkages.mechanics.planar.record_types import ANGLE, REVOLUTE, STOP
+from linkages.mechanics.planar.record_types import ANGLE, STOP
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
@@ -142,28 +142,30 @@ def start_state(system: System) -> Array:
     return np.concatenate([assembly.q[free], assembly.v[free], np.zeros(len(system.bristles)), system.start_states])
 
 
-def error_scale(system: System) -> Array:
-    """Return the scale of an error of each entry of the state.
+def error_scale(system: System, extent: Array | float | None = None) -> Array:
+    """Return the scale of an error of each entry of the state, (..., ny).
 
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
-    length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`).
+    length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`); bristles by
+    their largest deflection. `extent` (...) has the length of the linkage, default its own [m].
     """
-    tree = system.tree
+    size = np.asarray(system.tree.extent if extent is None else extent)[..., None]
     turns = (system.ends["kind"] == STOP) & (system.ends["row"]["term"]["kind"] == ANGLE)
-    units = np.where(turns, tree.extent / system.ends["lever"], 1.0)
-    lengths = [
-        (_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) * unit
-        for joint, unit in zip(system.models, units, strict=True)
-    ]
-    position = (min(tree.extent, *lengths) if lengths else tree.extent) * per_length(system)
-    others = np.full(len(system.bristles), 1e-6), system.state_scales
-    return np.concatenate([position, system.motion_rate * position, *others])
+    units = np.where(turns, size / system.ends["lever"], 1.0)
+    counts = (_TOUCH if joint.can_touch else _FILM for joint in system.models)
+    lengths = [count * (joint.clearance or np.inf) for count, joint in zip(counts, system.models, strict=True)]
+    position = np.minimum(size, (np.array(lengths) * units).min(axis=-1, initial=np.inf, keepdims=True))
+    position = np.repeat(position, len(system.tree.free_dofs), axis=-1)
+    position[..., system.tree.free_angles] /= size
+    laws = system.laws[system.bristles]
+    others = np.concatenate([laws["mu_s"] * laws["bristle_scale"], system.state_scales])
+    others = np.broadcast_to(others, (*size.shape[:-1], len(others)))
+    return np.concatenate([position, system.motion_rate * position, others], axis=-1)
 
 
 def per_length(system: System) -> Array:
     """Return the change of each free coordinate that moves a point at the linkage's length by 1 m, (n,) [rad, m]."""
-    tree = system.tree
-    turns = np.zeros(tree.size, dtype=bool)
-    turns[tree.bodies.records["dof"][tree.bodies.records["type"] == REVOLUTE]] = True
-    return np.where(turns[tree.free_dofs], 1.0 / tree.extent, 1.0)
+    result = np.ones(len(system.tree.free_dofs))
+    result[system.tree.free_angles] = 1.0 / system.tree.extent
+    return result
