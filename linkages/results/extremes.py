@@ -220,8 +220,19 @@ def _values(trajectory: Trajectory, asked: Sequence[tuple[Bracket, float]]) -> l
 
 def averages(trajectory: Trajectory, name: str) -> tuple[float, float]:
     """Compute mean and root mean square of a column over the time of a trajectory."""
-    time, values = trajectory.time, trajectory[name]
+    time, values = _with_sides(trajectory, name)
     return peak_search.average(time, values, False), peak_search.average(time, values, True)
+
+
+def _with_sides(trajectory: Trajectory, name: str) -> tuple[Array, Array]:
+    """Return times and values of a column, with those just before its jumps, which have the times of the jumps."""
+    time, values = trajectory.time, trajectory[name]
+    places = np.searchsorted(time / peak_search.BEFORE, trajectory.jumps)
+    places = places[(places > 0) & (places < len(time))]
+    if trajectory.evaluate is None or not len(places):
+        return time, values
+    before = trajectory.evaluate(peak_search.BEFORE * time[places])[name]
+    return np.insert(time, places, time[places]), np.insert(values, places, before)
 
 
 @validated
@@ -254,8 +265,10 @@ def integral(trajectory: Trajectory, values: str | Array) -> float:
     >>> abs(linkages.integral(motion, "O1.power") + linkages.integral(motion, "O4.power") - work) < 1e-12
     True
     """
-    values = trajectory[values] if isinstance(values, str) else _sampled(trajectory, values)
-    return peak_search.integrate_samples(trajectory.time, np.ascontiguousarray(values, dtype=np.float64), False)
+    if isinstance(values, str):
+        return peak_search.integrate_samples(*_with_sides(trajectory, values), False)
+    values = np.ascontiguousarray(_sampled(trajectory, values), dtype=np.float64)
+    return peak_search.integrate_samples(trajectory.time, values, False)
 
 
 def _sampled(trajectory: Trajectory, values: Array) -> Array:

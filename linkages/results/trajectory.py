@@ -55,6 +55,8 @@ class Trajectory(Brief):
         outside. None if loaded from a file.
     units : dict of str
         SI unit of each column; empty if unknown.
+    jumps : (nj,) array
+        Times at which states are sampled [s]; columns have the values after them.
     sensitivity : Derivatives
         Derivatives of the columns with respect to values: ``run.sensitivity[PATH][OUTPUT]``; empty unless requested.
     """
@@ -66,6 +68,7 @@ class Trajectory(Brief):
     evaluate: Evaluate | None = None
     units: dict[str, str] = field(default_factory=dict)
     sensitivity: Derivatives = NONE
+    jumps: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if self.evaluate is not None and len(self.time):

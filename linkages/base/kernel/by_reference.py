@@ -28,6 +28,7 @@ from numba.extending import (
 )  # fmt: skip
 
 from linkages.base.arrays import Indices
+from linkages.base.kernel.fingerprint import full_name
 from linkages.base.kernel.private import ARRAY_DATA, OFF, AttributeTemplate, array_words, without_owner
 from linkages.base.kernel.simd import LaneArray
 
@@ -42,7 +43,7 @@ class Reference(types.Type):
 
     def __init__(self, target: Any) -> None:
         self.target = target
-        super().__init__(name=f"Reference({target})")
+        super().__init__(name=f"Reference({full_name(target)})")
 
     @property
     def mangling_args(self) -> tuple[str, tuple[()]]:
