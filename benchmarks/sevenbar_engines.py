@@ -227,8 +227,9 @@ def main() -> None:
     if lines:
         print(in_columns(all_lines(lines)), in_columns(equal_errors(lines)), sep="\n\n")
         if options.page is not None:
-            rest = options.page.read_text(encoding="utf-8").partition("\n## Batches\n")[1:]  # written by batch.py
-            options.page.write_text(page(lines, options.repeat) + "".join(rest), encoding="utf-8")
+            own = options.page.read_text(encoding="utf-8").partition("\n## At equal error\n")[2]
+            rest = "".join(own.partition("\n## ")[1:])  # of other benchmarks
+            options.page.write_text(page(lines, options.repeat) + rest, encoding="utf-8")
 
 
 if __name__ == "__main__":
