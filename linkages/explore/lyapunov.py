@@ -122,11 +122,12 @@ def largest_exponent(
     total = transient + revolutions
     tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})
     first, second = Flow(tight), Flow(tight)
-    if len(first.runner.model.free) == first.runner.model.elimination.rank:
+    model, unread, own = first.runner.model, experiment.unread_states, experiment.own_states
+    moves = len(model.free) > model.elimination.rank
+    counts = np.array([moves] * (len(first.y) - len(own)) + [name not in unread for name in own])
+    if not counts.any():
         problem = "they determine the whole motion, so nothing can diverge"
         raise InputError(experiment.source, "drives", problem)
-    unread, own = experiment.unread_states, experiment.own_states
-    counts = np.array([True] * (len(first.y) - len(own)) + [name not in unread for name in own])
     second.resume(first.t, first.y + distance * counts * first.scale, first.memory, first.step)
     logarithms = np.empty((total, renormalisations))
     for turn in range(total):

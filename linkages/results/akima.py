@@ -16,6 +16,8 @@ def interpolated(times: Array, samples: Array, at: Array) -> Array:
     interpolation and smooth curve fitting based on local procedures, J. ACM 17 (1970) 589-602, with modified weights
     ("makima").
     """
+    if not samples.shape[1]:
+        return np.zeros((len(at), 0))
     h = np.diff(times)[:, None]
     secants = np.zeros((len(times) + 3, samples.shape[1]))
     secants[2:-2] = np.diff(samples, axis=0) / h

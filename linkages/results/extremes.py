@@ -12,6 +12,7 @@ from linkages.base.arguments import Names, numbers, validated
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.mechanics.integrate import peak_search
+from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Trajectory
 
 _NEAR = 0.01  # deficit of the smaller of two extremes over their range from which on it is not refined for `peaks`
@@ -115,25 +116,20 @@ class _Maximum:
     """The search for the maximum of sign times a column: time and value of the highest place that is known."""
 
     def __init__(self, name: str, sign: float, times: Array, values: Array) -> None:
-        self.name, self.sign, self._times, self._values = name, sign, times, sign * values
-        self._places, self._tops = np.empty(peak_search.MOST, np.int64), np.empty(peak_search.MOST)
-        self._count = peak_search.candidates(times, values, sign, self._places, self._tops)
-        best = int(np.argmax(self._values))
-        self.time, self.value = float(times[best]), float(self._values[best])
+        places, self._tops = np.empty(peak_search.MOST, np.int64), np.empty(peak_search.MOST)
+        count = peak_search.candidates(times, values, sign, places, self._tops)
+        windows = [slice(first, first + 3) for first in np.clip(places[:count] - 1, 0, len(times) - 3)]
+        self.brackets = [Bracket(name, sign, times[window].copy(), sign * values[window]) for window in windows]
+        best = int(values.argmax() if sign > 0.0 else values.argmin())
+        self.time, self.value = float(times[best]), sign * float(values[best])
         self.floor = -np.inf  # height below which local maxima do not count
 
     def chosen(self, rivals: bool) -> list[int]:
         """Choose the most promising local maximum, or the others that may be higher."""
-        return [k for k in range(self._count) if (k > 0) == rivals and self._counts(k)]
+        return [k for k in range(len(self.brackets)) if (k > 0) == rivals and self._counts(k)]
 
     def _counts(self, k: int) -> bool:
         return k < peak_search.FEW or bool(self._tops[k] > self.value)
-
-    def bracket(self, k: int) -> Bracket:
-        """Return the samples around a local maximum."""
-        first = min(max(int(self._places[k]) - 1, 0), len(self._times) - 3)
-        window = slice(first, first + 3)
-        return Bracket(self.name, self.sign, self._times[window], self._values[window])
 
     def take(self, k: int, time: float, value: float) -> None:
         """Take a refined local maximum, unless an equal or higher one is known."""
@@ -147,29 +143,31 @@ def _maxima(
     trajectory: Trajectory, wanted: Sequence[tuple[str, float]]
 ) -> dict[tuple[str, float], tuple[float, float]]:
     """Find time and value of the maximum of sign times column, for each (column, sign)."""
-    samples = _with_middles(trajectory, list(dict.fromkeys(name for name, _ in wanted)))
-    found = {(name, sign): _Maximum(name, sign, samples["time"], samples[name]) for name, sign in wanted}
+    places, middles = _middles(trajectory, [name for name, _ in wanted])
+    times = np.insert(trajectory.time, places, middles["time"])
+    found = {
+        (name, sign): _Maximum(name, sign, times, np.insert(trajectory[name], places, middles[name]))
+        for name, sign in wanted
+    }
     for rivals in (False, True):
         asked = [(one, k) for one in found.values() for k in one.chosen(rivals)]
-        tops = refine(trajectory, [one.bracket(k) for one, k in asked], [one.floor for one, _ in asked])
+        tops = refine(trajectory, [one.brackets[k] for one, k in asked], [one.floor for one, _ in asked])
         for (one, k), (time, value) in zip(asked, tops, strict=True):
             one.take(k, time, value)
     return {key: (one.time, one.value) for key, one in found.items()}
 
 
-def _with_middles(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Array]:
-    """Return columns with samples in the middle of the last and of the first interval, and the times.
+def _middles(trajectory: Trajectory, names: Sequence[str]) -> tuple[list[int], Columns]:
+    """Return columns in the middle of the first and of the last interval, and the places of these among the samples.
 
     Maxima within these intervals have samples on both sides then.
     """
-    samples = {"time": trajectory.time} | {name: trajectory[name] for name in names}
     if trajectory.evaluate is None or len(trajectory.time) < 2:
-        return samples
+        return [], dict.fromkeys(["time", *names], np.zeros(0))
     before, after = trajectory.time[[0, -2]], trajectory.time[[1, -1]]
     last = 0.5 * (before[1] + after[1])
     times = np.array([0.5 * (before[0] + min(after[0], last)), last])
-    middles, places = trajectory.evaluate(times), [1, len(trajectory.time) - 1]
-    return {name: np.insert(values, places, middles[name]) for name, values in samples.items()}
+    return [1, len(trajectory.time) - 1], trajectory.evaluate(times)
 
 
 def refine(
@@ -222,8 +220,19 @@ def _values(trajectory: Trajectory, asked: Sequence[tuple[Bracket, float]]) -> l
 
 def averages(trajectory: Trajectory, name: str) -> tuple[float, float]:
     """Compute mean and root mean square of a column over the time of a trajectory."""
-    time, values = trajectory.time, trajectory[name]
+    time, values = _with_sides(trajectory, name)
     return peak_search.average(time, values, False), peak_search.average(time, values, True)
+
+
+def _with_sides(trajectory: Trajectory, name: str) -> tuple[Array, Array]:
+    """Return times and values of a column, with those just before its jumps, which have the times of the jumps."""
+    time, values = trajectory.time, trajectory[name]
+    places = np.searchsorted(time / peak_search.BEFORE, trajectory.jumps)
+    places = places[(places > 0) & (places < len(time))]
+    if trajectory.evaluate is None or not len(places):
+        return time, values
+    before = trajectory.evaluate(peak_search.BEFORE * time[places])[name]
+    return np.insert(time, places, time[places]), np.insert(values, places, before)
 
 
 @validated
@@ -256,8 +265,10 @@ def integral(trajectory: Trajectory, values: str | Array) -> float:
     >>> abs(linkages.integral(motion, "O1.power") + linkages.integral(motion, "O4.power") - work) < 1e-12
     True
     """
-    values = trajectory[values] if isinstance(values, str) else _sampled(trajectory, values)
-    return peak_search.integrate_samples(trajectory.time, np.ascontiguousarray(values, dtype=np.float64), False)
+    if isinstance(values, str):
+        return peak_search.integrate_samples(*_with_sides(trajectory, values), False)
+    values = np.ascontiguousarray(_sampled(trajectory, values), dtype=np.float64)
+    return peak_search.integrate_samples(trajectory.time, values, False)
 
 
 def _sampled(trajectory: Trajectory, values: Array) -> Array:

@@ -146,7 +146,7 @@ class _Part:
         number, unit = {
             "mean": (mean, 1.0 / span),
             "rms": (rms, 1.0 / (span * rms) if rms > 0.0 else np.nan),
-            "integral": (integral(run, run[output]), 1.0),
+            "integral": (integral(run, output), 1.0),
         }[statistic]
         each = unit * self._changes(self._gauss, output, statistic == "rms")
         found = Found(number, each.sum(axis=1))

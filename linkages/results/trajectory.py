@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_AT_ONCE = 10_000  # most times of one evaluation
+_AT_ONCE = 2000  # most times of one evaluation
 
 #: Function called with the simulated time [s] at intervals.
 TimeReport = Callable[[float], None]
@@ -55,6 +55,8 @@ class Trajectory(Brief):
         outside. None if loaded from a file.
     units : dict of str
         SI unit of each column; empty if unknown.
+    jumps : (nj,) array
+        Times at which states are sampled [s]; columns have the values after them.
     sensitivity : Derivatives
         Derivatives of the columns with respect to values: ``run.sensitivity[PATH][OUTPUT]``; empty unless requested.
     """
@@ -66,6 +68,7 @@ class Trajectory(Brief):
     evaluate: Evaluate | None = None
     units: dict[str, str] = field(default_factory=dict)
     sensitivity: Derivatives = NONE
+    jumps: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if self.evaluate is not None and len(self.time):
@@ -110,7 +113,7 @@ class Trajectory(Brief):
         edges = inside(np.array([start, end]), float(self.time[0]), float(self.time[-1]), "start and end")
         between_them = (self.time > edges[0]) & (self.time < edges[1])
         known = {name: np.interp(edges, self.time, column) for name, column in self.columns.items()}
-        new = ~np.isin(edges, self.time)
+        new = self.time[np.searchsorted(self.time, edges)] != edges
         if self.evaluate is not None and new.any():
             for name, values in self.evaluate(edges[new]).items():
                 known[name][new] = values
@@ -256,10 +259,13 @@ def _in_parts(evaluate: Evaluate, times: Array) -> Columns:
     columns: Columns = {}
     for first in range(0, len(times), _AT_ONCE):
         part = evaluate(times[first : first + _AT_ONCE])
-        if not columns:  # rows of one array, whose memory is free at once when nothing needs them
-            columns = dict(zip(part, np.empty((len(part), len(times))), strict=True))
+        if not columns:  # rows of one array, whose memory is free at once when nothing needs them; zeros need none
+            ordered = sorted(part, key=lambda name: not part[name].any())
+            rows = dict(zip(ordered, np.zeros((len(part), len(times))), strict=True)) | {"time": times}
+            columns = {name: rows[name] for name in part}
         for name, values in part.items():
-            columns[name][first : first + len(values)] = values
+            if values.any():
+                columns[name][first : first + len(values)] = values
     return columns
 
 
@@ -273,5 +279,6 @@ class Loops(NamedTuple):
         """Compute the largest loop error (nt,) at each sample [m, rad]."""
         if not len(self.rows):
             return np.zeros(len(columns["time"]))
-        q = np.stack([columns[f"q.{name}"] for name in self.tree.coordinates], axis=1)
-        return loop_errors(self.tree.bodies, self.rows, q)
+        q, last = [columns[f"q.{name}"] for name in self.tree.coordinates], len(columns["time"])
+        parts = (np.stack([x[first : first + _AT_ONCE] for x in q], axis=1) for first in range(0, last, _AT_ONCE))
+        return np.concatenate([loop_errors(self.tree.bodies, self.rows, part) for part in parts])

@@ -19,6 +19,7 @@ from linkages.system.system import System
 _GRID = 0.02  # step of the fastest drive between two stored positions [rad or m]
 _FEWEST, _MANY = 200, 200_000  # fewest steps between stored positions; most before the drive steps become longer
 _COARSEST = 0.1  # step of the fastest drive between two stored positions in a long motion [rad or m]
+_PARTS = 100  # in which the speeds of drives over a long motion are compared, to save memory
 _AT_DEAD_POINTS = Status.STEP_SIZE_COLLAPSE, Status.LOOP_OPEN, Status.JOURNAL_LEFT_BEARING  # ends of runs
 _LOCKED = 1e-3  # conditioning below which a motion ends at a dead point
 _RETURNED = 1e-9  # largest change of a coordinate over a turn that repeats itself [rad, or linkage lengths]
@@ -56,7 +57,8 @@ class IdealMotion:
     times : (nt,) array
         Times of the stored table, dense enough to follow the branch [s].
     q, v, a : (nt, n) arrays
-        Coordinates of the tree, their rates and accelerations at these times [rad, m, s].
+        Coordinates of the tree, their rates and accelerations at these times, or of the turn that repeats itself alone
+        [rad, m, s].
     quality : (nt,) array
         Conditioning of the closure at these times, see `linkages.system.assembly.Assembly` [1].
     status : Status
@@ -86,47 +88,49 @@ class IdealMotion:
         self.times, turn = np.linspace(0.0, system.experiment.duration, count + 1), 0
         if system.drive_travel > _MANY * _GRID:
             self.times, turn = self._in_turns()
-        self._follow_branch(turn)
+        self._turn, self._around = 0, np.zeros(system.tree.size)
+        if not (turn and self._turn_repeats(turn)):
+            self._follow_branch()
 
     def _in_turns(self) -> tuple[Array, int]:
         """Return times that divide each turn of drives at one constant speed alike, and their number in a turn.
 
         The number is zero for other drives, whose times stay as they are.
         """
-        _, rates, accelerations = self.system.motions(self.times)
-        if accelerations.any() or np.ptp(np.abs(rates)):
+        parts = map(self.system.motions, np.array_split(self.times, _PARTS))
+        speed = abs(float(self.system.motions(self.times[:1])[1][0, 0]))
+        if any(accelerations.any() or (np.abs(rates) != speed).any() for _, rates, accelerations in parts):
             return self.times, 0
-        end, turn = float(self.times[-1]), 2.0 * np.pi / abs(rates[0, 0])
+        end, turn = float(self.times[-1]), 2.0 * np.pi / speed
         count = int(np.ceil(turn / self.times[1]))
-        times = turn / count * np.arange(int(end / turn * count) + 1)
-        return np.append(times[times < end], end), count
+        times = turn / count * np.arange(end / turn * count + 2.0)
+        last = int(np.searchsorted(times, end))
+        times[last] = end
+        return times[: last + 1], count
 
-    def _repeat_turn(self, lines: _Lines, turn: int) -> int:
-        """Follow one turn, and repeat it if the linkage returns to its start; return the number of filled lines."""
-        tree, free, last = self.system.tree, self.system.tree.closing_dofs, len(lines.times) - 1
-        first = _Lines(*(column[: turn + 1] for column in lines))
-        done = follow_branch(tree.bodies, tree.closure_rows, free, tree.extent, self._scale, 1, *first)
-        sliding = tree.bodies.records["dof"][tree.bodies.records["type"] == PRISMATIC]
-        ways = first.q[-1] - first.q[0]
-        turns = np.round(ways / (2.0 * np.pi))
-        turns[sliding] = 0.0
-        back = np.abs(ways - 2.0 * np.pi * turns) <= _RETURNED * self._scale
-        if done <= turn or first.quality.min() <= BLURRED or not back.all():
-            return 1
-        round_, place = np.divmod(np.arange(last), turn)  # the last line need not be in a turn's grid
-        lines.q[:last, free] = first.q[place][:, free] + 2.0 * np.pi * turns[free] * round_[:, None]
-        lines.v[:last, free], lines.a[:last, free] = first.v[place][:, free], first.a[place][:, free]
-        lines.quality[:last] = first.quality[place]
-        return last
+    def _turn_repeats(self, turn: int) -> bool:
+        """Follow the first turn alone; keep it for all turns, and return True, if the linkage returns to its start."""
+        records, grid = self.system.tree.bodies.records, self.times
+        self.times = grid[: turn + 1]
+        self._follow_branch()
+        ways = self.q[-1] - self.q[0]
+        around = 2.0 * np.pi * np.round(ways / (2.0 * np.pi))
+        around[records["dof"][records["type"] == PRISMATIC]] = 0.0
+        back = np.abs(ways - around) <= _RETURNED * self._scale
+        whole = np.array_equal(self.times, grid[: turn + 1]) and self.quality.min() > BLURRED and back.all()
+        self.times = grid
+        if whole:
+            self._turn, self._around = turn, around
+        else:
+            self.status = Status.OK
+        return bool(whole)
 
-    def _follow_branch(self, turn: int) -> None:
-        """Fill the table, whose motion may repeat itself after a number of lines; skip inaccurate positions."""
+    def _follow_branch(self) -> None:
+        """Fill the table; skip inaccurate positions."""
         tree, grid, done = self.system.tree, self.times, 1
         lines = _Lines(grid.copy(), *self._prescribed(grid), np.zeros(len(grid)))
         lines.q[0, tree.closing_dofs] = self.system.assembly.q[tree.closing_dofs]
         self._close(*(column[:1] for column in lines[1:]))
-        if turn:
-            done = self._repeat_turn(lines, turn)
         table = [lines.part(slice(done))]
         while done < len(grid):
             rows, first = (tree.bodies, tree.closure_rows, tree.closing_dofs), done
@@ -212,15 +216,18 @@ class IdealMotion:
             hinges = shaped(hinges, (len(times), len(tree.hinge_dofs)), "hinges", "angles")
         near = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
         near -= times - self.times[near - 1] < self.times[near] - times
-        if self.status is Status.LOCKED:  # rates of the last line are unbounded
+        if self.status is Status.LOCKED or self._turn:  # rates of the last line are unbounded, or it is in no turn
             near = np.minimum(near, len(self.times) - 2)
+        turns, lines = np.divmod(near, self._turn or len(self.times))
+        stored = self.q[lines] + turns[:, None] * self._around, self.v[lines], self.a[lines]
+        (q, v, a), free = self._prescribed(times), tree.closing_dofs
         if offset is None and hinges is None and np.array_equal(times, self.times[near]):
-            return self.q[near], self.v[near], self.a[near]
-        q, v, a = self._prescribed(times)
+            for table, known in zip((q, v, a), stored, strict=True):
+                table[:, free] = known[:, free]
+            return q, v, a
         if hinges is not None:
             q[:, tree.hinge_dofs] = hinges
-        free, step = self.system.tree.closing_dofs, (times - self.times[near])[:, None]
-        q[:, free] = _predicted(step, self.q[near], self.v[near], self.a[near])[:, free]
+        q[:, free] = _predicted((times - self.times[near])[:, None], *stored)[:, free]
         quality = np.zeros(len(times))
         done = self._close(q, v, a, quality, offset)
         if done < len(times):

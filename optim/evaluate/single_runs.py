@@ -86,7 +86,7 @@ def _of_drake(request: Request, system: System, progress: Callable[[float], None
         raise KeyboardInterrupt
     exact = ideal(system) if any(name.endswith(JITTER) for name in outputs) else run
     signals = _signals(run, exact, outputs)
-    whole = Trajectory(run.time, signals(run.time), run.status, {}, signals)
+    whole = Trajectory(run.time, signals(run.time), run.status, {}, signals, jumps=run.jumps)
     found = np.empty((len(STATISTICS), len(request.windows), len(outputs)))
     for w, (start, end) in enumerate(request.windows):
         window = whole.within(start, min(end, run.time[-1]))

@@ -148,13 +148,14 @@ def certainty(residuals: Residuals, found: Fitted, deviations: Deviations) -> Ce
     if worst and min(worst) < DOUBT:  # the model does not explain the samples: their own spread counts
         weighted = sum(float(np.sum(residual[rows] ** 2)) / time for (_, rows), time in zip(groups, times, strict=True))
         factor = max(1.0, weighted / max(freedom, 1.0))
-    alone = _covariance(jacobian)
+    alone, idle = _covariance(jacobian), np.linalg.norm(jacobian, axis=0) == 0.0
     jacobian = _independent(jacobian, groups, correlations) / math.sqrt(factor)
     room = residuals.upper[:n] - residuals.lower[:n]
     inside = np.minimum(found.z[:n] - residuals.lower[:n], residuals.upper[:n] - found.z[:n]) > _AT_LIMIT * room
     covariance, singular, mixtures, known = judge(residuals, jacobian, inside)
     inflation = np.diag(covariance) / np.diag(alone)
-    covariance[:n][~known], covariance[:, :n][:, ~known] = np.nan, np.nan
+    idle[:n] |= ~known
+    covariance[idle], covariance[:, idle] = np.nan, np.nan
     return Certainty(covariance, inflation, singular, mixtures, known, max(freedom, _LEAST_FREEDOM), times, tests)
 
 

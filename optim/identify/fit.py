@@ -26,6 +26,8 @@ _GROWTH = 2.0  # ratio of two windows
 _CANDIDATES = 8  # points of which one becomes a start
 _ENOUGH = 1e-8  # relative change of the sum of squares, or of the values, at which a fit ends
 _ROUNDS = 2  # fits with deviations that follow from residuals, after the first
+_HELD = 1e-2  # residual of a value that moves from one limit to the other
+_HELD_SENSOR = 1e-6  # the same of a value without limits, relative to its effect on all residuals
 _MOST = 60  # runs in a window
 _MOST_BATCHES = 4  # evaluations of statistics in a stage
 _WORTH = 1.02  # least ratio of two windows, at the horizon
@@ -91,15 +93,21 @@ class Search:
         x = np.clip(self.z, residuals.lower + room, residuals.upper - room)[moving]
         if not len(x) or self.at(x).reason:
             return self.z, self.at(x)
-        with np.errstate(all="ignore"):  # a value may act on no sample of a short window
-            found = least_squares(
-            lambda x: self.at(x).residual, x, lambda x: self.at(x).jacobian[:, moving], x_scale="jac",
+        held, first = np.diag(self._weights(self.at(x).jacobian)[moving]), x
+        found = least_squares(
+            lambda x: np.append(self.at(x).residual, held @ (x - first)), x,
+            lambda x: np.vstack([self.at(x).jacobian[:, moving], held]), x_scale="jac",
             bounds=(residuals.lower[moving], residuals.upper[moving]), ftol=_ENOUGH, xtol=_ENOUGH,
-                gtol=None, max_nfev=most,
+            gtol=None, max_nfev=most,
         )  # fmt: skip
         z = self.z.copy()
         z[moving] = found.x
         return z, self.at(found.x)
+
+    def _weights(self, jacobian: Array) -> Array:
+        """Return weights (k,) that hold values on which no residual depends; SciPy's steps are too long otherwise."""
+        room, size = self.residuals.upper - self.residuals.lower, np.linalg.norm(jacobian, axis=0)
+        return np.where(np.isfinite(room), _HELD / room, np.where(size > 0.0, _HELD_SENSOR * size, 1.0))
 
 
 def first_window(residuals: Residuals, last: float, windows: Windows) -> float:

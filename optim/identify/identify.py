@@ -30,7 +30,7 @@ from optim.identify.profile import profile
 from optim.identify.residuals import Residuals
 from optim.identify.statistics import NAMES, Statistics
 
-SAMPLES = "posterior.bin"  # keeps samples, beside the checkpoint
+SAMPLES = "posterior.bin"  # keeps samples, in the folder of the checkpoint
 _HALF = 0.5  # part that is predicted where alternatives are compared, by default
 _NEW = 8  # further starts where the best one is hopeless
 _ROUNDS = 3  # times that they are added, as long as they help
@@ -57,7 +57,7 @@ def identify(
     task : Identification
         From `optim.load_identification`.
     checkpoint : Path, optional
-        File that keeps the starts that have ended; ``posterior.bin`` beside it keeps the samples.
+        File that keeps the starts that have ended; ``posterior.bin`` in its folder keeps the samples.
     resume : bool
         Whether the checkpoint may exist; it must be of the same file.
     profiles : bool
@@ -143,7 +143,7 @@ def identify(
         if not content["posterior"]["enough"]:
             content["warnings"].append(
                 f"the posterior has {content['posterior']['autocorrelation_times']:.2g} autocorrelation times, not 50:"
-                " its intervals are uncertain; raise fit.posterior_runs"
+                " its intervals are uncertain; raise fit.posterior_runs, and continue with --resume"
             )
     return content | {
         "title": task.title,
@@ -219,7 +219,7 @@ def _content(residuals: Residuals, found: Fitted, judged: Certainty, share: floa
     if open_ones:
         try:
             sensors = missing_sensors(residuals, found.z, found.evaluated.jacobian, rate)
-        except InputError:  # a model without derivatives
+        except RunError:  # the machine does not run as long as the samples
             sensors = []
     scale = judged.deviations
     known = np.isfinite(scale)

@@ -308,4 +308,5 @@ def described(identification: Identification) -> Mapping[str, Any]:
         content.update(one.system.experiment.model_dump_json(exclude={"title"}).encode())
         for channel in one.channels:
             content.update(channel.times.tobytes() + channel.values.tobytes())
-    return {**identification.file.model_dump(mode="json"), "content": content.hexdigest()}
+    other: Any = {"title": True, "plan": True, "fit": {"posterior_runs"}}  # --resume continues a chain that was short
+    return {**identification.file.model_dump(mode="json", exclude=other), "content": content.hexdigest()}

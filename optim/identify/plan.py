@@ -27,7 +27,7 @@ _FEWEST = 8  # samples of a planned run
 
 
 class Sensor(NamedTuple):
-    """A sensor that could be used: its output, the deviation of a sample, and what is known of its column."""
+    """A sensor that could be used; the deviation of a sample, gain and offset (NaN if they will be fitted)."""
 
     name: str
     output: str
@@ -89,6 +89,8 @@ def _planned(task: Identification, wanted: Plan, system: System) -> Measurement:
             size = si(given, unit(system, candidate.output)) if isinstance(given, str) else float(given)
         except ValueError as problem:
             raise InputError(task.source, f"{where}.deviation", str(problem)) from None
+        if size <= 0.0:
+            raise InputError(task.source, f"{where}.deviation", f"is {given!r}; it must be positive")
         gain, offset = math.nan if candidate.gain else 1.0, math.nan if candidate.offset else 0.0
         sensors.append(Sensor(name, candidate.output, size, gain, offset))
     return _measurement("plan", system, sensors, wanted.rate, math.nan if wanted.shift else 0.0)
@@ -105,7 +107,7 @@ def _measurement(name: str, system: System, sensors: Iterable[Sensor], rate: flo
 
 
 def _rows(residuals: Residuals, z: Array) -> dict[str, tuple[Array, Array]]:
-    """Return residuals and derivatives by sensor, up to where derivatives are known; those of the priors as ""."""
+    """Return residuals and derivatives by sensor, up to where derivatives are known; "" names the priors."""
     found = residuals(z)
     if found.reason:
         raise RunError(f"the planned run fails: {found.reason}")
@@ -129,7 +131,7 @@ def _judged(residuals: Residuals, sensors: tuple[str, ...], rows: Mapping[str, A
     """Judge sensors by the derivatives of their samples, in deviations."""
     n = len(residuals.active)
     jacobian = np.vstack([rows[name] for name in (*sensors, "")])
-    jacobian = jacobian[:, (np.arange(jacobian.shape[1]) < n) | jacobian.any(axis=0)]  # not those of other sensors
+    jacobian = jacobian[:, (np.arange(jacobian.shape[1]) < n) | jacobian.any(axis=0)]  # without values of other sensors
     covariance, singular, mixtures, known = judge(residuals, jacobian, np.ones(n, bool))
     slopes, values = residuals.slopes(residuals.start), residuals.values(residuals.start)
     relative = np.sqrt(np.diag(covariance))[:n] * slopes / np.where(values == 0.0, 1.0, np.abs(values))
@@ -200,6 +202,8 @@ def format_plan(found: Mapping[str, Any]) -> str:
             cells = [f"{'not known':>16s}" if x is None else cell(100.0 * x, 14) + " %" for x in entry["deviations"]]
             lines.append(f"{' + '.join(entry['sensors']):{first}s}{''.join(cells)}")
     best = found["best"]
+    if not any(entry["identifiable"] for setting in found["settings"] for _, entry in _rated(setting)):
+        return "\n".join([*lines, "", "none of these sensors determines an unknown"])
     at = "" if best["value"] is None else f" at {found['vary']} = {best['value']:g}"
     lines += ["", f"best: {' and '.join(best['sensors'])}{at} (deviations at the start values, linear)"]
     return "\n".join(lines)

@@ -43,8 +43,8 @@ def posterior(
     """Sample all values, by walkers that start from the linear covariance (Foreman-Mackey and others 2013).
 
     The residuals are normal; their sum of squares is divided by the mean inflation of the linear variances. An unknown
-    without prior is uniform between its limits, a positive one in its logarithm. A file `store` keeps what has been
-    computed; a repetition reads it from there, so an interrupted chain goes on as it would have.
+    without prior is uniform between its limits, a positive one in its logarithm. A file `store` keeps the sums of
+    squares; a repetition reads them, so an interrupted chain continues with the same numbers.
 
     Returns ``parameters``: by name ``median``, ``deviation`` and ``interval`` of 95 %; ``samples`` (ns, n) of the
     unknowns, at most 2000; ``walkers``, ``runs``, ``acceptance``; ``autocorrelation_times``: length of the chain, and
@@ -97,20 +97,20 @@ def posterior(
 
 
 class _Stored:
-    """Sums of squares that a file keeps, in rows of a point and its sum; the first row is that of the fit."""
+    """Sums of squares that a file keeps, in rows of a point and its sum; the first row belongs to the fit."""
 
     def __init__(self, sums: SumsOfSquares, path: Path | None, found: Fitted) -> None:
         self._sums, self._path, self._known = sums, path, dict[bytes, float]()
         if path is None:
             return
         first = np.append(found.z, np.sum(found.evaluated.residual**2))
-        numbers = np.fromfile(path) if path.exists() else first
+        numbers = np.fromfile(path) if path.exists() else np.empty(0)
         rows = numbers[: len(numbers) // len(first) * len(first)].reshape(-1, len(first))
-        if path.exists() and len(rows) and np.array_equal(rows[0], first):
-            os.truncate(path, rows.nbytes)  # the last row may have no end
-            self._known = {row[:-1].tobytes(): float(row[-1]) for row in rows[1:]}
-        else:
-            first.tofile(path)
+        if not np.array_equal(rows[:1], first[None]):
+            rows = first[None]
+            rows.tofile(path)
+        os.truncate(path, rows.nbytes)  # the last row may have no end
+        self._known = {row[:-1].tobytes(): float(row[-1]) for row in rows[1:]}
 
     def __call__(self, points: Array, threads: int | None) -> Array:
         new = np.array([z.tobytes() not in self._known for z in points])

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from linkages.base.brief import cell, counted
+from linkages.input.files.toml import leaves
 from linkages.input.model.editing import edited
 from optim.identify.load import Identification
 
@@ -78,7 +79,8 @@ def format_identification(found: Mapping[str, Any]) -> str:
 
 def fitted_experiment(task: Identification, found: Mapping[str, Any], target: Path) -> str:
     """Return the text of the experiment with the values that were found; comments state their deviations."""
-    values, origins = {}, {}
+    values = dict(leaves(task.file.set))
+    origins = dict.fromkeys(values, f"set ({task.source.name})")
     for one in found["parameters"].values():
         values[one["path"]] = one["value"]
         certain = (

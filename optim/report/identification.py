@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from linkages.show.plots.style import COLORS
+from linkages.show.plots.style import COLORS, axis_label, typeset
 from optim.report.figures import png
 
 
@@ -53,10 +53,10 @@ def _write_fit(found: Mapping[str, Any], path: Path) -> None:
             time, measured, computed = (np.array(curve[key]) for key in ("time", "measured", "computed"))
             left.plot(time, measured, ".", color=COLORS[1], markersize=2.0, label="measured")
             left.plot(time, computed, color=COLORS[0], linewidth=1.0, label="computed")
-            left.set_ylabel(f"{name} [{curve['unit'] or '1'}]")
+            left.set_ylabel(axis_label(name, typeset(curve["unit"])))
             right.plot(time, measured - computed, ".", color=COLORS[2], markersize=2.0)
             right.axhline(0.0, color="0.5", linewidth=0.6)
-            right.set_ylabel("residual")
+            right.set_ylabel(axis_label("residual", typeset(curve["unit"])))
         axes[0, 0].legend()
         for ax in axes[-1]:
             ax.set_xlabel("time of the file [s]")

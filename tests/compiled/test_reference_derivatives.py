@@ -9,6 +9,7 @@ accuracy 2e-13, extrapolated over two ladders of steps.
 import numpy as np
 import pytest
 from machines import BEARING, bar, four_bar, joint, model, solid, written
+from scipy.linalg import expm
 
 import linkages
 
@@ -362,3 +363,42 @@ stribeck_speed = 2.0
     found = linkages.simulate(system, outputs=["block.ax"], wrt=paths).sensitivity
     for path, slope in zip(paths, right.values(), strict=True):
         assert found[path]["block.ax"][0] == pytest.approx(-9.81 * slope, rel=1e-9)
+
+
+def test_the_friction_in_a_joint_jumps_with_the_force_of_a_contact(tmp_path):
+    """A block on a rail meets a slope with a damper, whose force presses it onto the rail: linear after that."""
+    text = """duration = 0.08
+gravity = [0.0, -9.81, 0.0]
+drives = { slide = { force = 0.0, speed = 2.0 } }
+[frictions.rail]
+joint = "slide"
+coefficient = 0.3
+speed = 1e-3
+[contacts.slope]
+point = "block"
+anchor = [0.1, 0.0]
+angle = "120 deg"
+contact = { law = "kelvin-voigt", restitution = 1.0, stiffness = 1e3, damping = 50.0 }
+[solver]
+accuracy = 1e-11
+"""
+    sdf = model("block", solid("block", 2.0) + joint("slide", "world", "block", "prismatic", "1 0 0"))
+
+    def exact(speed=2.0, mu=0.3, damping=50.0, slope=np.pi / 1.5):
+        brake, normal, press = 9.81 * mu, np.sin(slope), -np.cos(slope)
+        met = np.sqrt(speed**2 - 2.0 * brake * 0.1)
+        share = normal * (normal + mu * press) / 2.0
+        rates = np.array([[0.0, 1.0, 0.0], [-share * 1e3, -share * damping, -brake], [0.0, 0.0, 0.0]])
+        return (expm(rates * (0.08 - (speed - met) / brake)) @ [0.0, met, 1.0])[0] + 0.1
+
+    paths = {
+        "drives.slide.speed": ("speed", 2.0),
+        "frictions.rail.coefficient": ("mu", 0.3),
+        "contacts.slope.contact.damping": ("damping", 50.0),
+        "contacts.slope.angle": ("slope", np.pi / 1.5),
+    }
+    run = linkages.simulate(linkages.load(written(tmp_path, sdf, text)), outputs=["block.x"], wrt=list(paths))
+    assert run["block.x"][-1] == pytest.approx(exact(), rel=1e-9)
+    for path, (name, value) in paths.items():
+        right = (exact(**{name: value * (1 + 1e-5)}) - exact(**{name: value * (1 - 1e-5)})) / (2e-5 * value)
+        assert run.sensitivity[path]["block.x"][-1] == pytest.approx(right, rel=1e-6)

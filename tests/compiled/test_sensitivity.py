@@ -50,8 +50,11 @@ def test_lubricated_slider_crank_agrees_with_differences_of_runs(path, step):
 
 @pytest.mark.parametrize("path", ["frictions.in_A.coefficient", "frictions.rail.length", "sdf.links.rod.mass"])
 def test_friction_from_joint_forces_agrees_with_differences_of_runs(system_of, path):
-    """States, and outputs at the end: a friction, and the force in a joint, which the closure's reactions give."""
-    system = system_of(slider_crank(), RUBBING_CRANK).replaced({"duration": 0.05, "solver.accuracy": 1e-11})
+    """States, and outputs at the end: a friction, and the force in a joint, which the closure's reactions give.
+
+    At an accuracy of 1e-11 they differ by up to 1.2e-5, which depends on where steps end; at 1e-13 by 2e-6.
+    """
+    system = system_of(slider_crank(), RUBBING_CRANK).replaced({"duration": 0.05, "solver.accuracy": 1e-13})
     names, h = ("O.rate", "in_A.torque", "rail.force", "A.force", "guide.moment"), 1e-4 * system.value(path)
     found = linkages.simulate(system, "compiled", outputs=names, wrt=[path])
     ends = [linkages.simulate(system.replaced({path: system.value(path) + k * h}), "compiled") for k in (-1, 1)]

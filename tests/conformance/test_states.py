@@ -15,6 +15,7 @@ from linkages import (
     InputError,
     Status,
     Stepper,
+    integral,
     largest_exponent,
     laws,
     linearise,
@@ -24,6 +25,7 @@ from linkages import (
     simulate_batch,
 )
 from linkages.engines.drake import build_diagram
+from linkages.results.extremes import averages
 
 FLYWHEEL = model("flywheel", solid("wheel", 1.0, 0.02) + joint("O", "world", "wheel"))
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\n"
@@ -306,6 +308,30 @@ def test_only_the_current_of_a_driven_motor_is_free_in_a_periodic_motion(system_
     at_once = system_of(slider_crank(), text.replace(f"inductance = {L}\n", "") + EXACT)
     with pytest.raises(InputError, match="they determine the whole motion"):
         periodic_motion(at_once)
+
+
+def test_the_lyapunov_exponent_of_a_driven_machine_is_that_of_its_states(system_of):
+    """The drive determines the crank; two states follow z" + 4 z' + 3 z = slider.vx, with the roots -1 and -3."""
+    text = "duration = 0.5\n[drives.O]\nspeed = 20.0\n[states.z]\nrate = 'w'\n[states.w]\nrate = '-4*w - 3*z + slider.vx'\n"
+    found = largest_exponent(system_of(slider_crank(), text + EXACT), revolutions=10, transient=20)
+    assert found.value == pytest.approx(-1.0, rel=1e-4)
+
+
+def test_means_over_sampling_instants_are_those_of_steps(system_of):
+    """The torque is 1, 2, ... N m for 0.1 s each: alpha is constant between the instants, at which windows end too."""
+    text = "duration = 0.5\n[drives.O]\ntorque = 0.0\n[torques.T]\njoint = 'O'\nformula = 'n'\n"
+    text += "[states.n]\nnext = 'n + 1'\nsample_time = 0.1\n"
+    system, windows = system_of(FLYWHEEL, text + EXACT), [[0.0, 0.5], [0.05, 0.3]]
+    path, right = "sdf.links.wheel.inertia", np.array([[3.0, np.sqrt(11.0)], [2.2, np.sqrt(5.4)]]) / J
+    batch = simulate_batch(system, [path], [[J]], ["wheel.alpha"], windows, wrt=[path])
+    np.testing.assert_allclose(np.stack([batch.mean[0, :, 0], batch.rms[0, :, 0]], axis=1), right, rtol=1e-9)
+    np.testing.assert_allclose(batch.sensitivity[path]["mean"][0, :, 0], -right[:, 0] / J, rtol=1e-7)
+    run = simulate(system)
+    for k, window in enumerate(windows):
+        part = run.within(*window)
+        assert averages(part, "wheel.alpha") == (batch.mean[0, k, 0], batch.rms[0, k, 0])
+        assert integral(part, "wheel.alpha") == pytest.approx(np.ptp(part["O.rate"]), rel=1e-9)
+    assert integral(run, "T.power") == pytest.approx(run["kinetic_energy"][-1], rel=1e-9)
 
 
 def test_the_energy_of_a_motor_does_not_count_in_the_lyapunov_exponent(system_of):

@@ -43,7 +43,7 @@ def test_a_sweep_has_the_peaks_of_single_runs(press, ask):
     ran = page.values_shown({})
     start, end = page.part_shown({}, lambda: False)
     for k, clearance in enumerate(reply["values"]):
-        offset = np.array(ran["joints.A.offset"]) * clearance / 3e-4
+        offset = clearance / 3e-4 * np.array(ran["joints.A.offset"])
         values = ran | {CLEARANCE: clearance, "joints.A.offset": offset.tolist()}
         run = linkages.simulate(press.session.system.replaced(values))
         found = linkages.extremes(run.within(start, end), ["A.force", "slider7.ax"])

@@ -12,7 +12,6 @@ from linkages.base.arrays import Array
 from linkages.base.errors import Status
 from linkages.base.signals import deferred
 from linkages.engines.budget import WINDOW, Budget, most
-from linkages.engines.compiled.derivatives.sensitivity import Differentiation
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.engines.methods import method
@@ -61,24 +60,26 @@ def simulate(
         status = Status.INTERRUPTED
         if not parts:
             raise
-    steps = join(parts)
-    status, end = cause(status, system, float(steps.times[-1]))
-    wall = clock.perf_counter() - started
-    loops = Loops(system.tree, system.tree.loop_rows)
-    if outputs is not None and len(loops.rows):
-        outputs = tuple(dict.fromkeys([*outputs, *(f"q.{name}" for name in system.tree.coordinates)]))
     provenance = {
         "engine": "compiled",
         "method": method(system, "compiled"),
         "steps": sum(part.steps for part in parts),
         "rejected": sum(part.rejected for part in parts),
         "evaluations": sum(part.evaluations for part in parts),
-        "wall_time": wall,
     }
+    steps = join(parts)
+    parts.clear()  # their memory is free for the columns
+    status, end = cause(status, system, float(steps.times[-1]))
+    provenance["wall_time"] = clock.perf_counter() - started
+    loops = Loops(system.tree, system.tree.loop_rows)
+    if outputs is not None and len(loops.rows):
+        outputs = tuple(dict.fromkeys([*outputs, *(f"q.{name}" for name in system.tree.coordinates)]))
     times = np.unique(steps.times[steps.times <= end])
     run = sample(times, Replay(runner, steps, outputs), status, provenance, loops)
     if not wrt:
         return run
+    from linkages.engines.compiled.derivatives.sensitivity import Differentiation
+
     return replace(run, sensitivity=Differentiation(runner, steps, wrt).derivatives(run.time, outputs))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from xml.sax.saxutils import escape, quoteattr
+from html import escape
 
 import numpy as np
 
@@ -26,16 +26,16 @@ def sdf_text(model: RawModel, remarks: Sequence[str] = (), description: str = ""
     for joint in model.joints:
         body += _joint(joint, model)
     if description:
-        body += ["<linkages:description>", *escape(description).splitlines(), "</linkages:description>"]
+        body += ["<linkages:description>", *escape(description, False).splitlines(), "</linkages:description>"]
     lines = ["<!--", *comment, "-->"] if comment else []
-    lines += ['<sdf version="1.9" xmlns:linkages="urn:linkages:sdf">', f"  <model name={quoteattr(model.name)}>"]
+    lines += ['<sdf version="1.9" xmlns:linkages="urn:linkages:sdf">', f"  <model name={_quoted(model.name)}>"]
     return "\n".join(['<?xml version="1.0"?>', *lines, *(f"    {line}" for line in body), "  </model>", "</sdf>", ""])
 
 
 def _link(link: RawLink) -> Iterator[str]:
     inertia = link.inertia_local
     tensor = "".join(f"<{key}>{float(inertia[place])!r}</{key}>" for key, place in INERTIA.items())
-    yield f"<link name={quoteattr(link.name)}>"
+    yield f"<link name={_quoted(link.name)}>"
     yield f"  <pose>{link.pose.text()}</pose>"
     yield "  <inertial>"
     yield f"    <pose>{Pose(np.eye(3), link.com_local).text()}</pose> <mass>{link.mass!r}</mass>"
@@ -53,9 +53,9 @@ def _joint(joint: RawJoint, model: RawModel) -> Iterator[str]:
     if np.linalg.norm(joint.position_on_parent - joint.position) > 0.0:
         parent = model.free_name(f"{joint.name}_on_{joint.parent}")
         yield _frame(parent, joint.parent, Pose(np.eye(3), joint.position_on_parent))
-    yield f'<joint name={quoteattr(joint.name)} type="{joint.type}">'
+    yield f'<joint name={_quoted(joint.name)} type="{joint.type}">'
     yield f'  <pose relative_to="__model__">{Pose(np.eye(3), joint.position).text()}</pose>'
-    yield f"  <parent>{escape(parent)}</parent> <child>{escape(joint.child)}</child>"
+    yield f"  <parent>{escape(parent, False)}</parent> <child>{escape(joint.child, False)}</child>"
     if joint.type != "fixed":
         yield f"  <axis><xyz>{' '.join(repr(round(float(x), 15) + 0.0) for x in joint.axis)}</xyz></axis>"
     for tag in ("bearing", "slot"):
@@ -66,5 +66,9 @@ def _joint(joint: RawJoint, model: RawModel) -> Iterator[str]:
 
 
 def _frame(name: str, link: str, pose: Pose) -> str:
-    attached = f"name={quoteattr(name)} attached_to={quoteattr(link)}"
+    attached = f"name={_quoted(name)} attached_to={_quoted(link)}"
     return f'<frame {attached}><pose relative_to="__model__">{pose.text()}</pose></frame>'
+
+
+def _quoted(name: str) -> str:
+    return f'"{escape(name)}"'

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
-from tomlkit.items import Item
+from tomlkit.items import Array, Item
 
 from linkages.input.files.toml import parse_value
 from linkages.input.model.experiment import Experiment
@@ -40,6 +40,10 @@ def _replace(document: tomlkit.TOMLDocument, path: str, value: Any, origin: str)
         if name not in here:
             here[name] = tomlkit.table()
         here = here[name]
+    if isinstance(here, Array):
+        here[int(key)] = value
+        here.comment(origin)
+        return
     before = here.get(key)
     item: Item = tomlkit.item(value)
     was = "" if before is None or isinstance(before, dict) else f"; before: {tomlkit.item(before).as_string()}"

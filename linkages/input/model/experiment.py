@@ -13,8 +13,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import AfterValidator, Field, PrivateAttr, create_model
 
+from linkages.base.arrays import Array
 from linkages.base.brief import Brief
 from linkages.base.errors import InputError
 from linkages.input.files.beams import MATERIAL, SECTIONS
@@ -236,6 +238,12 @@ class Experiment(Brief, Table):
     def own_states(self) -> dict[str, Quantity]:
         """Return the additional states, in the order of the state vector."""
         return {name: one for name, one in self.quantities.items() if one.is_state}
+
+    def sampling_times(self, end: float) -> Array:
+        """Return the times after t = 0 and up to an end at which states are sampled [s]."""
+        periods = {one.period for one in self.own_states.values() if one.period > 0.0}
+        times = (period * np.arange(1.0, end / period + 0.5) for period in periods)
+        return np.unique(np.concatenate([np.zeros(0), *times]))
 
     @property
     def unread_states(self) -> set[str]:

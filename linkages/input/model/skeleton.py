@@ -12,7 +12,7 @@ from linkages.input.model.mechanism import Link, Mechanism
 
 #: Colours of links in their order: Okabe and Ito's palette, distinct to colour-blind readers, and two more.
 COLORS = ("#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#8B6F47", "#6A51A3")
-OTHER = "#1A1A1A"  # of what belongs to no moving link
+OTHER = "#1A1A1A"  # not of a moving link
 _SAME = 1e-6  # relative to the linkage's size: closer places coincide, closer points lie on a line
 
 

@@ -30,6 +30,9 @@ _PART = 0.1  # of a parabola's promise: a sample that departs more from it is ne
 _FLAT = 1e-10  # relative gain that a parabola promises, after one that kept its promise, at which a maximum is known
 _CLOSE = 1e-5  # of a bracket: a next time that is so near to the highest sample adds nothing
 
+#: Just before a time, in parts of it: before the rounding of sampling times.
+BEFORE = 1.0 - 1e-12
+
 _EQUAL = 1e-8  # relative difference of maxima that count as equal
 
 
@@ -155,22 +158,28 @@ def take(search: Array, t: float, value: float) -> None:
 
 @kernel
 def integrate_samples(times: Array, values: Array, square: bool) -> float:
-    """Integrate values (n,) over times (n,), or their squares, by parabolas through neighbouring samples."""
-    n, total = len(times), 0.0
+    """Integrate values (n,) over times (n,), or their squares, by parabolas through neighbouring samples.
+
+    At a time that occurs twice the values jump.
+    """
+    n, total, first = len(times), 0.0, 0
     slope, bend = 0.0, 0.0  # of the interval, and half the second derivative at its start
     for i in range(n - 1):
         h, f0, f1 = times[i + 1] - times[i], values[i], values[i + 1]
+        if h == 0.0:
+            first, bend = i + 1, 0.0
+            continue
         if square:
             f0, f1 = f0 * f0, f1 * f1
         slope, after = (f1 - f0) / h, 0.0
-        if i + 2 < n:
+        if i + 2 < n and times[i + 2] > times[i + 1]:
             wide, f2 = times[i + 2] - times[i + 1], values[i + 2]
             if square:
                 f2 = f2 * f2
             after = ((f2 - f1) / wide - slope) / (wide + h)
-            if i == 0:
+            if i == first:
                 bend = after
-        elif i > 0:
+        elif i > first:
             after = bend
         total += h * (0.5 * (f0 + f1) - h * h * (bend + after) / 12.0)
         bend = after

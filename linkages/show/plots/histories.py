@@ -117,7 +117,7 @@ def measured_figure(assessment: Assessment) -> Figure:
         top.set_ylabel(axis_label(name, drawn))
         drawn, factor = _shown(assessment, name, one.residual)
         bottom.plot(one.time, factor * one.residual, color="0.25", lw=0.8)
-        bottom.set_ylabel(f"difference\n[{drawn}]")
+        bottom.set_ylabel(axis_label("difference", drawn, "\n"))
     axes[0].legend(**LEGEND)
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("time [s]")
@@ -164,7 +164,7 @@ def _compare(
         low, high = _limits(difference[apart.time >= assessment.counted_from])
         drawn, factor = _shown(assessment, name, np.array([low, high]))
         bottom.plot(apart.time, factor * difference, color="0.25", lw=0.8)
-        bottom.set(ylabel=f"difference\n[{drawn}]", ylim=(factor * low, factor * high))
+        bottom.set(ylabel=axis_label("difference", drawn, "\n"), ylim=(factor * low, factor * high))
         if difference.min() < low or difference.max() > high:
             largest = np.abs(difference).max()
             drawn, factor = _shown(assessment, name, largest)

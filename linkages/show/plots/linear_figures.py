@@ -22,11 +22,13 @@ def shapes_figure(modes: Modes, count: int) -> Figure:
     """Draw the lowest mode shapes over the pose, in grey; each is magnified until visible."""
     with figure_style():
         lines, count = ModeShapes(modes).lines, min(count, len(modes.squares))
-        rows = -(-count // _COLUMNS)
+        rows, scale = -(-count // _COLUMNS), _SHARE * modes.system.tree.extent
+        moved = np.concatenate([line.places + scale * line.ways[k] for line in lines for k in range(count)])
+        wide, high = np.ptp(moved, axis=0)
+        row = 0.7 + min(2.0 * high / wide, 2.0)
         figure, axes = new_figure(
-            0.5 + 2.5 * rows, rows, min(count, _COLUMNS), squeeze=False, sharex=True, sharey=True, width=7.2
+            0.4 + row * rows, rows, min(count, _COLUMNS), squeeze=False, sharex=True, sharey=True, width=7.2
         )
-        scale = _SHARE * modes.system.tree.extent
         unit, factor = engineering("m", modes.system.tree.extent)
         for k, axis in enumerate(axes.ravel()):
             if k >= count:
@@ -35,13 +37,21 @@ def shapes_figure(modes: Modes, count: int) -> Figure:
             for line in lines:
                 axis.plot(*(factor * line.places.T), color="0.75", lw=1.6, marker="o", markevery=[0, -1], ms=2)
             for line in lines:
-                moved = factor * (line.places + scale * line.ways[k])
-                axis.plot(*moved.T, color=line.color, lw=1.4, marker="o", markevery=[0, -1], ms=2)
+                axis.plot(
+                    *(factor * (line.places + scale * line.ways[k])).T,
+                    color=line.color,
+                    lw=1.4,
+                    marker="o",
+                    markevery=[0, -1],
+                    ms=2,
+                )
             axis.set_title(f"mode {k + 1}: {_frequency(modes.frequencies[k])}", fontsize="medium")
             axis.set_aspect("equal")
             axis.grid(False)
-        for axis in axes[-1]:
+        for column in axes.T:
+            axis = [one for one in column if one.axison][-1]
             axis.set_xlabel(f"x [{unit}]")
+            axis.tick_params(labelbottom=True)
         for axis in axes[:, 0]:
             axis.set_ylabel(f"y [{unit}]")
         return figure

@@ -157,6 +157,6 @@ def typeset(unit: str) -> str:
     return unit.translate(_RAISED)
 
 
-def axis_label(name: str, unit: str) -> str:
+def axis_label(name: str, unit: str, between: str = " ") -> str:
     """Join a name and its unit; without brackets if there is no unit."""
-    return f"{name} [{unit}]" if unit else name
+    return f"{name}{between}[{unit}]" if unit else name

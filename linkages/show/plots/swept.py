@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from linkages.input.model.mechanism import Mechanism
 
 _LEVELS = 8  # contours of a map, about
+_INSIDE = 0.47  # of the map's size: distance of labels from its middle
 _FLAT = 1e-9  # relative range of peaks below which a map has no contours
 _PANEL = 3.15, 2.3  # width and height of a panel of peaks [in]
 
@@ -81,9 +82,11 @@ def map_figure(grid: Grid, name: str, unit: str, limit: float | None = None) -> 
         bar.ax.ticklabel_format(useOffset=False)
         if varies := bool(z.count()) and float(z.max() - z.min()) > _FLAT * _largest(peaks) * factor:
             lines = axis.contour(x, y, z, levels=_LEVELS, colors="white", linewidths=0.7)
-            for text in axis.clabel(lines, fontsize="small"):
+            low, size = np.array([x.min(), y.min()]), np.array([np.ptp(x), np.ptp(y)])
+            middles = [_middle((max(parts, key=len) - low) / size) for parts in lines.allsegs if any(map(len, parts))]
+            places = [low + size * at for at in middles if np.abs(at - 0.5).max() < _INSIDE]
+            for text in axis.clabel(lines, fontsize="small", manual=places):
                 text.set_path_effects([withStroke(linewidth=1.5, foreground="0.3")])
-                text.set_clip_on(False)
         marks = []
         if limit is not None and varies and z.min() < factor * limit < z.max():
             axis.contour(x, y, z, levels=[factor * limit], colors=COLORS[1], linewidths=2.2)
@@ -104,6 +107,12 @@ def _axis(path: str, values: Sequence[float]) -> tuple[Array, str]:
     """Return the values of a variable in a readable unit, and the label of their axis."""
     unit, factor = engineering(value_unit(path), max(map(abs, values)))
     return factor * np.array(values), axis_label(path, unit)
+
+
+def _middle(line: Array) -> Array:
+    """Return the point (2,) in the middle of a line (n, 2): its label is on no edge of the map."""
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    return np.array([np.interp(0.5 * way[-1], way, values) for values in line.T])
 
 
 def _largest(values: Array) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.by_reference import reference
-from linkages.engines.compiled.run.binding import integrate
+from linkages.engines.compiled.run.binding import integrate, next_sample, set_due
 from linkages.engines.compiled.run.equations import solve_state
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.replay import Steps, recorded, remember
@@ -19,6 +19,7 @@ from linkages.engines.compiled.run.sampling import Sampler, asked, knows_outputs
 from linkages.mechanics.integrate import peak_search
 from linkages.mechanics.integrate.driver import DONE, PAUSED
 from linkages.mechanics.integrate.stepper import copy
+from linkages.mechanics.planar.loads import is_due
 
 #: Statistics of each window and output. To add one: its name here, at the end, and its formula in `summarise`.
 STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms", "last")
@@ -46,16 +47,18 @@ def summarise(job: Job, steps: Steps, valid: float, out: Array) -> bool:
                 return False
     no, search = len(job.outputs), np.empty((3, 3))
     times, values = np.empty(len(steps.times) + 4), np.empty((no, len(steps.times) + 4))
+    sides, jumping = np.empty(2 * len(times)), np.empty((no, 2 * len(times)))
     for m in range(len(job.windows)):
         if not job.windows[m, 1] < valid:
             out[m] = math.nan
             continue
         count = _fill(sampler, job.windows[m, 0], job.windows[m, 1], times, values)
-        for k in range(no if count > 0 else 0):
-            samples, line = values[k, :count], out[m, k]
-            line[4] = peak_search.average(times[:count], samples, False)
-            line[5] = peak_search.average(times[:count], samples, True)
-            line[6] = samples[count - 1]
+        all_count = _fill_sides(sampler, times[:count], values, sides, jumping) if count > 0 else 0
+        for k in range(no if all_count > 0 else 0):
+            samples, line = jumping[k, :all_count], out[m, k]
+            line[4] = peak_search.average(sides[:all_count], samples, False)
+            line[5] = peak_search.average(sides[:all_count], samples, True)
+            line[6] = values[k, count - 1]
         count = _add_middles(sampler, times, values, count)
         if count < 0:
             return False
@@ -88,6 +91,27 @@ def _fill(sampler: Sampler, start: float, end: float, times: Array, values: Arra
     if times[count - 1] < end:
         if not _put(sampler, end, times, values, count):
             return -1
+        count += 1
+    return count
+
+
+@kernel
+def _fill_sides(sampler: Sampler, times: Array, values: Array, sides: Array, out: Array) -> int:
+    """Fill samples, and those just before the sampling instants of states, where outputs jump; return how many.
+
+    Those before have the times of the instants. -1 if the ideal linkage is open.
+    """
+    equations, count = sampler.job.equations, 0
+    for i in range(len(times)):
+        if i > 0 and len(equations.model.states):
+            set_due(equations, times[i - 1], False)
+            if is_due(times[i], next_sample(equations, times[i])):
+                if not _put(sampler, peak_search.BEFORE * times[i], sides, out, count):
+                    return -1
+                sides[count] = times[i]
+                count += 1
+        sides[count] = times[i]
+        copy(values[:, i], out[:, count])
         count += 1
     return count
 

@@ -45,6 +45,7 @@ from linkages.mechanics.planar.contacts import (
     contact_action,
     contact_motion,
 )
+from linkages.mechanics.planar.joint_friction import add_efforts
 from linkages.mechanics.planar.loads import is_due, sample_states
 from linkages.mechanics.planar.newton_euler import generalised_force
 
@@ -53,9 +54,9 @@ from linkages.mechanics.planar.newton_euler import generalised_force
 def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: float, c: Column, times: Array) -> bool:
     """Take the columns through the start or end of contact k; fill the derivatives of its time.
 
-    A new contact remembers the approach speed at its start. Where its force or the rate of its bristles jumps, the
-    columns jump by the difference of the derivatives times the change of the time. Returns False where a contact begins
-    without speed: its existence then depends on the values.
+    A new contact remembers the approach speed at its start. Where its force, and the friction in joints with it, or the
+    rate of its bristles jumps, the columns jump by the difference of the derivatives times the change of the time.
+    Returns False where a contact begins without speed: its existence then depends on the values.
     """
     equations, v, n, m = run.equations, run.variation, len(y), c.before.shape[1]
     work, w, clearance = equations.work, v.work.dynamics, equations.model.laws[k].clearance
@@ -72,12 +73,15 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         for i in range(n):
             c.y[i] = y[i] - back * c.dy[i]
         derivatives(equations, t - back, c.y, c.dy)
+    efforts = work.friction.efforts.copy()
     set_over_time(equations, v, t, y, c.dy)
     motion, _ = contact_motion(v.model.ends[k], w.pose, w.vel)
     _hold(equations, k, False)
     set_results(equations, v, k, motion)
     accelerating = slope(v.work.results[CLOSES], 0)
     derivatives(equations, t, y, c.dy)
+    for i in range(len(efforts)):
+        efforts[i] = work.friction.efforts[i] - efforts[i]
     jump, forcing = np.zeros(OUTPUTS), np.zeros((len(c.own), m))
     _set_jump(equations, k, jump)
     _hold(equations, k, True)
@@ -107,6 +111,9 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         w.tau[:] = 0.0
         v.work.rows[:] = 0.0
         add_contact(w.wrench, v.model.ends[k], w.pose, motion[0], motion[1], arms, push[0], push[1], push[2])
+        for i in range(len(efforts)):
+            v.work.friction.efforts[i] = -efforts[i] * later
+        add_efforts(v.model, v.work.friction.efforts, w)
         generalised_force(v.model.bodies, w.pose, w.wrench, w.tau)
         fill_solved(equations, v, first, last, forcing)
         for i in range(len(equations.model.bristles)):
