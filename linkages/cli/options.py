@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
-from linkages.input.files.unit_conversion import is_quantity, read, read_either, si
+from linkages.input.files.unit_conversion import is_quantity, read, read_either, si, si_unit
 from linkages.input.files.writing import OutputFolder, write_json
 from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
 
@@ -334,7 +334,8 @@ def value_of(where: str, text: str, path: str) -> float:
     """Read a finite number in the SI unit of a path, or with its unit; `where` names it in an InputError."""
     from linkages.input.model.experiment import value_unit
 
-    return number(where, text, value_unit(path), read_either)
+    of_any_kind = path.startswith("sdf.parameters.") and is_quantity(text)  # of a described machine
+    return number(where, text, si_unit(text) if of_any_kind else value_unit(path), read_either)
 
 
 def number(where: str, text: str, unit: str, converted: Callable[[str, str], Any] = read) -> float:
