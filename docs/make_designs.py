@@ -65,7 +65,11 @@ def add_spread(name: str) -> None:
         tight = {"solver.accuracy": part * study.points[0].system.experiment.solver.accuracy}
         evaluator = Evaluator(study.replaced(lambda _, tight=tight: tight))
         before, after = (evaluator(rounding * x).objectives[:, 0] for x in (study.nominal, record.design(study)))
-        found += [float(after.min() / before.max()), float(after.max() / before.min())] if quantity.relative else after
+        found += (
+            [float(after.min() / before.max()), float(after.max() / before.min())]
+            if quantity.relative
+            else after.tolist()
+        )
     save(record.model_copy(update={"spread": [float(min(found)), float(max(found))]}))
 
 

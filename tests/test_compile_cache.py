@@ -8,6 +8,7 @@ import pkgutil
 import subprocess
 import sys
 import threading
+from collections import namedtuple
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -18,9 +19,10 @@ import pytest
 import linkages
 from linkages.base.disk import keep, kept
 from linkages.base.kernel import kernel, shipped
+from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.cache import pack
 from linkages.base.kernel.compile import Kernel
-from linkages.base.kernel.fingerprint import fingerprint, processor, toolchain
+from linkages.base.kernel.fingerprint import fingerprint, names_of, processor, toolchain
 
 SCRIPT = """
 import sys
@@ -102,6 +104,70 @@ def test_code_for_records_is_told_apart_whatever_a_process_has_met_before(tmp_pa
     assert [counts("short"), counts("long"), counts("short", "long"), counts("long", "short")] == [
         "1 0\n", "1 0\n", "0 2\n", "0 2\n",
     ]  # fmt: skip
+
+
+Whole = namedtuple("Whole", "pair")
+
+
+def test_code_for_named_tuples_is_told_apart_by_the_order_of_their_fields():
+    """It reads fields by their places: of the tuple itself, by reference, of one within another one."""
+    pairs = [namedtuple("Pair", fields)(1.0, 2.0) for fields in ("a b", "b a")]
+    reads, within = (made(f"def f(x):\n    return x.{field}") for field in ("a", "pair.a"))
+    assert [kernel(reads)(packed(pair)) for pair in pairs] == [1.0, 2.0]
+    for function, wrapped in ((reads, lambda pair: pair), (reads, packed), (within, lambda pair: packed(Whole(pair)))):
+        names = [names_of(function, (numba.typeof(wrapped(pair)),)) for pair in pairs]
+        assert names[0] != names[1]
+
+
+THREADS = """
+import threading
+from concurrent.futures import ThreadPoolExecutor
+import numba
+from linkages.base.kernel import external, kernel
+
+@kernel
+def called(x: float) -> float:
+    return 2.0 * x
+
+@kernel
+def first(x: float) -> float:
+    return called(x) + 1.0
+
+@kernel
+def second(x: float) -> float:
+    return called(x) + 2.0
+
+numba.njit(lambda x: x)(1.0)  # imports what code needs: later there is no time between two kernels
+loading, done = threading.Event(), threading.Event()
+link = external.binding.add_symbol
+
+def linked_late(symbol, address):
+    loading.set()
+    done.wait(0.5)
+    link(symbol, address)
+
+def call_second():
+    loading.wait()
+    found = second(1.0)
+    done.set()
+    return found
+
+external.binding.add_symbol = linked_late
+with ThreadPoolExecutor(2) as pool:
+    print(*[job.result() for job in (pool.submit(first, 1.0), pool.submit(call_second))])
+"""
+
+
+@pytest.mark.slow
+def test_threads_that_load_callers_of_one_kernel_at_once_find_it(tmp_path):
+    """The second caller is loaded while LLVM does not know the kernel yet, and would call address 0."""
+    (tmp_path / "script.py").write_text(THREADS)
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    for _ in ("compiled", "loaded"):
+        done = subprocess.run(
+            [sys.executable, "script.py"], cwd=tmp_path, env=environment, capture_output=True, text=True
+        )
+        assert (done.returncode, done.stdout, done.stderr) == (0, "3.0 4.0\n", "")
 
 
 def test_code_saved_at_the_same_moment_is_not_mixed_up(tmp_path, monkeypatch):

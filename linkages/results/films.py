@@ -15,7 +15,7 @@ import numpy as np
 from linkages.base.kernel import Array
 from linkages.laws.contact.material import bisect
 from linkages.laws.film.films import film_force
-from linkages.laws.film.map_nodes import finite_force
+from linkages.laws.film.map_nodes import PLAIN_CELLS, finite_force
 from linkages.results.extremes import integral
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import warning
@@ -114,6 +114,8 @@ def heat_warnings(heats: dict[str, JointHeat]) -> list[dict[str, Any]]:
 
 #: Largest eccentricity ratio of the comparison: the film of finite length is not solved beyond.
 _LARGEST = 0.999
+_ROUGH = 160, 14  # mesh with which its eccentricity is sought, before one step of Newton's method with the usual one
+_STEP = 1e-4  # of that step's slope
 _NO_MAP = np.zeros(0)
 
 
@@ -146,10 +148,13 @@ def film_error(record: Any, slenderness: float, e: Array, force: Array) -> FilmE
     eps, deps, ew = _motion(record, slenderness, e[widest], force[widest] / unit)
     needed = float(size[widest]) / unit
 
-    def spare(other: float) -> float:
-        return math.hypot(*finite_force(other, slenderness, deps, 0.5 * ew * other / eps)) - needed
+    def spare(other: float, cells: tuple[int, int] = PLAIN_CELLS["guembel"]) -> float:
+        half_ew = 0.5 * ew * other / eps
+        return math.hypot(*finite_force(other, slenderness, deps, half_ew, cells=cells)) - needed
 
-    return FilmError(excess, eps, bisect(spare, 0.0, _LARGEST, 20))
+    near = bisect(lambda other: spare(other, _ROUGH), 0.0, _LARGEST, 20)
+    slope = (spare(near + _STEP, _ROUGH) - spare(near, _ROUGH)) / _STEP
+    return FilmError(excess, eps, float(np.clip(near - spare(near) / slope, 0.0, _LARGEST)))
 
 
 def _motion(record: Any, slenderness: float, e: Array, force: Array) -> tuple[float, float, float]:

@@ -36,7 +36,7 @@ RESOLVED = 1e-9
 
 _MAXIMA = 8  # number of other compared maxima of a column
 _HIGH = 0.5  # smallest height of such a maximum over the highest
-_SHIFTED = 0.25  # shift of a maximum over the shortest step around it beyond which it is compared at shifted times
+_SHIFTED = 0.05  # shift of a maximum over the shortest step around it beyond which it is compared at shifted times
 _REACH = 4.0  # farthest maximum of the run from the three samples of the tighter run, over their duration
 _COMPARED = 500  # number of times at which diverged runs are compared
 #: Rounding of an output over its natural magnitude: some thousand units in the last place.

@@ -143,7 +143,7 @@ def identify(
         if not content["posterior"]["enough"]:
             content["warnings"].append(
                 f"the posterior has {content['posterior']['autocorrelation_times']:.2g} autocorrelation times, not 50:"
-                " its intervals are uncertain; raise fit.posterior_runs"
+                " its intervals are uncertain; raise fit.posterior_runs, and continue with --resume"
             )
     return content | {
         "title": task.title,
@@ -219,7 +219,7 @@ def _content(residuals: Residuals, found: Fitted, judged: Certainty, share: floa
     if open_ones:
         try:
             sensors = missing_sensors(residuals, found.z, found.evaluated.jacobian, rate)
-        except InputError:  # a model without derivatives
+        except RunError:  # the machine does not run as long as the samples
             sensors = []
     scale = judged.deviations
     known = np.isfinite(scale)

@@ -404,10 +404,10 @@ def test_a_plan_states_the_deviation_that_a_sensor_will_give(tmp_path, capsys):
     assert "best: position" in optim.format_plan(found)
 
 
-def test_a_plan_counts_gain_offset_and_clock_that_will_be_fitted(tmp_path):
+def test_a_plan_counts_gain_offset_clock_and_priors_as_the_fit(tmp_path):
     """The values of the closed form have gain 1, offset 0 and shift 0 here: those of a plan."""
     sensor = PLAN.replace('deviation = "0.5 mm"\n', 'deviation = "0.5 mm"\ngain = "fit"\noffset = "fit"\n')
-    text = TASK.replace("start = 210.0", "start = 200.0").replace("start = 1.0", "start = 0.8")
+    text = TASK.replace("start = 210.0", "start = 200.0").replace("start = 1.0", "start = 0.8\nprior = [0.8, 0.001]")
     oscillator(tmp_path, task=text + sensor.replace("rate = 200.0", 'rate = 200.0\nshift = "fit"'))
     found = optim.plan(load_identification(tmp_path / "task.toml"))["settings"][0]["single"][0]
     times = np.arange(0.0, 1.0 + 1e-9, 1 / 200.0)
@@ -416,7 +416,9 @@ def test_a_plan_counts_gain_offset_and_clock_that_will_be_fitted(tmp_path):
     for k, step in enumerate(1e-5 * np.array([STIFFNESS, DAMPING, 1.0, 1e-3, 1e-3])):
         move = step * np.eye(5)[k]
         columns.append((reading(times, *(values + move)) - reading(times, *(values - move))) / (2.0 * step))
-    wanted = np.sqrt(np.diag(np.linalg.inv(np.array(columns) @ np.array(columns).T)))[:2] * 5e-4 / values[:2]
+    information = np.array(columns) @ np.array(columns).T / 5e-4**2
+    information[1, 1] += 1.0 / 0.001**2  # the prior
+    wanted = np.sqrt(np.diag(np.linalg.inv(information)))[:2] / values[:2]
     assert found["deviations"] == pytest.approx(wanted.tolist(), rel=1e-3)
 
 

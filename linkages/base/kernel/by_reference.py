@@ -28,12 +28,14 @@ from numba.extending import (
 )  # fmt: skip
 
 from linkages.base.arrays import Indices
+from linkages.base.kernel.fingerprint import full_name
 from linkages.base.kernel.private import ARRAY_DATA, OFF, AttributeTemplate, array_words, without_owner
 from linkages.base.kernel.simd import LaneArray
 
 T = TypeVar("T")
 
 _MANY = 1000  # layouts that are kept
+_OWNER = 4  # flag of an array that owns its memory, which numba's types do not have
 
 
 class Reference(types.Type):
@@ -41,7 +43,7 @@ class Reference(types.Type):
 
     def __init__(self, target: Any) -> None:
         self.target = target
-        super().__init__(name=f"Reference({target})")
+        super().__init__(name=f"Reference({full_name(target)})")
 
     @property
     def mangling_args(self) -> tuple[str, tuple[()]]:
@@ -186,7 +188,7 @@ def shape(value: Any) -> Any:
     if isinstance(value, tuple):
         return type(value), *map(shape, value)
     if isinstance(value, np.ndarray):
-        return type(value), value.dtype, value.ndim, value.flags.num
+        return type(value), value.dtype, value.ndim, value.flags.num & ~_OWNER
     return type(value), getattr(value, "dtype", None)
 
 

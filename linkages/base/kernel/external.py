@@ -114,8 +114,8 @@ def _linked(symbol: str) -> bool:
 
 
 def _link(symbol: str, made: Any) -> bool:
-    _alive[symbol] = made
     binding.add_symbol(symbol, made.address)
+    _alive[symbol] = made  # from now on callers are linked to it, and LLVM takes an unknown symbol for address 0
     return True
 
 

@@ -13,7 +13,7 @@ from dis import get_instructions
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
-from typing import Any
+from typing import Any, cast
 
 import llvmlite
 import numba
@@ -35,8 +35,17 @@ def names_of(function: Any, *types_of_call: Any) -> list[str]:
 
     TypeError if the function refers to something whose content is not known.
     """
-    content = f"{fingerprint(function)} {types_of_call}".encode()
+    content = f"{fingerprint(function)} {full_name(types_of_call)}".encode()
     return [hashlib.sha256(toolchain(*each) + content).hexdigest()[:32] for each in (processor(), (shipped.LEVEL, ""))]
+
+
+@cache
+def full_name(kind: Any) -> str:
+    """Name a type, or a tuple of types, with the fields of named tuples in their order: numba's names lack them."""
+    if not isinstance(kind, tuple | numba.types.BaseTuple):
+        return str(kind)
+    name, fields = getattr(kind, "instance_class", tuple).__name__, getattr(kind, "fields", ())
+    return f"{name}{fields}({', '.join(map(full_name, cast(Any, kind)))})"
 
 
 @cache

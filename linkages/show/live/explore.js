@@ -178,12 +178,13 @@ function plot(points, marker, logarithmic, xLabel, yLabel) {
   const scale = logarithmic ? Math.log : (x) => x, xs = points.map(([x]) => x), ys = known.map(([, y]) => y);
   const [x0, x1, low, high] = [scale(xs[0]), scale(xs.at(-1)), Math.min(...ys), Math.max(...ys)], room = 0.06 * (high - low) || 0.5 * Math.abs(high) || 1;
   const x = (value) => left + (scale(value) - x0) / (x1 - x0) * (W - left - right), y = (value) => top + (high + room - value) / (high - low + 2 * room) * (H - top - bottom);
+  const digits = Math.min(Math.max(2 + Math.ceil(Math.log10(Math.max(Math.abs(low), Math.abs(high)) / (high - low))) || 0, 5), 10); // neighbours differ
   const text = (content, attributes) => { const one = draw("text", attributes); one.textContent = content; svg.append(one); };
   for (let k = 0; k <= 4; k++) {
     const value = low + k / 4 * (high - low), at = logarithmic ? Math.exp(x0 + k / 4 * (x1 - x0)) : x0 + k / 4 * (x1 - x0);
     svg.append(draw("path", {class: "grid", d: `M${left} ${y(value)}H${W - right}`}));
-    text(g(value, 4), {x: left - 6, y: y(value) + 4, "text-anchor": "end"});
-    text(g(at, 3), {x: x(at), y: H - bottom + 18, "text-anchor": "middle"});
+    text(g(value, digits), {x: left - 6, y: y(value) + 4, "text-anchor": "end"});
+    text(String(Number(at.toPrecision(3))), {x: x(at), y: H - bottom + 18, "text-anchor": "middle"});
   }
   text(xLabel, {x: (left + W) / 2, y: H - 8, "text-anchor": "middle"});
   text(yLabel, {x: left, y: top, class: "title"});

@@ -59,7 +59,7 @@ function drawCurves(holder, curves, seek, high = (width) => Math.min(190, 60 + 0
     const y = (value) => TOP + (high - value) / (high - low) * (H - TOP - BOTTOM);
     svg.setAttribute("viewBox", `0 0 ${W} ${H}`);
     svg.replaceChildren();
-    for (const value of marks(low, high, 4)) {
+    for (const value of marks(low, high, Math.max(3, H / 40))) {
       make("line", {x1: LEFT, x2: W - RIGHT, y1: y(value), y2: y(value), class: "grid"}, svg);
       make("text", {x: LEFT - 6, y: y(value) + 4, "text-anchor": "end"}, svg).textContent = text(value);
     }
@@ -82,8 +82,8 @@ function drawCurves(holder, curves, seek, high = (width) => Math.min(190, 60 + 0
       make("path", {d: path, class: `curve ${line === run ? "" : line === ideal ? "ideal" : line === measured ? "measured" : `pinned ${line.look}`}`}, clip);
     }
     const top = run.values.reduce((best, value, k) => (Math.abs(value) > Math.abs(run.values[best]) ? k : best), 0);
-    if (run.values[top] !== null) {
-      const mark = make("circle", {cx: x(run.time[top]), cy: y(run.values[top]), r: 3.5, class: "peak"}, clip);
+    if (run.values[top] !== null && run.time[top] >= view[0] && run.time[top] <= view[1]) {
+      const mark = make("circle", {cx: x(run.time[top]), cy: y(run.values[top]), r: 3.5, class: "peak"}, svg);
       make("title", {}, mark).textContent = `largest: ${text(run.values[top])} at ${text(run.time[top])} s`;
     }
     plot.y = y;

@@ -84,7 +84,10 @@ def make_balance(
     speed : float
         Mean surface speed over R*omega: half of the journal's in the bearing's frame.
     """
-    balance = new_balance(np.where(mesh.groove < 0, -1.0, 0.0))
+    n, m = mesh.groove.shape  # without `new_balance`, whose compilation takes half a second
+    around, carried, inverse, later = np.empty((4, n, m))
+    known = np.where(mesh.groove < 0, -1.0, 0.0)
+    balance = Balance(around, carried, np.empty((n, m + 1)), inverse, later, later, known)
     fill_balance(*mesh.geometry, *film, speed, packed(balance))
     rate = -velocity[0] * mesh.lines[:, 1] - velocity[1] * mesh.lines[:, 2]
     squeeze = np.outer(rate, mesh.height)
