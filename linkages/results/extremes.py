@@ -243,7 +243,7 @@ def integral(trajectory: Trajectory, values: str | Array) -> float:
     ----------
     trajectory : Trajectory
     values : str or (nt,) array_like
-        Name of a column, or one value for each sample.
+        Name of a column, or one value for each sample. A column may jump where states are sampled.
 
     Returns
     -------
@@ -265,10 +265,10 @@ def integral(trajectory: Trajectory, values: str | Array) -> float:
     >>> abs(linkages.integral(motion, "O1.power") + linkages.integral(motion, "O4.power") - work) < 1e-12
     True
     """
-    if isinstance(values, str):
-        return peak_search.integrate_samples(*_with_sides(trajectory, values), False)
-    values = np.ascontiguousarray(_sampled(trajectory, values), dtype=np.float64)
-    return peak_search.integrate_samples(trajectory.time, values, False)
+    time, values = (
+        _with_sides(trajectory, values) if isinstance(values, str) else (trajectory.time, _sampled(trajectory, values))
+    )
+    return peak_search.integrate_samples(time, np.ascontiguousarray(values, dtype=np.float64), False)
 
 
 def _sampled(trajectory: Trajectory, values: Array) -> Array:
