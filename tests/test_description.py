@@ -104,6 +104,8 @@ def test_lengths_and_masses_follow_a_parameter(made):
     longer = load(file, {"sdf.parameters.R": "500 mm"})
     anew = load(made(TEXTS["Quick"].replace('R = "450 mm"', 'R = "500 mm"'), "anew"))
     assert longer.value("sdf.parameters.R") == 0.5
+    with pytest.raises(InputError, match=r'sdf\.parameters\.R: is "0.5 kg"; it must be measured in m'):
+        load(file, {"sdf.parameters.R": "0.5 kg"})
     assert longer.value("sdf.links.lever.mass") == pytest.approx(7850 * 0.03 * 0.012 * 0.5)
     assert longer.mechanism.values == anew.mechanism.values
     assert load(file).value("sdf.links.lever.mass") == pytest.approx(7850 * 0.03 * 0.012 * 0.45)

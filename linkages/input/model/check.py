@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -72,6 +72,8 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
             if name not in known:
                 has_none = f"{mechanism.source.name} has no such {owner}; {nearest(name, known)}"
                 raise InputError(experiment.source, f"{kind}.{name}", has_none)
+    for parameter, unit in mechanism.units.items():
+        _Check(mechanism, experiment, f"sdf.{parameter}").measured(experiment.texts.get(f"sdf.{parameter}"), unit)
     for name, drive in experiment.drives.items():
         _Check(mechanism, experiment, f"drives.{name}").drive(name, drive)
     for name in experiment.play:
@@ -150,6 +152,13 @@ class _Check:
         """Tell whether a joint is prismatic."""
         return self.mechanism.joint[joint].type == "prismatic"
 
+    def measured(self, text: Any, unit: str, key: str = "") -> None:
+        """Check that a value's text is measured in a unit of the same kind, if it has one."""
+        try:
+            read(text, unit)
+        except ValueError as problem:
+            self.refuse(key, str(problem))
+
     def units(self, table: type[Table], slides: bool) -> None:
         """Check the units of a table's values for a coordinate that is a displacement, or an angle."""
         start = f"{self.where}."
@@ -157,10 +166,7 @@ class _Check:
             key = path.removeprefix(start)
             if path.startswith(start) and key in table.model_fields:
                 unit = bracketed(table.model_fields[key].description)
-                try:
-                    read(text, SLIDING.get(unit, unit) if slides else unit)
-                except ValueError as problem:
-                    self.refuse(key, str(problem))
+                self.measured(text, SLIDING.get(unit, unit) if slides else unit, key)
 
     def play(self, name: str, model: JointModel) -> None:
         """Check a clearance joint against its bearing or slot."""
@@ -299,10 +305,7 @@ class _Check:
         for name in load.signals:
             text = next((one.text for one in load.formulas if name in one.names), name)
             unit = self.signal(key, name, text)
-            try:
-                read(self.experiment.texts.get(f"{self.where}.at"), unit)
-            except ValueError as problem:
-                self.refuse("at", str(problem))
+            self.measured(self.experiment.texts.get(f"{self.where}.at"), unit, "at")
 
     def signal(self, key: str, name: str, text: str) -> str:
         """Check an input of a formula, whose text is given; return its unit."""
