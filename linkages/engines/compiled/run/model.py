@@ -152,12 +152,12 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
     """
     size = np.asarray(system.tree.extent if extent is None else extent)[..., None]
     turns = (system.ends["kind"] == STOP) & (system.ends["row"]["term"]["kind"] == ANGLE)
-    units = np.where(turns, size / system.ends["lever"], 1.0)
-    counts = (_TOUCH if joint.can_touch else _FILM for joint in system.models)
-    lengths = [count * (joint.clearance or np.inf) for count, joint in zip(counts, system.models, strict=True)]
-    position = np.minimum(size, (np.array(lengths) * units).min(axis=-1, initial=np.inf, keepdims=True))
-    position = np.repeat(position, len(system.tree.free_dofs), axis=-1)
-    position[..., system.tree.free_angles] /= size
+    counts, lever = (_TOUCH if joint.can_touch else _FILM for joint in system.models), system.ends["lever"]
+    least = np.array([n * (joint.clearance or np.inf) for n, joint in zip(counts, system.models, strict=True)])
+    length = np.minimum(size, (least * np.where(turns, size / lever, 1.0)).min(axis=-1, initial=np.inf, keepdims=True))
+    angle = (least / np.where(turns, lever, size)).min(axis=-1, initial=1.0, keepdims=True)
+    position = np.repeat(length, len(system.tree.free_dofs), axis=-1)
+    position[..., system.tree.free_angles] = angle
     laws = system.laws[system.bristles]
     others = np.concatenate([laws["mu_s"] * laws["bristle_scale"], system.state_scales])
     others = np.broadcast_to(others, (*size.shape[:-1], len(others)))
