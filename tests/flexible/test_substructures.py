@@ -152,7 +152,7 @@ def test_beams_that_are_spun_up_are_found_to_the_square_of_their_pieces_slopes(s
     error = []
     for count in (4, 8):
         toml = SPIN.format(keys=f"pieces = {count}")
-        run = simulate(system_of(spun(*data), toml, {"solver.accuracy": 1e-7}), "compiled")
+        run = simulate(system_of(spun(*data), toml, {"solver.accuracy": 1e-8}), "compiled")
         error.append(np.abs(tip_of(run) / expected - 1.0))
     assert np.all(error[1] < error[0] / 4)
     assert np.all(error[1] < 1e-4)

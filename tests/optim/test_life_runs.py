@@ -60,16 +60,22 @@ def test_the_life_until_a_depth_is_the_exact_pockets(study):
 
 @pytest.mark.slow
 def test_the_optimum_of_the_shipped_study_stands_in_finer_runs():
-    """The optimum of the study, 34.7 kN/m: its life at half the tolerance, and its neighbours' at the study's."""
+    """The optimum of the study, 34.7 kN/m: its life at half the tolerance, and its neighbours' at the study's.
+
+    Impacts magnify the last bit of a stiffness to 5 % of a life: means of three lives.
+    """
     study = load_study(find_study("slidercrank_life"))
     given = study.file.lives["pocket"]
     finer = given.model_copy(update={"tolerance": 5e-6})
-    best = cycles_of(study.system(np.array([34665.0])), finer)
+    stiffnesses = 34665.0 * (1.0 + np.array([0.0, 1e-12, -1e-12]))
+    lives, fine = ([cycles_of(study.system(np.array([k])), life) for k in stiffnesses] for life in (given, finer))
+    best = np.mean(fine)
     below, above = (cycles_of(study.system(np.array([k])), given) for k in (20e3, 60e3))
     assert best > 1.2 * below
     assert best > 1.2 * above
     found = Evaluator(study)(np.array([[34665.0]])).objectives[0, 0]
-    assert found == pytest.approx(best, rel=0.1)  # the depth to 1e-5 of 5e-5 m
+    assert found == lives[0]
+    assert np.mean(lives) == pytest.approx(best, rel=0.1)  # the depth to 1e-5 of 5e-5 m
 
 
 @pytest.mark.parametrize(
