@@ -216,7 +216,9 @@ def _bouncing(time, gravity, clearance, stiffness, mass):
 
 
 @pytest.mark.parametrize("integrator", ["radau_iia_5", "dormand_prince_5_4"])
-@pytest.mark.parametrize(("accuracy", "rtol"), [(1e-13, 1e-9), (1e-10, 1e-6)])  # the second one in longer parts of steps
+@pytest.mark.parametrize(
+    ("accuracy", "rtol"), [(1e-13, 1e-9), (1e-10, 1e-6)]
+)  # the second one in longer parts of steps
 def test_a_chain_of_three_impacts_has_the_derivatives_of_its_closed_form(integrator, accuracy, rtol):
     end, values = 0.08, np.array([GRAVITY, CLEARANCE, 1e7, MASS])
     contact = {"law": "hertz", "exponent": 1.0, "restitution": 1.0, "stiffness": values[2]}
