@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linkages.base.kernel import Array, Indices, Records, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.dual import number
@@ -93,6 +94,17 @@ def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, 
             power = -value * rate
             energy = 0.5 * load.stiffness * (second - load.free) ** 2
         outputs[k, VALUE], outputs[k, SECOND], outputs[k, POWER], outputs[k, ENERGY] = value, second, power, energy
+
+
+def acting_functions(loads: Loads) -> NDArray[np.bool_]:
+    """Return which functions the motion depends on at any time: not those of quantities and of sampled states."""
+    records, _, states, _, _, segments = loads
+    acts = np.zeros(len(segments), bool)
+    acts[records["motion"][(records["kind"] == FORCE) | (records["kind"] == PUSH)]] = True
+    acts[records["motion"][records["kind"] == FORCE] + 1] = True
+    acts[records["share"][records["joint"] >= 0]] = True
+    acts[states["function"][states["period"] == 0.0]] = True
+    return acts
 
 
 @kernel

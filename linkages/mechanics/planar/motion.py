@@ -33,6 +33,13 @@ class Pieces(NamedTuple):
 NUMBER, INPUT, TABLE = 0, 1, 2
 
 
+#: Instructions whose slope jumps where a number is zero, and how many such numbers each has: the value, the difference
+#: of two values, the distances to both ends of a table.
+_SWITCHES = {CODES["abs"]: 1, CODES["min"]: 1, CODES["max"]: 1, TABLE: 2}
+_ABS, _ADD, _SUB, _MIN, _MAX = (CODES[name] for name in ("abs", "add", "sub", "min", "max"))
+_ROUNDING = 1e-14  # of a difference, in parts of its terms: less counts as zero
+
+
 class Program(NamedTuple):
     """A formula; see the head of the module."""
 
@@ -172,12 +179,19 @@ def function_jet(curves: Curves, i: int, inputs: Array) -> Jet:
 
 @kernel
 def _program_jet(curves: Curves, i: int, inputs: Array) -> Jet:
-    """Run program i; see `function_jet`. A table keeps its end values beyond its ends."""
+    """Run program i; see `function_jet`."""
+    made = np.zeros((-curves[2][i], 3), inputs.dtype)
+    _run_program(curves, i, inputs, made)
+    last = len(made) - 1
+    return made[last, 0], made[last, 1], made[last, 2]
+
+
+@kernel
+def _run_program(curves: Curves, i: int, inputs: Array, made: Array) -> None:
+    """Fill ``made`` (m, 3) with the results of program i's instructions. A table keeps its values beyond its ends."""
     breaks, coefficients, segments = curves
     steps = coefficients[i]
-    count = -segments[i]
-    made = np.zeros((count, 3), inputs.dtype)
-    for k in range(count):
+    for k in range(len(made)):
         code, first, second = int(steps[k, 0]), int(steps[k, 1]), int(steps[k, 2])
         if code == NUMBER:
             made[k, 0] = steps[k, 1]
@@ -198,7 +212,52 @@ def _program_jet(curves: Curves, i: int, inputs: Array) -> Jet:
             else:
                 found = binary(code, x, (made[second, 0], made[second, 1], made[second, 2]))
             made[k, 0], made[k, 1], made[k, 2] = found
-    return made[count - 1, 0], made[count - 1, 1], made[count - 1, 2]
+
+
+def switch_counts(curves: Curves) -> Indices:
+    """Return the number of switches of each function, see `fill_switches`."""
+    _, coefficients, segments = curves
+    programs = (coefficients[i, : max(-count, 0), 0] for i, count in enumerate(segments))
+    return np.array([sum(_SWITCHES.get(int(code), 0) for code in codes) for codes in programs], np.int64)
+
+
+@lazy_kernel
+def fill_switches(curves: Curves, inputs: Array, first: int, out: Array) -> int:
+    """Fill ``out`` from a place on with the switches of all programs; return the place after them.
+
+    A switch is a number at whose zero the slope of a program jumps; it is zero where it is mere rounding.
+    """
+    breaks, coefficients, segments = curves
+    place = first
+    for i in range(len(segments)):
+        if segments[i] >= 0:
+            continue
+        made, steps = np.zeros((-segments[i], 3)), coefficients[i]
+        _run_program(curves, i, inputs, made)
+        for k in range(len(made)):
+            code, a, b = int(steps[k, 0]), int(steps[k, 1]), int(steps[k, 2])
+            if code == _ABS:
+                terms = int(steps[a, 0])
+                out[place] = made[a, 0]
+                if terms in (_SUB, _ADD):
+                    other = made[int(steps[a, 2]), 0]
+                    out[place] = _apart(made[int(steps[a, 1]), 0], other if terms == _SUB else -other)
+            elif code in (_MIN, _MAX):
+                out[place] = _apart(made[a, 0], made[b, 0])
+            elif code == TABLE:
+                out[place] = _apart(made[b, 0], breaks[a, 0])
+                out[place + 1] = _apart(made[b, 0], breaks[a, segments[a]])
+                place += 1
+            else:
+                continue
+            place += 1
+    return place
+
+
+@inlined_kernel
+def _apart(a: float, b: float) -> float:
+    """Difference of two numbers; zero where it is rounding."""
+    return a - b if abs(a - b) > _ROUNDING * (abs(a) + abs(b)) else 0.0
 
 
 @lazy_kernel

@@ -150,7 +150,7 @@ def _factorise_here(run: Run, t: float, y: Array, c: Column) -> bool:
     if len(run.kinks):
         sides = run.equations.work.kinked.sides
         before = sides.copy()  # the next step goes on from them
-        set_sides_here(run.equations, run.kinks)
+        set_sides_here(run.equations, t, run.kinks)
         set_bounds(run.equations, run.kinks)
         for k in range(len(sides)):
             copy(before[k], sides[k])

@@ -19,7 +19,7 @@ from linkages.base.kernel.simd import lane, lane_array, lanes
 from linkages.engines.compiled.derivatives.variation import Variation, fill_forcing, first_of, set_columns
 from linkages.engines.compiled.run.equations import derivatives, found_derivatives, is_solved, solve_state
 from linkages.engines.compiled.run.jacobian import jacobian
-from linkages.engines.compiled.run.kinks import set_bounds, set_sides, shortened
+from linkages.engines.compiled.run.kinks import passed, set_bounds, set_sides, shortened
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
 from linkages.engines.compiled.run.replay import STAGES, Steps, around, recorded, remember
@@ -36,6 +36,7 @@ _MOST = 1000  # attempts within one step
 _STEEP = 0.3  # ratio of the depths at the ends of a step below which the step is graded
 _FINEST = 2.0**-12  # smallest part of a graded step
 _TICK = 4e-16  # smallest part of any step, in parts of the time: shorter ones do not change it
+_BACK = 4.0  # of the time by which a step has passed a formula's kink: where its last stage is before the kink
 _NEAR_END = 3e-9  # depth at the start of its last part, in parts of the clearance: events are located to 1e-10
 
 _collocation, _explicit = collocation_sensitivity(RADAU_IIA_5), explicit_sensitivity(DORMAND_PRINCE_5_4)
@@ -50,7 +51,7 @@ class Run(NamedTuple):
     stepper: Stepper
     tolerance: Array  # of each entry of the state, (ny,)
     steps: Steps
-    kinks: Array  # see `linkages.engines.compiled.run.kinks.kinks`, (nc, KINKS)
+    kinks: Array  # see `linkages.engines.compiled.run.kinks.kinks`, (nc + nf, KINKS)
     start: Array  # state at t = 0, before the first samples, (ny,)
     depths: Array  # penetrations of the contacts that can touch, of others -1; (nt, nc), no rows if none can
     grade: float  # ratio of the depths at the ends of parts of a graded step
@@ -103,8 +104,13 @@ def _linearise(equations: Equations, variation: Variation, t: float, c: Column, 
 
 
 @kernel
-def _attempted(equations: Equations, variation: Variation, s: Stepper, t: float, h: float, y: Array, c: Column) -> bool:
-    """Differentiate the step that has been attempted from (t, y), and take the columns through it."""
+def _attempted(
+    equations: Equations, variation: Variation, s: Stepper, t: float, h: float, y: Array, c: Column, back: float
+) -> bool:
+    """Differentiate the step that has been attempted from (t, y), and take the columns through it.
+
+    Its last stage is linearised a time ``back`` before its end, where this is just beyond a kink.
+    """
     n, nodes = len(y), _RADAU_C if equations.implicit else _PAIR_C
     for stage in range(len(c.mass)):
         for i in range(n):
@@ -114,7 +120,13 @@ def _attempted(equations: Equations, variation: Variation, s: Stepper, t: float,
             else:
                 for j in range(stage):
                     c.y[i] += h * _PAIR_A[stage, j] * s.stages[j, i]
-        _linearise(equations, variation, t + nodes[stage] * h, c, stage)
+        now = t + nodes[stage] * h
+        if back > 0.0 and nodes[stage] == 1.0:
+            derivatives(equations, now, c.y, c.dy)
+            now -= back
+            for i in range(n):
+                c.y[i] -= back * c.dy[i]
+        _linearise(equations, variation, now, c, stage)
     if equations.implicit:
         known = _collocation(h, c.mass, c.jacobian, c.forcing, c.before, c.after, c.rates, c.start, c.solved)
     else:
@@ -158,14 +170,16 @@ def advance(run: Run, c: Column, k: int, t: float) -> bool:
             if not error <= 1.0:  # Newton's method did not converge over so long a step
                 h *= 0.5
                 continue
-        recalled = False
+        recalled, back = False, 0.0
         if len(limits):
             set_sides(equations, s, now, h, y, limits)
             set_bounds(equations, limits)
+            whole, sides = h, equations.work.kinked.sides.copy()
             h = shortened(equations, s, now, h, y, limits)
             if h < 0.0:
                 return False
-        if not _attempted(equations, variation, s, now, h, y, c):
+            back = _BACK * whole * passed(equations, sides)
+        if not _attempted(equations, variation, s, now, h, y, c, back):
             return False
         copy(s.new, y)
         now = now + h if h < t - now else t

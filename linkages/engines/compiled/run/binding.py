@@ -170,9 +170,9 @@ def run(
 ) -> Record:
     """Run from (t, y), at most up to the last step with closed loops; keep the contacts' memory and modes up to date.
 
-    ``kinks`` (nc, KINKS), or none, are those at which steps end. With `stages` the increments of an implicit method's
-    stages are recorded, for a job without outputs. The first step to try [s] is 0 if the driver is to choose it. The
-    run pauses after so many steps, or after the present one as soon as ``stop`` (1,) is not zero.
+    ``kinks`` (nc + nf, KINKS), or none, are those at which steps end. With `stages` the increments of an implicit
+    method's stages are recorded, for a job without outputs. The first step to try [s] is 0 if the driver is to choose
+    it. The run pauses after so many steps, or after the present one as soon as ``stop`` (1,) is not zero.
     """
     equations, limits = job.equations, job.limits
     model, work = equations.model, equations.work
@@ -182,8 +182,7 @@ def run(
     if len(model.states):
         set_due(equations, t, t == 0.0)
     if t == 0.0:
-        for k in range(len(model.ends)):
-            work.kinked.sides[k] = math.nan
+        work.kinked.sides[:] = math.nan
         solve_state(equations, t, y)
         for k in range(len(model.ends)):
             delta, closing = work.contacts[k, PENETRATION], work.contacts[k, CLOSING]

@@ -35,7 +35,7 @@ class Given(NamedTuple):
 
     start: Array  # state at t = 0, (ny,)
     tolerance: Array  # of each entry of the state, per step, (ny,)
-    kinks: Array  # at which steps end, (nc, KINKS) or none; see `linkages.engines.compiled.run.kinks.kinks`
+    kinks: Array  # at which steps end, (nc + nf, KINKS) or none; see `linkages.engines.compiled.run.kinks.kinks`
     limits: Array  # by the indices above, (5,)
     windows: Array  # times [s], (nw, 2)
     outputs: Records  # of `linkages.results.outputs.quantity.OUTPUT`, (no,)

@@ -1,4 +1,6 @@
-"""Kinks: states at which the force of a contact is continuous but its slope jumps, other than its start and its end.
+"""Kinks: states at which a force is continuous but its slope jumps, other than the start and the end of a contact.
+
+They are kinks of a contact's force, and of formulas, where a switch is zero: see `fill_switches`.
 
 A step across a kink is no solution of smooth equations: its derivative has an error of the order of its size. Steps are
 therefore differentiated in parts that end at kinks, and the steps of runs of high accuracy end there too: across a kink
@@ -11,16 +13,18 @@ import math
 
 import numpy as np
 
-from linkages.base.kernel import Array, kernel
+from linkages.base.kernel import Array, kernel, lazy_kernel
 from linkages.engines.compiled.run.equations import solve_state
 from linkages.engines.compiled.run.methods import attempt
-from linkages.engines.compiled.run.model import KINKS, RATIOS, SPEEDS, Equations
+from linkages.engines.compiled.run.model import KINKS, RATIOS, SPEEDS, Equations, curves_of
 from linkages.laws import FRICTIONS
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.contact.contact_laws import CONTACTS, push
 from linkages.mechanics.integrate.stepper import Stepper, copy
 from linkages.mechanics.planar.contact_partials import DEPTH_FROM, DEPTH_TO, PUSH_FROM, RATIO_FROM, SLIDING_FROM
 from linkages.mechanics.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
+from linkages.mechanics.planar.loads import acting_functions, fill_inputs, inputs_shape
+from linkages.mechanics.planar.motion import fill_switches, switch_counts
 from linkages.system import System
 
 _TRIES = 40
@@ -33,10 +37,12 @@ def kinks(system: System) -> Array:
     """Return the kinks of each contact, (nc, KINKS): ratios of the speed to that at the start, sliding speeds, zero.
 
     NaN where there are fewer. The damping of a contact is limited. The last one is the zero of `push`: no contact
-    pulls, so that the force of a law with much damping vanishes before the bodies part. No rows if no contact can
-    touch: films have no kinks.
+    pulls, so that the force of a law with much damping vanishes before the bodies part. In the lines after them the
+    switches of formulas are 0, NaN if the motion does not depend on their formula. No lines if no contact can touch and
+    no formula has a switch: films have no kinks.
     """
-    if not system.experiment.can_touch:
+    switches = _switches(system)
+    if not system.experiment.can_touch and not np.isfinite(switches).any():
         return np.zeros((0, KINKS))
     result = np.full((len(system.models), KINKS), np.nan)
     for row, model, law in zip(result, system.models, system.laws, strict=True):
@@ -50,14 +56,30 @@ def kinks(system: System) -> Array:
             speeds = FRICTIONS[model.friction.law].kinks(model.friction.parameters)
             both = sorted({side * speed for speed in speeds for side in (-1.0, 1.0)})
             row[RATIOS : RATIOS + len(both)] = both
-    return result
+    return np.concatenate([result, switches])
+
+
+def _switches(system: System) -> Array:
+    """Return the lines of the switches of formulas, see `kinks`."""
+    curves = system.motions.arrays, system.torques.arrays, system.loads[3:]
+    drives = (np.ones(len(one[2]), bool) for one in curves[:2])
+    counts = np.concatenate([switch_counts(one) for one in curves])
+    acts = np.repeat(np.concatenate([*drives, acting_functions(system.loads)]), counts)
+    lines = np.full((-(-len(acts) // KINKS), KINKS), np.nan)
+    lines.reshape(-1)[: len(acts)][acts] = 0.0
+    return lines
 
 
 @kernel
-def kink_values(equations: Equations, limits: Array, out: Array) -> None:
-    """Fill ``out`` (nc, KINKS) with the distances to the kinks at a solved state, in parts of their speeds."""
-    work = equations.work
-    for k in range(len(limits)):
+def kink_values(equations: Equations, t: float, limits: Array, out: Array) -> None:
+    """Fill ``out`` (nc + nf, KINKS) with the distances to the kinks at a state that is solved at time t.
+
+    They are parts of the kinks' speeds, or of the change of a switch.
+    """
+    work, nc = equations.work, len(equations.model.ends)
+    if len(limits) > nc:
+        _switch_values(equations, t, limits, out)
+    for k in range(nc):
         found, approach = work.contacts[k], max(work.memory[k, APPROACH], GRAZING)
         for j in range(KINKS):
             out[k, j] = math.nan
@@ -72,6 +94,38 @@ def kink_values(equations: Equations, limits: Array, out: Array) -> None:
                 out[k, j] = (found[SLIDING] - limits[k, j]) / max(abs(limits[k, j]), _SLOW)
 
 
+@lazy_kernel
+def _switch_values(equations: Equations, t: float, limits: Array, out: Array) -> None:
+    """Fill the lines of ``out`` after those of the contacts; see `kink_values`."""
+    model, w, spans, nc = (
+        equations.model,
+        equations.work.dynamics,
+        equations.work.kinked.spans,
+        len(equations.model.ends),
+    )
+    motions, torques, loads = curves_of(model)
+    inputs, values = np.zeros(inputs_shape(model.signals, model.states)), out[nc:].reshape(-1)
+    fill_inputs(model.signals, model.states, t, w.v, w.pose, w.vel, inputs)
+    place = fill_switches(motions, inputs, 0, values)
+    place = fill_switches(torques, inputs, place, values)
+    fill_switches(loads, inputs, place, values)
+    for k in range(nc, len(limits)):
+        for j in range(KINKS):
+            out[k, j] = out[k, j] / spans[k, j] if limits[k, j] == 0.0 else math.nan
+
+
+@kernel
+def _set_spans(equations: Equations, limits: Array) -> None:
+    """Make the change of each switch in a step the unit of its distances; one that does not change has no side."""
+    work = equations.work.kinked
+    for k in range(len(equations.model.ends), len(limits)):
+        for j in range(KINKS):
+            span = abs(work.ends[k, j] - work.starts[k, j])
+            work.spans[k, j] = span if span > 0.0 else 1.0
+            work.starts[k, j] = work.starts[k, j] / span if span > 0.0 else math.nan
+            work.ends[k, j] /= work.spans[k, j]
+
+
 @kernel
 def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array) -> None:
     """Fill the sides of the kinks on which an attempted step from (t, y) starts; NaN where a contact does not act.
@@ -79,20 +133,22 @@ def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
     A step that starts at a kink is on the side to which it moves, unless the step before has ended there. The equations
     are solved at the end of the step.
     """
-    work, found = equations.work.kinked, equations.work.contacts
+    work, found, nc = equations.work.kinked, equations.work.contacts, len(equations.model.ends)
+    work.spans[:] = 1.0
     solve_state(equations, t, y)
-    kink_values(equations, limits, work.starts)
-    for k in range(len(limits)):
+    kink_values(equations, t, limits, work.starts)
+    for k in range(nc):
         work.touching[k] = 1.0 if found[k, PENETRATION] > 0.0 else 0.0
         work.acting[k] = 1.0 if work.touching[k] > 0.0 or found[k, LOAD] > 0.0 else 0.0
     solve_state(equations, t + h, s.new)
-    kink_values(equations, limits, work.ends)
+    kink_values(equations, t + h, limits, work.ends)
+    _set_spans(equations, limits)
     for k in range(len(limits)):
-        if found[k, LOAD] > 0.0 and not found[k, PENETRATION] > 0.0:
+        if k < nc and found[k, LOAD] > 0.0 and not found[k, PENETRATION] > 0.0:
             work.acting[k] = 1.0
         for j in range(KINKS):
             start = work.starts[k, j]
-            if work.acting[k] == 0.0 or start != start:
+            if (k < nc and work.acting[k] == 0.0) or start != start:
                 work.sides[k, j] = math.nan
             elif abs(start) > _NEAR:
                 work.sides[k, j] = math.copysign(1.0, start)
@@ -101,11 +157,11 @@ def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
 
 
 @kernel
-def set_sides_here(equations: Equations, limits: Array) -> None:
-    """Fill the sides of the kinks on which a solved state is."""
+def set_sides_here(equations: Equations, t: float, limits: Array) -> None:
+    """Fill the sides of the contacts' kinks on which a state is that is solved at time t."""
     work = equations.work.kinked
-    kink_values(equations, limits, work.starts)
-    for k in range(len(limits)):
+    kink_values(equations, t, limits, work.starts)
+    for k in range(len(equations.model.ends)):
         found = equations.work.contacts[k]
         work.touching[k] = 1.0 if found[PENETRATION] > 0.0 else 0.0
         for j in range(KINKS):
@@ -124,7 +180,7 @@ def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
     for trial in range(_TRIES):
         if trial > 0:
             solve_state(equations, t + size, s.new)
-            kink_values(equations, limits, work.ends)
+            kink_values(equations, t + size, limits, work.ends)
         kink, contact, root, value = -1, 0, math.inf, 0.0
         for k in range(len(limits)):
             for j in range(KINKS):
@@ -142,6 +198,10 @@ def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
                 copy(work.ends[k], work.starts[k])
         elif value >= -_CLOSE or size - low <= 4e-16 * (t + h):
             work.sides[contact, kink] = -work.sides[contact, kink]
+            for k in range(len(limits)):  # those at the same place
+                for j in range(KINKS):
+                    if -_CLOSE <= work.ends[k, j] * work.sides[k, j] < 0.0 and (k, j) != (contact, kink):
+                        work.sides[k, j] = -work.sides[k, j]
             return size
         else:
             high = size
@@ -153,10 +213,24 @@ def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
 
 
 @kernel
+def passed(equations: Equations, sides: Array) -> float:
+    """Return by how much a step has passed the kinks of formulas at its end, in parts of the step that was attempted.
+
+    ``sides`` are those before it was shortened.
+    """
+    work, most = equations.work.kinked, 0.0
+    for k in range(len(equations.model.ends), len(sides)):
+        for j in range(KINKS):
+            if work.sides[k, j] * sides[k, j] < 0.0:
+                most = max(most, -work.ends[k, j] * sides[k, j])
+    return most
+
+
+@kernel
 def set_bounds(equations: Equations, limits: Array) -> None:
     """Fill the bounds of the contacts' speeds on the sides of the kinks; infinite where none acts."""
     work, bounds = equations.work.kinked, equations.work.scratch.bounds
-    for k in range(len(limits)):
+    for k in range(len(equations.model.ends)):
         for first, last, place in ((0, RATIOS, RATIO_FROM), (RATIOS, SPEEDS, SLIDING_FROM), (SPEEDS, KINKS, PUSH_FROM)):
             low, high = -math.inf, math.inf
             for j in range(first, last):

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices
+from linkages.base.kernel import Array, Indices, inlined_kernel
 from linkages.base.kernel.dual import dual_array
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.mechanics.planar.arrays import Arrays, size_of
@@ -18,6 +18,7 @@ from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bou
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.mechanics.planar.joint_friction import FrictionWork, make_friction_work
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS
+from linkages.mechanics.planar.motion import Curves, switch_counts
 from linkages.mechanics.planar.record_types import ANGLE, STOP
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
@@ -32,19 +33,32 @@ RATIOS, SPEEDS, KINKS = 2, 6, 7
 
 
 class Kinked(NamedTuple):
-    """Arrays to locate kinks: distances at both ends of a step, sides of the kinks, contacts that act, that touch."""
+    """Arrays to locate kinks: distances at both ends of a step, sides of the kinks, contacts that act, that touch.
 
-    starts: Array  # (nc, KINKS)
+    After the lines of the nc contacts follow those of the switches of formulas, `KINKS` in each of nf lines.
+    """
+
+    starts: Array  # (nc + nf, KINKS)
     ends: Array
     sides: Array
+    spans: Array  # change of a switch in the step that is divided, the unit of its distances
     acting: Array  # (nc,)
     touching: Array  # (nc,)
 
 
-def make_kinked(nc: int) -> Kinked:
-    """Make the arrays for nc contacts; no side is known."""
-    starts, ends, sides = np.zeros((nc, KINKS)), np.zeros((nc, KINKS)), np.full((nc, KINKS), np.nan)
-    return Kinked(starts, ends, sides, np.zeros(nc), np.zeros(nc))
+def make_kinked(model: Arrays) -> Kinked:
+    """Make the arrays for a model; no side is known."""
+    nc = len(model.ends)
+    count = sum(int(switch_counts(one).sum()) for one in curves_of(model))
+    starts, ends, sides, spans = (np.full((nc - (-count // KINKS), KINKS), value) for value in (0.0, 0.0, np.nan, 1.0))
+    return Kinked(starts, ends, sides, spans, np.zeros(nc), np.zeros(nc))
+
+
+@inlined_kernel
+def curves_of(model: Arrays) -> tuple[Curves, Curves, Curves]:
+    """Functions of a model: of drives' motions, of their torques, of loads."""
+    motion, torque = (model.motion, model.motion_c, model.motion_n), (model.torque, model.torque_c, model.torque_n)
+    return motion, torque, (model.load_t, model.load_c, model.load_n)
 
 
 class Scratch(NamedTuple):
@@ -131,7 +145,7 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
         np.zeros((len(model.loads), len(LOAD_OUTPUTS))),
         friction,
         make_scratch(dynamics, nc, friction),
-        make_kinked(nc),
+        make_kinked(model),
         np.full(len(model.states), np.inf),
     )
 
