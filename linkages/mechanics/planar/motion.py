@@ -214,9 +214,8 @@ def _run_program(curves: Curves, i: int, inputs: Array, made: Array) -> None:
             made[k, 0], made[k, 1], made[k, 2] = found
 
 
-def switch_counts(curves: Curves) -> Indices:
-    """Return the number of switches of each function, see `fill_switches`."""
-    _, coefficients, segments = curves
+def switch_counts(coefficients: Array, segments: Indices) -> Indices:
+    """Return the number of switches of each of some functions (`Curves`), see `fill_switches`."""
     programs = (coefficients[i, : max(-count, 0), 0] for i, count in enumerate(segments))
     return np.array([sum(_SWITCHES.get(int(code), 0) for code in codes) for codes in programs], np.int64)
 

@@ -16,7 +16,7 @@ import numpy as np
 from linkages.base.kernel import Array, kernel, lazy_kernel
 from linkages.engines.compiled.run.equations import solve_state
 from linkages.engines.compiled.run.methods import attempt
-from linkages.engines.compiled.run.model import KINKS, RATIOS, SPEEDS, Equations, curves_of
+from linkages.engines.compiled.run.model import KINKS, RATIOS, SPEEDS, Equations
 from linkages.laws import FRICTIONS
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.contact.contact_laws import CONTACTS, push
@@ -63,7 +63,7 @@ def _switches(system: System) -> Array:
     """Return the lines of the switches of formulas, see `kinks`."""
     curves = system.motions.arrays, system.torques.arrays, system.loads[3:]
     drives = (np.ones(len(one[2]), bool) for one in curves[:2])
-    counts = np.concatenate([switch_counts(one) for one in curves])
+    counts = np.concatenate([switch_counts(*one[1:]) for one in curves])
     acts = np.repeat(np.concatenate([*drives, acting_functions(system.loads)]), counts)
     lines = np.full((-(-len(acts) // KINKS), KINKS), np.nan)
     lines.reshape(-1)[: len(acts)][acts] = 0.0
@@ -97,18 +97,13 @@ def kink_values(equations: Equations, t: float, limits: Array, out: Array) -> No
 @lazy_kernel
 def _switch_values(equations: Equations, t: float, limits: Array, out: Array) -> None:
     """Fill the lines of ``out`` after those of the contacts; see `kink_values`."""
-    model, w, spans, nc = (
-        equations.model,
-        equations.work.dynamics,
-        equations.work.kinked.spans,
-        len(equations.model.ends),
-    )
-    motions, torques, loads = curves_of(model)
+    model, work = equations.model, equations.work
+    w, spans, nc = work.dynamics, work.kinked.spans, len(model.ends)
     inputs, values = np.zeros(inputs_shape(model.signals, model.states)), out[nc:].reshape(-1)
     fill_inputs(model.signals, model.states, t, w.v, w.pose, w.vel, inputs)
-    place = fill_switches(motions, inputs, 0, values)
-    place = fill_switches(torques, inputs, place, values)
-    fill_switches(loads, inputs, place, values)
+    place = fill_switches((model.motion, model.motion_c, model.motion_n), inputs, 0, values)
+    place = fill_switches((model.torque, model.torque_c, model.torque_n), inputs, place, values)
+    fill_switches((model.load_t, model.load_c, model.load_n), inputs, place, values)
     for k in range(nc, len(limits)):
         for j in range(KINKS):
             out[k, j] = out[k, j] / spans[k, j] if limits[k, j] == 0.0 else math.nan

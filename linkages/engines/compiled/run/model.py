@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, inlined_kernel
+from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.dual import dual_array
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.mechanics.planar.arrays import Arrays, size_of
@@ -18,7 +18,7 @@ from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bou
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.mechanics.planar.joint_friction import FrictionWork, make_friction_work
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS
-from linkages.mechanics.planar.motion import Curves, switch_counts
+from linkages.mechanics.planar.motion import switch_counts
 from linkages.mechanics.planar.record_types import ANGLE, STOP
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
@@ -48,17 +48,13 @@ class Kinked(NamedTuple):
 
 def make_kinked(model: Arrays) -> Kinked:
     """Make the arrays for a model; no side is known."""
-    nc = len(model.ends)
-    count = sum(int(switch_counts(one).sum()) for one in curves_of(model))
+    nc, functions = (
+        len(model.ends),
+        ((model.motion_c, model.motion_n), (model.torque_c, model.torque_n), (model.load_c, model.load_n)),
+    )
+    count = sum(int(switch_counts(*each).sum()) for each in functions)
     starts, ends, sides, spans = (np.full((nc - (-count // KINKS), KINKS), value) for value in (0.0, 0.0, np.nan, 1.0))
     return Kinked(starts, ends, sides, spans, np.zeros(nc), np.zeros(nc))
-
-
-@inlined_kernel
-def curves_of(model: Arrays) -> tuple[Curves, Curves, Curves]:
-    """Functions of a model: of drives' motions, of their torques, of loads."""
-    motion, torque = (model.motion, model.motion_c, model.motion_n), (model.torque, model.torque_c, model.torque_n)
-    return motion, torque, (model.load_t, model.load_c, model.load_n)
 
 
 class Scratch(NamedTuple):
