@@ -12,7 +12,7 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
 from linkages.base.kernel.by_reference import packed
-from linkages.mechanics.planar.arrays import Arrays, size_of
+from linkages.mechanics.planar.arrays import Arrays, loads_of, size_of
 from linkages.mechanics.planar.contacts import WIDTH, advance_films, clearance_wrenches, start_films
 from linkages.mechanics.planar.joint_friction import FrictionWork, add_efforts, make_friction_work, solve_friction
 from linkages.mechanics.planar.kinematics import body_states
@@ -120,7 +120,7 @@ def own_rates(place: Placed, work: Workspace, t: float, state: Array, due: Array
     model, nz = place.model, len(place.model.states)
     _enter(place, work, state)
     _take_states(place, work, state)
-    loads = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+    loads = loads_of(model)
     state_rates(loads, t, work.v, work.pose, work.vel, work.a)
     sample_states(loads, due, t, work.v, work.pose, work.vel)
     for k in range(nz):
@@ -154,8 +154,7 @@ def drive_forces(
     _take_states(place, work, state)
     for i in range(n):
         tau[i] = applied[place.into[i]]
-    loads = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
-    load_wrenches(loads, t, work.v, work.pose, work.vel, work.wrench)
+    load_wrenches(loads_of(model), t, work.v, work.pose, work.vel, work.wrench)
     most = max(nd, powered)
     value, one, two, loop, given = np.empty(nd), np.empty(most), np.empty(most), np.empty(n), np.empty(nd)
     evaluate_motions((model.torque, model.torque_c, model.torque_n), t, drive[nd:], one, two)

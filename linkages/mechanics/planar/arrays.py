@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from linkages.base.kernel import Array, Indices, Records
+from linkages.base.kernel import Array, Indices, Records, inlined_kernel
 from linkages.mechanics.planar.bodies import Bodies
 from linkages.mechanics.planar.elimination import Elimination
 
@@ -45,6 +45,12 @@ class Arrays(NamedTuple):
     station_modes: Records  # (ns, nm)
     gravity: Array  # (2,)
     size: float  # length of the linkage [m]
+
+
+@inlined_kernel
+def loads_of(model: Arrays) -> tuple[Records, Records, Records, Array, Array, Indices]:
+    """Return what `linkages.mechanics.planar.loads` reads."""
+    return model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n
 
 
 def size_of(model: Arrays) -> int:

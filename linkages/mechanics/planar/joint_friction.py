@@ -18,10 +18,10 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, Records, kernel, lazy_kernel
 from linkages.mechanics.integrate.factor import back_substitute, factorise
-from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.arrays import Arrays, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench, add_term_wrench
 from linkages.mechanics.planar.kinematics import body_accelerations
-from linkages.mechanics.planar.loads import fill_inputs, inputs_shape
+from linkages.mechanics.planar.loads import fill_inputs, inputs_shape, load_wrenches
 from linkages.mechanics.planar.loop_dynamics import forward_dynamics
 from linkages.mechanics.planar.motion import function_jet
 from linkages.mechanics.planar.newton_euler import inertial_forces, joint_wrenches
@@ -55,6 +55,14 @@ def is_jammed(work: FrictionWork) -> bool:
     for k in range(len(work.efforts)):
         total += work.efforts[k]
     return math.isnan(total)
+
+
+@kernel
+def add_applied(model: Arrays, t: float, torques: Array, w: Workspace, work: FrictionWork) -> None:
+    """Add the wrenches of all loads and of the frictions in ideal joints to the bodies'; see `solve_friction`."""
+    load_wrenches(loads_of(model), t, w.v, w.pose, w.vel, w.wrench)
+    if len(work.efforts):
+        add_friction(model, t, torques, w, work)
 
 
 @lazy_kernel

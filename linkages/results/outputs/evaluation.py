@@ -12,12 +12,12 @@ from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.dual import dual_array, seeded, slope
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.mechanics.integrate.stepper import copy
-from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.arrays import Arrays, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.contacts import WIDTH
-from linkages.mechanics.planar.joint_friction import add_friction, make_friction_work
+from linkages.mechanics.planar.joint_friction import add_applied, make_friction_work
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states
-from linkages.mechanics.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
+from linkages.mechanics.planar.loads import LOAD_OUTPUTS, load_outputs
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import generalised_force, inertial_forces
 from linkages.mechanics.planar.reactions import add_known_contacts, joint_forces, row_reactions
@@ -174,17 +174,14 @@ def _move(seen: Snapshot, with_forces: bool, t: float, powered: Array) -> None:
     bodies = model.bodies
     body_states(bodies, w.q, w.v, w.pose, w.vel)
     body_accelerations(bodies, w.pose, w.vel, w.v, w.a, w.acc)
-    loads = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
     if with_forces or len(seen.friction.efforts):
         w.wrench[:] = 0.0
         add_known_contacts(model.ends, seen.contacts, w.pose, w.wrench)
-        if len(loads[0]):
-            load_wrenches(loads, t, w.v, w.pose, w.vel, w.wrench)
         evaluate_motions((model.torque, model.torque_c, model.torque_n), t, powered[0], powered[1], powered[2])
-        if len(seen.friction.efforts):
-            add_friction(model, t, powered[0], w, seen.friction)
-    if len(loads[0]):
-        load_outputs(loads, seen.friction.efforts, t, w.v, w.pose, w.vel, seen.loads)
+        if len(model.loads):
+            add_applied(model, t, powered[0], w, seen.friction)
+    if len(model.loads):
+        load_outputs(loads_of(model), seen.friction.efforts, t, w.v, w.pose, w.vel, seen.loads)
     if with_forces:
         for k in range(powered.shape[1]):
             w.tau[bodies.records[model.powered_bodies[k]].dof] = powered[0, k]

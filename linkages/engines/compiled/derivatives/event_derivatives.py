@@ -26,6 +26,7 @@ from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.model import Equations
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.mechanics.integrate.factor import back_substitute, factorise
+from linkages.mechanics.planar.arrays import loads_of
 from linkages.mechanics.planar.contact_partials import (
     BRISTLE_RATE,
     CLOSES,
@@ -115,7 +116,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
             v.work.friction.efforts[i] = -efforts[i] * later
         add_efforts(v.model, v.work.friction.efforts, w)
         generalised_force(v.model.bodies, w.pose, w.wrench, w.tau)
-        fill_solved(equations, v, first, last, forcing)
+        fill_solved(equations, w.tau, v.work.rows, first, last, forcing)
         for i in range(len(equations.model.bristles)):
             if equations.model.bristles[i] == k:
                 for j in range(first, last):
@@ -141,12 +142,11 @@ def take_samples(run: Run, k: int, c: Column) -> bool:
     for i in range(len(states)):
         if is_due(t, due[i]):
             y[own + i] = steps.states[k - 1, own + i] if k > 0 else run.start[own + i]
-    loads = (v.model.loads, v.model.signals, states, v.model.load_t, v.model.load_c, v.model.load_n)
     w = v.work.dynamics
     for last in range(m, 0, -DIRECTIONS):
         first = first_of(last)
         set_columns(equations, v, t, y, c.before, c.remembered, first, last)
-        sample_states(loads, due, seeded(t, -1), w.v, w.pose, w.vel)
+        sample_states(loads_of(v.model), due, seeded(t, -1), w.v, w.pose, w.vel)
         for i in range(len(states)):
             for j in range(first, last):
                 c.before[own + i, j] = slope(w.v[len(w.v) - len(states) + i], j - first)

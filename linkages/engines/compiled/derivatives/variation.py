@@ -20,12 +20,12 @@ import numpy as np
 from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.block import Block
 from linkages.base.kernel.by_reference import packed
-from linkages.base.kernel.dual import DIRECTIONS, dual_array, is_known, number, put_slopes, seeded, slope, with_number
+from linkages.base.kernel.dual import DIRECTIONS, dual_array, is_known, number, seeded, slope, with_number
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.engines.compiled.derivatives.neighbours import Neighbours, unscaled
 from linkages.engines.compiled.derivatives.start_derivatives import start_derivatives
 from linkages.engines.compiled.run.equations import set_residuals, set_state
-from linkages.engines.compiled.run.jacobian import close
+from linkages.engines.compiled.run.jacobian import fill_solved, fill_states, put
 from linkages.engines.compiled.run.job import Given, model_of
 from linkages.engines.compiled.run.model import Equations
 from linkages.mechanics.planar.arrays import Arrays, size_of
@@ -58,8 +58,7 @@ from linkages.mechanics.planar.contacts import (
     contact_action,
     contact_motion,
 )
-from linkages.mechanics.planar.joint_friction import FrictionWork, add_friction, make_friction_work
-from linkages.mechanics.planar.loads import load_wrenches, state_rates
+from linkages.mechanics.planar.joint_friction import FrictionWork, add_applied, make_friction_work
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.results.outputs.registry import pack
 from linkages.system import System
@@ -375,51 +374,14 @@ def _move(v: Variation, p: int, amount: float) -> None:
 @kernel
 def fill_residual(equations: Equations, v: Variation, t: float, dy: Array, first: int, last: int, out: Array) -> None:
     """Fill columns of ``out`` (k, m) with the slopes of the residual, at a dual state and contacts that are set."""
-    model, w = v.model, v.work.dynamics
+    model, w, now = v.model, v.work.dynamics, seeded(t, -1)
     if len(model.loads):
-        tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
-        load_wrenches(tables, seeded(t, -1), w.v, w.pose, w.vel, w.wrench)
-    if len(v.work.friction.efforts):
-        add_friction(model, seeded(t, -1), v.work.value, w, v.work.friction)
+        add_applied(model, now, v.work.value, w, v.work.friction)
     for i in range(len(model.free)):
         w.a[model.free[i]] = dy[i]
     set_residuals(model, w, equations.work.dynamics.reaction, v.work.rows)
-    fill_solved(equations, v, first, last, out)
+    fill_solved(equations, w.tau, v.work.rows, first, last, out)
     for k in range(len(model.bristles)):
-        _put(v.work.contacts[model.bristles[k], BRISTLE_RATE], len(model.free) + k, first, last, out)
+        put(v.work.contacts[model.bristles[k], BRISTLE_RATE], len(model.free) + k, first, last, out)
     if len(model.states):
-        _fill_states(model, w, t, first, last, out)
-
-
-@lazy_kernel
-def _fill_states(model: Arrays, w: Workspace, t: float, first: int, last: int, out: Array) -> None:
-    """Fill columns of the rows of the states."""
-    tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
-    state_rates(tables, seeded(t, -1), w.v, w.pose, w.vel, w.a)
-    for k in range(len(model.states)):
-        place = len(model.free) + len(model.bristles) + k
-        _put(w.a[len(w.a) - len(model.states) + k], place, first, last, out)
-
-
-@kernel
-def fill_solved(equations: Equations, v: Variation, first: int, last: int, out: Array) -> None:
-    """Fill columns of ``out`` with the slopes of the generalised forces; with rows, of the accelerations they give."""
-    model, at, s, tau = equations.model, equations.work.dynamics, equations.work.scratch, v.work.dynamics.tau
-    if not len(model.rows):
-        for i in range(len(model.free)):
-            _put(tau[model.free[i]], i, first, last, out)
-        return
-    for j in range(first, last):
-        close(model, at, s, tau, v.work.rows, j - first)
-        for i in range(len(model.free)):
-            out[i, j] = s.a[model.free[i]]
-
-
-@inlined_kernel
-def _put(x: float, row: int, first: int, last: int, out: Array) -> None:
-    """Put the slopes of a dual into columns of a row."""
-    if last - first == DIRECTIONS:
-        put_slopes(out, row, first, x)
-        return
-    for j in range(first, last):
-        out[row, j] = slope(x, j - first)
+        fill_states(model, w, now, w.a, first, last, out)

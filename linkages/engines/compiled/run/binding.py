@@ -16,6 +16,7 @@ from linkages.engines.compiled.run.replay import STAGES, Steps, project_state, r
 from linkages.engines.compiled.run.sampling import asked, knows_outputs, look
 from linkages.mechanics.integrate.driver import DONE, PAUSED, Options, Record, driver, joined, with_status, without_last
 from linkages.mechanics.integrate.stepper import Stepper, copy, restart
+from linkages.mechanics.planar.arrays import loads_of
 from linkages.mechanics.planar.closure import LOOSE, loop_error
 from linkages.mechanics.planar.contacts import (
     APPROACH,
@@ -101,9 +102,8 @@ def _sample(equations: Equations, t: float, y: Array) -> None:
     """Give the states that are due at time t their next values, and solve the equations with these."""
     model, work = equations.model, equations.work
     w, nz = work.dynamics, len(model.states)
-    tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
     solve_state(equations, t, y)
-    sample_states(tables, work.due, t, w.v, w.pose, w.vel)
+    sample_states(loads_of(model), work.due, t, w.v, w.pose, w.vel)
     for k in range(nz):
         y[len(y) - nz + k] = w.v[len(w.v) - nz + k]
     set_due(equations, t, False)

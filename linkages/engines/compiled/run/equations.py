@@ -6,12 +6,12 @@ import math
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.engines.compiled.run.model import Equations, Work
-from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.arrays import Arrays, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration
 from linkages.mechanics.planar.contacts import BRISTLE, BRISTLE_RATE, EX, EY, FX, FY, clearance_wrenches
-from linkages.mechanics.planar.joint_friction import add_friction
+from linkages.mechanics.planar.joint_friction import add_applied
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states
-from linkages.mechanics.planar.loads import load_wrenches, state_rates
+from linkages.mechanics.planar.loads import state_rates
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import force_residual
 from linkages.mechanics.planar.record_types import REVOLUTE
@@ -58,18 +58,14 @@ def _add_forces(equations: Equations, t: float) -> None:
     w.wrench[:] = 0.0
     clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
     if len(model.loads):
-        tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
-        load_wrenches(tables, t, w.v, w.pose, w.vel, w.wrench)
-    if len(work.friction.efforts):
-        add_friction(model, t, work.value, w, work.friction)
+        add_applied(model, t, work.value, w, work.friction)
     if len(model.states):
-        _set_state_rates(model, work, t)
+        _set_state_rates(model, w, t)
 
 
 @kernel
-def _set_state_rates(model: Arrays, work: Work, t: float) -> None:
-    w, tables = work.dynamics, (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
-    state_rates(tables, t, w.v, w.pose, w.vel, w.a)
+def _set_state_rates(model: Arrays, w: Workspace, t: float) -> None:
+    state_rates(loads_of(model), t, w.v, w.pose, w.vel, w.a)
 
 
 @lazy_kernel

@@ -15,7 +15,7 @@ from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope
 from linkages.engines.compiled.run.equations import add_reactions, is_solved, row_accelerations, solve_state
 from linkages.engines.compiled.run.model import Equations, Scratch
-from linkages.mechanics.planar.arrays import Arrays
+from linkages.mechanics.planar.arrays import Arrays, loads_of
 from linkages.mechanics.planar.articulated_body import acceleration_response
 from linkages.mechanics.planar.closure_rows import row_acceleration
 from linkages.mechanics.planar.composite_inertia import mass_matrix
@@ -29,9 +29,9 @@ from linkages.mechanics.planar.contact_partials import (
     contact_partials,
 )
 from linkages.mechanics.planar.contacts import add_contact, contact_motion
-from linkages.mechanics.planar.joint_friction import add_friction
+from linkages.mechanics.planar.joint_friction import add_applied
 from linkages.mechanics.planar.kinematics import body_states, moved_states, moved_velocities
-from linkages.mechanics.planar.loads import load_wrenches, state_rates
+from linkages.mechanics.planar.loads import state_rates
 from linkages.mechanics.planar.loop_dynamics import add_reactions_response, eliminate_rows
 from linkages.mechanics.planar.newton_euler import force_residual, moved_residual
 from linkages.mechanics.planar.singularities import solve_neighbour
@@ -157,41 +157,50 @@ def _fill_columns(equations: Equations, d: Workspace, t: float, first: int, coun
             for j in range(count):
                 out[2 * n + own, first + j] = slope(rate, j)
     if len(model.states):
-        _fill_states(model, d, t, first, count, out)
+        fill_states(model, d, t, d.tau, first, first + count, out)
     if len(model.loads):
-        tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
-        load_wrenches(tables, t, d.v, d.pose, d.vel, d.wrench)
-    if len(s.friction.efforts):
-        add_friction(model, t, work.value, d, s.friction)
+        add_applied(model, t, work.value, d, s.friction)
     add_reactions(model, d, work.dynamics.reaction)
     if count == out.shape[0]:
         force_residual(model.bodies, model.gravity, d)
     else:
         moved_residual(model.bodies, model.gravity, s.moves, d)
     row_accelerations(model, d, s.rows)
-    if count == DIRECTIONS and not len(model.rows):
-        for i in range(n):
-            put_slopes(out, n + i, first, d.tau[model.free[i]])
-        return
-    for j in range(count):
-        if len(model.rows):
-            close(model, work.dynamics, s, d.tau, s.rows, j)
-        for i in range(n):
-            place = model.free[i]
-            out[n + i, first + j] = s.a[place] if len(model.rows) else slope(d.tau[place], j)
+    fill_solved(equations, d.tau, s.rows, first, first + count, out[n:])
 
 
 @lazy_kernel
-def _fill_states(model: Arrays, d: Workspace, t: float, first: int, count: int, out: Array) -> None:
-    """Fill columns of the rows of the states."""
-    tables = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
+def fill_states(model: Arrays, w: Workspace, t: float, rates: Array, first: int, last: int, out: Array) -> None:
+    """Fill columns of the last lines of ``out`` with the slopes of the rates of states; ``rates`` (n,) to work in."""
     nz = len(model.states)
-    state_rates(tables, t, d.v, d.pose, d.vel, d.tau)
+    state_rates(loads_of(model), t, w.v, w.pose, w.vel, rates)
     for k in range(nz):
-        place = len(d.tau) - nz + k
-        for j in range(count):
-            out[len(out) - nz + k, first + j] = slope(d.tau[place], j)
-        d.tau[place] = 0.0
+        put(rates[len(rates) - nz + k], len(out) - nz + k, first, last, out)
+        rates[len(rates) - nz + k] = 0.0
+
+
+@kernel
+def fill_solved(equations: Equations, tau: Array, rows: Array, first: int, last: int, out: Array) -> None:
+    """Fill columns of ``out`` with slopes of the free coordinates' forces; with rows, of accelerations, see `close`."""
+    model, s = equations.model, equations.work.scratch
+    if not len(model.rows):
+        for i in range(len(model.free)):
+            put(tau[model.free[i]], i, first, last, out)
+        return
+    for j in range(first, last):
+        close(model, equations.work.dynamics, s, tau, rows, j - first)
+        for i in range(len(model.free)):
+            out[i, j] = s.a[model.free[i]]
+
+
+@inlined_kernel
+def put(x: float, row: int, first: int, last: int, out: Array) -> None:
+    """Put the slopes of a dual into columns of a row."""
+    if last - first == DIRECTIONS:
+        put_slopes(out, row, first, x)
+        return
+    for j in range(first, last):
+        out[row, j] = slope(x, j - first)
 
 
 @kernel

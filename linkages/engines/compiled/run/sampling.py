@@ -10,6 +10,7 @@ from linkages.base.kernel.by_reference import reference
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.replay import Steps, replay
 from linkages.mechanics.integrate.stepper import restart
+from linkages.mechanics.planar.arrays import loads_of
 from linkages.mechanics.planar.closure import ideal_state
 from linkages.mechanics.planar.loads import load_outputs
 from linkages.mechanics.planar.newton_euler import inertial_forces
@@ -33,8 +34,7 @@ def look(job: Job, t: float, out: Array) -> bool:
     if job.with_ideal and not ideal_state(model, w, job.rows, job.closing, ideal):
         return False
     if job.with_loads and len(model.loads):
-        loads = (model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n)
-        load_outputs(loads, work.friction.efforts, t, w.v, w.pose, w.vel, work.applied)
+        load_outputs(loads_of(model), work.friction.efforts, t, w.v, w.pose, w.vel, work.applied)
     if job.with_forces:
         inertial_forces(model.bodies, w, model.gravity, w.bias, w.modal_bias)
         if w.interpolated[0] > 0.0:  # the reactions belong to a neighbouring state
