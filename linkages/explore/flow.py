@@ -18,6 +18,7 @@ from linkages.results.outputs.columns import Columns
 from linkages.results.steady_state import drive_period
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
+from linkages.system.ideal_motion import cause
 
 _MOST = 20_000  # steps of a part of a run
 _LOOKS = 7  # attempts to find the period of a formula, each over twice the duration
@@ -74,7 +75,7 @@ class Flow:
         record = self.runner.run(self.t, self.y, self.step, most, until)
         self.t, self.y, self.step = float(record.times[-1]), record.states[-1].copy(), record.next_step
         if record.status not in (DONE, PAUSED):
-            self.status = STATUS[record.status]
+            self.status, _ = cause(STATUS[record.status], self.system, self.t)
         return record
 
     def resume(self, t: float, y: Array, memory: Array, step: float) -> None:

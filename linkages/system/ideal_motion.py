@@ -20,7 +20,8 @@ _GRID = 0.02  # step of the fastest drive between two stored positions [rad or m
 _FEWEST, _MANY = 200, 200_000  # fewest steps between stored positions; most before the drive steps become longer
 _COARSEST = 0.1  # step of the fastest drive between two stored positions in a long motion [rad or m]
 _PARTS = 100  # in which the speeds of drives over a long motion are compared, to save memory
-_AT_DEAD_POINTS = Status.STEP_SIZE_COLLAPSE, Status.LOOP_OPEN, Status.JOURNAL_LEFT_BEARING  # ends of runs
+#: Ends of runs that a dead point may cause: steps shrink near it without a bound, loops open behind it.
+_AT_DEAD_POINTS = Status.STEP_SIZE_COLLAPSE, Status.TOO_MANY_STEPS, Status.LOOP_OPEN, Status.JOURNAL_LEFT_BEARING
 _LOCKED = 1e-3  # conditioning below which a motion ends at a dead point
 _RETURNED = 1e-9  # largest change of a coordinate over a turn that repeats itself [rad, or linkage lengths]
 _SHORTEST = 2.0**-40  # smallest part of a stored step: if this fails, the motion ends
@@ -276,10 +277,10 @@ def check_duration(system: System) -> None:
 
 
 def cause(status: Status, system: System, time: float) -> tuple[Status, float]:
-    """Find the cause of a run's end, and the time up to which its numbers are valid.
+    """Find the cause of a run's end, and the time up to which its numbers are valid; the one rule of all runs.
 
-    After a step collapse, an open loop or the failure of a film the drives may have reached a dead point; a run without
-    clearance joints and flexible links is valid up to that point. The run ended at a time [s] with the engine's status;
+    After a step collapse, too many steps, an open loop or the failure of a film the drives may have reached a dead
+    point; a run without clearance joints and flexible links is valid up to that point. The run ended at a time [s] with the engine's status;
     the result is LOCKED at a dead point, else this status, and the end of the valid part [s].
     """
     if status not in _AT_DEAD_POINTS or not system.determinate or not system.drive_rate:

@@ -229,8 +229,14 @@ class Tree:
     @cached_property
     def joint_dofs(self) -> NDArray[np.int64]:
         """Return the coordinates of joints and floating links, without modes and hinges."""
-        count = self.size - sum(len(link.modes.names) for link in self.substructures.values())
+        count = self.size - len(self.modal_frequencies)
         return np.array([k for k in range(count) if self.coordinates[k] not in self.hinges], dtype=np.int64)
+
+    @cached_property
+    def modal_frequencies(self) -> Array:
+        """Return the frequency of each mode alone [rad/s]; modal coordinates are the last ones."""
+        parts = [part.modes.frequencies for link in self.flexible.values() for part in link]
+        return np.concatenate([np.zeros(0), *parts])
 
     @cached_property
     def hinge_dofs(self) -> NDArray[np.int64]:

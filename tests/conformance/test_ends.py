@@ -9,13 +9,17 @@ import numpy as np
 import pytest
 from engines import slow_on_drake
 from machines import four_bar
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
 from shipped import run as run_shipped
 from shipped import shipped
 
-from linkages import AssemblyError, Status, extremes, ideal, load, simulate, simulate_batch
+from linkages import AssemblyError, Status, Stepper, extremes, ideal, load, simulate, simulate_batch
 from linkages.cli.main import main
 from linkages.engines import budget
 from linkages.engines.compiled import simulation
+from linkages.engines.drake import add_linkage
+from linkages.explore.flow import Flow
 
 FILM = '[joints.{0}]\nmodel="lubricated"\nclearance=1e-4\nviscosity=0.1\n'
 
@@ -75,6 +79,47 @@ def test_a_crank_that_locks_ends_the_run_where_geometry_says(engine, experiment_
         assert numbers["joints"]["A"]["force"]["peak"] is None
     # though the ideal linkage cannot be drawn where the run still is
     assert (out / "animation.html").exists()
+
+
+def _stepped(system):
+    return Stepper(system, outputs=[]).step(system.experiment.duration)
+
+
+def _flown(system):
+    flow = Flow(system)
+    flow.advance(system.experiment.duration)
+    return flow.status
+
+
+def _in_a_diagram(system):
+    builder = DiagramBuilder()
+    linkage = add_linkage(builder, system)
+    simulator = Simulator(builder.Build())
+    linkage.set_initial_state(simulator.get_mutable_context())
+    return linkage.advance(simulator, system.experiment.duration)
+
+
+#: Ways to run a system; each returns the status of the end.
+WAYS = {
+    "simulate": lambda system: simulate(system, "compiled").status,
+    "batch": lambda system: simulate_batch(system, outputs=["O.torque"]).status[0],
+    "stepper": _stepped,
+    "flow": _flown,
+    "diagram": _in_a_diagram,
+}
+
+
+LOOSE, FEW = "accuracy=1e-5", "accuracy=1e-10\nmax_steps=1500"  # a flow has no limit of its steps
+
+
+@pytest.mark.parametrize(
+    ("way", "solver"), [*((way, LOOSE) for way in WAYS), *((way, FEW) for way in WAYS if way != "flow")]
+)
+def test_all_ways_to_run_into_a_dead_point_end_with_one_verdict(way, solver, system_of):
+    """Steps shrink without a bound as it is neared: they collapse, or the run has taken all that it may."""
+    sdf = four_bar(ground=0.3, crank=0.2, coupler=0.15, follower=0.15)
+    system = system_of(sdf, f"duration=0.2\n[drives.O]\nspeed=15.0\n[solver]\n{solver}\n")
+    assert WAYS[way](system) is Status.LOCKED
 
 
 def test_a_design_that_locks_says_so_in_its_row(experiment_file):

@@ -19,6 +19,7 @@ from linkages.engines.compiled.run.sampling import tabulate_run
 from linkages.mechanics.integrate.driver import PAUSED
 from linkages.results.outputs.registry import default_outputs, pack
 from linkages.system import System
+from linkages.system.ideal_motion import cause
 
 _KEYS = {"drives": ("torque", "force"), "torques": ("torque",), "forces": ("force",)}
 _EARLY = 1e-12  # rounding of a time that is reached, relative to it
@@ -152,7 +153,8 @@ class Stepper:
             self._set(values)
         record = self._runner.run(self._time, self._state, self._next, self._most, time)
         self._time, self._state, self._next = float(record.times[-1]), record.states[-1], record.next_step
-        self._status = Status.TOO_MANY_STEPS if record.status == PAUSED else STATUS[record.status]
+        status = Status.TOO_MANY_STEPS if record.status == PAUSED else STATUS[record.status]
+        self._status, _ = cause(status, self.system, self._time)
         return self._status
 
     def _set(self, values: Mapping[str, float | Sequence[float]]) -> None:

@@ -23,6 +23,7 @@ from linkages.engines.drake.steps import StepControl, drives_of, is_collapse
 from linkages.input.model.capabilities import Analysis
 from linkages.results.trajectory import TimeReport
 from linkages.system import System
+from linkages.system.ideal_motion import cause
 from linkages.system.rigid_segments import segmented
 
 _FIRST = 1e-3  # first step of `Linkage.advance` over the largest step
@@ -95,7 +96,8 @@ class Linkage:
         Returns
         -------
         Status
-            OK; TOO_MANY_STEPS if the end is out of reach, as for a mechanism in millimetres; STEP_SIZE_COLLAPSE.
+            OK; LOCKED at a dead point of the drives; TOO_MANY_STEPS if the end is out of reach, as for a mechanism in
+            millimetres; STEP_SIZE_COLLAPSE; LOOP_OPEN.
             The simulator keeps its last state and can be advanced further.
         """
         drives = {self.drives: None, **dict.fromkeys(drives_of(simulator.get_system()))}
@@ -115,13 +117,14 @@ class Linkage:
         try:
             steps.begin(_FIRST * steps.largest, steps.accuracy)
             steps.advance(until)
+            status = steps.status
         except RuntimeError as problem:
             if not is_collapse(problem):
                 raise
-            return Status.STEP_SIZE_COLLAPSE
+            status = Status.STEP_SIZE_COLLAPSE
         finally:
             simulator.clear_monitor()
-        return steps.status
+        return cause(status, self.system, simulator.get_context().get_time())[0]
 
     def speed(self, drive: str) -> OutputPort:
         """Return the output port of a driven joint's speed, (1,) [rad/s or m/s]."""

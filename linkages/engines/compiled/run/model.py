@@ -13,6 +13,7 @@ import numpy as np
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.dual import dual_array
 from linkages.base.kernel.dual_copy import DualCopy
+from linkages.engines.methods import is_implicit
 from linkages.mechanics.planar.arrays import Arrays, size_of
 from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bounds
 from linkages.mechanics.planar.contacts import WIDTH
@@ -158,7 +159,8 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
     length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`); bristles by
-    their largest deflection. `extent` (...) has the length of the linkage, default its own [m].
+    their largest deflection; vibrations see `_limit_vibrations`. `extent` (...) has the length of the linkage, default
+    its own [m].
     """
     size = np.asarray(system.tree.extent if extent is None else extent)[..., None]
     turns = (system.ends["kind"] == STOP) & (system.ends["row"]["term"]["kind"] == ANGLE)
@@ -168,10 +170,27 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
     angle = (least / np.where(turns, lever, size)).min(axis=-1, initial=1.0, keepdims=True)
     position = np.repeat(length, len(system.tree.free_dofs), axis=-1)
     position[..., system.tree.free_angles] = angle
+    rate = system.motion_rate * position
+    if len(system.tree.modal_frequencies) and not is_implicit(system):
+        _limit_vibrations(system, size, position, rate)
     laws = system.laws[system.bristles]
     others = np.concatenate([laws["mu_s"] * laws["bristle_scale"], system.state_scales])
     others = np.broadcast_to(others, (*size.shape[:-1], len(others)))
-    return np.concatenate([position, system.motion_rate * position, others], axis=-1)
+    return np.concatenate([position, rate, others], axis=-1)
+
+
+def _limit_vibrations(system: System, size: Array, position: Array, rate: Array) -> None:
+    """Limit the scales of modal coordinates, the last ones, and of their rates (..., n), for an explicit method.
+
+    A mode that limits the steps of an explicit method vibrates with an amplitude as large as its tolerance. So it may
+    err by its static deflection under the accelerations of the motion and of gravity, its rate by the same times its
+    frequency. An implicit method damps such modes. `size` (..., 1) is the length of the linkage [m].
+    """
+    frequencies = system.tree.modal_frequencies
+    acceleration = size * system.motion_rate**2 + np.linalg.norm(system.gravity)
+    for scale, largest in (position, acceleration / frequencies**2), (rate, acceleration / frequencies):
+        modal = scale[..., -len(frequencies) :]
+        np.minimum(modal, largest, out=modal)
 
 
 def per_length(system: System) -> Array:
