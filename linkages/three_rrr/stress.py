@@ -69,10 +69,12 @@ def link_stress(model: FiniteElementModel, response: Response, points: int = 17)
     Internal forces follow from equilibrium within each element, see
     `linkages.mechanics.flexible.beam.Beam.internal_forces`. They are exact for quasi-static loads with one element in
     each link. The paper's section 3.3 takes the shape functions' derivatives alone, and lacks E in the axial part.
+    Rayleigh's damping takes part in the equilibrium: its part of the stiffness as stress, its part of the mass as load.
     """
-    state = response.motion
-    displacement = model.expand(state, response.u)
-    acceleration = model.rigid_acceleration(state) + model.expand(state, response.a)
+    state, damping = response.motion, model.robot.damping
+    displacement = _strained(model, response)
+    loaded = response.a + damping.mass * response.v
+    acceleration = model.rigid_acceleration(state) + model.expand(state, loaded)
     result = []
     for link in model.links:
         beam, count = link.beam, len(link.dofs)
@@ -90,6 +92,11 @@ def link_stress(model: FiniteElementModel, response: Response, points: int = 17)
     return result
 
 
+def _strained(model: FiniteElementModel, response: Response) -> Array:
+    """Displacements (N, full) under which the undamped material has the stress of the damped one, u + beta u'."""
+    return model.expand(response.motion, response.u + model.robot.damping.stiffness * response.v)
+
+
 def platform_stress(model: FiniteElementModel, response: Response) -> PlatformStress:
     """Stress in the platform, eq. (14) with the shear modulus E/(2 (1 + nu)), which is misprinted there.
 
@@ -98,7 +105,7 @@ def platform_stress(model: FiniteElementModel, response: Response) -> PlatformSt
     if model.rigid:
         raise InputError(model.robot.source, "model.platform", 'is "rigid" and has no stress; use "triangle"')
     state = response.motion
-    corners = model.expand(state, response.u)[:, model.c.ravel()]
+    corners = _strained(model, response)[:, model.c.ravel()]
     local = np.einsum("nij,nj->in", rotations(state.x[:, 0], TRIANGLE), corners)
     x, y, shear = model.triangle.elasticity() @ model.triangle.strain_matrix() @ local
     middle, half = 0.5 * (x + y), np.hypot(0.5 * (x - y), shear)

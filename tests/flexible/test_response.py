@@ -53,3 +53,12 @@ def test_the_step_of_a_mode_is_exact(beta: float, square: float) -> None:
     want = expm(step * system) @ [q, dq, force]
     found = modal_step(np.array([square]), alpha, beta, np.array([q]), np.array([dq]), np.array([force]), step)
     np.testing.assert_allclose(np.ravel(found), want[:2], rtol=1e-12 if square == 40.0 else 1e-8)
+
+
+def test_a_stiff_mode_creeps_to_its_static_place() -> None:
+    """Damping beta K: the slow root is -1/beta; the fast one, -beta p^2, is far below the range of exp."""
+    square, beta, q, force = 1e12, 0.5, 0.2, 5.0
+    with np.errstate(all="raise", under="ignore"):
+        found, rate = modal_step(np.array([square]), 0.0, beta, np.array([q]), np.array([3.0]), np.array([force]), 0.4)
+    assert found[0] == pytest.approx(q * np.exp(-0.8), rel=1e-10)
+    assert rate[0] == pytest.approx(-q / beta * np.exp(-0.8), rel=1e-10)

@@ -260,9 +260,12 @@ def test_coupler_moment_has_the_closed_form_of_a_pinned_beam(robot: Robot, branc
 
 @pytest.mark.parametrize("beam", ["euler-bernoulli", "timoshenko"])
 @pytest.mark.parametrize("count", [1, 3])
-def test_hinges_carry_no_moment_in_vibration(robot: Robot, branch: AssemblyBranch, count: int, beam: str) -> None:
+@pytest.mark.parametrize("damping", [{}, {"stiffness": 1e-4}, {"mass": 20.0}], ids=["none", "stiffness", "mass"])
+def test_hinges_carry_no_moment_in_vibration(
+    robot: Robot, branch: AssemblyBranch, count: int, beam: str, damping: dict[str, float]
+) -> None:
     """Started from rest, whatever the elements: where a rod is hinged its bending stress is nothing."""
-    model = FiniteElementModel(changed(robot, model={"elements": count, "beam": beam}))
+    model = FiniteElementModel(changed(robot, model={"elements": count, "beam": beam}, damping=damping))
     shaken = link_stress(model, recursion(model, branch, np.linspace(0.0, 0.02, 101)))
     for crank, coupler in zip(shaken[::2], shaken[1::2], strict=True):
         for rod, ends in ((crank, [-1]), (coupler, [0, -1])):

@@ -32,13 +32,15 @@ def modal_step(
     decay = 0.5 * (alpha + beta * square)
     inner = np.sqrt((square - decay**2).astype(complex))
     inner = np.where(np.abs(inner) < 1e-12, 1e-12, inner)
-    c, s = np.real(np.cos(inner * step)), np.real(np.sin(inner * step) / inner)
-    shrink = np.exp(-decay * step)
+    first = -decay + 1j * inner  # the faster root of a mode that does not swing
+    second = np.where(decay**2 > square, square / np.where(first == 0.0, 1.0, first), -decay - 1j * inner)
+    one, other = np.exp(first * step), np.exp(second * step)
+    c, s = np.real(one + other) / 2.0, np.real((one - other) / (2j * inner))
     free, x = np.abs(square) * step**2 < _FREE, 2.0 * decay * step
     drift = np.where(x < 1e-4, 0.5 - x / 6.0, (x + np.expm1(-x)) / np.where(x == 0.0, 1.0, x) ** 2) * step**2
-    moved = np.where(free, drift, (1.0 - shrink * (c + decay * s)) / np.where(free, 1.0, square))  # by a unit force
-    rate = shrink * (dq * (c - decay * s) + (force - square * q) * s)
-    return shrink * (q * (c + decay * s) + dq * s) + force * moved, rate
+    moved = np.where(free, drift, (1.0 - c - decay * s) / np.where(free, 1.0, square))  # by a unit force
+    rate = dq * (c - decay * s) + (force - square * q) * s
+    return q * (c + decay * s) + dq * s + force * moved, rate
 
 
 def generalised_alpha(
