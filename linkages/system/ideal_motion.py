@@ -280,8 +280,8 @@ def cause(status: Status, system: System, time: float) -> tuple[Status, float]:
     """Find the cause of a run's end, and the time up to which its numbers are valid; the one rule of all runs.
 
     After a step collapse, too many steps, an open loop or the failure of a film the drives may have reached a dead
-    point; a run without clearance joints and flexible links is valid up to that point. The run ended at a time [s] with the engine's status;
-    the result is LOCKED at a dead point, else this status, and the end of the valid part [s].
+    point; a run without clearance joints and flexible links is valid up to that point. The run ended at a time [s] with
+    the engine's status; the result is LOCKED at a dead point, else this status, and the end of the valid part [s].
     """
     if status not in _AT_DEAD_POINTS or not system.determinate or not system.drive_rate:
         return status, time

@@ -1,5 +1,6 @@
 """The stepper: closed loops against exact discretisation, restarts with equal bits, wrong inputs."""
 
+import copy
 import pickle
 
 import numpy as np
@@ -91,6 +92,26 @@ def test_a_restored_state_gives_equal_bits(name, step, count):
     assert another.outputs() == rest[-1]
 
 
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_a_copy_goes_on_by_itself(system_of, copied):
+    """It has the state, the inputs and the outputs, and shares no array that a step changes."""
+    text = (
+        "duration = 1.0\n[drives.O]\ntorque = 0.1\n[joints.B]\nmodel = 'dry'\nclearance = 1e-4\n"
+        "contact = {law = 'flores', restitution = 0.5, youngs_modulus = 2e11}\n"
+    )
+    system = system_of(slider_crank(), text)
+    names = ["O.rate", "B.force", "O.torque"]
+    first, *others = (Stepper(system, ["drives.O.torque"], names) for _ in range(3))
+    for stepper in (first, *others):
+        stepper.step(0.1, {"drives.O.torque": 0.3})
+    second = copied(first)
+    for stepper in (second, others[0]):
+        stepper.step(0.25, {"drives.O.torque": -0.2})
+    for stepper in (first, others[1]):
+        stepper.step(0.2)
+    assert [second.outputs(), first.outputs()] == [stepper.outputs() for stepper in others]
+
+
 def test_steps_join_to_the_run(fast_press):
     """The step ends differ from those of a run: equal within the accuracy."""
     names = ["slider7.x", "A.force"]
@@ -138,6 +159,15 @@ def test_wrong_inputs_are_refused_in_one_line(system_of, case):
         function(system_of(wheel(), FREE))
     assert reason in str(problem.value)
     assert "\n" not in str(problem.value)
+
+
+def test_a_refused_input_leaves_the_others_as_they_are(system_of):
+    text = FREE + "[torques.extra]\nlink = 'one'\ntorque = 0.0\n"
+    stepper = Stepper(system_of(wheel(), text), ["drives.A.torque", "torques.extra.torque"], ["A.rate"])
+    with pytest.raises(InputError, match="needs 1 finite number"):
+        stepper.step(0.5, {"drives.A.torque": 7.0, "torques.extra.torque": float("nan")})
+    stepper.step(0.5)
+    assert stepper.outputs() == {"A.rate": 0.0}
 
 
 def test_a_motion_that_has_ended_goes_no_further(system_of):

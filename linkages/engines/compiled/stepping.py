@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -56,6 +57,8 @@ class StepperState:
 
 class Stepper:
     """A system that runs in steps of any lengths, with inputs that are constant during a step.
+
+    A copy, or a pickled one, goes on from the same state by itself.
 
     Parameters
     ----------
@@ -123,6 +126,10 @@ class Stepper:
         first = int(self.system.arrays.loads["motion"][k])
         return [own["load_c"][first + i] for i in range(2 if table == "forces" else 1)]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle the system, the names and the state; another stepper computes with its own arrays."""
+        return _resumed, (self.system, self.inputs, self.names, self.state())
+
     @property
     def time(self) -> float:
         """Return the time [s]."""
@@ -158,6 +165,7 @@ class Stepper:
         return self._status
 
     def _set(self, values: Mapping[str, float | Sequence[float]]) -> None:
+        checked: dict[str, tuple[float, ...]] = {}
         for name, value in values.items():
             curves = self._places.get(name)
             if curves is None:
@@ -166,10 +174,12 @@ class Stepper:
             if numbers.dtype.kind not in "fiu" or len(numbers) != len(curves) or not np.isfinite(numbers).all():
                 problem = f"needs {len(curves)} finite number{'s'[: len(curves) - 1]}; it is {value!r}"
                 raise InputError("argument", f'values["{name}"]', problem)
-            for curve, number in zip(curves, numbers, strict=True):
+            checked[name] = tuple(map(float, numbers.tolist()))
+        for name, given in checked.items():
+            for curve, number in zip(self._places[name], given, strict=True):
                 curve[:] = 0.0
                 curve[:, -1] = number
-            self._values[name] = tuple(map(float, numbers.tolist()))
+        self._values |= checked
         self._solved[0] = math.nan
 
     def outputs(self) -> dict[str, float]:
@@ -197,6 +207,13 @@ class Stepper:
         runner.memory[:], runner.modes[:], self._sides[:] = state.memory, state.modes, state.sides
         self._time, self._state, self._next = state.time, state.state.copy(), state.next_step
         self._status = state.status
+
+
+def _resumed(system: System, inputs: Names, outputs: Names, state: StepperState) -> Stepper:
+    """Return a stepper in a state."""
+    stepper = Stepper(system, inputs, outputs)
+    stepper.restore(state)
+    return stepper
 
 
 def _constants(system: System) -> list[tuple[str, str, str]]:
