@@ -45,14 +45,14 @@ def update(path: Path, root: ET.Element) -> None:
         if pose.get("frame"):
             pose.set("relative_to", pose.attrib.pop("frame"))
     for axis in root.iter("axis"):
-        told = axis.findtext("use_parent_model_frame", str(version < [1, 5])).strip().lower()
-        for xyz in axis.findall("xyz") if told in ("true", "1") else ():
+        told = axis.findtext("use_parent_model_frame", "true" if version < [1, 5] else "false")
+        for xyz in axis.findall("xyz") if told == "true" else ():
             xyz.set("expressed_in", "__model__")
 
 
 def is_static(model: ET.Element) -> bool:
     """Check whether a model is fixed to the world as a whole."""
-    return model.findtext("static", "false").strip() in ("true", "1")
+    return model.findtext("static") == "true"
 
 
 def flattened(path: Path, model: ET.Element, follow: Follow | None = None) -> ET.Element:
