@@ -421,6 +421,14 @@ REFUSED = {
         GOOD.replace("<inertial><pose>", '<inertial><pose relative_to="pivot">', 1),
         "is relative to another element",
     ),
+    "pose of old versions": (
+        sdf_arm("", "end").replace("<pose relative_to", "<pose frame"),
+        "<pose frame>: belongs to SDFormat before 1.7",
+    ),
+    "world as a child": (
+        ARM.replace('<link name="world"/>', '<link name="world"/>' + urdf_joint("back", "tip", "world")),
+        '<joint name="back">: has the child world; make world the parent',
+    ),
     "quaternion": (ARM.replace("<origin", '<origin quat_xyzw="0 0 1 0"', 1), "has quat_xyzw; write the angles as rpy"),
     "element for an attribute": (
         ARM.replace('damping="0.02" friction="0"/>', "><damping>0.02</damping></dynamics>"),

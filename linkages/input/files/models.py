@@ -40,6 +40,10 @@ def update(path: Path, root: ET.Element) -> None:
         raise InputError(path, f"<{root.tag}>", "is not SDFormat; the root must be <sdf>")
     version = [int(word) if word.isdecimal() else 99 for word in root.get("version", "1.7").split(".")]
     if version >= [1, 7]:
+        if root.find(".//pose[@frame]") is not None:
+            raise InputError(
+                path, "<pose frame>", "belongs to SDFormat before 1.7; write relative_to, or the old version"
+            )
         return
     for pose in root.iter("pose"):
         if pose.get("frame"):

@@ -36,6 +36,8 @@ def sdf_of(path: Path, robot: ET.Element) -> ET.Element:
         for origin in joint.iterfind("origin"):
             _check_origin(path, joint, origin)
         child = _named(joint, "child")
+        if child == "world":
+            raise InputError(path, label(joint), "has the child world; make world the parent")
         if child in carried:
             both = f'"{carried[child].get("name")}" and "{joint.get("name")}"'
             problem = f"is carried by two joints, {both}; close loops with <loop_joint>"
