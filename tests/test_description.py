@@ -10,7 +10,7 @@ import pytest
 from machines import four_bar, slider_crank
 
 import linkages
-from linkages import InputError, load
+from linkages import InputError, find_file, load
 from linkages.cli.main import main
 from linkages.cli.options import seconds
 from linkages.cli.sweep import parse_range
@@ -118,6 +118,30 @@ def test_links_keep_their_order(made):
     other = load(made(text.replace("points = { ", "points = { P = [1, 1], ")), {"sdf.parameters.a": 0.2})
     assert [link.name for link in other.mechanism.links] == ["bar", "tail"]
     assert other.mechanism.joint["A"].parent == "bar"
+
+
+def test_ranges_of_a_parameter_are_in_a_unit_of_its_kind(made, tmp_path, capsys):
+    """The commands, studies and identifications ask the machine for the unit, as a replaced value does."""
+    file = made(TEXTS["Quick"])
+    path, values = parse_range("sdf.parameters.R=450 mm:480 mm:4", load(file))
+    assert (path, values) == ("sdf.parameters.R", pytest.approx([0.45, 0.46, 0.47, 0.48]))
+    assert load(file).value_unit("sdf.parameters.R") == "m"
+    bound = 'path = "sdf.parameters.R"\nlower = "400 s"\nupper = "500 s"\n'
+    study = f'experiment = "{file.name}"\nalgorithm = {{ name = "ga" }}\n[variables.R]\n{bound}[objectives.x]\n'
+    (tmp_path / "study.toml").write_text(f'{study}terms = [{{ output = "ram.x", functional = "peak" }}]\n')
+    (tmp_path / "fit.toml").write_text(f'experiment = "{file.name}"\n[unknowns.R]\n{bound}')
+    out = ["--out", str(tmp_path / "out")]
+    for words in (
+        ["sweep", str(file), "--vary", "sdf.parameters.R=400 s:500 s:3"],
+        ["continue", str(file), "--vary", "sdf.parameters.R=400 s:500 s"],
+        ["optimise", str(tmp_path / "study.toml")],
+        ["identify", str(tmp_path / "fit.toml"), "--plan"],
+    ):
+        assert main([*words, *out]) == 2
+        error = capsys.readouterr().err
+        assert 'is "400 s"; it must be measured in m' in error, words
+        assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_machine_that_was_edited_takes_no_other_parameters(made):
@@ -269,7 +293,7 @@ def test_a_drive_is_measured_as_its_joint_moves(experiment_file):
 
 
 def test_values_of_the_command_line_have_units():
-    path, values = parse_range("joints.A.clearance=0.1 mm:0.3 mm:3")
+    path, values = parse_range("joints.A.clearance=0.1 mm:0.3 mm:3", load(find_file("seven_bar.toml")))
     assert path == "joints.A.clearance"
     assert values == pytest.approx([1e-4, 2e-4, 3e-4])
     assert seconds("20 ms") == pytest.approx(0.02)
@@ -278,7 +302,7 @@ def test_values_of_the_command_line_have_units():
 def test_an_exponent_is_no_unit():
     """Two parts in ten thousand, and not two of e to the -4."""
     assert (seconds("2e-4"), si("2e-4 mm", "m")) == (2e-4, pytest.approx(2e-7))
-    assert parse_range("joints.A.clearance=5e-5:2E-4:2")[1] == [5e-5, 2e-4]
+    assert parse_range("joints.A.clearance=5e-5:2E-4:2", load(find_file("seven_bar.toml")))[1] == [5e-5, 2e-4]
     assert without_units("2e-4*a + 3e2 mm", {"a"}) == "2e-4*a + 0.3"
 
 

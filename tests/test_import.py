@@ -314,6 +314,31 @@ def test_an_arm_of_urdf_falls_as_on_drakes_own_plant(imported):
     assert [run[f"q.{name}"][-1] for name in joints] == pytest.approx(angles, abs=1e-8)
 
 
+def sdf_arm(pose, frame):
+    """Two bars; the second one is drawn at the frame "end" of the first, and its joint names another frame of it."""
+    frames = "".join(
+        f'<frame name="{name}" attached_to="upper"><pose>{x} 0 0 0 0 0</pose></frame>'
+        for name, x in (("end", 0.3), ("other", 0.2))
+    )
+    fore = (
+        bar("fore", 0.2, "end", 0.5).replace("<pose relative_to", f"<pose {pose}relative_to").replace(" 0.5<", " 28.6<")
+    )
+    return model("arm", bar("upper", 0.3, "__model__") + frames + fore + joint("shoulder", "world", "upper")
+                 + joint("elbow", frame, "fore"))  # fmt: skip
+
+
+@pytest.mark.parametrize("frame", ["upper", "end", "other"])
+def test_an_arm_of_sdf_falls_as_on_drakes_own_plant(imported, frame):
+    """A parent that is a frame names the link that carries it; the joint is at its own pose on both links."""
+    text = sdf_arm('degrees="True" ', frame)
+    path, _ = imported(text)
+    gravity, joints = [1.0, -2.0, -9.0], ("shoulder", "elbow")
+    run = simulate(experiment(path, f"gravity = {gravity}\n", 0.5), "compiled")
+    angles = angles_on_drake(text, "sdf", gravity, 0.5, joints)
+    assert min(map(abs, angles)) > 0.05
+    assert [run[f"q.{name}"][-1] for name in joints] == pytest.approx(angles, abs=1e-8)
+
+
 def test_joints_about_one_axis_between_two_links_are_one(imported):
     """A crank in two bearings, next to each other; the second is written in reverse."""
     second = '<loop_joint name="O2" type="continuous"><axis xyz="0 0 1"/><link1 link="crank" xyz="0 0 0.1"/>\
@@ -386,6 +411,34 @@ REFUSED = {
     ),
     "nothing moves": (model("m", bar("a", 0.1, "__model__")), "no moving link"),
     "neither": ("<mujoco/>", "is not SDFormat"),
+    "neither true nor false": (sdf_arm('degrees="yes" ', "end"), '<pose> degrees: is "yes"; write true or false'),
+    "static": (model("m", "<static>True</static>" + bar("a", 0.1, "__model__")), "a static model cannot move"),
+    "two masses": (GOOD.replace("<mass>", "<mass>1</mass><mass>", 1), "<inertial>: has 2 <mass> elements; keep one"),
+    "two axes": (GOOD.replace("<axis>", "<axis><xyz>0 1 0</xyz></axis><axis>", 1), "has 2 <axis> elements; keep one"),
+    "two worlds": ('<sdf version="1.9"><world name="a"/><world name="b"/></sdf>', "has 2 <world> elements"),
+    "two origins": (ARM.replace("<origin", "<origin/><origin", 1), "has 2 <origin> elements; keep one"),
+    "a mass centre elsewhere": (
+        GOOD.replace("<inertial><pose>", '<inertial><pose relative_to="pivot">', 1),
+        "is relative to another element",
+    ),
+    "pose of old versions": (
+        sdf_arm("", "end").replace("<pose relative_to", "<pose frame"),
+        "<pose frame>: belongs to SDFormat before 1.7",
+    ),
+    "world as a child": (
+        ARM.replace('<link name="world"/>', '<link name="world"/>' + urdf_joint("back", "tip", "world")),
+        '<joint name="back">: has the child world; make world the parent',
+    ),
+    "quaternion": (ARM.replace("<origin", '<origin quat_xyzw="0 0 1 0"', 1), "has quat_xyzw; write the angles as rpy"),
+    "element for an attribute": (
+        ARM.replace('damping="0.02" friction="0"/>', "><damping>0.02</damping></dynamics>"),
+        "<dynamics>: contains <damping>, which URDF does not read; write the attribute damping",
+    ),
+    "unknown dynamics": (ARM.replace('friction="0"', 'stiffness="4"'), "<dynamics>/<stiffness>: is unknown"),
+    "dynamics twice": (
+        ARM.replace("</robot>", '<gazebo reference="elbow"><dynamics><damping>1</damping></dynamics></gazebo></robot>'),
+        "<dynamics> of joint elbow: is given twice; keep one",
+    ),
 }
 
 

@@ -22,11 +22,12 @@ def split_four_bar(shadow, constraint, prefix=""):
     """The four-bar of `GOOD` whose coupler is two bars of half the mass, drawn apart, and joined in their middles."""
     body = re.search(r'<link name="coupler">.*?</link>', GOOD, re.DOTALL)[0]
     half = body.replace("<mass>0.2", "<mass>0.1").replace("0.0010416666666666667", "0.00052083333333333333")
-    more = f"""{shadow}<frame name="coupler_middle" attached_to="coupler"><pose>0.125 0 0 0 0 0</pose></frame>
+    ball = BALL.replace("<drake:ball_constraint>", '<drake:ball_constraint name="B">').replace(">coupler<", ">shadow<")
+    more = f"""{shadow}{ball}
+<frame name="coupler_middle" attached_to="coupler"><pose>0.125 0 0 0 0 0</pose></frame>
 <frame name="shadow_middle" attached_to="shadow"><pose>0.125 0 0 0 0 0</pose></frame>
 <drake:{constraint}><{prefix}parent>coupler_middle</{prefix}parent><{prefix}child>shadow_middle</{prefix}child></drake:{constraint}>"""
-    text = GOOD.replace(body, half).replace("<parent>coupler_tip", "<parent>shadow_tip")
-    return text.replace("</model>", f"{more}</model>")
+    return open_four_bar(more).replace(body, half)
 
 
 @pytest.mark.parametrize("prefix", ["", "drake:"])

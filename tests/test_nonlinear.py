@@ -22,7 +22,6 @@ from linkages import (
     sweep,
 )
 from linkages.cli.main import main
-from linkages.cli.sweep import parse_range
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.explore.sections import horizon
 from linkages.results.trajectory import sample
@@ -295,12 +294,6 @@ def test_a_drive_that_never_repeats_its_motion_has_no_revolution(system_of):
         period_of(system)
     with pytest.raises(InputError, match=r"drives\.O: does not repeat its motion"):
         period_of(system, "O")
-
-
-def test_a_parameter_of_a_described_machine_is_varied_in_its_unit():
-    path, values = parse_range("sdf.parameters.r=60 mm:90 mm:4")
-    assert path == "sdf.parameters.r"
-    assert values == pytest.approx([0.06, 0.07, 0.08, 0.09])
 
 
 def test_every_value_of_vary_is_checked_under_its_own_name(tmp_path, capsys):

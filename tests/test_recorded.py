@@ -151,6 +151,41 @@ def test_formats(tmp_path):
         assert found.column("x", "m") == pytest.approx(1e-3 * x), kind
 
 
+@pytest.mark.parametrize("text", [
+    "t\tx [mm]\n0\t3\n0,5\t4,5\n1\t5", "t x\n0 3e-3\n0,5 4,5e-3\n1 5e-3", "t;x [mm];\n0;3;\n0,5;4,5;\n1;5;",
+    "\ufefft,x [mm]\n0,3\n0.5,4.5\n1,5", "t (s),x [mm]\n0,3\n0.5,4.5\n1,5",
+])  # fmt: skip
+def test_notations_of_text(tmp_path, text):
+    """Decimal commas keep all rows, as beside whole numbers and tabs."""
+    (tmp_path / "a.txt").write_text(text, encoding="utf-8")
+    found = read_recording(tmp_path / "a.txt")
+    assert found.column("t (s)" if "(s)" in text else "t", "s").tolist() == [0.0, 0.5, 1.0]
+    assert found.column("x", "m").tolist() == pytest.approx([0.003, 0.0045, 0.005])
+
+
+@pytest.mark.parametrize(("text", "problem"), [
+    ("t,x\n0,1,2,5\n0,2,2,6", "row 1 has more cells than the 2 headings; decimal commas need semicolons or tabs"),
+    ("t,x\nms,N\n1,2\n2,3", 'row 1 is "ms,N", without numbers; write units into the headings, as t [ms]'),
+    ("t,x\n1_0,2_0\n1_1,2_1", "has no numbers"),
+])  # fmt: skip
+def test_text_with_another_meaning_is_refused(tmp_path, text, problem):
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(linkages.InputError, match=re.escape(problem)) as refused:
+        read_recording(tmp_path / "a.csv")
+    assert "\n" not in str(refused.value)
+
+
+def test_units_of_columns(tmp_path):
+    """Units with another zero, and a unit in parentheses, which would be read as SI."""
+    (tmp_path / "a.csv").write_text("t (ms),T [K],U [degF]\n0,293.15,68\n1,303.15,86")
+    found = read_recording(tmp_path / "a.csv")
+    assert found.column("T", "degC") == pytest.approx([20.0, 30.0])
+    assert found.column("U", "degC") == pytest.approx([20.0, 30.0])
+    assert found.column("t (ms)", "s", "ms").tolist() == [0.0, 0.001]
+    with pytest.raises(ValueError, match=re.escape('"t (ms)" has its unit in parentheses, where it is not read')):
+        found.column("t (ms)", "s")
+
+
 def test_torque_from_a_file_in_both_engines(driven, tmp_path):
     """A brake torque from a file is the brake torque by a formula; both engines agree."""
     t = np.linspace(0.0, 0.3, 301)

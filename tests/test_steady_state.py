@@ -157,6 +157,16 @@ def test_a_column_for_what_is_larger_in_the_whole_run_is_there_only_if_something
     assert "whole run" not in linkages.format_summary(summary | alike)
 
 
+def test_only_headings_name_the_column_of_the_whole_run(study):
+    summary = linkages.summarize(study)
+    for numbers in (summary, summary["windows"]["steady"]):
+        for drives in (numbers["drives"], numbers["ideal"]["drives"]):
+            next(iter(drives.values()))["fluctuation"] = 0.02
+    lines = linkages.format_summary(summary).splitlines()
+    row = next(line for line in lines if "speed fluctuation" in line)
+    assert row.split("[1]")[1].split() == ["0.02", "0.02", "-"]  # its error is not estimated
+
+
 def test_a_table_says_where_no_cycle_is_looked_for(study):
     none = {"motion": {"kind": None, "why": "the drives have no common period"}, "report": "whole"}
     line = "no search for a steady cycle: the drives have no common period"

@@ -69,9 +69,9 @@ def run(options: argparse.Namespace) -> int:
 
     if options.sweep != 0 and options.sweep < 2:
         raise InputError("--sweep", str(options.sweep), "must be 2 or more")
-    path, low, high = path_and_range(options.vary)
-    start = None if options.start is None else value_of("--start", options.start, path)
     system = load_system(options)
+    path, low, high = path_and_range(options.vary, system)
+    start = None if options.start is None else value_of("--start", options.start, path, system)
     system.replaced({path: low}, "--vary")  # reports a wrong path before the folder of results is made
     out = output_folder(options, f"{system.experiment.source.stem}_branches", "continue")
     names = output_names(options, system.experiment)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
-from linkages.input.files.unit_conversion import is_quantity, read, read_either, si, si_unit
+from linkages.input.files.unit_conversion import is_quantity, read, si, si_unit
 from linkages.input.files.writing import OutputFolder, write_json
 from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
 
@@ -305,17 +305,18 @@ def possible_folder(out: Path) -> Path:
 # -- numbers -----------------------------------------------------------------------------------------------------------
 
 
-def path_and_range(text: str) -> tuple[str, float, float]:
+def path_and_range(text: str, system: System) -> tuple[str, float, float]:
     """Read ``PATH=LO:HI`` of ``--vary``; InputError if it is not of that form, or LO is not below HI.
 
     Examples
     --------
+    >>> import linkages
     >>> from linkages.cli.options import path_and_range
-    >>> path_and_range("joints.A.clearance=0.1mm:0.4mm")
+    >>> path_and_range("joints.A.clearance=0.1mm:0.4mm", linkages.load(linkages.find_file("seven_bar.toml")))
     ('joints.A.clearance', 0.0001, 0.0004)
     """
     path, parts = path_and_parts(text, "PATH=LO:HI")
-    low, high = (value_of("--vary", part, path) for part in parts)
+    low, high = (value_of("--vary", part, path, system) for part in parts)
     if not low < high:
         raise InputError("--vary", text, "needs LO < HI")
     return path, low, high
@@ -330,18 +331,17 @@ def path_and_parts(text: str, form: str) -> tuple[str, list[str]]:
     return path.strip(), parts
 
 
-def value_of(where: str, text: str, path: str) -> float:
+def value_of(where: str, text: str, path: str, system: System) -> float:
     """Read a finite number in the SI unit of a path, or with its unit; `where` names it in an InputError."""
-    from linkages.input.model.experiment import value_unit
+    unit = system.value_unit(path)
+    of_any_kind = not unit and path.startswith("sdf.parameters.") and is_quantity(text)
+    return number(where, text, si_unit(text) if of_any_kind else unit)
 
-    of_any_kind = path.startswith("sdf.parameters.") and is_quantity(text)  # of a described machine
-    return number(where, text, si_unit(text) if of_any_kind else value_unit(path), read_either)
 
-
-def number(where: str, text: str, unit: str, converted: Callable[[str, str], Any] = read) -> float:
-    """Read a finite number in a unit (empty: a pure number), or with its own, which a function converts."""
+def number(where: str, text: str, unit: str) -> float:
+    """Read a finite number in a unit (empty: a pure number), or with its own."""
     try:
-        value = float(converted(text, unit) if unit else text)
+        value = float(read(text, unit) if unit else text)
     except ValueError as problem:
         said = str(problem)
         raise InputError(where, "", said if said.startswith("is ") else f'is "{text}"; give a number') from None

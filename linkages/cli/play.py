@@ -47,8 +47,8 @@ def run(options: argparse.Namespace) -> int:
     if not options.limit > 0.0:
         raise InputError("--limit", f"{options.limit:g}", "must be positive")
     folder = possible_folder(options.out)
-    ranges = {path: (low, high) for path, low, high in map(path_and_range, options.vary)}
     system = load_system(options)
+    ranges = {path: (low, high) for path, low, high in (path_and_range(text, system) for text in options.vary)}
     answers = Answers(Session(system, options.limit), controls(system, ranges), folder, set_values(options))
     try:
         server = LiveServer(answers, options.port, tuple(options.allow_host))

@@ -16,6 +16,7 @@ from linkages.cli.options import (
     add_outputs,
     add_units,
     load_system,
+    number,
     output_folder,
     output_names,
     path_and_parts,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
     from linkages.explore.sweep import Sweep, SweepPoint
     from linkages.input.model.mechanism import Mechanism
+    from linkages.system import System
 
 HELP = "run over the values of one or two variables: peaks, bifurcation diagram, maps"
 
@@ -71,16 +73,16 @@ def run(options: argparse.Namespace) -> int:
     from linkages.explore.sweep import sweep
     from linkages.results.outputs.registry import unit
 
-    ranges = [parse_range(text) for text in options.vary]
-    if len(ranges) > 2:
-        raise InputError("--vary", options.vary[2], f"is number {len(ranges)}; vary one or two values")
+    if len(options.vary) > 2:
+        raise InputError("--vary", options.vary[2], f"is number {len(options.vary)}; vary one or two values")
+    system = load_system(options)
+    ranges = [parse_range(text, system) for text in options.vary]
     if len(ranges) == 2:
-        return run_grid(options, ranges)
+        return run_grid(options, system, ranges)
     for option in ("limit", "cluster"):
         if getattr(options, option):
             raise InputError(f"--{option}", "", "is for two values; give --vary twice")
     ((path, values),) = ranges
-    system = load_system(options)
     system.replaced({path: values[0]}, "--vary")  # reports a wrong path before the folder of results is made
     out = output_folder(options, f"{system.experiment.source.stem}_sweep", "sweep")
     names = output_names(options, system.experiment)
@@ -108,13 +110,13 @@ def run(options: argparse.Namespace) -> int:
     return int(bool(failed))
 
 
-def parse_range(text: str) -> tuple[str, list[float]]:
+def parse_range(text: str, system: System) -> tuple[str, list[float]]:
     """Read ``PATH=LO:HI:N``: path and N values."""
     import numpy as np
 
-    path, (*ends, number) = path_and_parts(text, "PATH=LO:HI:N")
-    low, high = (value_of("--vary", end, path) for end in ends)
-    count = value_of("--vary", number, "")
+    path, (*ends, many) = path_and_parts(text, "PATH=LO:HI:N")
+    low, high = (value_of("--vary", end, path, system) for end in ends)
+    count = number("--vary", many, "")
     if count != int(count) or not 2 <= count <= _MOST:
         raise InputError("--vary", text, "needs a whole number N from 2 to 1e6")
     return path, np.linspace(low, high, int(count)).tolist()

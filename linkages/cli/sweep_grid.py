@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import counted
 from linkages.base.errors import InputError, Status, listed, nearest
-from linkages.cli.options import load_system, number, output_folder, output_names, print_results, record
+from linkages.cli.options import number, output_folder, output_names, print_results, record
 from linkages.cli.progress import stages
 from linkages.cli.sweep_tables import entry, extremes_said, some, write_tables
 from linkages.input.files.writing import file_name, write_json
 
 if TYPE_CHECKING:
     from linkages.explore.grid import Grid
+    from linkages.system import System
 
 #: Subfolder of the finished rows in the folder of results.
 ROWS = "rows"
@@ -26,13 +27,12 @@ _SHOWN = 12, 7  # most values of the first and of the second variable in the tex
 Ranges = Sequence[tuple[str, list[float]]]
 
 
-def run_grid(options: argparse.Namespace, ranges: Ranges) -> int:
+def run_grid(options: argparse.Namespace, system: System, ranges: Ranges) -> int:
     """Run the sweep over two variables; return the exit status."""
     from linkages.explore.grid import sweep_grid
     from linkages.results.outputs.registry import unit
 
     (path, values), (other_path, other_values) = ranges
-    system = load_system(options)
     system.replaced({path: values[0], other_path: other_values[0]}, "--vary")  # reports a wrong path before the folder
     names = output_names(options, system.experiment)
     units = {name: unit(system, name) for name in names}
@@ -84,8 +84,6 @@ def _answer(found: Grid, name: str, unit: str) -> str:
 
 def read_limits(texts: Sequence[str], units: Mapping[str, str]) -> dict[str, float]:
     """Read ``NAME=VALUE`` of ``--limit``: limits of outputs, in SI units."""
-    from linkages.input.files.unit_conversion import read_either
-
     found = {}
     for text in texts:
         name, equals, value = text.partition("=")
@@ -94,7 +92,7 @@ def read_limits(texts: Sequence[str], units: Mapping[str, str]) -> dict[str, flo
         if name not in units:
             raise InputError("--limit", name, f"is no recorded output; {nearest(name, units)}")
         si = units[name]
-        found[name] = number("--limit", value, "" if si == "1" else si, read_either)
+        found[name] = number("--limit", value, "" if si == "1" else si)
     return found
 
 

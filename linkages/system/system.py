@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from linkages.base.arrays import Records
 from linkages.input.files.toml import leaves
+from linkages.input.files.unit_conversion import SLIDING
 from linkages.input.model.check import without_deformation
-from linkages.input.model.experiment import ARGUMENT, Experiment, load_experiment
+from linkages.input.model.experiment import ARGUMENT, Experiment, load_experiment, value_unit
 from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inertial, load_mechanism
 from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays
@@ -148,6 +149,26 @@ class System(Unassembled):
         if path.startswith("sdf."):
             return self.mechanism.value(path.removeprefix("sdf."))
         return self.experiment.value(path)
+
+    def value_unit(self, path: str) -> str:
+        """Return the SI unit of the number at a dotted path; empty if it is unknown, or a pure number.
+
+        Unlike `linkages.input.model.experiment.value_unit` it knows the parameters of a described machine, and the
+        prismatic joints.
+
+        Examples
+        --------
+        >>> import linkages
+        >>> linkages.load(linkages.find_file("seven_bar.toml")).value_unit("drives.O1.speed")
+        'rad/s'
+        """
+        unit = value_unit(path) or self.mechanism.units.get(path.removeprefix("sdf."), "")
+        kind, _, rest = path.partition(".")
+        name = rest.partition(".")[0]
+        tables = getattr(self.experiment, kind, None)
+        table = tables.get(name) if isinstance(tables, Mapping) else None
+        joint = self.mechanism.joint.get(getattr(table, "joint", None) or name) if table is not None else None
+        return SLIDING.get(unit, unit) if joint is not None and joint.type == "prismatic" else unit
 
     @cached_property
     def tree(self) -> Tree:

@@ -16,7 +16,7 @@ from linkages import InputError, System
 from linkages.base.arrays import Array
 from linkages.input.files.recorded import Recording, read_recording
 from linkages.input.files.toml import leaves, read_toml, validate
-from linkages.input.files.unit_conversion import is_quantity, read_either, si
+from linkages.input.files.unit_conversion import read, si
 from linkages.input.model.experiment import value_unit
 from linkages.results.outputs.registry import check_output, unit
 from optim.identify.schema import DataFile, Filter, IdentificationFile, MeasuredColumn, Unknown
@@ -170,7 +170,8 @@ def load_identification(path: str | Path) -> Identification:
 def _unknown(path: Path, name: str, unknown: Unknown, system: System) -> tuple[float, ...]:
     """Return lower and upper limit, start, and the prior's mean and deviation."""
     where = f"unknowns.{name}"
-    read = lambda key, value: _number(path, f"{where}.{key}", value, unknown.path)  # noqa: E731
+    unit = system.value_unit(unknown.path)
+    read = lambda key, value: _number(path, f"{where}.{key}", value, unit)  # noqa: E731
     lower, upper = read("lower", unknown.lower), read("upper", unknown.upper)
     given = None if unknown.start is None else read("start", unknown.start)
     with within(path, f"{where}.path"):
@@ -186,11 +187,9 @@ def _unknown(path: Path, name: str, unknown: Unknown, system: System) -> tuple[f
     return lower, upper, start, mean, deviation
 
 
-def _number(path: Path, where: str, value: Any, target: str) -> float:
+def _number(path: Path, where: str, value: Any, unit: str) -> float:
     try:
-        found = (
-            read_either(value, value_unit(target)) if isinstance(value, str) and is_quantity(value) else float(value)
-        )
+        found = float(read(value, unit))
     except (TypeError, ValueError) as problem:
         raise InputError(path, where, str(problem)) from None
     if isinstance(value, bool) or not math.isfinite(found):

@@ -18,8 +18,7 @@ from linkages import Experiment, InputError, System, find_file, load
 from linkages.base.errors import nearest
 from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import leaves, read_toml, validate
-from linkages.input.files.unit_conversion import is_quantity, read_either
-from linkages.input.model.experiment import value_unit
+from linkages.input.files.unit_conversion import is_quantity, read
 from linkages.results.outputs.registry import check_output
 from optim.problem.scatter import read_scatter
 from optim.problem.schema import LIFE, PointTable, ScatterTable, StudyFile, StudyWindow, Term, Variable
@@ -143,7 +142,7 @@ def _variable(path: Path, file: StudyFile, name: str, system: System) -> tuple[f
     for side, bound in (("lower", variable.lower), ("upper", variable.upper)):
         if isinstance(bound, str) and is_quantity(bound):
             try:
-                bound = read_either(bound, value_unit(variable.path))
+                bound = read(bound, system.value_unit(variable.path))
             except ValueError as wrong:
                 raise InputError(path, f"{where}.{side}", str(wrong)) from None
         elif isinstance(bound, str):

@@ -13,8 +13,7 @@ import numpy as np
 from linkages import InputError, System, fit
 from linkages.base.arrays import Array
 from linkages.base.errors import nearest
-from linkages.input.files.unit_conversion import read_either
-from linkages.input.model.experiment import value_unit
+from linkages.input.files.unit_conversion import read
 from optim.problem.distributions import Marginal, of_file, of_fit, of_shape
 from optim.problem.schema import SHAPES, ScatterTable, StudyFile
 
@@ -128,7 +127,7 @@ def _marginal(path: Path, name: str, table: ScatterTable, system: System) -> Mar
     else:
         kind = next(kind for kind in SHAPES if getattr(table, kind) is not None)
         try:
-            found = of_shape(kind, _numbers(getattr(table, kind), kind, value_unit(table.path)))
+            found = of_shape(kind, _numbers(getattr(table, kind), kind, system.value_unit(table.path)))
         except ValueError as problem:
             raise InputError(path, f"{where}.{kind}", str(problem)) from None
     return found.moved(nominal) if table.relative_to == "nominal" else found
@@ -137,7 +136,7 @@ def _marginal(path: Path, name: str, table: ScatterTable, system: System) -> Mar
 def _numbers(given: list[Any], kind: str, unit: str) -> list[float]:
     """Read the parameters of a distribution in the unit of its value; the exponents of beta are pure numbers."""
     pure = 2 if kind == "beta" else 0
-    found = [*given[:pure], *read_either(given[pure:], unit)]
+    found = [*given[:pure], *read(given[pure:], unit)]
     for number in found:
         if not isinstance(number, int | float):
             raise ValueError(f'is "{number}"; give a number, or a number with its unit such as "0.1 mm"')

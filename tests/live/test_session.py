@@ -246,7 +246,7 @@ def test_parameters_of_a_description_have_units_and_ranges_of_their_kind(tmp_pat
 
 def test_given_ranges_come_first():
     system = loaded("seven_bar")
-    path, low, high = path_and_range("sdf.links.link2.mass=100 g:0.4")
+    path, low, high = path_and_range("sdf.links.link2.mass=100 g:0.4", system)
     assert (path, low, high) == ("sdf.links.link2.mass", 0.1, 0.4)
     found = controls(system, {path: (low, high)})
     assert next(iter(found)) == path
@@ -256,11 +256,21 @@ def test_given_ranges_come_first():
 
 
 @pytest.mark.parametrize(
-    "text", ["joints.A.clearance", "a=1", "a=2:1", "a=x:y", "=1:2", "a=1:inf", "joints.A.clearance=1kg:2kg"]
+    "text",
+    [
+        "joints.A.clearance",
+        "a=1",
+        "a=2:1",
+        "a=x:y",
+        "=1:2",
+        "a=1:inf",
+        "joints.A.clearance=1kg:2kg",
+        "drives.O1.speed=1 m/s:2 m/s",
+    ],
 )
 def test_wrong_ranges_are_refused(text):
     with pytest.raises(InputError, match="--vary"):
-        path_and_range(text)
+        path_and_range(text, loaded("seven_bar"))
 
 
 def test_every_control_can_be_changed():

@@ -25,7 +25,7 @@ from linkages.show.plots.histories import links_figure
 from linkages.show.report.answer import answer, question, remarks
 from linkages.show.report.page import render
 from linkages.show.report.result_folder import load_results
-from linkages.show.report.words import change, commands, experiment_file
+from linkages.show.report.words import change, commands, experiment_file, percent
 
 
 class Reader(HTMLParser):
@@ -303,6 +303,11 @@ def test_a_folder_is_no_page(results_folder, tmp_path, capsys, monkeypatch):
         assert main(["report", str(results_folder), "--out", out]) == 2
         assert capsys.readouterr().err.endswith(f"error: --out: {out}: cannot be written (Is a directory)\n")
     assert not list(tmp_path.iterdir())
+
+
+def test_shares_near_one_and_above_are_written_without_powers_of_ten():
+    written = {0.9997: "100 %", 1.5: "150 %", 0.0123: "1.2 %", 3.0: "3 times", None: "-"}
+    assert {part: percent(part) for part in written} == written
 
 
 def test_the_answer_says_what_the_joints_do_what_it_changes_and_what_to_try(results_folder, copy):

@@ -123,9 +123,11 @@ def inertial(path: Path, link: ET.Element) -> tuple[float, Array, Array]:
     where, inertial = f"{label(link)}/<inertial>", link.find("inertial")
     if inertial is None:
         return 0.0, np.zeros(3), np.zeros((3, 3))
-    if inertial.get("auto", "false") in ("true", "1"):
+    if inertial.get("auto") == "true":
         raise InputError(path, where, "is automatic; `linkages import` computes its values")
     mass = number(path, inertial, "mass", where)
+    if inertial.find("pose[@relative_to]") is not None:
+        raise InputError(path, f"{where}/<pose>", "is relative to another element; write it in the link's axes")
     if mass < 0.0:
         raise InputError(path, f"{where}/<mass>", f"is {mass:g} kg; it must be positive")
     centre = own_pose(path, inertial, where)
@@ -168,7 +170,7 @@ def _is_quaternion(pose: ET.Element) -> bool:
 
 
 def _is_in_degrees(pose: ET.Element) -> bool:
-    return pose.get("degrees", "false") in ("true", "1")
+    return pose.get("degrees") == "true"
 
 
 # -- numbers that dotted paths replace ---------------------------------------------------------------------------------

@@ -231,6 +231,9 @@ def take_foreign(path: Path, model: ET.Element) -> Foreign:
         if any(gear.values != gears[0].values for gear in gears):
             raise InputError(path, label(joint), "mimics in two different ways; keep one")
         found.entries += gears[:1]
+    entries = {(entry.table, entry.name): entry for entry in found.entries}
+    if twice := [entry for entry in found.entries if entries[entry.table, entry.name] is not entry]:
+        raise InputError(path, twice[0].element, "is given twice; keep one")
     return found
 
 
@@ -358,6 +361,8 @@ def _dynamics(path: Path, joint: ET.Element, element: ET.Element) -> Iterator[En
     """Convert the <dynamics> of a joint to friction and a spring."""
     name, where = joint.get("name", ""), f"{label(joint)}/<axis>/<dynamics>"
     keys = ("damping", "friction", "spring_stiffness", "spring_reference")
+    if other := [part.tag for part in element if part.tag not in keys and not _is_zero(part.text)]:
+        raise InputError(path, f"{where}/<{other[0]}>", f"is unknown; {nearest(other[0], keys)}")
     damping, friction, stiffness, free = (number(path, element, key, where, 0.0) for key in keys)
     said = f"<dynamics> of joint {name}"
     if springs := stiffness != 0.0 or (_turns(joint) and damping != 0.0):

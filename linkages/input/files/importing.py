@@ -36,7 +36,7 @@ _GRAVITY = (0.0, 0.0, -9.8)  # of an SDFormat world without <gravity> [m/s2]
 _URDF_NAMES = {
     "<axis>/<limit>": "<limit>", "<axis>/<dynamics>": "<dynamics>", "<axis>/<mimic>": "<mimic>",
     "<axis>/<xyz>": "<axis> xyz", "<axis>/<initial_position>": "<gazebo>/<initialJointPosition>",
-    "<velocity_decay>": "<gazebo>/<dampingFactor>", "<pose>": "<origin>",
+    "<model name=": "<robot name=", "<velocity_decay>": "<gazebo>/<dampingFactor>", "<pose>": "<origin>",
 }  # fmt: skip
 
 
@@ -85,7 +85,7 @@ def _imported(path: Path, model: ET.Element) -> Imported:
     limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
     foreign = take_foreign(path, model)
     notes = _leave_out(model, {name for name, ends in limits.items() if min(np.abs(ends)) < _FAR})
-    raw = joined(foreign, read_model(path, model))
+    raw = joined(foreign, _as_standard(model, read_model(path, model)))
     notes += foreign.notes
     if rounded:
         notes.append(f"moments of inertia of {', '.join(rounded)} are rounded: the smaller ones raised by up to 0.05 %")
@@ -111,6 +111,16 @@ def _imported(path: Path, model: ET.Element) -> Imported:
     return Imported(raw, limits, notes, foreign.entries, gravity)
 
 
+def _as_standard(model: ET.Element, raw: RawModel) -> RawModel:
+    """Place the joints of SDFormat at their own poses on both links.
+
+    A <parent> that names a frame names the frame's link only. Loops of URDF, written as frames, stay as they are.
+    """
+    if model.get("notation") == "URDF":
+        return raw
+    return replace(raw, joints=tuple(replace(joint, position_on_parent=joint.position) for joint in raw.joints))
+
+
 def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
     """Read the <model> of a file, the only one that is not static or the one with a name, with its included models.
 
@@ -122,7 +132,7 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
 
     def follow(include: ET.Element) -> ET.Element:
         model = copy.deepcopy(_model(_included(path, include), (*passed, here)))
-        if include.get("merge") in ("true", "1"):
+        if include.get("merge") == "true":
             raise InputError(path, "<include>", "is merged, which is not supported; remove merge")
         model.set("name", include.findtext("name", model.get("name", "")).strip())
         if other := [part.tag for part in include if part.tag not in ("uri", "name", "plugin", *_OF_INCLUDE)]:

@@ -40,19 +40,23 @@ def update(path: Path, root: ET.Element) -> None:
         raise InputError(path, f"<{root.tag}>", "is not SDFormat; the root must be <sdf>")
     version = [int(word) if word.isdecimal() else 99 for word in root.get("version", "1.7").split(".")]
     if version >= [1, 7]:
+        if root.find(".//pose[@frame]") is not None:
+            raise InputError(
+                path, "<pose frame>", "belongs to SDFormat before 1.7; write relative_to, or the old version"
+            )
         return
     for pose in root.iter("pose"):
         if pose.get("frame"):
             pose.set("relative_to", pose.attrib.pop("frame"))
     for axis in root.iter("axis"):
-        told = axis.findtext("use_parent_model_frame", str(version < [1, 5])).strip().lower()
-        for xyz in axis.findall("xyz") if told in ("true", "1") else ():
+        told = axis.findtext("use_parent_model_frame", "true" if version < [1, 5] else "false")
+        for xyz in axis.findall("xyz") if told == "true" else ():
             xyz.set("expressed_in", "__model__")
 
 
 def is_static(model: ET.Element) -> bool:
     """Check whether a model is fixed to the world as a whole."""
-    return model.findtext("static", "false").strip() in ("true", "1")
+    return model.findtext("static") == "true"
 
 
 def flattened(path: Path, model: ET.Element, follow: Follow | None = None) -> ET.Element:

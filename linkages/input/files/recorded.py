@@ -14,11 +14,13 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, nearest
+from linkages.input.files.magnitudes import decimal_or_nan
 from linkages.input.files.reading import read_arrays, read_whole
 from linkages.input.files.table_formats import needed
 from linkages.input.files.unit_conversion import si
 
 _MOST = 500_000_000  # largest size of a data file [bytes]
+_ASIDE = re.compile(r".*\(([^()]*)\)")  # text in parentheses at the end of a name
 _HEADING = re.compile(r"\s*(.*?)\s*(?:\[([^][]*)\])?\s*")  # name, and unit in brackets
 
 
@@ -48,9 +50,25 @@ class Recording:
             raise ValueError(f'{self.path.name} has no column "{name}"; {nearest(name, self.columns)}')
         stated = given or self.units.get(name) or unit
         try:
-            return self.columns[name] * (1.0 if stated == unit else si(f"1 {stated}", unit))
+            zero, one = (0.0, 1.0) if stated == unit else (si(f"{x} {stated}", unit) for x in (0, 1))
         except ValueError as problem:
-            raise ValueError(f'the unit of column "{name}" {problem}'.replace('"1 ', '"')) from None
+            raise ValueError(f'the unit of column "{name}" {problem}'.replace('"0 ', '"')) from None
+        if not given and name not in self.units:
+            _check_aside(name, unit)
+        values = self.columns[name] * (one - zero)
+        return values + zero if zero else values
+
+
+def _check_aside(name: str, unit: str) -> None:
+    """Raise a ValueError if the name of a column ends with another unit of the same kind, in parentheses."""
+    aside = _ASIDE.fullmatch(name)
+    try:
+        factor = si(f"1 {aside[1]}", unit) if aside else 1.0
+    except ValueError:  # it is no unit, or of another kind
+        return
+    if aside and factor != 1.0:
+        remedy = f"write the heading with [{aside[1]}], or give the unit"
+        raise ValueError(f'column "{name}" has its unit in parentheses, where it is not read; {remedy}')
 
 
 def read_recording(path: Path) -> Recording:
@@ -83,7 +101,7 @@ _Found = dict[str, tuple[Array, str]]
 
 
 def _read_text(path: Path) -> _Found:
-    """Read separated values: commas, semicolons (with decimal points or commas), tabs or spaces; # starts a comment."""
+    """Read separated values: commas; semicolons, tabs or spaces, with decimal points or commas; # starts a comment."""
     text = read_whole(path, _MOST).decode("utf-8-sig", "replace")
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     if len(lines) < 2:
@@ -94,20 +112,18 @@ def _read_text(path: Path) -> _Found:
     names = [(head[1], head[2] or "") if head else ("", "") for head in heads]
     if len({name for name, _ in names}) < len(names):
         raise ValueError("two columns have the same heading")
+    if more := [k for k, row in enumerate(rows) if any(cell.strip() for cell in row[len(names) :])]:
+        why = "decimal commas need semicolons or tabs between the columns"
+        raise ValueError(f"row {more[0]} has more cells than the {len(names)} headings; {why}")
     values = np.full((len(rows) - 1, len(names)), np.nan)
     for line, row in zip(values, rows[1:], strict=True):
         for k, cell in enumerate(row[: len(names)]):
-            line[k] = _number(cell.replace(",", ".") if mark == ";" else cell)
+            line[k] = decimal_or_nan(cell if mark == "," else cell.replace(",", "."))
     if np.isfinite(values).sum() == 0:
         raise ValueError("it has no numbers below its line of headings")
+    if np.isnan(values[0]).all() and any(map(str.strip, rows[1])):
+        raise ValueError(f'row 1 is "{lines[1].strip()}", without numbers; write units into the headings, as t [ms]')
     return {name: (values[:, k].copy(), unit) for k, (name, unit) in enumerate(names)}
-
-
-def _number(cell: str) -> float:
-    try:
-        return float(cell)
-    except ValueError:
-        return np.nan
 
 
 def _read_matlab(path: Path) -> _Found:

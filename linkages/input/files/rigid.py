@@ -123,7 +123,7 @@ def complete_inertials(path: Path, model: ET.Element) -> list[str]:
     completed = []
     for link in model.findall("link"):
         inertial = link.find("inertial")
-        if inertial is not None and inertial.get("auto", "false").strip() in ("true", "1"):
+        if inertial is not None and inertial.get("auto") == "true":
             _compute(path, link, inertial)
         elif link.find("linkages:beam") is None:
             inertial = ET.SubElement(link, "inertial") if inertial is None else inertial

@@ -36,12 +36,15 @@ def sdf_of(path: Path, robot: ET.Element) -> ET.Element:
         for origin in joint.iterfind("origin"):
             _check_origin(path, joint, origin)
         child = _named(joint, "child")
+        if child == "world":
+            raise InputError(path, label(joint), "has the child world; make world the parent")
         if child in carried:
             both = f'"{carried[child].get("name")}" and "{joint.get("name")}"'
             problem = f"is carried by two joints, {both}; close loops with <loop_joint>"
             raise InputError(path, f'<link name="{child}">', problem)
         carried[child] = joint
     for element in robot:
+        _check_flat(path, element)
         if element.tag == "link" and element.get("name") != "world":
             for origin in element.iter("origin"):
                 _check_origin(path, element, origin)
@@ -78,15 +81,28 @@ def sdf_of(path: Path, robot: ET.Element) -> ET.Element:
     return model
 
 
+def _check_flat(path: Path, owner: ET.Element) -> None:
+    """Reject elements inside those of which URDF reads attributes only."""
+    for element in owner.iter() if owner.tag in ("link", "joint") else ():
+        if element.tag in _FLAT and len(element):
+            inner = element[0].tag
+            problem = f"contains <{inner}>, which URDF does not read; write the attribute {inner}"
+            raise InputError(path, f"{label(owner)}/<{element.tag}>", problem)
+
+
 def _check_origin(path: Path, owner: ET.Element, origin: ET.Element) -> None:
     """Reject an <origin> without three numbers in each attribute."""
+    where = f"{label(owner)}/<{origin.tag}>"
+    if origin.get("quat_xyzw") is not None:
+        raise InputError(path, where, "has quat_xyzw; write the angles as rpy")
     for key in ("xyz", "rpy"):
         text = origin.get(key, "0 0 0")
         values = [decimal_or_nan(word) for word in text.split()]
         if len(values) != 3 or any(map(math.isnan, values)):
-            raise InputError(path, f"{label(owner)}/<{origin.tag}>", f'its {key} is "{text}"; give three numbers')
+            raise InputError(path, where, f'its {key} is "{text}"; give three numbers')
 
 
+_FLAT = ("origin", "mass", "inertia", "axis", "limit", "dynamics", "mimic")
 #: Elements of ``<gazebo reference>``: their places in a link or joint of SDFormat.
 _OF_GAZEBO = {
     "turnGravityOff": "gravity",

@@ -17,6 +17,18 @@ from linkages.input.files.reading import read_whole
 DEEPEST = 100
 _OURS = "urn:linkages:sdf"
 _ENCODINGS = ("utf-8", "utf-16", "us-ascii", "iso-8859-1")  # supported by every XML reader, or their common subset
+#: Elements and attributes that are true or false.
+_TRUTHS = ("static", "use_parent_model_frame"), ("degrees", "auto", "merge")
+#: Elements that their owner has once; readers of other programs take the first one, or the last.
+_ONCE = {
+    "link": ("pose", "inertial", "linkages:beam"),
+    "inertial": ("pose", "origin", "mass", "inertia"),
+    "joint": ("pose", "origin", "parent", "child", "axis", "limit", "dynamics", "linkages:bearing", "linkages:slot"),
+    "axis": ("xyz", "limit", "dynamics"),
+    "frame": ("pose",),
+    "model": ("pose", "static"),
+    "sdf": ("world",),
+}
 #: It matches to the end, to avoid backtracking.
 _COMMENT = re.compile(rb"<!\[CDATA\[.*?(?:\]\]>|\Z)|<!--.*?(?:-->|\Z)", re.DOTALL)
 
@@ -66,7 +78,34 @@ def parse_xml(path: Path, text: bytes) -> ET.Element:
         parser.Parse(_COMMENT.sub(_blank, text), True)
     except expat.ExpatError as problem:
         raise InputError(path, "", f"is not well-formed XML: {problem}") from None
-    return builder.close()
+    root = builder.close()
+    for element in root.iter():
+        _check_once(path, element)
+        _unify_truths(path, element)
+    return root
+
+
+def _check_once(path: Path, owner: ET.Element) -> None:
+    """Reject a second element of a kind that its owner has once."""
+    for tag in _ONCE.get(owner.tag, ()):
+        if len(found := owner.findall(tag)) > 1:
+            raise InputError(path, label(owner), f"has {len(found)} <{tag}> elements; keep one")
+
+
+def _unify_truths(path: Path, element: ET.Element) -> None:
+    """Write "true" or "false" for the notations of both that SDFormat accepts: True, 1, FALSE, 0."""
+    tags, keys = _TRUTHS
+    if element.tag in tags:
+        element.text = _truth(path, label(element), element.text or "false")
+    for key in element.attrib.keys() & set(keys):
+        element.set(key, _truth(path, f"{label(element)} {key}", element.get(key, "")))
+
+
+def _truth(path: Path, where: str, text: str) -> str:
+    word = text.strip().lower()
+    if word not in ("true", "1", "false", "0"):
+        raise InputError(path, where, f'is "{text.strip()}"; write true or false')
+    return "true" if word in ("true", "1") else "false"
 
 
 def label(element: ET.Element) -> str:

@@ -13,7 +13,6 @@ from typing import Any
 
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.toml import leaves
-from linkages.input.model.experiment import value_unit
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.system import System
 
@@ -55,7 +54,7 @@ def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = No
     usual = set() if vary else set(_usual(system))
     found: dict[str, Control] = {}
     for path, value in _numbers(system):
-        unit = value_unit(path) or system.mechanism.units.get(path.removeprefix("sdf."), "")
+        unit = system.value_unit(path)
         low, high, logarithmic = _range(system, path, value, unit)
         if low <= 0.0 <= value and not path.startswith("sdf."):
             ends = (low, 0, 1, value // 2) if isinstance(value, int) else (low, 0.0, _round(value / _FACTOR))

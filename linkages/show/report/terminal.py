@@ -47,9 +47,10 @@ def format_table(summary: dict[str, Any]) -> str:
     run, more = "with clearance" if play else "integrated", words.exceeded(summary)
 
     def row(label: str, values: tuple[Any, ...], key: str | None = None) -> tuple[str, str]:
+        """Return label and cells; the key of a peak, empty for numbers of another kind; None in a heading."""
         cells = "".join(cell(value, width) for value, width in zip(values, (12, 12, 14, 12), strict=True))
-        error = errors.get(key) if key else "error"
-        before = f"  {words.beyond(summary, key) if key else 'whole run'}" if more else ""
+        error = "error" if key is None else errors.get(key)
+        before = f"  {'whole run' if key is None else words.beyond(summary, key)}" if more else ""
         return label, cells + (cell(error, 11, ".1e") if errors else "") + before
 
     rows = [("", f"{'ideal joints':>24s}{run:>26s}"), row("output", ("min", "max", "min", "max"))]
@@ -79,7 +80,7 @@ def format_table(summary: dict[str, Any]) -> str:
     for name, value in shown["drives"].items():
         if value.get("fluctuation") is not None:
             exact = ideal["drives"][name].get("fluctuation")
-            rows.append(row(f"{name} speed fluctuation [1]", (exact, value["fluctuation"], "", "")))
+            rows.append(row(f"{name} speed fluctuation [1]", (exact, value["fluctuation"], "", ""), ""))
     if "links" in shown:
         rows += [("", ""), row("flexible link", ("rigid peak", "peak", "at [s]", f"place [{shown_unit('m')}]"))]
     for column, rigid, value in words.link_rows(shown):
@@ -88,7 +89,7 @@ def format_table(summary: dict[str, Any]) -> str:
     if "measured" in summary:
         rows += [("", ""), row("measured less computed", ("peak", "rms", "largest", "at [s]"))]
     for name, value in summary.get("measured", {}).items():
-        rows.append(row(name, tuple(value[key] for key in ("peak", "rms", "largest", "time"))))
+        rows.append(row(name, tuple(value[key] for key in ("peak", "rms", "largest", "time")), ""))
     width = max(18, *(1 + len(label) for label, _ in rows))
     lines = [
         experiment.get("title") or Path(experiment["file"]).stem,

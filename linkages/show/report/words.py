@@ -71,7 +71,7 @@ def percent(part: float | None) -> str:
     """Write a part in per cent with two digits, or as a multiple; "-" if there is no whole."""
     if part is None:
         return "-"
-    return f"{100.0 * part:.2g} %" if part < 1.995 else f"{part:.3g} times"
+    return f"{float(f'{100.0 * part:.2g}'):g} %" if part < 1.995 else f"{part:.3g} times"
 
 
 def link_rows(shown: dict[str, Any]) -> Iterator[tuple[str, float | None, dict[str, Any]]]:
