@@ -144,7 +144,6 @@ def _place(found: Grid, peaks: Any, what: str, at: int) -> str:
 
 
 def _scaled(path: str, values: Sequence[float]) -> list[float]:
-    """Return the values of a variable in the shown unit."""
     from linkages.input.model.experiment import value_unit
     from linkages.show.plots.presentation import shown
 

@@ -107,7 +107,6 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
 
 
 def _answer(found: dict[str, Any]) -> list[str]:
-    """Tell each unknown with its interval, and each warning."""
     said = []
     for name, one in found["parameters"].items():
         if one["identifiable"]:

@@ -159,7 +159,6 @@ def _labelled(show: Callable[[str], None], label: str, text: str) -> None:
 
 
 def _with_values(task: Identification, name: str, values: Mapping[str, Any]) -> Identification:
-    """Return an identification of another model."""
     try:
         measurements = tuple(replace(one, system=one.system.replaced(values)) for one in task.measurements)
     except InputError as problem:
@@ -175,7 +174,6 @@ def _fit(
     name: str,
     show: Callable[[str], None],
 ) -> tuple[Residuals, Fitted, Certainty, list[Fitted]]:
-    """Fit a model from all starts."""
     fit = residuals.task.file.fit
     first, last = residuals.span()
     last = last - share * (last - first)
@@ -397,7 +395,6 @@ class _Checkpoint:
         return {int(k): row for k, row in self._rows.get(name, {}).items()}
 
     def keep(self, name: str, k: int, found: Fitted) -> None:
-        """Keep a start that has ended."""
         if self.path is None or found.evaluated.reason:
             return
         row = {"z": found.z.tolist(), "horizon": found.horizon, "runs": found.runs, "history": found.history}

@@ -218,7 +218,6 @@ def _measurement(path: Path, file: IdentificationFile, name: str, one: DataFile,
 def _channel(
     path: Path, where: str, name: str, column: MeasuredColumn, recording: Recording, data: DataFile, system: System
 ) -> Channel:
-    """Read and check a column."""
     with within(path, where):
         check_output(system, column.output)
     si_unit = unit(system, column.output)

@@ -180,7 +180,6 @@ def _moving(file: StudyFile) -> Mapping[str, Variable | ScatterTable]:
 
 
 def _formula(path: Path, where: str, text: Any, known: Mapping[str, Any]) -> Formula:
-    """Parse a formula and check its names."""
     if not isinstance(text, str):
         raise InputError(path, where, f"is {text!r}; write a formula between quotes")
     try:

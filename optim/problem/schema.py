@@ -21,7 +21,6 @@ SAMPLING = "scatter"
 
 
 def _check_bound(value: Any) -> Any:
-    """Accept a finite number or a text."""
     number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     if not number and not isinstance(value, str):
         raise ValueError(f"is {value!r}; give a number, or a formula between quotes")

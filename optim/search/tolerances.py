@@ -105,7 +105,6 @@ def sampled(
 
 
 def _report(machines: SampledMachines, sample: Sample) -> dict[str, Any]:
-    """Judge the machines."""
     study, settings, total = machines.study, machines.settings, len(sample.good)
     failures = {state: sample.status.count(state) for state in dict.fromkeys(sample.status) if state != OK}
     lower, upper = statistics.clopper_pearson(int(sample.good.sum()), total, settings.confidence)
@@ -157,7 +156,6 @@ def _value(scatter: Scatter, k: int, path: str) -> dict[str, Any]:
 def _quantity(
     machines: SampledMachines, sample: Sample, k: int, scattered: float | None, rates: Array
 ) -> dict[str, Any]:
-    """Describe the scatter of quantity k."""
     study, confidence = machines.study, machines.settings.confidence
     quantity = study.quantities[k][2]
     ends = {key: getattr(quantity, key, None) for key in ("at_least", "at_most", "equals")}

@@ -140,7 +140,6 @@ def _read_archive(path: Path) -> _Found:
 
 
 def _vectors(found: Iterable[tuple[str, Any]], units: Mapping[str, str]) -> _Found:
-    """Select numeric vectors."""
     vectors = ((name, np.squeeze(value)) for name, value in found if np.issubdtype(value.dtype, np.number))
     return {name: (value.astype(np.float64), units.get(name, "")) for name, value in vectors if value.ndim == 1}
 

@@ -149,7 +149,6 @@ class _Check:
         self.fit_covers(drive.fitted)
 
     def slides(self, joint: str) -> bool:
-        """Tell whether a joint is prismatic."""
         return self.mechanism.joint[joint].type == "prismatic"
 
     def measured(self, text: Any, unit: str, key: str = "") -> None:
@@ -256,7 +255,6 @@ class _Check:
             replace(self, where=f"{self.where}.backlash").backlash(gear.backlash, gear.joints[1])
 
     def backlash(self, slack: Backlash, second: str) -> None:
-        """Check the backlash before a joint."""
         slides = self.slides(second)
         self.units(Backlash, slides)
         self.plain(slack.contact)
@@ -340,7 +338,6 @@ class _Check:
                 self.refuse("joint", f'"{controller.joint}" must be ideal, without a prescribed motion')
 
     def own_name(self) -> None:
-        """Check a name that formulas can have."""
         name = self.where.partition(".")[2]
         if not name.isidentifier() or name in {TIME, *CONSTANTS, *FUNCTIONS}:
             self.refuse("", "cannot be a name in formulas; use letters and digits, and no name of a function")
@@ -412,14 +409,12 @@ class _Check:
                 self.refuse("file", f"{covers}; {remedy}")
 
     def unit(self, key: str, text: str, unit: str) -> None:
-        """Check the unit of a column."""
         try:
             si(f"1 {text}", unit)
         except ValueError as problem:
             self.refuse(key, str(problem).replace('is "1 ', 'is "'))
 
     def point(self, key: str, name: str) -> Frame:
-        """Return the frame of a named point."""
         if name == "world":
             self.refuse(key, 'is "world"; name a frame, or give a spring an anchor')
         if (pin := self.mechanism.pin.get(name)) is not None:
@@ -430,7 +425,6 @@ class _Check:
         return self.mechanism.point[name]
 
     def known(self, key: str, name: str, names: Iterable[str]) -> None:
-        """Check that the mechanism has a name."""
         if name not in names:
             self.refuse(key, f'"{name}" is not in {self.mechanism.source.name}; {nearest(name, names)}')
 
