@@ -14,7 +14,8 @@ import numpy as np
 
 from linkages.base.arguments import Whole, validated
 from linkages.input.files.versions import versions
-from optim.evaluate.evaluations import OK, finite
+from linkages.input.files.writing import finite
+from optim.evaluate.evaluations import OK
 from optim.evaluate.evaluator import Evaluator
 from optim.problem.scatter import Scatter
 from optim.problem.schema import SAMPLING

@@ -16,6 +16,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.reading import read_arrays, read_whole
 from linkages.input.files.table_formats import needed
+from linkages.input.files.toml import leaves
 from linkages.input.files.unit_conversion import si
 
 _MOST = 500_000_000  # largest size of a data file [bytes]
@@ -115,18 +116,10 @@ def _read_matlab(path: Path) -> _Found:
     from scipy.io import loadmat
 
     content = loadmat(path, simplify_cells=True)
-    stated = dict(_flat(content.pop("units", {})))
-    found = ((name, np.asarray(value)) for name, value in _flat(content) if not name.startswith("__"))
+    units = content.pop("units", {})
+    stated = dict(leaves(units)) if isinstance(units, Mapping) else {}
+    found = ((name, np.asarray(value)) for name, value in leaves(content) if not name.startswith("__"))
     return _vectors(found, {name: str(unit) for name, unit in stated.items() if isinstance(unit, str)})
-
-
-def _flat(content: Any, prefix: str = "") -> Iterable[tuple[str, Any]]:
-    """Yield the values of nested dicts by dotted path."""
-    for key, value in content.items() if isinstance(content, Mapping) else ():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
 
 
 def _read_parquet(path: Path) -> _Found:
