@@ -145,8 +145,7 @@ class _Check:
             if self.slides(name):
                 self.refuse("backlash", "needs a revolute joint; before a prismatic one use a gear with backlash")
             replace(self, where=f"{self.where}.backlash").backlash(drive.backlash, name)
-        self.covers(drive.times)
-        self.fit_covers(drive.fitted)
+        self.covers(drive.times, drive.fitted)
 
     def slides(self, joint: str) -> bool:
         return self.mechanism.joint[joint].type == "prismatic"
@@ -207,11 +206,11 @@ class _Check:
         if math.hypot(*model.offset) + 0.5 * length * slope >= clearance * (1.0 - THINNEST):
             self.refuse("offset", "must leave room for the tilt: an end of the journal touches the bearing")
 
-    def plain(self, contact: ContactTable, key: str = "contact") -> None:
+    def plain(self, contact: ContactTable) -> None:
         """Check the law of a contact other than a journal in a bearing."""
         law = CONTACTS[contact.law]
         if law.conformal or ("stiffness" in law.needs and contact.stiffness is None):
-            self.refuse(key, "a corner at a wall needs a power law and its stiffness [N/m^n]")
+            self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
 
     def flexible(self, name: str, model: LinkModel) -> None:
         """Check that a flexible link has a beam, and enough modes for its interfaces."""
@@ -280,15 +279,11 @@ class _Check:
         self.plain(touch.contact)
 
     def forces(self, load: tables.ForceTable) -> None:
-        self.covers(load.times)
-        self.fit_covers(load.fitted if load.over is None else ())
         self.depends(load)
         if self.point("point", load.point).link == "world":
             self.refuse("point", f'"{load.point}" is fixed to the world; name a link\'s')
 
     def torques(self, load: tables.Torque) -> None:
-        self.covers(load.times)
-        self.fit_covers(load.fitted if load.over is None else ())
         self.depends(load)
         if load.link is not None:
             self.known("link", load.link, self.mechanism.link)
@@ -297,8 +292,9 @@ class _Check:
             if (kind := self.mechanism.joint[load.joint].type) != "revolute":
                 self.refuse("joint", f'"{load.joint}" is {kind}; name a revolute joint')
 
-    def depends(self, load: tables.LoadFunction) -> None:
-        """Check the positions and speeds that a load depends on, and the unit of a table over one."""
+    def depends(self, load: tables.ForceTable | tables.Torque) -> None:
+        """Check the times of a load, the positions and speeds that it depends on, and the unit of a table over one."""
+        self.covers(load.times, load.fitted if load.over is None else ())
         key = "formula" if load.formulas else "over"
         for name in load.signals:
             text = next((one.text for one in load.formulas if name in one.names), name)
@@ -394,13 +390,10 @@ class _Check:
         if quantity not in known:
             self.refuse("", f'"{quantity}" is unknown; {nearest(quantity, known)}')
 
-    def covers(self, times: list[float] | None) -> None:
-        """Check that a table covers the duration of the run."""
+    def covers(self, times: list[float] | None, fits: Iterable[Fit]) -> None:
+        """Check that a table, or the signals of a file, cover the duration of the run."""
         if times is not None and times[-1] < (duration := self.experiment.duration):
             self.refuse("times", f"end at {times[-1]:g} s, before the duration of {duration:g} s")
-
-    def fit_covers(self, fits: Iterable[Fit]) -> None:
-        """Check that the signals of a file cover the duration of the run."""
         for fit in fits:
             first, last = fit.covered
             if first > 0.0 or last < self.experiment.duration:
