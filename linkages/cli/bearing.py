@@ -115,7 +115,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _answer(content: dict[str, Any]) -> list[str]:
-    """Tell the place of the journal, the power, and the stability."""
     ratio, film = content["eccentricity_ratio"], 1e6 * content["least_film"]
     speed = content["threshold_speed"]
     stable = "stable at every speed" if speed is None else f"stable up to {speed:.4g} rad/s"

@@ -51,7 +51,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _answer(result: Comparison) -> list[str]:
-    """Tell the largest difference of the engines."""
     if not result.differences:
         return ["No output can be compared."]
     name, row = max(result.differences.items(), key=lambda one: one[1].relative)

@@ -105,7 +105,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _answer(found: Branches) -> list[str]:
-    """Tell the bifurcations of each branch."""
     said = []
     for k, branch in enumerate(found.branches, 1):
         events = [f"{event.kind} at {event.motion.value:.6g}" for event in branch.events]

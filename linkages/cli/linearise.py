@@ -138,7 +138,6 @@ def _where(result: dict[str, Any]) -> str:
 
 
 def _answer(result: dict[str, Any]) -> list[str]:
-    """Tell the stability of a model, and its lowest frequency."""
     poles = [complex(*pole) for pole in result["poles"]]
     slowest = max((pole.real for pole in poles), default=0.0)
     kind = "unstable: a disturbance grows" if slowest > 0.0 else "stable: the slowest disturbance decays"
@@ -156,7 +155,6 @@ def _usual(found: StateSpace) -> tuple[float, float, int]:
 
 
 def _range(text: str) -> tuple[float, float, int]:
-    """Read ``LO:HI:N``."""
     try:
         low, high, count = text.split(":")
         found = float(low), float(high), int(count)

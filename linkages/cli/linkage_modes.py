@@ -91,7 +91,6 @@ def content(system: System, found: Modes, over: ModesOver | None, count: int) ->
 
 
 def _answer(result: dict[str, Any]) -> list[str]:
-    """Tell the lowest frequency, and unstable modes."""
     known = [mode["frequency"] for mode in result["modes"] if mode["frequency"] is not None]
     said = [f"Its lowest natural frequency is {min(known):.5g} Hz."] if known else []
     if unstable := len(result["modes"]) - len(known):
@@ -120,7 +119,6 @@ def format_modes(result: dict[str, Any]) -> str:
 
 
 def _warnings(result: dict[str, Any]) -> list[str]:
-    """List the limits of validity of the numbers."""
     said = []
     if not result["at_rest"]:
         advice = 'hold its free joints by drives; links start at rest with start = "quasi-static"'

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 import os
-from collections.abc import Iterable, Mapping
-from contextlib import AbstractContextManager
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,8 @@ from linkages.input.files.writing import OutputFolder, write_json
 from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from linkages.input.model.experiment import Experiment
     from linkages.results.trajectory import Trajectory
     from linkages.system import System
@@ -133,6 +135,18 @@ def add_drive(parser: argparse.ArgumentParser, defined: str) -> None:
 def add_cluster(parser: argparse.ArgumentParser) -> None:
     """Add ``--cluster``."""
     parser.add_argument("--cluster", metavar="ADDRESS", help="run on a Dask cluster, tcp://host:8786")
+
+
+@contextmanager
+def workers(options: argparse.Namespace, remedy: str) -> Iterator[tuple[Executor | None, int]]:
+    """Provide the executor of ``--cluster`` and its number of threads, None and 0 without it; see `cluster`."""
+    if not options.cluster:
+        yield None, 0
+        return
+    from linkages.engines.cluster import cluster
+
+    with cluster(options.cluster, remedy) as found:
+        yield found
 
 
 def add_part(parser: argparse.ArgumentParser, default: str) -> None:

@@ -66,7 +66,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _answer(found: Sensitivities) -> list[str]:
-    """Tell for each peak the value that changes it most."""
     said = []
     for key in (key for key in found.numbers if key.endswith(".peak")):
         shares = {path: share for path in found.values if (share := found.per_cent(path, key)) is not None}

@@ -5,12 +5,11 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.brief import counted
 from linkages.base.errors import InputError, Status, listed, nearest
-from linkages.cli.options import number, output_folder, output_names, print_results, record
+from linkages.cli.options import number, output_folder, output_names, print_results, record, workers
 from linkages.cli.progress import stages
 from linkages.cli.sweep_tables import entry, extremes_said, some, write_tables
 from linkages.input.files.writing import file_name, write_json
@@ -39,12 +38,7 @@ def run_grid(options: argparse.Namespace, system: System, ranges: Ranges) -> int
     limits = read_limits(options.limit, units)
     out = output_folder(options, f"{system.experiment.source.stem}_sweep", "sweep")
     settings = (names, options.revolutions, options.transient, options.drive, options.threads, out.path / ROWS)
-    with ExitStack() as stack:
-        executor = None
-        if options.cluster:
-            from linkages.engines.cluster import cluster
-
-            executor, _ = stack.enter_context(cluster(options.cluster, "repeat the command"))
+    with workers(options, "repeat the command") as (executor, _):
         bar = stages(options, 1.0, "")("sweep")
         found = sweep_grid(system, path, values, other_path, other_values, *settings, executor, bar, "--vary")
     pairs = [((a, point.value), point) for a, row in zip(values, found.rows, strict=True) for point in row]
@@ -142,7 +136,6 @@ def _place(found: Grid, peaks: Any, what: str, at: int) -> str:
 
 
 def _scaled(path: str, values: Sequence[float]) -> list[float]:
-    """Return the values of a variable in the shown unit."""
     from linkages.input.model.experiment import value_unit
     from linkages.show.plots.presentation import shown
 

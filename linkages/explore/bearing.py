@@ -17,6 +17,7 @@ import numpy as np
 from linkages.base.arguments import validated, whole
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, RunError, nearest
+from linkages.input.files.writing import finite
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import FILMS
 from linkages.laws.film.surface.balance import Thickness
@@ -181,9 +182,9 @@ class BearingPoint:
             "moment": None if film is None else [moment * value for value in film.moment],
             "stiffness": self.coefficients.stiffness.tolist(),
             "damping": self.coefficients.damping.tolist(),
-            "threshold_speed": _finite(self.threshold_speed),
-            "critical_mass": _finite(self.critical_mass),
-            "whirl_ratio": _finite(self.whirl_ratio),
+            "threshold_speed": finite(self.threshold_speed),
+            "critical_mass": finite(self.critical_mass),
+            "whirl_ratio": finite(self.whirl_ratio),
             "film": case.film,
             "cavitation": case.rule if film is not None else None,
             "filling_time": self._filling_time,
@@ -196,7 +197,7 @@ class BearingPoint:
         """Time in which the grooves fill the cavity [s]; None if no oil flows in, or its volume is not conserved."""
         if self.film is None or self.case.rule != "mass-conserving":
             return None
-        return _finite(filling_time(self.film) / self.case.speed)
+        return finite(filling_time(self.film) / self.case.speed)
 
     @property
     def _thickness(self) -> Thickness:
@@ -430,7 +431,3 @@ def _shear(case: BearingCase, x: float, y: float) -> float:
     petroff = 2.0 * math.pi / math.sqrt(1.0 - x * x - y * y) * case.viscosity * case.speed
     pressed = 0.5 * case.load * case.clearance * y
     return petroff * case.radius**3 * case.length / case.clearance + pressed
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

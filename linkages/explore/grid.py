@@ -227,7 +227,6 @@ class _RowStore:
 
 
 def _entry(point: SweepPoint) -> dict[str, Any]:
-    """Return a point as numbers and texts."""
     entry: dict[str, Any] = {"value": point.value, "status": point.status.value}
     if (section := point.section) is None:
         return entry
@@ -237,7 +236,6 @@ def _entry(point: SweepPoint) -> dict[str, Any]:
 
 
 def _point(entry: Mapping[str, Any]) -> SweepPoint:
-    """Return the point of numbers and texts."""
     status = Status(entry["status"])
     if "period" not in entry:
         return SweepPoint(entry["value"], None, status)

@@ -236,7 +236,6 @@ class ModeShapes:
                 yield ModeLine(link.name, shape.color, places[list(bar)], ways[:, list(bar)])
 
     def _beam(self, link: str, color: str, part: FlexibleLink) -> ModeLine:
-        """Sample a beam, or a substructure."""
         tree, body = self._system.tree, self._system.tree.index[part.name]
         s = np.linspace(*part.ends, _SAMPLES)
         along, across = part.modes.shapes(s)

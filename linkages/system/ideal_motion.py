@@ -37,7 +37,6 @@ class _Lines(NamedTuple):
     quality: Array
 
     def part(self, places: Any) -> _Lines:
-        """Copy some of the positions."""
         return _Lines(*(column[places] for column in self))
 
 

@@ -115,7 +115,6 @@ class _Functions:
 
     @property
     def signals(self) -> Records:
-        """Return all collected signals."""
         return np.array(self._signals, types.SIGNAL)
 
     def add_definition(self, given: Definition) -> int:

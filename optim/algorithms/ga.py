@@ -43,8 +43,6 @@ _silent.propagate = False
 
 
 class _Generations(Table):
-    """Settings of both algorithms."""
-
     population: int = Field(30, ge=4, description="children of a generation; the first one has the elites in addition")
     generations: int = Field(50, ge=1, description="generations, including the first one")
     crossover: Probability = Field(
@@ -115,7 +113,6 @@ def fitness_of(values: Values, least: Array, span: Array, tolerance: float) -> A
 
 
 def _restarts(problem: Problem, settings: _Generations, seed: int, progress: Report | None, elites: int) -> Result:
-    """Run several times with seeds derived from one."""
     archive = Archive(problem)
     runs: list[Result] = []
     seeds = np.random.SeedSequence(seed).generate_state(settings.restarts)
@@ -203,7 +200,6 @@ class _Run:
         )
 
     def result(self) -> Result:
-        """Run, and return the best designs."""
         status = Ending.INTERRUPTED
         with self.archive.interruptible():
             self.pygad.run()

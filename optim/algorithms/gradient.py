@@ -91,7 +91,6 @@ class _Descent:
         self.last: tuple[Array, Array] | None = None
 
     def run(self, progress: Report | None) -> Ending:
-        """Iterate until something ends the search."""
         if self.archive(self.x).failed[0]:
             return Ending.EVALUATION_FAILED
         self.form = form = StandardForm(self.problem, self.archive, self.x, self.settings.step)

@@ -152,7 +152,6 @@ def start_designs(problem: Problem, count: int, seed: int) -> Array:
 def _multistart(
     solver: Minimiser, problem: Problem, settings: Any, starts: int, seed: int, progress: Report | None
 ) -> Result:
-    """Run a local method from several starts, and take the best result."""
     archive = Archive(problem)  # of all starts: none evaluates what another one did
     problem = dataclasses.replace(problem, evaluate=archive)
     runs: list[Result] = []

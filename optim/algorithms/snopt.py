@@ -52,8 +52,6 @@ def snopt(problem: Problem, settings: Snopt, seed: int = 0, progress: Report | N
 
 
 class _Snopt:
-    """One call of SNOPT, and its values and slopes."""
-
     def __init__(self, problem: Problem, settings: Snopt, progress: Report | None) -> None:
         self.problem, self.settings, self.progress = problem, settings, progress
         self.archive = Archive(problem)
@@ -61,7 +59,6 @@ class _Snopt:
         self.stop: BaseException | None = None
 
     def run(self) -> Result:
-        """Solve."""
         start = self.problem.first
         if self.archive(start).failed[0]:
             return self.result(start, Ending.EVALUATION_FAILED)

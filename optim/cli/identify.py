@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
-from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, print_results, record
+from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, print_results, record, workers
 from linkages.cli.progress import silence
 from linkages.input.files.writing import write_json
 from linkages.show.plots.presentation import presentation
@@ -76,12 +75,7 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
     out = output_folder(options, task.source.stem, "identify")
     out.path.mkdir(parents=True, exist_ok=True)
     try:
-        with ExitStack() as stack:
-            executor = None
-            if options.cluster:
-                from linkages.engines.cluster import cluster
-
-                executor, _ = stack.enter_context(cluster(options.cluster, "continue with --resume"))
+        with workers(options, "continue with --resume") as (executor, _):
             found = identify(
                 task, out.path / CHECKPOINT, resume=options.resume, profiles=options.profile,
                 samples=options.posterior, threads=options.threads, executor=executor, show=_show,
@@ -107,7 +101,6 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
 
 
 def _answer(found: dict[str, Any]) -> list[str]:
-    """Tell each unknown with its interval, and each warning."""
     said = []
     for name, one in found["parameters"].items():
         if one["identifiable"]:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
 from linkages.base.errors import listed
-from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, written
+from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, workers, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 from linkages.show.plots.presentation import presentation
@@ -84,12 +83,7 @@ def run(options: argparse.Namespace) -> int:
         return code
     root, jobs = _jobs(options)
     results: list[dict[str, Any]] = []
-    with ExitStack() as stack:
-        pool: tuple[Executor | None, int] = (None, 0)
-        if options.cluster:
-            from linkages.engines.cluster import cluster
-
-            pool = stack.enter_context(cluster(options.cluster, "continue with --resume"))
+    with workers(options, "continue with --resume") as pool:
         try:
             for job in jobs:
                 results.append(_solve(job, options, *pool))

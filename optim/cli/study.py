@@ -68,7 +68,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _sensitivity(options: argparse.Namespace) -> int:
-    """Write ``sensitivity.json`` and the figures, print the table."""
     from optim.evaluate.evaluator import Evaluator
     from optim.problem.load import find_study, load_study
     from optim.search.sensitivity import check_samples, format_sensitivity, sensitivity

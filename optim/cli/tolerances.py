@@ -5,17 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from contextlib import ExitStack
-from typing import TYPE_CHECKING
 
 from linkages import InputError
-from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, written
+from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, workers, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 from optim.cli.seeds import seeds_of
-
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
 
 HELP = "share of machines that meet the limits, by their tolerances; can be stopped, resumed and extended"
 
@@ -59,14 +54,8 @@ def run(options: argparse.Namespace) -> int:
     with errors_of_writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()
-    with ExitStack() as stack:
-        executor: Executor | None = None
-        workers = 0
-        if options.cluster:
-            from linkages.engines.cluster import cluster
-
-            executor, workers = stack.enter_context(cluster(options.cluster, "continue with --resume"))
-        evaluator = Evaluator(study, executor, 2 * workers, options.threads)
+    with workers(options, "continue with --resume") as (executor, count):
+        evaluator = Evaluator(study, executor, 2 * count, options.threads)
         advance = progress_bar(f"{study.source.stem}: machines")
         try:
             result, sample = sampled(study, folder / STORE, seed, options.samples, evaluator, options.resume, advance)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,11 +14,6 @@ from optim.problem.study import Array
 OK = Status.OK.value
 NO_VALUE = "no-value"  # a quantity has no finite value
 INFEASIBLE = "infeasible"  # not run: a constraint that needs no run is violated
-
-
-def finite(value: float) -> float | None:
-    """Return a number as JSON knows it: None where it is not finite."""
-    return float(value) if math.isfinite(value) else None
 
 
 @dataclass(frozen=True, repr=False)

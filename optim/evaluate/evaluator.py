@@ -96,7 +96,6 @@ class Evaluator:
         return self._machines.combined(self._evaluate(self._machines.rows(designs)))
 
     def _evaluate(self, designs: Array) -> Evaluations:
-        """Evaluate machines, or designs without scatter."""
         study = self.study
         points = self._run(designs) if self._outputs else []
         table = np.column_stack(
@@ -108,7 +107,6 @@ class Evaluator:
         return Evaluations(table[:, :split], table[:, split:], status, reason)
 
     def _run(self, designs: Array) -> list[Statistics]:
-        """Run designs at every operating point."""
         size = max(1, -(-len(designs) // self.parts), math.ceil(_LEAST / self._lasts))
         requests = [
             self._request(point, designs[i : i + size])
@@ -244,7 +242,6 @@ class Screened:
         return not hard and any(not self._violated(self._values(design + step)) for step in self._steps)
 
     def _values(self, design: Array) -> dict[str, float]:
-        """Objectives and constraints by formula."""
         named = self.study.named(design)
         return {name: self.study.formulas[name](named) for name in self._scales}
 

@@ -20,7 +20,7 @@ from linkages.base.arguments import Count, validated
 from linkages.base.arrays import Array
 from linkages.input.files.toml import leaves
 from linkages.input.files.versions import versions
-from linkages.input.files.writing import write_json
+from linkages.input.files.writing import finite, write_json
 from optim.identify.certainty import DOUBT, Certainty, certainty, doubts, interval, mixture_text
 from optim.identify.fit import Fitted, best_of, first_window, fit_all, hopeless, refine, starts
 from optim.identify.load import Identification, described
@@ -159,7 +159,6 @@ def _labelled(show: Callable[[str], None], label: str, text: str) -> None:
 
 
 def _with_values(task: Identification, name: str, values: Mapping[str, Any]) -> Identification:
-    """Return an identification of another model."""
     try:
         measurements = tuple(replace(one, system=one.system.replaced(values)) for one in task.measurements)
     except InputError as problem:
@@ -175,7 +174,6 @@ def _fit(
     name: str,
     show: Callable[[str], None],
 ) -> tuple[Residuals, Fitted, Certainty, list[Fitted]]:
-    """Fit a model from all starts."""
     fit = residuals.task.file.fit
     first, last = residuals.span()
     last = last - share * (last - first)
@@ -235,7 +233,7 @@ def _content(residuals: Residuals, found: Fitted, judged: Certainty, share: floa
             "autocorrelation_time": judged.times,
             **judged.tests,
         },
-        "correlation": {"names": names, "matrix": [[_finite(x) for x in row] for row in correlation]},
+        "correlation": {"names": names, "matrix": [[finite(x) for x in row] for row in correlation]},
         "prediction": _prediction(residuals, found, share),
         "singular_values": judged.singular.tolist(),
         "mixtures": open_ones,
@@ -290,7 +288,7 @@ def _sensors(residuals: Residuals, z: Array, judged: Certainty) -> dict[str, dic
         variance = float(gradient[known] @ judged.covariance[np.ix_(known, known)] @ gradient[known])
         result[name] = {
             "value": value,
-            "deviation": _finite(math.sqrt(max(variance, 0.0)) if variance == variance else math.nan),
+            "deviation": finite(math.sqrt(max(variance, 0.0)) if variance == variance else math.nan),
         }
     return result
 
@@ -360,17 +358,13 @@ def _agreement(all_starts: list[Fitted], best: Fitted, judged: Certainty) -> dic
     result: dict[str, Any] = {
         "count": len(costs),
         "same": same,
-        "chi_square": [_finite(x) for x in costs],
+        "chi_square": [finite(x) for x in costs],
         "warnings": [],
     }
     explained = [p is not None and p >= DOUBT for p in judged.tests["chi_square_probability"]]
     if len(costs) > 1 and same == 1 and not all(explained):
         result["warnings"] = ["one start only has found these values: give more starts, or narrower limits"]
     return result
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 class _Checkpoint:
@@ -397,7 +391,6 @@ class _Checkpoint:
         return {int(k): row for k, row in self._rows.get(name, {}).items()}
 
     def keep(self, name: str, k: int, found: Fitted) -> None:
-        """Keep a start that has ended."""
         if self.path is None or found.evaluated.reason:
             return
         row = {"z": found.z.tolist(), "horizon": found.horizon, "runs": found.runs, "history": found.history}

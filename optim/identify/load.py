@@ -217,19 +217,15 @@ def _measurement(path: Path, file: IdentificationFile, name: str, one: DataFile,
 def _channel(
     path: Path, where: str, name: str, column: MeasuredColumn, recording: Recording, data: DataFile, system: System
 ) -> Channel:
-    """Read and check a column."""
     with within(path, where):
         check_output(system, column.output)
-    si_unit = unit(system, column.output)
-    try:
+        si_unit = unit(system, column.output)
         times = recording.column(data.time.column, "s", data.time.unit)
         values = recording.column(column.column or name, si_unit, column.unit)
         _check_samples(times, values)
         _check_times(times, data.time.shift, system.experiment.duration)
         sections = None if column.filter is None else _sections(column.filter, times)
         deviation = _deviation(column, recording, column.column or name, si_unit)
-    except ValueError as problem:
-        raise InputError(path, where, str(problem)) from None
     values = filtered(values, sections)
     if sections is not None:
         impulse = np.zeros(len(values))

@@ -85,10 +85,8 @@ def _planned(task: Identification, wanted: Plan, system: System) -> Measurement:
             check_output(system, candidate.output)
         except InputError as problem:
             raise InputError(task.source, where, str(problem)) from None
-        try:
+        with within(task.source, f"{where}.deviation"):
             size = si(given, unit(system, candidate.output)) if isinstance(given, str) else float(given)
-        except ValueError as problem:
-            raise InputError(task.source, f"{where}.deviation", str(problem)) from None
         if size <= 0.0:
             raise InputError(task.source, f"{where}.deviation", f"is {given!r}; it must be positive")
         gain, offset = math.nan if candidate.gain else 1.0, math.nan if candidate.offset else 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from linkages.input.files.toml import Finite, Positive, Table
 
@@ -142,8 +142,7 @@ class IdentificationFile(Table):
     alternatives: dict[str, Alternative] = Field({}, description="other models by name")
     plan: Plan | None = Field(None, description="a measurement that is planned, for --plan")
 
-    @model_validator(mode="after")
-    def _names(self) -> IdentificationFile:
+    def _complete(self) -> None:
         if self.fit.windows == "statistics" and (self.alternatives or self.fit.predict):
             raise ValueError(
                 'fit.windows is "statistics", which predicts no samples; leave out alternatives and predict'
@@ -166,4 +165,3 @@ class IdentificationFile(Table):
             for one in other.unknowns or ():
                 if one not in self.unknowns:
                     raise ValueError(f'alternatives.{name}.unknowns has "{one}"; there is no such table in unknowns')
-        return self

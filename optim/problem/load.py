@@ -120,10 +120,10 @@ def shipped_or_beside(path: Path, where: str, experiment: str) -> System:
 
 @contextmanager
 def within(path: Path, where: str) -> Iterator[None]:
-    """Put the study and the key before an error of its experiment."""
+    """Put the file and the key before an error of its experiment or of a value."""
     try:
         yield
-    except InputError as problem:
+    except ValueError as problem:  # of which InputError is one
         raise InputError(path, where, str(problem).removeprefix("argument: ")) from None
 
 
@@ -141,10 +141,8 @@ def _variable(path: Path, file: StudyFile, name: str, system: System) -> tuple[f
     found = []
     for side, bound in (("lower", variable.lower), ("upper", variable.upper)):
         if isinstance(bound, str) and is_quantity(bound):
-            try:
+            with within(path, f"{where}.{side}"):
                 bound = read(bound, system.value_unit(variable.path))
-            except ValueError as wrong:
-                raise InputError(path, f"{where}.{side}", str(wrong)) from None
         elif isinstance(bound, str):
             bound = _formula(path, f"{where}.{side}", bound, file.constants)(file.constants)
             if math.isnan(bound):
@@ -179,13 +177,10 @@ def _moving(file: StudyFile) -> Mapping[str, Variable | ScatterTable]:
 
 
 def _formula(path: Path, where: str, text: Any, known: Mapping[str, Any]) -> Formula:
-    """Parse a formula and check its names."""
     if not isinstance(text, str):
         raise InputError(path, where, f"is {text!r}; write a formula between quotes")
-    try:
+    with within(path, where):
         found = parse(text)
-    except ValueError as problem:
-        raise InputError(path, where, str(problem)) from None
     for name in sorted(found.names - set(known)):
         raise InputError(path, where, f'"{name}" is unknown; {nearest(name, known)}')
     return found

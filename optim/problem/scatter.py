@@ -160,7 +160,6 @@ def _clearance(path: Path, where: str, text: str, table: ScatterTable) -> Margin
 
 
 def _correlation(path: Path, file: StudyFile) -> Array:
-    """Return the correlation matrix of the normal numbers."""
     names = list(file.scatter)
     matrix = np.eye(len(names))
     given: dict[frozenset[str], int] = {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
 from linkages.input.files.formula import CONSTANTS, FUNCTIONS
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table
@@ -21,7 +21,6 @@ SAMPLING = "scatter"
 
 
 def _check_bound(value: Any) -> Any:
-    """Accept a finite number or a text."""
     number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     if not number and not isinstance(value, str):
         raise ValueError(f"is {value!r}; give a number, or a formula between quotes")
@@ -67,8 +66,7 @@ class ScatterTable(Table):
     empirical: str | None = Field(None, description="file of measured values, one a line, SI unit")
     relative_to: Literal["nominal"] | None = Field(None, description='"nominal": added to the value of the experiment')
 
-    @model_validator(mode="after")
-    def _one_distribution(self) -> ScatterTable:
+    def _complete(self) -> None:
         kinds = ("fit", "empirical", *SHAPES)
         given = [kind for kind in kinds if getattr(self, kind) is not None]
         if len(given) != 1:
@@ -78,7 +76,6 @@ class ScatterTable(Table):
             raise ValueError(f"{kind} has {len(numbers)} numbers; give {SHAPES[kind]}")
         if given == ["fit"] and self.relative_to is not None:
             raise ValueError("relative_to has no meaning for a fit")
-        return self
 
 
 class Correlation(Table):
@@ -98,11 +95,9 @@ class StudyWindow(Table):
         None, description="drive whose revolutions start and end count, at its speed in each operating point"
     )
 
-    @model_validator(mode="after")
-    def _ordered(self) -> StudyWindow:
+    def _complete(self) -> None:
         if self.end <= self.start:
             raise ValueError(f"end, {self.end:g}, must be after start, {self.start:g}")
-        return self
 
 
 class ServiceLife(Table):
@@ -185,11 +180,9 @@ class StudyQuantity(Table):
     )
     unit: str = Field("", description="for tables and figures")
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> StudyQuantity:
+    def _complete(self) -> None:
         if (self.terms is None) == (self.formula is None):
             raise ValueError("give either terms or formula")
-        return self
 
 
 class Objective(StudyQuantity):
@@ -209,14 +202,13 @@ class Constraint(StudyQuantity):
         description="with a formula: designs beyond the limit are never run, not even for derivatives; they may jam",
     )
 
-    @model_validator(mode="after")
-    def _limited(self) -> Constraint:
+    def _complete(self) -> None:
+        super()._complete()
         sided = self.at_most is not None or self.at_least is not None
         if sided == (self.equals is not None):
             raise ValueError("give at_most, at_least or both, or equals alone")
         if self.at_most is not None and self.at_least is not None and self.at_least >= self.at_most:
             raise ValueError("at_least must be below at_most")
-        return self
 
 
 class StudyFile(Table):
@@ -249,8 +241,7 @@ class StudyFile(Table):
         """Tell whether the study samples the scatter instead of searching a design."""
         return self.algorithm.get("name") == SAMPLING
 
-    @model_validator(mode="after")
-    def _names(self) -> StudyFile:
+    def _complete(self) -> None:
         needed = ("scatter",) if self.sampled else ("variables", "objectives")
         for key in needed:
             if not getattr(self, key):
@@ -275,4 +266,3 @@ class StudyFile(Table):
         both = set(self.objectives) & set(self.constraints)
         if both:
             raise ValueError(f'"{min(both)}" names an objective and a constraint')
-        return self

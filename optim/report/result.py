@@ -55,7 +55,7 @@ def format_result(study: Study, result: ResultFile) -> str:
         ends = [
             end
             for end, bound in (("lower", low), ("upper", high))
-            if _is_at(best["variables"][path], bound, high - low)
+            if abs(best["variables"][path] - bound) <= _AT * (high - low)
         ]
         note = f"  at its {ends[0]} bound" if ends else ""
         lines.append(f"{study.variable_label(path):{first}s}{at}{low:13.5g}{high:13.5g}{note}")
@@ -134,10 +134,6 @@ def write_table(results: Sequence[ResultFile], path: Path) -> None:
         writer = csv.DictWriter(file, columns)
         writer.writeheader()
         writer.writerows(rows)
-
-
-def _is_at(value: float, bound: float, width: float) -> bool:
-    return abs(value - bound) <= _AT * width
 
 
 def _change(before: float | None, after: float | None) -> str:

@@ -79,7 +79,6 @@ def _quantities(study: Study, result: dict[str, Any]) -> list[str]:
 
 
 def _shares(entry: dict[str, Any]) -> list[str]:
-    """Format the shares of the variance of a quantity."""
     shares, linear = entry["variance"], entry.get("first_order")
     if shares is None:
         return []
@@ -99,7 +98,6 @@ def _shares(entry: dict[str, Any]) -> list[str]:
 
 
 def _contributions(result: dict[str, Any]) -> list[str]:
-    """Format the yields of halved tolerances."""
     now = result["yield"]["value"]
     if now in (0.0, 1.0):
         return ["", "all machines meet the limits" if now else "no machine meets all limits"]

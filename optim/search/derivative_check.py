@@ -9,8 +9,8 @@ import numpy as np
 from linkages import InputError
 from linkages.base.arguments import Vector, fitting, validated
 from linkages.base.brief import cell
+from linkages.input.files.writing import finite
 from optim.algorithms.derivatives import jacobian
-from optim.evaluate.evaluations import finite
 from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.gradients import Gradients, check_sensitivities
 from optim.evaluate.limits import limits, problem_of

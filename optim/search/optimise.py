@@ -18,11 +18,12 @@ from linkages.base.arguments import Vector, Whole, fitting, validated
 from linkages.base.errors import nearest
 from linkages.input.files.toml import Table
 from linkages.input.files.versions import versions
+from linkages.input.files.writing import finite
 from optim.algorithms import pareto
 from optim.algorithms.derivatives import DIFFERENCES
 from optim.algorithms.nlp import Values
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
-from optim.evaluate.evaluations import INFEASIBLE, Evaluations, finite
+from optim.evaluate.evaluations import INFEASIBLE, Evaluations
 from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.gradients import Gradients, check_sensitivities
 from optim.evaluate.limits import FEASIBLE, in_units, problem_of, values_of

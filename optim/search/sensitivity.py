@@ -13,7 +13,7 @@ from scipy.stats import bootstrap, qmc
 from linkages import InputError, RunError
 from linkages.base.arguments import Whole, validated
 from linkages.input.files.versions import versions
-from optim.evaluate.evaluations import finite
+from linkages.input.files.writing import finite
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units
 from optim.problem.study import Array, Study

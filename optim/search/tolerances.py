@@ -14,7 +14,8 @@ import numpy as np
 
 from linkages.base.arguments import Whole, validated
 from linkages.input.files.versions import versions
-from optim.evaluate.evaluations import OK, finite
+from linkages.input.files.writing import finite
+from optim.evaluate.evaluations import OK
 from optim.evaluate.evaluator import Evaluator
 from optim.problem.scatter import Scatter
 from optim.problem.schema import SAMPLING
@@ -105,7 +106,6 @@ def sampled(
 
 
 def _report(machines: SampledMachines, sample: Sample) -> dict[str, Any]:
-    """Judge the machines."""
     study, settings, total = machines.study, machines.settings, len(sample.good)
     failures = {state: sample.status.count(state) for state in dict.fromkeys(sample.status) if state != OK}
     lower, upper = statistics.clopper_pearson(int(sample.good.sum()), total, settings.confidence)
@@ -157,7 +157,6 @@ def _value(scatter: Scatter, k: int, path: str) -> dict[str, Any]:
 def _quantity(
     machines: SampledMachines, sample: Sample, k: int, scattered: float | None, rates: Array
 ) -> dict[str, Any]:
-    """Describe the scatter of quantity k."""
     study, confidence = machines.study, machines.settings.confidence
     quantity = study.quantities[k][2]
     ends = {key: getattr(quantity, key, None) for key in ("at_least", "at_most", "equals")}

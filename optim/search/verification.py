@@ -12,7 +12,8 @@ import numpy as np
 from linkages import System
 from linkages.base.arguments import Count, validated
 from linkages.base.brief import cell
-from optim.evaluate.evaluations import INFEASIBLE, OK, finite
+from linkages.input.files.writing import finite
+from optim.evaluate.evaluations import INFEASIBLE, OK
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units
 from optim.evaluate.requests import Request, Statistics

@@ -191,8 +191,6 @@ _Level = tuple[ReturnMap, list[Trace], tuple[int, int] | None]
 
 @dataclass
 class _BranchSearch:
-    """The branches of one call of `branches`."""
-
     system: System
     path: str
     low: float

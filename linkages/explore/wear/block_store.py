@@ -54,7 +54,6 @@ class BlockStore:
 
 
 def _arrays(block: CycleBlock) -> dict[str, Any]:
-    """Return a block as named arrays."""
     found: dict[str, Any] = {f"loads {name}": lines for name, lines in block.loads.items()}
     found |= {f"work {name}": values for name, values in block.work.items()}
     found |= {f"peak {name}": np.array(value) for name, value in block.peaks.items()}
@@ -63,7 +62,6 @@ def _arrays(block: CycleBlock) -> dict[str, Any]:
 
 
 def _block(content: bytes) -> CycleBlock:
-    """Make a block from its stored bytes."""
     with np.load(io.BytesIO(content)) as file:
         data = {name: file[name] for name in file.files}
 

@@ -218,8 +218,6 @@ def watched(system: System) -> list[str]:
 
 
 class _Cycle(NamedTuple):
-    """Measurements of a cycle."""
-
     samples: list[Array]  # samples of each wearing joint, with moments to be filled
     peaks: list[float]  # peaks of each recorded output
 

@@ -285,7 +285,6 @@ def content(life: Life) -> dict[str, Any]:
 
 
 def _joint(life: Life, name: str, k: int) -> dict[str, Any]:
-    """Describe the wear of a joint at a stage."""
     profiles, volumes = life.profiles(name)[k], life.volumes(name)[k]
     owner = next(joint for joint in life.joints if joint.name == name)
     angles = 2.0 * np.pi * np.arange(profiles.shape[1]) / profiles.shape[1]

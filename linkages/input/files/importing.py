@@ -19,10 +19,11 @@ from linkages.input.files.foreign import CARRIED, MARK, Entry, Foreign, influenc
 from linkages.input.files.magnitudes import ALIGNED, SMALLEST, decimal_or_nan
 from linkages.input.files.models import flattened, is_static, update
 from linkages.input.files.raw_model import Pose, RawJoint, RawModel
+from linkages.input.files.reading import read_whole
 from linkages.input.files.rigid import complete_inertials, correct_rounded, fixed_into, without_massless
 from linkages.input.files.sdf import read_model
 from linkages.input.files.urdf import sdf_of
-from linkages.input.files.xml import DEEPEST, label, read_xml
+from linkages.input.files.xml import DEEPEST, label, parse_xml
 
 _SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid")
 _SAME_PLACE = 1e-6  # relative to the size of the mechanism: closer places coincide
@@ -146,7 +147,7 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
                 model.append(own)
         return model
 
-    root = read_xml(path)
+    root = parse_xml(path, read_whole(path))
     if root.tag == "robot":
         return sdf_of(path, _chosen(path, [root], name, []))
     update(path, root)

@@ -17,6 +17,7 @@ from linkages.base.errors import InputError, nearest
 from linkages.input.files.magnitudes import decimal_or_nan
 from linkages.input.files.reading import read_arrays, read_whole
 from linkages.input.files.table_formats import needed
+from linkages.input.files.toml import leaves
 from linkages.input.files.unit_conversion import si
 
 _MOST = 500_000_000  # largest size of a data file [bytes]
@@ -131,18 +132,10 @@ def _read_matlab(path: Path) -> _Found:
     from scipy.io import loadmat
 
     content = loadmat(path, simplify_cells=True)
-    stated = dict(_flat(content.pop("units", {})))
-    found = ((name, np.asarray(value)) for name, value in _flat(content) if not name.startswith("__"))
+    units = content.pop("units", {})
+    stated = dict(leaves(units)) if isinstance(units, Mapping) else {}
+    found = ((name, np.asarray(value)) for name, value in leaves(content) if not name.startswith("__"))
     return _vectors(found, {name: str(unit) for name, unit in stated.items() if isinstance(unit, str)})
-
-
-def _flat(content: Any, prefix: str = "") -> Iterable[tuple[str, Any]]:
-    """Yield the values of nested dicts by dotted path."""
-    for key, value in content.items() if isinstance(content, Mapping) else ():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
 
 
 def _read_parquet(path: Path) -> _Found:
@@ -156,7 +149,6 @@ def _read_archive(path: Path) -> _Found:
 
 
 def _vectors(found: Iterable[tuple[str, Any]], units: Mapping[str, str]) -> _Found:
-    """Select numeric vectors."""
     vectors = ((name, np.squeeze(value)) for name, value in found if np.issubdtype(value.dtype, np.number))
     return {name: (value.astype(np.float64), units.get(name, "")) for name, value in vectors if value.ndim == 1}
 

@@ -8,10 +8,10 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sized
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeVar, cast
+from typing import Annotated, Any, ClassVar, Self, TypeVar, cast
 
 import tomlkit
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
 from tomlkit.exceptions import TOMLKitError
 
 from linkages.base.errors import InputError, nearest
@@ -47,6 +47,14 @@ class Table(BaseModel):
         if isinstance(value, str | list) and is_number(field):
             return (read_either if cls.of_any_joint else read)(value, bracketed(field.description))
         return value
+
+    @model_validator(mode="after")
+    def _checked(self, _: ValidationInfo) -> Self:
+        self._complete()
+        return self
+
+    def _complete(self) -> None:
+        """Raise a ValueError, in one sentence, for values that do not go together; bases check first."""
 
     def number_at(self, path: str, source: Path) -> float:
         """Return the number at a dotted path; InputError if there is none."""

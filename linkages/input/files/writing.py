@@ -90,6 +90,11 @@ def write_json(path: Path, content: Any, indent: int | None = 1) -> None:
         partial.write_text(json_text(content, indent), encoding="utf-8")
 
 
+def finite(value: float) -> float | None:
+    """Return a number as JSON knows it: None where it is not finite."""
+    return float(value) if math.isfinite(value) else None
+
+
 def _finite(content: Any) -> Any:
     if isinstance(content, dict):
         return {key: _finite(value) for key, value in content.items()}

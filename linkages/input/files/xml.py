@@ -11,7 +11,6 @@ from pathlib import Path
 from xml.parsers import expat
 
 from linkages.base.errors import InputError
-from linkages.input.files.reading import read_whole
 
 #: Most levels of elements, of relative poses and of nested models (reading recurses).
 DEEPEST = 100
@@ -31,11 +30,6 @@ _ONCE = {
 }
 #: It matches to the end, to avoid backtracking.
 _COMMENT = re.compile(rb"<!\[CDATA\[.*?(?:\]\]>|\Z)|<!--.*?(?:-->|\Z)", re.DOTALL)
-
-
-def read_xml(path: Path) -> ET.Element:
-    """Read the root element of a file."""
-    return parse_xml(path, read_whole(path))
 
 
 def parse_xml(path: Path, text: bytes) -> ET.Element:

@@ -145,11 +145,9 @@ class _Check:
             if self.slides(name):
                 self.refuse("backlash", "needs a revolute joint; before a prismatic one use a gear with backlash")
             replace(self, where=f"{self.where}.backlash").backlash(drive.backlash, name)
-        self.covers(drive.times)
-        self.fit_covers(drive.fitted)
+        self.covers(drive.times, drive.fitted)
 
     def slides(self, joint: str) -> bool:
-        """Tell whether a joint is prismatic."""
         return self.mechanism.joint[joint].type == "prismatic"
 
     def measured(self, text: Any, unit: str, key: str = "") -> None:
@@ -208,11 +206,11 @@ class _Check:
         if math.hypot(*model.offset) + 0.5 * length * slope >= clearance * (1.0 - THINNEST):
             self.refuse("offset", "must leave room for the tilt: an end of the journal touches the bearing")
 
-    def plain(self, contact: ContactTable, key: str = "contact") -> None:
+    def plain(self, contact: ContactTable) -> None:
         """Check the law of a contact other than a journal in a bearing."""
         law = CONTACTS[contact.law]
         if law.conformal or ("stiffness" in law.needs and contact.stiffness is None):
-            self.refuse(key, "a corner at a wall needs a power law and its stiffness [N/m^n]")
+            self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
 
     def flexible(self, name: str, model: LinkModel) -> None:
         """Check that a flexible link has a beam, and enough modes for its interfaces."""
@@ -256,7 +254,6 @@ class _Check:
             replace(self, where=f"{self.where}.backlash").backlash(gear.backlash, gear.joints[1])
 
     def backlash(self, slack: Backlash, second: str) -> None:
-        """Check the backlash before a joint."""
         slides = self.slides(second)
         self.units(Backlash, slides)
         self.plain(slack.contact)
@@ -282,15 +279,11 @@ class _Check:
         self.plain(touch.contact)
 
     def forces(self, load: tables.ForceTable) -> None:
-        self.covers(load.times)
-        self.fit_covers(load.fitted if load.over is None else ())
         self.depends(load)
         if self.point("point", load.point).link == "world":
             self.refuse("point", f'"{load.point}" is fixed to the world; name a link\'s')
 
     def torques(self, load: tables.Torque) -> None:
-        self.covers(load.times)
-        self.fit_covers(load.fitted if load.over is None else ())
         self.depends(load)
         if load.link is not None:
             self.known("link", load.link, self.mechanism.link)
@@ -299,8 +292,9 @@ class _Check:
             if (kind := self.mechanism.joint[load.joint].type) != "revolute":
                 self.refuse("joint", f'"{load.joint}" is {kind}; name a revolute joint')
 
-    def depends(self, load: tables.LoadFunction) -> None:
-        """Check the positions and speeds that a load depends on, and the unit of a table over one."""
+    def depends(self, load: tables.ForceTable | tables.Torque) -> None:
+        """Check the times of a load, the positions and speeds that it depends on, and the unit of a table over one."""
+        self.covers(load.times, load.fitted if load.over is None else ())
         key = "formula" if load.formulas else "over"
         for name in load.signals:
             text = next((one.text for one in load.formulas if name in one.names), name)
@@ -340,7 +334,6 @@ class _Check:
                 self.refuse("joint", f'"{controller.joint}" must be ideal, without a prescribed motion')
 
     def own_name(self) -> None:
-        """Check a name that formulas can have."""
         name = self.where.partition(".")[2]
         if not name.isidentifier() or name in {TIME, *CONSTANTS, *FUNCTIONS}:
             self.refuse("", "cannot be a name in formulas; use letters and digits, and no name of a function")
@@ -397,13 +390,10 @@ class _Check:
         if quantity not in known:
             self.refuse("", f'"{quantity}" is unknown; {nearest(quantity, known)}')
 
-    def covers(self, times: list[float] | None) -> None:
-        """Check that a table covers the duration of the run."""
+    def covers(self, times: list[float] | None, fits: Iterable[Fit]) -> None:
+        """Check that a table, or the signals of a file, cover the duration of the run."""
         if times is not None and times[-1] < (duration := self.experiment.duration):
             self.refuse("times", f"end at {times[-1]:g} s, before the duration of {duration:g} s")
-
-    def fit_covers(self, fits: Iterable[Fit]) -> None:
-        """Check that the signals of a file cover the duration of the run."""
         for fit in fits:
             first, last = fit.covered
             if first > 0.0 or last < self.experiment.duration:
@@ -412,14 +402,12 @@ class _Check:
                 self.refuse("file", f"{covers}; {remedy}")
 
     def unit(self, key: str, text: str, unit: str) -> None:
-        """Check the unit of a column."""
         try:
             si(f"1 {text}", unit)
         except ValueError as problem:
             self.refuse(key, str(problem).replace('is "1 ', 'is "'))
 
     def point(self, key: str, name: str) -> Frame:
-        """Return the frame of a named point."""
         if name == "world":
             self.refuse(key, 'is "world"; name a frame, or give a spring an anchor')
         if (pin := self.mechanism.pin.get(name)) is not None:
@@ -430,7 +418,6 @@ class _Check:
         return self.mechanism.point[name]
 
     def known(self, key: str, name: str, names: Iterable[str]) -> None:
-        """Check that the mechanism has a name."""
         if name not in names:
             self.refuse(key, f'"{name}" is not in {self.mechanism.source.name}; {nearest(name, names)}')
 

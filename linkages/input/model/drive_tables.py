@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, check_history
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable
@@ -38,15 +38,13 @@ class Backlash(Table):
         None, description="with friction: mean distance of the teeth's contact from the pitch point [m]"
     )
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> Backlash:
+    def _complete(self) -> None:
         if (self.play is None) == (self.normal is None) or (self.normal is None) != (self.radius is None):
             raise ValueError("give either play, or normal with radius")
         if (self.friction is None) != (self.arm is None):
             raise ValueError("friction and arm, the distance from the pitch point, belong together")
         if abs(self.start) > 0.5 * self.width:
             raise ValueError(f"start is {self.start:g}; it must be within half the play, {0.5 * self.width:g}")
-        return self
 
     @property
     def lever(self) -> float:
@@ -94,8 +92,8 @@ class Drive(FromFile):
         None, description="backlash of the drive's gearbox, before a revolute joint; default: none"
     )
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> Drive:
+    def _complete(self) -> None:
+        super()._complete()
         known = ("angles", "formula", "torque", "torques", "force", "forces", "file")
         kinds = [key for key in known if getattr(self, key) is not None]
         if len(kinds) > 1:
@@ -117,7 +115,6 @@ class Drive(FromFile):
         check_history(self.times, values, "angles, torques or forces")
         if column is not None:
             self._fit(column, kind=column if self.prescribed else "value")
-        return self
 
     @property
     def prescribed(self) -> bool:

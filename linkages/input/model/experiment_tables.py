@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, get_args
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from linkages.base.errors import InputError
 from linkages.input.files import fits
@@ -55,8 +55,8 @@ class ContactTable(LawTable):
     )
     clip: bool = Field(True, description="whether the damping's speed ratio is clipped to [-1, 1]")
 
-    @model_validator(mode="after")
-    def _complete(self) -> ContactTable:
+    def _complete(self) -> None:
+        super()._complete()
         needs = CONTACTS[self.law].needs
         if "restitution" in needs and self.restitution is None:
             raise ValueError("restitution is missing (nominal coefficient of restitution [1])")
@@ -64,7 +64,6 @@ class ContactTable(LawTable):
             raise ValueError("give youngs_modulus or stiffness")
         if self.yield_strength is not None and self.youngs_modulus is None:
             raise ValueError("yield_strength needs youngs_modulus, for the pressure [Pa]")
-        return self
 
 
 class FrictionTable(LawTable):
@@ -78,15 +77,14 @@ class FrictionTable(LawTable):
     )
     static: NonNegative | None = Field(None, description="static coefficient; default: the dynamic one [1]")
 
-    @model_validator(mode="after")
-    def _complete(self) -> FrictionTable:
+    def _complete(self) -> None:
+        super()._complete()
         if self.coefficient is None and "coefficient" in FRICTIONS[self.law].needs:
             raise ValueError(f"{self.law} needs its coefficient [1]")
         if self.static is not None and self.static < (self.coefficient or 0.0):
             raise ValueError("static must not be below coefficient")
         if self.law == "lugre" and self.coefficient == 0.0 and self.static:
             raise ValueError("lugre with a static coefficient needs a coefficient above 0")
-        return self
 
     @property
     def acts(self) -> bool:
@@ -105,13 +103,11 @@ class Mixed(Table):
     density: Positive | None = Field(None, description="asperities: summits per area [1/m2]")
     tip_radius: Positive | None = Field(None, description="asperities: radius of the summits [m]")
 
-    @model_validator(mode="after")
-    def _complete(self) -> Mixed:
+    def _complete(self) -> None:
         needed = ("transition",) if self.law == "blend" else ("roughness", "density", "tip_radius")
         missing = [key for key in needed if getattr(self, key) is None]
         if missing:
             raise ValueError(f"{self.law} needs {' and '.join(missing)}")
-        return self
 
 
 class Oil(Table):
@@ -169,8 +165,7 @@ class WearTable(Table):
     bearing_depth: list[NonNegative] | None = Field(None, description="initial wear of the bearing: `nodes` depths [m]")
     journal_depth: list[NonNegative] | None = Field(None, description="initial wear of the journal: `nodes` depths [m]")
 
-    @model_validator(mode="after")
-    def _complete(self) -> WearTable:
+    def _complete(self) -> None:
         shares = [key for key in ("share", "hardness") if getattr(self, key) is not None]
         if self.side == "both" and len(shares) != 1:
             raise ValueError('side "both" needs share or hardness' + (", not both" if shares else ""))
@@ -180,7 +175,6 @@ class WearTable(Table):
             given = getattr(self, key)
             if given is not None and len(given) != self.nodes:
                 raise ValueError(f"{key} has {len(given)} depths for {self.nodes} nodes; give as many")
-        return self
 
     @property
     def coefficients(self) -> tuple[float, float]:
@@ -212,10 +206,8 @@ class GrooveTable(Table):
         """The groove as the solver takes it."""
         return Groove(self.angle, self.extent, self.length, self.pressure, self.position, self.shape == "hole")
 
-    @model_validator(mode="after")
-    def _leaves_a_film(self) -> GrooveTable:
+    def _complete(self) -> None:
         check_grooves((self.groove,), 0.0)
-        return self
 
 
 class FilmHistory(Table):
@@ -292,8 +284,8 @@ class JointModel(LawTable):
         description="journal's centre from the bearing's at t = 0, plane axes [m]; guide: offset [m], tilt [rad]",
     )
 
-    @model_validator(mode="after")
-    def _complete(self) -> JointModel:
+    def _complete(self) -> None:
+        super()._complete()
         if self.viscosity is not None and self.oil is not None:
             raise ValueError("give viscosity or oil, not both")
         if self.fit is not None and self.clearance is None:
@@ -312,7 +304,6 @@ class JointModel(LawTable):
         asperities = self.mixed is not None and self.mixed.law == "greenwood-tripp"
         if self.model == "mixed" and asperities and self.contact and self.contact.youngs_modulus is None:
             raise ValueError("greenwood-tripp needs the contact's youngs_modulus")
-        return self
 
     def _check_groove(self) -> None:
         if not self.has_film:
@@ -398,11 +389,9 @@ class RunWindow(Table):
     start: NonNegative = Field(description="start [s]")
     end: Positive = Field(description="end [s]")
 
-    @model_validator(mode="after")
-    def _lasts(self) -> RunWindow:
+    def _complete(self) -> None:
         if self.end <= self.start:
             raise ValueError("end must be after start")
-        return self
 
 
 class SolverTable(Table):

@@ -66,8 +66,7 @@ class LawTable(Table):
         own = {key: value for key, value in data.items() if key not in cls.model_fields}
         return {**data, **_parameters_of(cls, data).model_validate(own).model_dump(exclude_unset=True)}
 
-    @model_validator(mode="after")
-    def _with_defaults(self) -> LawTable:
+    def _complete(self) -> None:
         """Set absent parameters to their defaults, which are not dumped as given values."""
         given = self.model_extra or {}
         self.__dict__.update({name: value for name, value in self._defaults.items() if name not in given})
@@ -79,7 +78,6 @@ class LawTable(Table):
                 unit = "" if parameter.unit == "1" else f" {parameter.unit}"
                 problem = f"must be above {parameter.above}, which is {least:g}{unit}{default}"
                 raise ValueError(f"{parameter.name} {problem}")
-        return self
 
     @model_serializer(mode="wrap")
     def _all(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from linkages.base.arrays import Array
 from linkages.input.files.toml import NonNegative, Table
@@ -52,13 +52,11 @@ class LinkModel(Table):
     )
     segments: Annotated[int, Field(ge=2, le=MOST_SEGMENTS)] = Field(8, description="rigid segments in the Drake engine")
 
-    @model_validator(mode="after")
-    def _sensible(self) -> LinkModel:
+    def _complete(self) -> None:
         if self.bending == 0 and self.axial == 0:
             raise ValueError('has no modes; give bending or axial, or model = "rigid"')
         if self.damping is not None and self.stiffness_damping is not None:
             raise ValueError("give damping or stiffness_damping, not both")
-        return self
 
     @property
     def bends(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
@@ -94,10 +94,9 @@ class ForceTable(LoadFunction):
         None, description="two components as formulas of t, positions and speeds, [N] in SI units"
     )
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> ForceTable:
+    def _complete(self) -> None:
+        super()._complete()
         self._check("force", "forces")
-        return self
 
 
 class Torque(LoadFunction):
@@ -117,12 +116,11 @@ class Torque(LoadFunction):
     torques: list[Finite] | None = Field(None, description="torques at `times` or `at`: monotone cubics [N m]")
     formula: str | None = Field(None, description="torque: a formula of t, positions and speeds, [N m] in SI units")
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> Torque:
+    def _complete(self) -> None:
+        super()._complete()
         if (self.link is None) == (self.joint is None):
             raise ValueError("give either link or joint")
         self._check("torque", "torques")
-        return self
 
 
 class Spring(Table):
@@ -135,11 +133,9 @@ class Spring(Table):
     free_length: NonNegative = Field(description="length without force [m]")
     damping: NonNegative = Field(0.0, description="damping along the line [N s/m]")
 
-    @model_validator(mode="after")
-    def _one_end(self) -> Spring:
+    def _complete(self) -> None:
         if (self.to is None) == (self.anchor is None):
             raise ValueError("give the other end: either to, a link or frame, or anchor, a fixed point")
-        return self
 
 
 class TorsionSpring(Table):
@@ -160,11 +156,9 @@ class TorsionSpring(Table):
     )
     damping: NonNegative = Field(0.0, description="damping [N m s/rad]")
 
-    @model_validator(mode="after")
-    def _one_place(self) -> TorsionSpring:
+    def _complete(self) -> None:
         if (self.joint is None) == (self.links is None):
             raise ValueError("give either joint or links")
-        return self
 
 
 class JointFriction(Table):
@@ -201,14 +195,12 @@ class JointFriction(Table):
         None, description="speed at which 63 % of the fall from the static coefficient are done [rad/s]"
     )
 
-    @model_validator(mode="after")
-    def _acts(self) -> JointFriction:
+    def _complete(self) -> None:
         if not self.constant and not self.viscous and self.coefficient is None:
             raise ValueError("give constant, viscous, or coefficient")
         further = self.static_coefficient, self.stribeck_speed
         if further.count(None) == 1 or (self.coefficient is None and None not in further):
             raise ValueError("give static_coefficient and stribeck_speed, with coefficient, or neither")
-        return self
 
     @property
     def depends_on_force(self) -> bool:
@@ -268,11 +260,9 @@ class Mesh(Table):
     offset: Finite = Field(0.0, description="coordinate of the second joint where the first is zero, in SI units")
     backlash: Backlash | None = Field(None, description="backlash; default: none")
 
-    @model_validator(mode="after")
-    def _two_joints(self) -> Mesh:
+    def _complete(self) -> None:
         if self.joints[0] == self.joints[1]:
             raise ValueError(f'both joints are "{self.joints[0]}"')
-        return self
 
     @property
     def flanks(self) -> dict[str, Limit]:
@@ -305,11 +295,10 @@ class Gear(Mesh):
 
     ratio: Finite = Field(description="coordinate of the second joint per coordinate of the first; not 0")
 
-    @model_validator(mode="after")
-    def _couples(self) -> Gear:
+    def _complete(self) -> None:
+        super()._complete()
         if self.ratio == 0.0:
             raise ValueError("ratio is 0; the second joint would not move")
-        return self
 
 
 class Stop(Table):
@@ -344,10 +333,8 @@ class LineContact(Table):
     contact: ContactTable = Field(description="normal contact law, with stiffness [N/m^n]")
     friction: FrictionTable | None = Field(None, description="friction; default: none")
 
-    @model_validator(mode="after")
-    def _one_line(self) -> LineContact:
+    def _complete(self) -> None:
         if (self.line is None) == (self.anchor is None):
             raise ValueError("give either line, a frame, or anchor, a fixed point (with angle)")
         if self.line is not None and self.angle:
             raise ValueError("angle belongs to anchor; the line's frame has its own direction")
-        return self

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any, ClassVar
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
@@ -53,6 +54,7 @@ class FromFile(Table):
 
     _recording: Recording | None = PrivateAttr(None)
     _fits: tuple[Fit, ...] = PrivateAttr(())
+    _folder: Path | None = PrivateAttr(None)
 
     @property
     def fitted(self) -> tuple[Fit, ...]:
@@ -74,18 +76,22 @@ class FromFile(Table):
         return made | {"columns": columns} if columns else made
 
     @model_validator(mode="after")
-    def _read_file(self, info: ValidationInfo) -> FromFile:
+    def _checked(self, info: ValidationInfo) -> Self:
+        self._folder = info.context
+        self._complete()
+        return self
+
+    def _complete(self) -> None:
         if self.file is None:
             if given := [key for key in (*_OWN, "time") if key in self.model_fields_set]:
                 raise ValueError(f"{given[0]} belongs to file; give the data file, or remove it")
-            return self
+            return
         if unknown := sorted(set(self.units) - {"time", *self.columns}):
             raise ValueError(f'units has "{unknown[0]}"; {nearest(unknown[0], ("time", *self.columns))}')
         if unknown := sorted(set(self.columns) - set(self.column_keys)):
             raise ValueError(f'columns has "{unknown[0]}"; {nearest(unknown[0], self.column_keys)}')
-        if info.context is not None:
-            self._recording = read_recording(info.context / self.file)
-        return self
+        if self._folder is not None:
+            self._recording = read_recording(self._folder / self.file)
 
     def _check_columns(self) -> str | None:
         """Return the key of the signal in the file; None without a file."""
@@ -182,7 +188,7 @@ class DataTable(Table):
         return self._recording
 
     @model_validator(mode="after")
-    def _read_file(self, info: ValidationInfo) -> DataTable:
+    def _checked(self, info: ValidationInfo) -> Self:
         if info.context is not None:
             self._recording = read_recording(info.context / self.file)
             self._recording.column(self.time, "s", self.time_unit)

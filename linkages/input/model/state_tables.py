@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from linkages.base.errors import nearest
 from linkages.input.files.formula import parse
@@ -35,14 +35,12 @@ class State(Table):
     scale: Positive = Field(1.0, description="magnitude in parts of which its error is controlled, in SI units")
     unit: str = Field("", description="its unit, for tables and figures")
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> State:
+    def _complete(self) -> None:
         if (self.rate is None) == (self.next is None):
             raise ValueError("give either rate, or next with sample_time")
         if (self.next is None) != (self.sample_time is None):
             raise ValueError("next and sample_time belong together")
         formula(self.rate or self.next or "")
-        return self
 
     def quantities(self, name: str) -> dict[str, Quantity]:
         """Return the state by its name."""
@@ -88,8 +86,7 @@ class Motor(Table):
     thermal_capacity: Positive | None = Field(None, description="dc: heat capacity of the winding [J/K]")
     surroundings: Finite = Field(20.0, description="dc: temperature of the surroundings, and at t = 0 [degC]")
 
-    @model_validator(mode="after")
-    def _complete(self) -> Motor:
+    def _complete(self) -> None:
         if self.ratio == 0.0:
             raise ValueError("ratio is 0; the shaft would not turn")
         own = _NEEDS[self.kind]
@@ -109,7 +106,6 @@ class Motor(Table):
             formula(self.formula)
         if self.speeds is not None:
             check_increasing("speeds", self.speeds, "torques", self.torques or [])
-        return self
 
     @property
     def heated(self) -> bool:
@@ -204,8 +200,7 @@ class Controller(Table):
     )
     joint: str | None = Field(None, description="ideal-torque: joint whose coordinate the reference gives over time")
 
-    @model_validator(mode="after")
-    def _complete(self) -> Controller:
+    def _complete(self) -> None:
         own = _NEEDED[self.kind]
         for key in own:
             if getattr(self, key) is None:
@@ -228,7 +223,6 @@ class Controller(Table):
             raise ValueError("filter_time is missing: without sample_time the derivative needs a filter [s]")
         if self.limits is not None and self.integral and self.tracking is None:
             raise ValueError("tracking_time is missing: without proportional and sample_time it has no default [s]")
-        return self
 
     def _check_names(self, function: str) -> None:
         if function not in CONTROLLERS:

@@ -207,7 +207,6 @@ class Answers:
         return {"code": text, "written": str(target), "command": f"jupyter lab {target}"}
 
     def _known(self, request: dict[str, Any]) -> Mapping[str, Control]:
-        """Return the controls for the values of a request."""
         return extended(self.controls, self.session.system.replaced(self._values(request)))
 
     def _values(self, request: dict[str, Any]) -> dict[str, float | str]:

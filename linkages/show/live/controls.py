@@ -161,7 +161,6 @@ def _range(system: System, path: str, value: float, unit: str) -> tuple[float, f
 
 
 def _is_allowed(system: System, path: str, value: float) -> bool:
-    """Return whether the experiment accepts a value."""
     try:
         system.experiment.replaced({path: value})
     except InputError:
@@ -170,5 +169,4 @@ def _is_allowed(system: System, path: str, value: float) -> bool:
 
 
 def _round(value: float) -> float:
-    """Return a value with three digits."""
     return float(f"{value:.3g}")

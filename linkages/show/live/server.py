@@ -132,15 +132,12 @@ class LiveServer(ThreadingHTTPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Checks a request, and answers it."""
-
     server: LiveServer
     server_version = "linkages"
     sys_version = ""
     timeout = _SLOW
 
     def do_GET(self) -> None:
-        """Send the page, its style or a module of its script."""
         kinds = {"page.html": "text/html", "live.css": "text/css"} | dict.fromkeys(MODULES, "text/javascript")
         name = self._checked()
         if name is None:
@@ -152,7 +149,6 @@ class _Handler(BaseHTTPRequestHandler):
         self._send(HTTPStatus.OK, front_end(file).encode(), f"{kinds[file]}; charset=utf-8")
 
     def do_POST(self) -> None:
-        """Answer a request of the page."""
         name = self._checked()
         if name is None:
             return

@@ -20,34 +20,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import lazy_loader
 
-# ruff: noqa: F401 - for type checkers, names that are loaded on first use below
-if TYPE_CHECKING:
-    from linkages.show.plots.animation.recording import write_animation
-    from linkages.show.plots.attractors import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
-    from linkages.show.plots.drawing.raster import pose
-    from linkages.show.plots.histories import write_figures
-    from linkages.show.plots.journals import orbit
-    from linkages.show.plots.overlaid import overlay_figure
-    from linkages.show.plots.presentation import presented
-    from linkages.show.plots.style import COLORS, LINES, figure_style
-    from linkages.show.plots.swept import map_figure, peaks_figure
-
-#: Modules and their public names, loaded on first use: only the animation needs Drake, the palette nothing.
-__getattr__, __dir__, __all__ = lazy_loader.attach(
-    __name__,
-    submod_attrs={
-        "animation.recording": ("write_animation",),
-        "attractors": ("bifurcation_figure", "exponent_figure", "section_figure", "spectrum_figure"),
-        "drawing.raster": ("pose",),
-        "histories": ("write_figures",),
-        "journals": ("orbit",),
-        "overlaid": ("overlay_figure",),
-        "presentation": ("presented",),
-        "style": ("COLORS", "LINES", "figure_style"),
-        "swept": ("map_figure", "peaks_figure"),
-    },
-)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -187,7 +187,6 @@ def _shown(assessment: Assessment, name: str, values: np.ndarray) -> tuple[str, 
 
 
 def _limits(values: np.ndarray) -> tuple[float, float]:
-    """Return axis limits around values."""
     low, high = float(values.min()), float(values.max())
     margin = 0.08 * (high - low) or 1.0
     return low - margin, high + margin

@@ -59,7 +59,6 @@ def _effects(results: Results) -> list[PageTable]:
 
 
 def _outputs(results: Results) -> PageTable:
-    """Tabulate the real and ideal outputs, with the error of the peak."""
     rows, shown = [], words.reported(results.summary)
     for name, value in shown["outputs"].items():
         exact = shown["ideal"]["outputs"][name]
@@ -74,7 +73,6 @@ def _outputs(results: Results) -> PageTable:
 
 
 def _joints(results: Results) -> PageTable:
-    """Tabulate the real and ideal joint forces."""
     rows, shown = [], words.reported(results.summary)
     for name, value in shown["joints"].items():
         exact, force = shown["ideal"]["joints"][name]["force"]["peak"], value["force"]
@@ -95,7 +93,6 @@ def _joints(results: Results) -> PageTable:
 
 
 def _drives(results: Results) -> PageTable:
-    """Tabulate drive torques (forces) and work."""
     rows, shown = [], words.reported(results.summary)
     for label, key, value, exact in words.effort_rows(shown, "drives"):
         judged = (words.change(value["peak"], exact["peak"]), error(results, key))

@@ -117,7 +117,6 @@ def _value(value: float, turns: bool) -> str:
 
 
 def _length(value: float) -> str:
-    """Write a length in a suitable unit."""
     if value == 0.0:
         return "0 m"
     for unit, factor in (("m", 1.0), ("mm", 1e3), ("µm", 1e6)):
