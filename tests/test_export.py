@@ -3,6 +3,7 @@
 import csv
 import json
 import sys
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -47,6 +48,19 @@ def test_csv_has_heads_with_units_and_reads_back_exactly(folder, capsys):
     assert head == [f"{name} [{unit}]" for name, unit in UNITS.items()]
     np.testing.assert_array_equal(np.array(rows, dtype=float).T, list(COLUMNS.values()))
     assert "8 columns of 7 steps" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("kind", "name"), [("csv", "trajectory.csv"), ("netcdf", "trajectory.nc")])
+def test_an_export_has_each_column_once_in_memory(kind, name, tmp_path):
+    time = np.linspace(0.0, 1.0, 20_000)
+    run = Trajectory(time, {"time": time} | {f"A{k}.force": k + time for k in range(20)}, Status.OK)
+    run.save(tmp_path / "trajectory.npz")
+    export(tmp_path, kind, name)  # imports
+    tracemalloc.start()
+    export(tmp_path, kind, name)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1.5 * 21 * time.nbytes  # with those of Python, of one part of the rows
 
 
 def test_mat_has_a_structure_for_each_owner(folder):

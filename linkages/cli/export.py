@@ -54,13 +54,15 @@ def run(options: argparse.Namespace) -> int:
     from linkages.show.plots.presentation import shown
 
     run = stored_run(options.folder)
-    columns = {name: shown(run.units.get(name, ""))[1] * column for name, column in run.columns.items()}
+    count = len(run.columns)
+    for name, column in run.columns.items():
+        column *= shown(run.units.get(name, ""))[1]  # in place: copies would double the memory
     units = {name: shown(si)[0] for name, si in run.units.items()}
     write, end = FORMATS[options.to]
     path = options.out or options.folder / f"trajectory{end}"
     with whole(path) as partial:
-        write(partial, columns, units, run.about)
-    print(f"written: {path}, {len(run.columns)} columns of {len(run.time)} steps, {path.stat().st_size / 1e6:.1f} MB")
+        write(partial, run.columns, units, run.about)
+    print(f"written: {path}, {count} columns of {len(run.time)} steps, {path.stat().st_size / 1e6:.1f} MB")
     return 0
 
 

@@ -103,7 +103,7 @@ def link_loads(system: System, time: float, state: State) -> dict[str, LinkLoads
         found[owners[body]].append((name, place, force, moment))
     needed = _needed(seen)
     return {
-        link: _of_link(system, seen, link, found[link], [i for i in owners if owners[i] == link], needed)
+        link: _of_link(system, seen, link, found[link], needed)
         for link in system.mechanism.link
         if link in found and link != "world"
     }
@@ -243,9 +243,8 @@ def _axes(system: System, seen: Snapshot, link: str) -> _Axes:
 
 
 def _of_link(
-    system: System, seen: Snapshot, link: str, found: Sequence[tuple[str, Array, Array, float]], own: Sequence[int],
-    needed: Array,
-) -> LinkLoads:  # fmt: skip
+    system: System, seen: Snapshot, link: str, found: Sequence[tuple[str, Array, Array, float]], needed: Array
+) -> LinkLoads:
     axes = _axes(system, seen, link)
     loads = [axes.load(*one) for one in found]
     if link in system.tree.flexible:

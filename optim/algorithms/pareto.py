@@ -16,10 +16,10 @@ def ranks(objectives: Array) -> Indices:
     K. Deb et al., A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE Transactions on Evolutionary
     Computation 6 (2002) 182-197, section III A.
     """
-    f = objectives
-    better = np.all(f[:, None] <= f, axis=2) & np.any(f[:, None] < f, axis=2)  # whether [i] dominates [j]
+    no_worse = _no_worse(objectives, objectives)
+    better = no_worse & ~no_worse.T  # whether [i] dominates [j]
     dominators = better.sum(axis=0)
-    rank = np.full(len(f), -1, dtype=np.intp)
+    rank = np.full(len(objectives), -1, dtype=np.intp)
     level = 0
     while np.any(rank < 0):
         front = (rank < 0) & (dominators == 0)
@@ -55,7 +55,12 @@ def pareto_front(values: Values, tolerance: float = 0.0, known: int = 0) -> Indi
 
 def _covered(some: Array, others: Array) -> NDArray[np.bool_]:
     """Tell which of the others (m, no) some designs dominate or equal, (m,)."""
-    return np.asarray(np.all(some[:, None] <= others, axis=2).any(axis=0))
+    return np.asarray(_no_worse(some, others).any(axis=0))
+
+
+def _no_worse(some: Array, others: Array) -> NDArray[np.bool_]:
+    """Tell whether some designs (m, no) are in no objective worse than others (k, no), (m, k)."""
+    return np.logical_and.reduce([one[:, None] <= other for one, other in zip(some.T, others.T, strict=True)])
 
 
 @validated

@@ -5,10 +5,12 @@ import json
 import random
 
 import numpy as np
+import pygad
 import pytest
 from hock_schittkowski import EXAMPLES
 from multiobjective import bnh, bnh_front, constr_ex, constr_ex_front, problem, zdt
 
+from optim.algorithms import ga
 from optim.algorithms.ga import Genetic, NondominatedSorting, genetic, nondominated_sorting
 from optim.algorithms.nlp import Ending, Values
 from optim.algorithms.pareto import hypervolume
@@ -213,3 +215,18 @@ def test_units_do_not_matter():
     )
     one, other = genetic(base, SMALL, seed=1), genetic(scaled, SMALL, seed=1)
     assert other.x / unit == pytest.approx(one.x, rel=1e-9)
+
+
+@pytest.mark.parametrize("crossover", [0.02, 0.1, 0.9])
+def test_parents_are_crossed_as_by_pygad_with_the_same_random_numbers(crossover):
+    parents = np.random.default_rng(1).uniform(size=(20, 5))
+    parents[3:6], parents[7, 2:] = parents[2], [0.0, 1.0, 0.5]  # equal parents, limits
+    found = []
+    for cross in (pygad.GA.sbx_crossover, ga._Pygad.sbx_crossover):
+        run = ga._Pygad(
+            num_generations=1, num_parents_mating=20, fitness_func=lambda ga, genes, index: 0.0, sbx_crossover_eta=15.0,
+            initial_population=parents, parent_selection_type="tournament", crossover_type="sbx", random_seed=2,
+            crossover_probability=crossover, init_range_low=0.0, init_range_high=1.0, suppress_warnings=True,
+        )  # fmt: skip
+        found += [[cross(run, parents, (50, 5)) for _ in range(2)]]
+    np.testing.assert_array_equal(*found)

@@ -14,7 +14,7 @@ from linkages.base.errors import InputError
 if TYPE_CHECKING:  # the command line imports this module for the names of the formats, and must start fast
     from linkages.base.arrays import Array
 
-    Columns = Mapping[str, Array]
+    Columns = dict[str, Array]
 
 _ROWS = 1000  # rows of a CSV file that are written at once
 _LONGEST = 63  # most characters of a name in MATLAB
@@ -53,9 +53,8 @@ def write_csv(path: Path, columns: Columns, units: Mapping[str, str], attributes
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(f"{name} [{units[name]}]" if name in units else name for name in columns)
-        for first in range(
-            0, len(next(iter(columns.values()))), _ROWS
-        ):  # numbers of Python take four times the columns' memory
+        last = len(next(iter(columns.values())))
+        for first in range(0, last, _ROWS):  # numbers of Python take four times the columns' memory
             part = slice(first, first + _ROWS)
             writer.writerows(zip(*(values[part].tolist() for values in columns.values()), strict=True))
 
@@ -99,16 +98,16 @@ def write_parquet(path: Path, columns: Columns, units: Mapping[str, str], attrib
 
 
 def write_netcdf(path: Path, columns: Columns, units: Mapping[str, str], attributes: Mapping[str, str]) -> None:
-    """Write NetCDF (version 3, which all readers support), column by column; names have no slash."""
+    """Write NetCDF (version 3, which all readers support); names have no slash. Takes the columns out of `columns`."""
     from scipy.io import netcdf_file
 
     with netcdf_file(path, "w", version=2) as file:
         for name, text in attributes.items():
             setattr(file, name, text.encode())
         file.createDimension("time", len(columns["time"]))
-        for name, values in columns.items():
+        for name in [*columns]:  # the file is in memory until it is closed, and each column once only
             variable = file.createVariable(name.replace("/", "_"), "d", ("time",))
-            variable[:] = values
+            variable[:] = columns.pop(name)
             for attribute, text in _unit(units, name).items():
                 setattr(variable, attribute, text.encode())
 

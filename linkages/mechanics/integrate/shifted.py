@@ -89,16 +89,18 @@ def factorise_both(s: Shifted) -> bool:
             s.last[k] -= 1
         start, end = 0 if whole else k + 1, s.last[k]
         matrix[k, k] = lanes(1.0, 1.0, 0.0, 0.0)
-        for j in range(start, end):
-            matrix[k, j] = _product(inverse, matrix[k, j])
-            cross[k, j] = _swapped(matrix[k, j])
+        row, turned = matrix[k, start:end], cross[k, start:end]  # indices from 0 are not tested for their signs
+        for j in range(len(row)):
+            row[j] = _product(inverse, row[j])
+            turned[j] = _swapped(row[j])
         for i in range(start, n):
             if i != k and s.first[i] <= k:
                 along, across = _parts(matrix[i, k])
                 if whole:
                     matrix[i, k] = 0.0
-                for j in range(start, end):
-                    matrix[i, j] -= along * matrix[k, j] + across * cross[k, j]
+                other = matrix[i, start:end]
+                for j in range(len(row)):
+                    other[j] -= along * row[j] + across * turned[j]
         if not whole:
             matrix[k, k] = inverse
     for k in range(n - 1 if whole else -1, -1, -1):
@@ -137,7 +139,7 @@ def solve_both(s: Shifted) -> None:
     for i in range(len(s.order)):
         s.turned[i] = _swapped(s.given[i])
     for i in range(len(s.order)):
-        s.found[i] = _row_times(s, i, 0, len(s.order), s.given)
+        s.found[i] = _row_times(s.matrix[i], s.cross[i], s.given, s.turned)
 
 
 @kernel
@@ -149,19 +151,25 @@ def _substitute(s: Shifted) -> None:
         best = s.order[k]
         found[k], found[best] = found[best], found[k]
     for k in range(n):
-        value = found[k] - _row_times(s, k, s.first[k], k, found)
+        value = found[k] - _row_part(s, k, s.first[k], k)
         found[k] = matrix[k, k] * value + s.cross[k, k] * _swapped(value)
         turned[k] = _swapped(found[k])
     for k in range(n - 1, -1, -1):
-        found[k] -= _row_times(s, k, k + 1, s.last[k], found)
+        found[k] -= _row_part(s, k, k + 1, s.last[k])
         turned[k] = _swapped(found[k])
 
 
 @inlined_kernel
-def _row_times(s: Shifted, i: int, first: int, last: int, x: Lanes) -> Any:
-    """Multiply entries of row i by those of a vector x, `turned`."""
+def _row_part(s: Shifted, k: int, first: int, last: int) -> Any:
+    """Multiply entries of row k by those of the solution."""
+    return _row_times(s.matrix[k, first:last], s.cross[k, first:last], s.found[first:last], s.turned[first:last])
+
+
+@inlined_kernel
+def _row_times(row: Any, cross: Any, x: Any, turned: Any) -> Any:
+    """Multiply the parts of a row by a vector, and by this one `_swapped`."""
     direct, other = 0.0, 0.0
-    for j in range(first, last):
-        direct += s.matrix[i, j] * x[j]
-        other += s.cross[i, j] * s.turned[j]
+    for j in range(len(row)):
+        direct += row[j] * x[j]
+        other += cross[j] * turned[j]
     return direct + other

@@ -21,7 +21,7 @@ from linkages.mechanics.planar.bodies import (
     remainder,
     section_motion,
 )
-from linkages.mechanics.planar.flexible_kinematics import matrix_product, point_rates
+from linkages.mechanics.planar.flexible_kinematics import matrix_product, modal, point_rates
 from linkages.mechanics.planar.markers import turned
 from linkages.mechanics.planar.workspace import Workspace
 
@@ -186,14 +186,15 @@ def point_accelerations(bodies: Bodies, i: int, work: Workspace, gravity: Array,
     body, shapes, pose = bodies.records[i], bodies.shapes[i], work.pose
     places, (ux, uy) = points(pose, i), turned(pose, i, body.ex, body.ey)
     x, y, alpha, w = work.acc[i, 1] - gravity[0], work.acc[i, 2] - gravity[1], work.acc[i, 0], work.vel[i, 0]
+    own_v, own_a = modal(bodies, i, work.v), modal(bodies, i, work.a)
     rates, seconds, curvature = 0.0, 0.0, 0.0
     for k in range(body.modes):
-        motion, rate, second = point_motion(pose, i, k), work.v[body.eta + k], work.a[body.eta + k]
+        motion, rate, second = point_motion(pose, i, k), own_v[k], own_a[k]
         of_rates, m_second = 0.0, 0.0
         for m in range(body.modes):
             entry = shapes[MATRIX + k, m]
-            of_rates += entry * work.v[body.eta + m]
-            m_second += lane(entry, 1) * work.a[body.eta + m]
+            of_rates += entry * own_v[m]
+            m_second += lane(entry, 1) * own_a[m]
         rates += motion * rate
         seconds += motion * second
         curvature += of_rates * rate
@@ -213,10 +214,11 @@ def flexible_energy(bodies: Bodies, i: int, work: Workspace, gravity: Array) -> 
     kinetic, strain, dissipated = 0.5 * body.mass * _sum(rates * rates), 0.0, 0.0
     px, py = pose[i, 0] + x * ux - y * uy, pose[i, 1] + x * uy + y * ux
     potential = -body.mass * (gravity[0] * px + gravity[1] * py)
+    own = modal(bodies, i, work.v)
     for k in range(body.modes):
-        eta, rate, (m_eta, t_eta) = work.q[body.eta + k], work.v[body.eta + k], remainder(pose, i, k)
+        eta, rate, (m_eta, t_eta) = work.q[body.eta + k], own[k], remainder(pose, i, k)
         kinetic += (0.5 * w * eta * m_eta + rate * t_eta) * w
-        kinetic += 0.5 * rate * lane(matrix_product(bodies, i, k, work.v), 1)
+        kinetic += 0.5 * rate * lane(matrix_product(shapes, k, own), 1)
         strain += 0.5 * lane(shapes[ELASTIC, k], STIFFNESS) * eta * eta
         dissipated += lane(shapes[ELASTIC, k], DAMPING) * rate * rate
     return kinetic, potential, strain, dissipated

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from linkages.base.kernel import Array, inlined_kernel, lazy_kernel
-from linkages.base.kernel.simd import lane, lanes, put_lanes, with_lane
+from linkages.base.kernel.simd import LaneArray, lane, lanes, put_lanes, with_lane
 from linkages.mechanics.planar.bodies import (
     COS,
     M_ETA,
@@ -40,15 +40,15 @@ def detached_section_pose(bodies: Bodies, i: int, q: Array, pose: Array) -> None
 def _section_pose(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     """Fill the pose of section i from its beam's."""
     section, shapes, p = bodies.records[i], bodies.shapes[i], bodies.records[i].mount.body
-    bends, first = bodies.records[p].bends, bodies.records[p].eta
+    bends, own = bodies.records[p].bends, modal(bodies, p, q)
     ux, uy = turned(pose, p, section.ux, section.uy)
     stretch, deflection, turn = 0.0, 0.0, 0.0
     for k in range(bodies.records[p].modes):
-        shape, eta = shapes[SHAPE, k], q[first + k]
+        shape, eta = shapes[SHAPE, k], own[k]
         psi, b, slope = lane(shape, 0), lane(shape, 1), lane(shape, 2)
         stretch += 0.5 * psi * eta
         for m in range(bends if k < bends else 0):
-            psi += lane(shapes[MATRIX + k, m], 0) * q[first + m]
+            psi += lane(shapes[MATRIX + k, m], 0) * own[m]
         stretch += 0.5 * psi * eta
         deflection += b * eta
         turn += slope * eta
@@ -77,10 +77,10 @@ def _cosine_and_sine(angle: float) -> tuple[float, float]:
 @lazy_kernel
 def flexible_pose(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     """Fill the modal entries of flexible body i's pose, and the poses of the sections that follow it immediately."""
-    body, shapes = bodies.records[i], bodies.shapes[i]
+    body, shapes, own = bodies.records[i], bodies.shapes[i], modal(bodies, i, q)
     places = shapes[STRAIGHT, 0]
     for k in range(body.modes):
-        shape, bent, eta = shapes[SHAPE, k], matrix_product(bodies, i, k, q), q[body.eta + k]
+        shape, bent, eta = shapes[SHAPE, k], matrix_product(shapes, k, own), own[k]
         motion = with_lane(with_lane(shape + bent, 1, lane(shape, 1)), 3, lane(shape, 3))
         put_lanes(pose, i, mode_at(k), motion)
         pose[i, mode_at(k) + M_ETA], pose[i, mode_at(k) + T_ETA] = lane(bent, 1), lane(bent, 3)
@@ -93,11 +93,18 @@ def flexible_pose(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
 
 
 @inlined_kernel
-def matrix_product(bodies: Bodies, i: int, k: int, x: Array) -> Any:
-    """Row k of flexible body i's matrices times its entries of x (n,): (-H0 x, M x, -H1 x, T x) in lanes."""
-    shapes, first, total = bodies.shapes[i], bodies.records[i].eta, 0.0
-    for m in range(bodies.records[i].modes):
-        total += shapes[MATRIX + k, m] * x[first + m]
+def modal(bodies: Bodies, i: int, x: Array) -> Any:
+    """Entries of x (n,) for the modes of flexible body i: loops over them need not test the signs of indices."""
+    body = bodies.records[i]
+    return x[body.eta : body.eta + body.modes]
+
+
+@inlined_kernel
+def matrix_product(shapes: LaneArray, k: int, own: Array) -> Any:
+    """Row k of a flexible body's matrices times entries of its modes (nm,): (-H0 x, M x, -H1 x, T x) in lanes."""
+    total = 0.0
+    for m in range(len(own)):
+        total += shapes[MATRIX + k, m] * own[m]
     return total
 
 
@@ -118,10 +125,11 @@ def modal_motion(bodies: Bodies, i: int, pose: Array, rates: Any) -> tuple[float
 @inlined_kernel
 def shortening(bodies: Bodies, i: int, v: Array) -> float:
     """Centripetal part of section i's acceleration towards the beam's origin, v.H v of the modal rates [m/s2]."""
-    shapes, beam, total = bodies.shapes[i], bodies.records[bodies.records[i].mount.body], 0.0
-    for k in range(beam.bends):
-        for m in range(beam.bends):
-            total -= v[beam.eta + k] * lane(shapes[MATRIX + k, m], 0) * v[beam.eta + m]
+    p, shapes, total = bodies.records[i].mount.body, bodies.shapes[i], 0.0
+    own = modal(bodies, p, v)
+    for k in range(bodies.records[p].bends):
+        for m in range(bodies.records[p].bends):
+            total -= own[k] * lane(shapes[MATRIX + k, m], 0) * own[m]
     return total
 
 
