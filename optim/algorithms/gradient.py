@@ -261,12 +261,22 @@ def bounded_minimum(H: Array, r: Array, Z: Array, low: Array, high: Array) -> tu
         weights, _ = nnls(M / norms, target, maxiter=100 * M.shape[1])
     residual = target - (M / norms) @ weights
     u = weights / norms / residual[-1] * size
-    # E u = z at the solution; v from the multipliers keeps stationarity exact
-    v = solve_triangular(L.T, E @ u - free, lower=False)
+    # E u = z at the solution; its rounding grows as H shrinks, so the active bounds and v are solved for once more
+    held = np.flatnonzero(u > 0.0)
+    rows = np.vstack([Z[below], -Z[above]])[held]
+    v, u[held] = _held_minimum(H, r, rows, gaps[held])
     multipliers = np.zeros(len(Z))
     np.add.at(multipliers, below, u[: len(below)])
     np.subtract.at(multipliers, above, u[len(below) :])
     return v, multipliers
+
+
+def _held_minimum(H: Array, r: Array, rows: Array, gaps: Array) -> tuple[Array, Array]:
+    """Minimise ``r.v + v.H.v / 2`` subject to ``rows v = gaps``: v (k,), and the multipliers of the rows."""
+    k, size = len(r), float(max(np.abs(H).max(), np.abs(r).max()))
+    K = np.block([[H / size, -rows.T], [rows, np.zeros((len(rows), len(rows)))]])
+    found = np.linalg.lstsq(K, np.concatenate([-r / size, gaps]))[0]
+    return found[:k], size * found[k:]
 
 
 def damped_bfgs(H: Array, s: Array, y: Array) -> Array:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from hock_schittkowski import EXAMPLES, NO_MULTIPLIERS, SEVERAL_OPTIMA
-from scipy.optimize import minimize, nnls
+from scipy.optimize import linprog, minimize, nnls
 
 from optim.algorithms.archive import Archive
 from optim.algorithms.derivatives import jacobian
@@ -334,6 +334,30 @@ def test_model_minimum_against_conditions_of_optimality():
         assert H @ v + r == pytest.approx(Z.T @ multipliers, abs=1e-9)
         held = np.where(multipliers > 0.0, moved - low, high - moved)[multipliers != 0.0]
         assert held == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-6, 1e-10, 1e-13])
+def test_the_model_minimum_lies_on_its_bounds_however_small_the_curvature(size):
+    """The curvature of a linear objective is rounding alone: the minimum is the vertex to rounding."""
+    H = size * np.array([[1.1, -0.2], [-0.2, 2.0]])
+    high = np.array([0.08445825, 0.2])
+    v, multipliers = bounded_minimum(H, np.array([-0.5, -1.0]), np.eye(2), np.full(2, -1.0), high)
+    np.testing.assert_allclose(v, high, rtol=1e-12)
+    np.testing.assert_allclose(multipliers, H @ v - [0.5, 1.0], rtol=1e-12)
+
+
+def test_linear_objectives_end_in_their_vertex():
+    """Random linear programmes, against SciPy's simplex method."""
+    random = np.random.default_rng(0)
+    for _ in range(40):
+        n, m = random.integers(2, 7), random.integers(0, 4)
+        cost, A, start = random.normal(size=n), random.normal(size=(m, n)), random.uniform(0.2, 0.8, n)
+        limit = A @ start + random.uniform(0.05, 0.3, m)
+        problem = quadratic(lambda x, A=A, b=limit: x @ A.T - b, None, 0.0, 1.0, n, lambda x, cost=cost: x @ cost)
+        result = reduced_gradient(dataclasses.replace(problem, start=start), SETTINGS)
+        vertex = linprog(cost, A, limit, bounds=(0.0, 1.0))
+        assert result.status is Ending.CONVERGED
+        assert result.values.objectives[0, 0] == pytest.approx(vertex.fun, abs=1e-9)
 
 
 def test_the_update_satisfies_the_secant_condition_and_stays_positive_definite():
