@@ -18,8 +18,9 @@ from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Trajectory
 
 _POINTS = 3  # of Gauss's quadrature within a step; one more gives its error
-_SHARES_OF_STEP = 0.1, 0.01, 1e-3  # distances of the values whose parabola gives the time of an extreme
-_VISIBLE = 1e-9  # bend of the parabola in parts of the values, above their rounding
+_SHARES_OF_STEP = 0.5, 0.1, 0.01  # distances of the values whose differences give the time of an extreme
+_VISIBLE = 1e-6  # bend over a distance in parts of the values; forces of contacts are rounded to 1e-11 of themselves
+_SLOPE, _BEND = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0, np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12.0
 #: Peak: largest magnitude; range: maximum less minimum; fluctuation: range over the magnitude of the mean.
 _EXTREMES = ("minimum", "maximum", "peak", "range", "fluctuation")
 
@@ -108,21 +109,22 @@ _Place = tuple[tuple[str, float, float], float]  # output, start and end of a wi
 def _stationary(run: Trajectory, places: Sequence[_Place]) -> Array:
     """Return the times of extremes, refined: the value of an extreme hardly depends on its time, its derivative does.
 
-    Vertices of parabolas through three values, ever closer to each other. Extremes at the ends of windows stay there.
+    Newton's method with differences of fourth order of five values, ever closer to each other as long as they show the
+    bend. Extremes at the ends of windows stay there.
     """
     assert run.evaluate is not None
     times = np.array([time for _, time in places])
     first, last = np.clip(np.array([key[1:] for key, _ in places]).T, run.time[0], run.time[-1])
     after = np.clip(np.searchsorted(run.time, times), 1, len(run.time) - 1)
-    longest = np.minimum(run.time[after] - run.time[after - 1], np.minimum(times - first, last - times))
+    longest = np.minimum(run.time[after] - run.time[after - 1], 0.5 * np.minimum(times - first, last - times))
     for share in _SHARES_OF_STEP:
         h = share * longest
-        asked = np.stack([times - h, times, times + h])
+        asked = times + h * np.arange(-2.0, 3.0)[:, None]
         columns = run.evaluate(asked.ravel())
         values = np.array([columns[name].reshape(asked.shape)[:, k] for k, ((name, _, _), _) in enumerate(places)])
-        slope, bend = values[:, 2] - values[:, 0], values[:, 2] - 2.0 * values[:, 1] + values[:, 0]
+        slope, bend = values @ _SLOPE, values @ _BEND
         visible = np.abs(bend) > _VISIBLE * np.abs(values).max(axis=1)
-        shift = -0.5 * slope / np.where(visible, bend, np.inf)
+        shift = -slope / np.where(visible, bend, np.inf)
         times = np.clip(times + np.clip(shift, -1.0, 1.0) * h, first, last)
     return times
 

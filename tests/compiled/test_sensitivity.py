@@ -1,6 +1,7 @@
 """Derivatives of runs, against differences of runs and closed forms."""
 
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import linkages
 from linkages.engines.compiled.derivatives.sensitivity import differentiate
 from linkages.engines.compiled.run.runner import Runner, join
 from linkages.engines.drop import CLEARANCE, GRAVITY, MASS, drop
+from linkages.results.statistic_derivatives import _stationary
 
 
 def _end(system):
@@ -498,3 +500,19 @@ def test_a_mass_changes_the_start(name, start, output):
     expected = (high - low) / (2e-4 * value)
     found = run.sensitivity.evaluate(times)[path][output]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("step", [2e-7, 6.5e-8, 3.4e-8])  # of accuracies 1e-9, 1e-11 and 1e-12
+def test_the_time_of_a_peak_is_exact_beyond_the_rounding_of_a_contact_force(step):
+    """A force of a dry contact is rounded to 1e-11 of itself, for its depth is: the parts of a step must not be short.
+
+    The derivative of this force at a fixed time changes by 1e-6 of itself in 3e-12 s.
+    """
+    top, omega, random = 1.2345e-3, 1.2e5, np.random.default_rng(0)
+
+    def evaluate(times):
+        return {"force": 170.0 * np.cos(omega * (times - top)) * (1.0 + 1e-11 * random.uniform(-1.0, 1.0, len(times)))}
+
+    run = SimpleNamespace(time=top + step * np.arange(-5.3, 5.0), evaluate=evaluate)
+    found = _stationary(run, [(("force", run.time[0], run.time[-1]), top + 0.3 * step)] * 20)
+    assert np.abs(found - top).max() < 1e-12
