@@ -83,6 +83,7 @@ class _Descent:
         self.archive = Archive(problem)
         self.x = problem.first
         self.iteration = 0
+        self.feasibility = settings.feasibility
         self.error = np.inf  # in the conditions of optimality
         self.hessian: Array | None = None
         self.fresh = True  # nothing was learnt yet
@@ -101,9 +102,14 @@ class _Descent:
             slopes = form.slopes(self.point.y[: form.n])
             if slopes is None:
                 return Ending.EVALUATION_FAILED
-            phase = form.phase(self.point.y, slopes, self.settings.feasibility)
+            slopes = form.measure(slopes)
+            phase = form.phase(self.point.y, slopes, self.feasibility)
             if first and not phase.first:
+                self.point = self.point._replace(f=form.evaluate(self.point.y[: form.n])[0])
                 self.hessian = self.last = None
+                if not np.isfinite(self.point.f):  # the problem takes the violation for one: it must become smaller
+                    self.feasibility *= 0.1
+                    continue
             first = phase.first
             if not first:  # violations below the tolerance are set on their bounds
                 self.point = self.point._replace(y=np.clip(self.point.y, phase.low, phase.high))
@@ -168,9 +174,7 @@ class _Descent:
             if phase.first:
                 room[phase.gradient != 0.0] = 1.0  # a violated slack need not stop at its bound
             partition = self.point.partition.improved(slopes.A, room)
-            found = search(
-                self.form, slopes.A, self.point, partition, direction, slope, phase, self.settings.feasibility
-            )
+            found = search(self.form, slopes.A, self.point, partition, direction, slope, phase, self.feasibility)
             if found is not None:
                 self._move(*found, Z, r)
                 return None
