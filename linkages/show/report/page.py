@@ -78,7 +78,7 @@ def own(name: str) -> str:
 
 
 def curves_of(results: Results) -> list[dict[str, Any]]:
-    """Return outputs, forces in clearance joints and drive torques over time, real and ideal, with their links' colours.
+    """Return outputs, forces in clearance joints, drive torques over time, real and ideal, with their links' colours.
 
     None if the folder has no trajectory; InputError if it cannot be read.
     """
