@@ -149,7 +149,7 @@ def kink_weights(run: Trajectory, places: Sequence[_Place]) -> Array:
 
 
 def _surroundings(run: Trajectory, places: Sequence[_Place]) -> tuple[Array, Array, Array, Array]:
-    """Times of extremes, both ends of their windows, and the lengths around them to look at [s], (n,) each."""
+    """Return times of extremes, ends of their windows, and the lengths around them to look at [s], (n,) each."""
     times = np.array([time for _, time in places])
     first, last = np.clip(np.array([key[1:] for key, _ in places]).T, run.time[0], run.time[-1])
     after = np.clip(np.searchsorted(run.time, times), 1, len(run.time) - 1)
