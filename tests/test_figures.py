@@ -1,5 +1,6 @@
 """Figures: every axis has a label with its unit, no panel is empty, no text is cut off or lies on another."""
 
+import dataclasses
 import re
 
 import numpy as np
@@ -14,7 +15,7 @@ from linkages.cli.main import main
 from linkages.show.plots.drawing.drawing import draw
 from linkages.show.plots.histories import forces_figure, output_figure, torques_figure, write_figures
 from linkages.show.plots.linear_figures import bode_figure
-from linkages.show.plots.style import IDEAL, engineering, figure_style, write_figure
+from linkages.show.plots.style import IDEAL, engineering, figure_style, look, write_figure
 
 SHIPPED = (
     "seven_bar", "seven_bar_dry", "seven_bar_mixed", "seven_bar_rig", "four_bar_dry", "five_bar_dry", "six_bar_dry",
@@ -74,7 +75,7 @@ def check(figure, name):
 
 
 def _check_texts(figure, name):
-    """No text beyond the figure; no label of an axis on another one."""
+    """No text beyond the figure; no label of an axis or in a legend of the figure on another one."""
     renderer = figure.canvas.get_renderer()
     width, height = figure.bbox.width, figure.bbox.height
     boxes = {}
@@ -84,6 +85,7 @@ def _check_texts(figure, name):
                 boxes[text] = text.get_window_extent(renderer)
     if figure._suptitle is not None and figure._suptitle.get_text():
         boxes[figure._suptitle] = figure._suptitle.get_window_extent(renderer)
+    boxes |= {text: text.get_window_extent(renderer) for legend in figure.legends for text in legend.get_texts()}
     for text, box in boxes.items():
         inside = box.x0 >= -_TOLERANCE and box.y0 >= -_TOLERANCE
         inside &= box.x1 <= width + _TOLERANCE and box.y1 <= height + _TOLERANCE
@@ -155,6 +157,24 @@ def test_the_figures_of_a_study(drawn, tmp_path):
             for which in "x" if "sobol" in file else "xy":  # the variables' names are next to the bars
                 assert re.search(r"\[[^\]]+\]", _label(axes, which)), (file, which, _label(axes, which))
         _check_texts(figure, study.title)
+
+
+def test_the_front_of_two_objectives_fits_its_figure(drawn, tmp_path):
+    study = optim.load_study(optim.find_study("sevenbar_pareto"))
+    first, second = list(study.file.objectives)[:2]
+    kept = {name: study.file.objectives[name] for name in (first, second)}
+    study = dataclasses.replace(study, file=study.file.model_copy(update={"objectives": kept}))
+    entry = {"objectives": {first: 1.0, second: 2.0}}
+    result = {"front": [entry], "best": entry, "nominal": entry, "designs": {}}
+    optim.write_pareto_front(study, result, tmp_path / "front.png")
+    (figure,) = drawn.values()
+    assert figure.get_suptitle().split()[-2:] == ["1", "design"]
+    _check_texts(figure, study.title)
+
+
+def test_every_curve_of_a_figure_has_its_own_look():
+    looks = [(look(k)["color"], str(look(k)["ls"])) for k in range(36)]
+    assert len(set(looks)) == 36
 
 
 def test_the_figures_of_derivatives_and_of_a_frequency_response(drawn, tmp_path):

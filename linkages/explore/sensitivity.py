@@ -17,7 +17,7 @@ from linkages.engines.compiled.batch.batch import simulate_batch
 from linkages.engines.compiled.derivatives.neighbours import magnitude_of
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs
-from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics
+from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics, kink_weights
 from linkages.results.trajectory import TimeReport, Trajectory
 from linkages.results.validity import warning
 from linkages.system import System
@@ -31,7 +31,7 @@ _SHARED = 1e-6  # error that both runs share, in parts of a derivative: of diffe
 _ROUNDING = 1e-11  # of the differences in derivatives, in parts of the number over the value's magnitude
 _NEAR = 1e-3  # relative distance of two maxima whose order may change
 _BESIDE = 1e-4  # distance from a peak at which it is tested, in parts of the local step
-_SLOPE = 0.05  # of a parabola's own slope there: a steeper output has a kink or a jump
+_SLOPE = 0.05  # of a parabola's own slope there: a steeper output has a jump, or a kink
 _STATISTICS = ("peak", "mean", "rms")
 #: Accuracy of runs whose derivatives err by less than 1 %, measured with the press (4 % at 1e-7).
 NEEDED = 1e-9
@@ -223,8 +223,9 @@ def _mark(run: Trajectory, name: str, sign: float, time: float) -> str | None:
     beside = sign * run.evaluate(around)[name]
     left, right = (beside[1] - beside[0]) / h, (beside[4] - beside[3]) / h
     usual = (np.ptp(values) or 1.0) / (times[k] - times[k - 1])
-    if max(abs(left), abs(right)) > _SLOPE * usual:
-        return "is at a kink or a jump: its time changes with the values, which its derivative does not include"
+    kink = np.isfinite(kink_weights(run, [((name, times[0], times[-1]), time)])).all()
+    if max(abs(left), abs(right)) > _SLOPE * usual and not kink:
+        return "is at a jump: its time changes with the values, which its derivative does not include"
     inner = values[1:-1]
     tops = np.flatnonzero((inner >= values[:-2]) & (inner > values[2:])) + 1
     away = tops[np.abs(tops - k) > 2]

@@ -145,6 +145,7 @@ class _Mechanism(_Entry):
     mobility: int
     driven: list[str]
     joints: dict[str, list[str]] = Field({})
+    colors: dict[str, str] = Field({})
     cut: _Cut
     quality: _Number
     loop_error: Finite

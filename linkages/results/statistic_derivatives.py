@@ -1,7 +1,8 @@
 """Derivatives of statistics of outputs over windows of a run: extremes, means, integrals, last values.
 
 The derivative of an extreme is the derivative of its output at the time of the extreme (envelope theorem): the output
-is stationary there, so that the change of the time does not matter.
+is stationary there, so that the change of the time does not matter. At a kink it is not: there two curves cross, whose
+derivatives at a fixed time, weighted by each other's slopes over time, give the derivative of their crossing.
 """
 
 from __future__ import annotations
@@ -18,8 +19,11 @@ from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Trajectory
 
 _POINTS = 3  # of Gauss's quadrature within a step; one more gives its error
-_SHARES_OF_STEP = 0.1, 0.01, 1e-3  # distances of the values whose parabola gives the time of an extreme
-_VISIBLE = 1e-9  # bend of the parabola in parts of the values, above their rounding
+_SHARES_OF_STEP = 0.5, 0.1, 0.01  # distances of the values whose differences give the time of an extreme
+_VISIBLE = 1e-6  # bend over a distance in parts of the values; forces of contacts are rounded to 1e-11 of themselves
+_SLOPE, _BEND = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0, np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12.0
+_BESIDE = 1e-3  # distance from an extreme at which it is tested for a kink, in parts of the local step
+_SIDES = np.array([-2.0, -1.0, 1.0, 2.0])  # times at which both sides of a kink are differentiated, in the same unit
 #: Peak: largest magnitude; range: maximum less minimum; fluctuation: range over the magnitude of the mean.
 _EXTREMES = ("minimum", "maximum", "peak", "range", "fluctuation")
 
@@ -77,8 +81,7 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted], errors: 
         names = {one.output: None for one in wanted if one.statistic in _EXTREMES and (one.start, one.end) == window}
         tops |= {(name, *window): top for name, top in extremes(part.run, list(names)).items()}
     places = [(key, time) for key, top in tops.items() for time in (top.time_min, top.time_max)]
-    slopes = list(run.sensitivity.evaluate(_stationary(run, places)).values()) if places else []
-    rates = {place: np.array([column[place[0][0]][k] for column in slopes]) for k, place in enumerate(places)}
+    rates = _rates(run, places) if places else {}
     found = []
     for output, statistic, start, end in wanted:
         if statistic not in _EXTREMES:
@@ -105,24 +108,71 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted], errors: 
 _Place = tuple[tuple[str, float, float], float]  # output, start and end of a window; time of an extreme
 
 
-def _stationary(run: Trajectory, places: Sequence[_Place]) -> Array:
-    """Return the times of extremes, refined: the value of an extreme hardly depends on its time, its derivative does.
+def _rates(run: Trajectory, places: Sequence[_Place]) -> dict[_Place, Array]:
+    """Differentiate extremes: (np,) each."""
+    times, _, _, longest = _surroundings(run, places)
+    weights = kink_weights(run, places)
+    smooth = np.isnan(weights[:, 0])
+    asked = times[:, None] + _BESIDE * longest[:, None] * np.where(smooth[:, None], 0.0, _SIDES)
+    asked[smooth] = _stationary(run, places)[smooth, None]
+    weights[smooth] = [1.0, 0.0, 0.0, 0.0]
+    slopes = list(run.sensitivity.evaluate(asked.ravel()).values())
+    found = {}
+    for k, place in enumerate(places):
+        each = np.array([column[place[0][0]].reshape(asked.shape)[k] for column in slopes])
+        found[place] = each[:, 0] if smooth[k] else each @ weights[k]
+    return found
 
-    Vertices of parabolas through three values, ever closer to each other. Extremes at the ends of windows stay there.
+
+def kink_weights(run: Trajectory, places: Sequence[_Place]) -> Array:
+    """Weights (n, 4) of the derivatives at `_SIDES` that give the derivatives of extremes at kinks; NaN at others.
+
+    At a kink the slopes over time of both sides differ as much near it as ten times farther away, and their lines cross
+    between the near times; at a jump they do not.
     """
     assert run.evaluate is not None
+    times, _, _, longest = _surroundings(run, places)
+    asked = times + _BESIDE * longest * np.concatenate([_SIDES, 10.0 * _SIDES])[:, None]
+    columns = run.evaluate(asked.ravel())
+    values = np.array([columns[name].reshape(asked.shape)[:, k] for k, ((name, _, _), _) in enumerate(places)])
+    before, after, far_before, far_after = (values[:, 1::2] - values[:, ::2]).T / [[1.0], [1.0], [10.0], [10.0]]
+    bend, far = after - before, far_after - far_before  # changes over `_BESIDE`, as all slopes here
+    kink = (before * after < 0.0) & (np.abs(bend) > _VISIBLE * np.abs(values).max(axis=1))
+    kink &= np.abs(bend) > 0.5 * np.abs(far)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cross = (values[:, 1] + before - values[:, 2] + after) / bend  # of both lines, in parts of `_BESIDE`
+        before, after = before + (before - far_before) / 9.0, after + (after - far_after) / 9.0  # at the kink
+        left, right = after / (after - before), before / (before - after)
+    kink &= np.abs(cross) <= 1.0
+    sides = [-(1.0 + cross) * left, (2.0 + cross) * left, (2.0 - cross) * right, -(1.0 - cross) * right]
+    return np.where(kink[:, None], np.column_stack(sides), np.nan)
+
+
+def _surroundings(run: Trajectory, places: Sequence[_Place]) -> tuple[Array, Array, Array, Array]:
+    """Return times of extremes, ends of their windows, and the lengths around them to look at [s], (n,) each."""
     times = np.array([time for _, time in places])
     first, last = np.clip(np.array([key[1:] for key, _ in places]).T, run.time[0], run.time[-1])
     after = np.clip(np.searchsorted(run.time, times), 1, len(run.time) - 1)
-    longest = np.minimum(run.time[after] - run.time[after - 1], np.minimum(times - first, last - times))
+    longest = np.minimum(run.time[after] - run.time[after - 1], 0.5 * np.minimum(times - first, last - times))
+    return times, first, last, longest
+
+
+def _stationary(run: Trajectory, places: Sequence[_Place]) -> Array:
+    """Return the times of extremes, refined: the value of an extreme hardly depends on its time, its derivative does.
+
+    Newton's method with differences of fourth order of five values, ever closer to each other as long as they show the
+    bend. Extremes at the ends of windows stay there.
+    """
+    assert run.evaluate is not None
+    times, first, last, longest = _surroundings(run, places)
     for share in _SHARES_OF_STEP:
         h = share * longest
-        asked = np.stack([times - h, times, times + h])
+        asked = times + h * np.arange(-2.0, 3.0)[:, None]
         columns = run.evaluate(asked.ravel())
         values = np.array([columns[name].reshape(asked.shape)[:, k] for k, ((name, _, _), _) in enumerate(places)])
-        slope, bend = values[:, 2] - values[:, 0], values[:, 2] - 2.0 * values[:, 1] + values[:, 0]
+        slope, bend = values @ _SLOPE, values @ _BEND
         visible = np.abs(bend) > _VISIBLE * np.abs(values).max(axis=1)
-        shift = -0.5 * slope / np.where(visible, bend, np.inf)
+        shift = -slope / np.where(visible, bend, np.inf)
         times = np.clip(times + np.clip(shift, -1.0, 1.0) * h, first, last)
     return times
 

@@ -10,6 +10,7 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.errors import Status
 from linkages.input.files.versions import versions
+from linkages.input.model.skeleton import color_of
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.extremes import peaks
@@ -74,6 +75,7 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
             "mobility": system.assembly.mobility,
             "driven": [*tree.driven, *tree.powered],
             "joints": {joint.name: [joint.parent, joint.child] for joint in system.mechanism.joints},
+            "colors": {name: color_of(system.mechanism, name) for name in system.mechanism.place},
             "cut": {"play": [name for name in tree.play if name not in carrying], "ideal": list(tree.loops)},
             "quality": None if np.isnan(quality) else quality,
             "loop_error": run.provenance.get("loop_error", 0.0),

@@ -12,6 +12,8 @@ from optim.algorithms.nlp import Array, Problem, Values
 #: Where derivatives of a study come from.
 Source = Literal["differences", "sensitivities"]
 DIFFERENCES: Source = "differences"
+#: Sum of violations from which on a design may lack the objectives around it.
+VIOLATED = 1e-6
 SOURCES = '"differences" of designs, or "sensitivities" of runs (differences where there are none)'
 
 
@@ -32,8 +34,8 @@ def jacobian(
     design: at one of those that were evaluated for the other variables. `evaluate` is called once with 2 n designs, in
     a corner once more.
 
-    None where there is no value on either side, nor beside. At a design without objectives, because it violates
-    constraints, their derivatives are zero.
+    None where there is no value on either side, nor beside. At a design that violates constraints, objectives that were
+    not evaluated there, or nowhere around, have the derivative zero.
     """
     own = problem.derivatives(x)
     if own is not None and np.isfinite(own).all():
@@ -57,8 +59,13 @@ def jacobian(
         slopes = np.where(np.isnan(at_near), (at_far - centre) / b, slopes)
         slopes = np.where(np.isnan(at_far), (at_near - centre) / a, slopes)
     slopes[:, np.isnan(centre)] = 0.0
+    objectives = values.objectives.shape[1]
+    alone = bool(values.violation[0] > VIOLATED and np.isnan(table[1:, :objectives]).all())
+    alone = alone and bool(np.isfinite(slopes[:, objectives:]).all())
     for k in np.flatnonzero(~np.isfinite(slopes).all(axis=1)):
         beside = _beside(evaluate, designs[1:], table[1:], int(moving[k]), offsets[:, k])
+        if beside is None and alone:
+            beside = np.zeros(table.shape[1])
         if beside is None:
             return None
         slopes[k] = np.where(np.isfinite(slopes[k]), slopes[k], beside)

@@ -83,6 +83,7 @@ class _Descent:
         self.archive = Archive(problem)
         self.x = problem.first
         self.iteration = 0
+        self.feasibility = settings.feasibility
         self.error = np.inf  # in the conditions of optimality
         self.hessian: Array | None = None
         self.fresh = True  # nothing was learnt yet
@@ -100,9 +101,14 @@ class _Descent:
             slopes = form.slopes(self.point.y[: form.n])
             if slopes is None:
                 return Ending.EVALUATION_FAILED
-            phase = form.phase(self.point.y, slopes, self.settings.feasibility)
+            slopes = form.measure(slopes)
+            phase = form.phase(self.point.y, slopes, self.feasibility)
             if first and not phase.first:
+                self.point = self.point._replace(f=form.evaluate(self.point.y[: form.n])[0])
                 self.hessian = self.last = None
+                if not np.isfinite(self.point.f):  # the problem takes the violation for one: it must become smaller
+                    self.feasibility *= 0.1
+                    continue
             first = phase.first
             if not first:  # violations below the tolerance are set on their bounds
                 self.point = self.point._replace(y=np.clip(self.point.y, phase.low, phase.high))
@@ -167,9 +173,7 @@ class _Descent:
             if phase.first:
                 room[phase.gradient != 0.0] = 1.0  # a violated slack need not stop at its bound
             partition = self.point.partition.improved(slopes.A, room)
-            found = search(
-                self.form, slopes.A, self.point, partition, direction, slope, phase, self.settings.feasibility
-            )
+            found = search(self.form, slopes.A, self.point, partition, direction, slope, phase, self.feasibility)
             if found is not None:
                 self._move(*found, Z, r)
                 return None
@@ -260,12 +264,22 @@ def bounded_minimum(H: Array, r: Array, Z: Array, low: Array, high: Array) -> tu
         weights, _ = nnls(M / norms, target, maxiter=100 * M.shape[1])
     residual = target - (M / norms) @ weights
     u = weights / norms / residual[-1] * size
-    # E u = z at the solution; v from the multipliers keeps stationarity exact
-    v = solve_triangular(L.T, E @ u - free, lower=False)
+    # E u = z at the solution; its rounding grows as H shrinks, so the active bounds and v are solved for once more
+    held = np.flatnonzero(u > 0.0)
+    rows = np.vstack([Z[below], -Z[above]])[held]
+    v, u[held] = _held_minimum(H, r, rows, gaps[held])
     multipliers = np.zeros(len(Z))
     np.add.at(multipliers, below, u[: len(below)])
     np.subtract.at(multipliers, above, u[len(below) :])
     return v, multipliers
+
+
+def _held_minimum(H: Array, r: Array, rows: Array, gaps: Array) -> tuple[Array, Array]:
+    """Minimise ``r.v + v.H.v / 2`` subject to ``rows v = gaps``: v (k,), and the multipliers of the rows."""
+    k, size = len(r), float(max(np.abs(H).max(), np.abs(r).max()))
+    K = np.block([[H / size, -rows.T], [rows, np.zeros((len(rows), len(rows)))]])
+    found = np.linalg.lstsq(K, np.concatenate([-r / size, gaps]))[0]
+    return found[:k], size * found[k:]
 
 
 def damped_bfgs(H: Array, s: Array, y: Array) -> Array:

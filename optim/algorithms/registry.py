@@ -65,7 +65,7 @@ ALGORITHMS = {
         "ReducedGradient",
         "generalised reduced gradient",
         local=True,
-        revision=2,
+        revision=3,
     ),
     "snopt": Algorithm(
         "optim.algorithms.snopt", "snopt", "Snopt", "sequential quadratic programming, Drake's SNOPT", local=True

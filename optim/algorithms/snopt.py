@@ -62,7 +62,8 @@ class _Snopt:
         start = self.problem.first
         if self.archive(start).failed[0]:
             return self.result(start, Ending.EVALUATION_FAILED)
-        if not np.isfinite(self.archive(start).objectives[0, 0]):  # to the constraints, then to the optimum
+        if not StandardForm(self.problem, self.archive, start, self.settings.step).measured:
+            # to the constraints, then to the optimum
             start, _ = self._solve(start, 0.0)
             if not np.isfinite(self.archive(start).objectives[0, 0]):
                 return self.result(start, Ending.INFEASIBLE)

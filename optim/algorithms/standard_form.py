@@ -47,7 +47,8 @@ class StandardForm:
 
     The slack of an inequality lies in [0, inf), the slack of an equality in [0, 0]. A variable is measured by the
     distance of its bounds (by its own start where they are infinite), the objective and each constraint by their
-    largest change over such a distance, to first order at the start (n,). `lower` and `upper` (n + m,) are the scaled
+    largest change over such a distance, to first order at the start (n,): where the objective is not known there, since
+    constraints are violated, at the first feasible point (`measure`). `lower` and `upper` (n + m,) are the scaled
     bounds, `width` (n,) the scales of the variables, `slacks` the partition with the slacks as basis. The step of the
     differences is relative to the scales.
     """
@@ -60,7 +61,7 @@ class StandardForm:
         width = problem.upper - problem.lower
         known = np.isfinite(width) & (width > 0.0)
         self.width = np.where(known, width, np.maximum(1.0, np.abs(start)))
-        self._size, self._objective_size = np.ones(self.m), 1.0
+        self._size, self._objective_size, self.measured = np.ones(self.m), 1.0, False
         slack_upper = np.where(np.arange(self.m) < len(problem.inequalities), np.inf, 0.0)
         self.lower = np.concatenate([problem.lower / self.width, np.zeros(self.m)])
         self.upper = np.concatenate([problem.upper / self.width, slack_upper])
@@ -68,7 +69,15 @@ class StandardForm:
         if slopes is not None:
             largest = np.abs(slopes.A[:, : self.n]).max(axis=1, initial=0.0)
             self._size = np.where(largest > 0.0, largest, 1.0)
-            self._objective_size = float(np.abs(slopes.f).max()) or 1.0
+            self.measure(slopes)
+
+    def measure(self, slopes: ScaledSlopes) -> ScaledSlopes:
+        """Measure the objective by its slopes, if it has no measure yet; return the slopes in its measure."""
+        size = float(np.abs(slopes.f).max())
+        if self.measured or size == 0.0:
+            return slopes
+        self._objective_size, self.measured = size, True
+        return slopes._replace(f=slopes.f / size)
 
     def design(self, x: Array) -> Array:
         """Unscaled design (n,) of scaled variables; scaling does not move it off its bounds."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from linkages.base.brief import counted
 from linkages.input.files.writing import whole
 from linkages.input.model.experiment import value_unit
 from linkages.show.plots.style import COLORS, axis_label, figure_style, save_figure, stacked_axes, typeset
@@ -25,6 +27,7 @@ _BEST, _NOMINAL, *_DESIGNS = COLORS
 _KNEE = "#000000"
 _MARKERS = ("s", "^", "v", "P")
 _FIRST, _TOTAL = COLORS[5], COLORS[0]
+_LINE = 42  # letters of a title above a panel of a front
 
 
 @contextmanager
@@ -113,8 +116,9 @@ def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> N
             ax.ticklabel_format(useOffset=False, scilimits=(-3, 4))
         for ax in axes[len(pairs) :]:
             ax.set_visible(False)
-        figure.suptitle(f"{study.title}: {len(front)} designs", fontsize="medium")
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=6)
+        title = textwrap.fill(f"{study.title}: {counted(len(front), 'design')}", _LINE * columns)
+        figure.suptitle(title, fontsize="medium")
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2 * columns)
 
 
 write_front = write_pareto_front  # its earlier name

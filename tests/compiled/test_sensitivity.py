@@ -1,6 +1,7 @@
 """Derivatives of runs, against differences of runs and closed forms."""
 
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import linkages
 from linkages.engines.compiled.derivatives.sensitivity import differentiate
 from linkages.engines.compiled.run.runner import Runner, join
 from linkages.engines.drop import CLEARANCE, GRAVITY, MASS, drop
+from linkages.results.statistic_derivatives import Wanted, _rates, _stationary, differentiate_statistics
 
 
 def _end(system):
@@ -498,3 +500,54 @@ def test_a_mass_changes_the_start(name, start, output):
     expected = (high - low) / (2e-4 * value)
     found = run.sensitivity.evaluate(times)[path][output]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("step", [2e-7, 6.5e-8, 3.4e-8])  # of accuracies 1e-9, 1e-11 and 1e-12
+def test_the_time_of_a_peak_is_exact_beyond_the_rounding_of_a_contact_force(step):
+    """A force of a dry contact is rounded to 1e-11 of itself, for its depth is: the parts of a step must not be short.
+
+    The derivative of this force at a fixed time changes by 1e-6 of itself in 3e-12 s.
+    """
+    top, omega, random = 1.2345e-3, 1.2e5, np.random.default_rng(0)
+
+    def evaluate(times):
+        return {"force": 170.0 * np.cos(omega * (times - top)) * (1.0 + 1e-11 * random.uniform(-1.0, 1.0, len(times)))}
+
+    run = SimpleNamespace(time=top + step * np.arange(-5.3, 5.0), evaluate=evaluate)
+    found = _stationary(run, [(("force", run.time[0], run.time[-1]), top + 0.3 * step)] * 20)
+    assert np.abs(found - top).max() < 1e-12
+
+
+def test_the_derivative_of_an_extreme_at_a_kink_is_the_derivative_of_the_crossing():
+    """The curves p + 3 (t - 1) and 2 - 5 p (t - 1)^2 - 2 (t - 1) cross at their least maximum, where p = 2, at t = 1.
+
+    With s = t - 1 the crossing satisfies p + 3 s = 2 - 5 p s^2 - 2 s: ds/dp = -1/5 and d(p + 3 s)/dp = 2/5 at p = 2.
+    """
+    time = np.linspace(0.85, 1.12, 7)
+
+    def values(times):
+        s = times - 1.0
+        return {"x": np.where(s < 0.0, 2.0 - 10.0 * s**2 - 2.0 * s, 2.0 + 3.0 * s)}
+
+    def rates(times):
+        s = times - 1.0
+        return {"p": {"x": np.where(s < 0.0, -5.0 * s**2, 1.0)}}
+
+    sensitivity = SimpleNamespace(evaluate=rates)
+    run = SimpleNamespace(time=time, evaluate=values, sensitivity=sensitivity)
+    place = ("x", time[0], time[-1]), 1.0 + 1e-9
+    assert _rates(run, [place])[place] == pytest.approx([2.0 / 5.0], rel=1e-7)
+
+
+@pytest.mark.slow
+def test_the_least_stress_of_a_link_has_the_derivative_of_differences():
+    """The largest stress of a link is least where its place changes: a kink. Without it the derivative is five times it."""
+    base = linkages.load(linkages.find_file("slider_crank_flexible.toml"), {"joints": {}, "solver.accuracy": 1e-11})
+    system, path = base.replaced({"duration": 0.03}), "drives.O.speed"
+    run = linkages.simulate(system, outputs=["rod.stress"], wrt=[path])
+    (found,) = differentiate_statistics(run, [Wanted("rod.stress", "minimum", 0.005, 0.03)])
+    ends = []
+    for factor in (1.0 - 1e-5, 1.0 + 1e-5):
+        other = linkages.simulate(system.replaced({path: 150.0 * factor}), outputs=["rod.stress"])
+        ends.append(linkages.extremes(other.within(0.005, 0.03), ["rod.stress"])["rod.stress"].min)
+    assert found.rates[0] == pytest.approx((ends[1] - ends[0]) / (150.0 * 2e-5), rel=1e-3)

@@ -5,12 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 from hock_schittkowski import EXAMPLES, NO_MULTIPLIERS, SEVERAL_OPTIMA
-from scipy.optimize import minimize, nnls
+from scipy.optimize import linprog, minimize, nnls
 
 from optim.algorithms.archive import Archive
 from optim.algorithms.derivatives import jacobian
 from optim.algorithms.gradient import ReducedGradient, bounded_minimum, damped_bfgs, reduced_gradient
 from optim.algorithms.nlp import Ending, Problem, Values
+from optim.algorithms.registry import minimise as solved_by
 
 SETTINGS = ReducedGradient()
 #: Tolerance of the objective, relative to max(1, |optimum|), and of constraints: the book's digits.
@@ -160,6 +161,53 @@ def test_infeasible():
     assert result.status is Ending.INFEASIBLE
     assert result.values.violation[0] == pytest.approx(1.0, abs=1e-4)
     assert result.status.remedy
+
+
+@pytest.mark.parametrize("name", ["grg", "snopt"])
+@pytest.mark.parametrize("kind", ["inequalities", "equalities"])
+@pytest.mark.parametrize("size", [1.0, 1e-9])
+def test_a_start_beyond_the_constraints_without_objectives_around_it(name, kind, size):
+    """Least x^2 + y^2 with x y = 0.1: the start alone is evaluated beyond the constraint, as a study's nominal design.
+
+    The objective is measured where it is known first: a small one ends no search early.
+    """
+    start = np.array([0.4, 0.14])
+
+    def constraint(x):
+        return np.array([0.1 - x[0] * x[1]])
+
+    def evaluate(designs):
+        g, none = np.array([constraint(x) for x in designs]), np.empty((len(designs), 0))
+        excess = np.abs(g[:, 0]) if kind == "equalities" else g[:, 0]
+        known = (excess <= 1e-4) | (designs == start).all(axis=1)  # with the designs of the differences
+        f = np.where(known, size * (designs**2).sum(axis=1), np.inf)[:, None]
+        return Values(f, *((g, none) if kind == "inequalities" else (none, g)), np.zeros(len(designs), dtype=bool))
+
+    names = {kind: ("product",)}
+    problem = Problem(np.full(2, 0.1), np.full(2, 0.9), evaluate, ("f",), **names, start=start, constraints=constraint)
+    result = solved_by(name, problem)
+    assert result.status is Ending.CONVERGED
+    assert result.x[0] == pytest.approx(np.sqrt([0.1, 0.1]), rel=1e-4)
+    assert result.values.feasible(1e-6)[0]
+
+
+def test_a_violation_that_the_problem_counts_is_not_feasible():
+    """The scale of this constraint is 1e8: within the method's tolerance of it there is no objective."""
+
+    def evaluate(designs):
+        g, none = 1e8 * (designs.prod(axis=1) - 0.1)[:, None], np.empty((len(designs), 0))
+        f = np.where(np.abs(g) <= 1e-3, (designs**2).sum(axis=1)[:, None], np.inf)
+        return Values(f, none, g, np.zeros(len(designs), dtype=bool))
+
+    def derivatives(x):
+        return np.array([2.0 * x, 1e8 * x[::-1]])
+
+    problem = Problem(
+        np.full(2, 0.1), np.full(2, 0.9), evaluate, ("f",), equalities=("product",), start=np.array([0.4, 0.14]),
+        jacobian=derivatives, constraints=lambda x: np.array([1e8 * (x.prod() - 0.1)]),
+    )  # fmt: skip
+    result = reduced_gradient(problem, SETTINGS)
+    assert result.values.objectives[0, 0] == pytest.approx(0.2, rel=1e-5)
 
 
 def test_failed_evaluations_are_kept_away_from():
@@ -334,6 +382,30 @@ def test_model_minimum_against_conditions_of_optimality():
         assert H @ v + r == pytest.approx(Z.T @ multipliers, abs=1e-9)
         held = np.where(multipliers > 0.0, moved - low, high - moved)[multipliers != 0.0]
         assert held == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-6, 1e-10, 1e-13])
+def test_the_model_minimum_lies_on_its_bounds_however_small_the_curvature(size):
+    """The curvature of a linear objective is rounding alone: the minimum is the vertex to rounding."""
+    H = size * np.array([[1.1, -0.2], [-0.2, 2.0]])
+    high = np.array([0.08445825, 0.2])
+    v, multipliers = bounded_minimum(H, np.array([-0.5, -1.0]), np.eye(2), np.full(2, -1.0), high)
+    np.testing.assert_allclose(v, high, rtol=1e-12)
+    np.testing.assert_allclose(multipliers, H @ v - [0.5, 1.0], rtol=1e-12)
+
+
+def test_linear_objectives_end_in_their_vertex():
+    """Random linear programmes, against SciPy's simplex method."""
+    random = np.random.default_rng(0)
+    for _ in range(40):
+        n, m = random.integers(2, 7), random.integers(0, 4)
+        cost, A, start = random.normal(size=n), random.normal(size=(m, n)), random.uniform(0.2, 0.8, n)
+        limit = A @ start + random.uniform(0.05, 0.3, m)
+        problem = quadratic(lambda x, A=A, b=limit: x @ A.T - b, None, 0.0, 1.0, n, lambda x, cost=cost: x @ cost)
+        result = reduced_gradient(dataclasses.replace(problem, start=start), SETTINGS)
+        vertex = linprog(cost, A, limit, bounds=(0.0, 1.0))
+        assert result.status is Ending.CONVERGED
+        assert result.values.objectives[0, 0] == pytest.approx(vertex.fun, abs=1e-9)
 
 
 def test_the_update_satisfies_the_secant_condition_and_stays_positive_definite():

@@ -5,8 +5,9 @@ import pytest
 
 from linkages.results.trajectory import load_trajectory
 from linkages.show.plots.pages import drawn_errors, resolved, seen
+from linkages.show.plots.style import color_for
 from linkages.show.report.page import curves_of
-from linkages.show.report.result_folder import load_results
+from linkages.show.report.result_folder import load_results, recorded_system
 
 
 def test_a_thinned_curve_keeps_its_ends_and_every_peak():
@@ -52,4 +53,8 @@ def test_ideal_joints_are_drawn_beside_the_run(results_folder):
         drawn = np.interp(ideal.time, curve["ideal"]["time"], curve["ideal"]["values"])
         np.testing.assert_allclose(drawn, ideal[name], atol=2e-3 * np.abs(ideal[name]).max())
     assert found["coupler.ax"]["unit"] == "m/s2"
+    mechanism = recorded_system(load_results(results_folder)).mechanism
+    colors = {name: curve["color"] for name, curve in found.items()}
+    assert colors == {name: color_for(mechanism, name) for name in found}  # as in the figures
+    assert len({colors[name] for name in ("follower.omega", "coupler.ax", "O.torque")}) == 3
     assert max(found["B.force"]["run"]["values"]) > 2.0 * max(found["B.force"]["ideal"]["values"])  # impacts

@@ -12,7 +12,7 @@ from linkages.explore.linearisation import StateSpace
 from linkages.explore.modes import Modes, ModeShapes, ModesOver
 from linkages.explore.sensitivity import Sensitivities
 from linkages.show.plots.shown import new_figure
-from linkages.show.plots.style import COLORS, LINES, engineering, figure_style, typeset
+from linkages.show.plots.style import COLORS, engineering, figure_style, look, typeset
 
 _SHARE = 0.12  # largest drawn displacement over the linkage's extent
 _COLUMNS = 3
@@ -62,8 +62,7 @@ def frequencies_figure(over: ModesOver) -> Figure:
     with figure_style():
         figure, axis = new_figure(3.6)
         for k, values in enumerate(over.frequencies.T):
-            style = {"color": COLORS[k % len(COLORS)], "ls": LINES[k % len(LINES)]}
-            axis.plot(over.times, values, lw=1.4, label=f"mode {k + 1}", **style)
+            axis.plot(over.times, values, lw=1.4, label=f"mode {k + 1}", **look(k))
         axis.set(xlabel="time at which the drives reach the pose [s]", ylabel="natural frequency at rest [Hz]")
         axis.set_ylim(bottom=0.0)
         figure.legend(loc="outside upper center", ncols=6, fontsize="small")
@@ -87,7 +86,7 @@ def bode_figure(model: StateSpace, frequencies: Array, response: NDArray[np.comp
                     continue
                 unit = f"{_factor(model.units[output])}/{_factor(model.units[given])}"
                 units.add(unit)
-                style = {"color": COLORS[k % len(COLORS)], "ls": LINES[k % len(LINES)], "lw": 1.2}
+                style = look(k) | {"lw": 1.2}
                 upper.loglog(frequencies, np.abs(response[i, j]), label=f"{output} / {given} [{unit}]", **style)
                 phase = np.degrees(np.unwrap(np.angle(response[i, j])))
                 lower.semilogx(frequencies, phase - 360.0 * np.round(phase[0] / 360.0), **style)

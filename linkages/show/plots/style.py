@@ -25,6 +25,12 @@ IDEAL = "#BFC4CA"
 #: Line styles in the order of the colours.
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
+
+def look(k: int) -> dict[str, Any]:
+    """Return colour and line of curve k of a figure; the first 36 differ."""
+    return {"color": COLORS[k % len(COLORS)], "ls": LINES[(k + k // len(COLORS)) % len(LINES)]}
+
+
 #: Position of legends: above the axes, right-aligned.
 LEGEND: dict[str, Any] = {"ncols": 2, "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
 

@@ -78,7 +78,7 @@ def own(name: str) -> str:
 
 
 def curves_of(results: Results) -> list[dict[str, Any]]:
-    """Return outputs, forces in clearance joints and drive torques over time, real and ideal.
+    """Return outputs, forces in clearance joints, drive torques over time, real and ideal, with their links' colours.
 
     None if the folder has no trajectory; InputError if it cannot be read.
     """
@@ -91,4 +91,8 @@ def curves_of(results: Results) -> list[dict[str, Any]]:
         measured = load_measured(found) if found.is_file() else {}
     except (ValueError, KeyError) as problem:
         raise InputError(str(found), "", f"cannot be read ({problem}); remove it, or run again") from None
-    return [] if run is None else curves(names, run, ideal, errors, measured=measured)
+    if run is None:
+        return []
+    colors = results.summary["mechanism"].get("colors", {})  # runs of earlier versions have none
+    drawn = curves(names, run, ideal, errors, measured=measured)
+    return [curve | {"color": colors.get(curve["name"].partition(".")[0])} for curve in drawn]
