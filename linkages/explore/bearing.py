@@ -22,16 +22,16 @@ from linkages.laws.film.films import FILMS
 from linkages.laws.film.surface.balance import Thickness
 from linkages.laws.film.surface.cavity import RULES
 from linkages.laws.film.surface.equilibrium import Coefficients, coefficients, equilibrium, stability
-from linkages.laws.film.surface.grooves import Groove, check_grooves
+from linkages.laws.film.surface.grooves import Groove, check_grooves, no_load
 from linkages.laws.film.surface.surface_film import (
-    NoLoadError,
+    FilmSurface,
     Pressures,
     SurfaceFilm,
     friction_torque,
     largest_pressure,
     solve_film,
 )
-from linkages.laws.film.surface.surface_mesh import SurfaceMesh, surface_mesh
+from linkages.laws.film.surface.surface_mesh import surface_mesh
 from linkages.laws.film.surface.transient import filling_time
 
 #: Standard acceleration of free fall [m/s2]: the mass of a load.
@@ -306,7 +306,7 @@ def checked(case: BearingCase) -> BearingCase:
             "tilt", f"{math.hypot(*case.tilt):g}: the journal touches the bearing at {most:g} (2 c/L) and above"
         )
     if own and case.rule == "mass-conserving" and not case.grooves and case.cavity_pressure == 0.0:
-        raise fault("", str(NoLoadError()))
+        raise fault("", no_load("set a cavity pressure below 0, "))
     return case
 
 
@@ -355,24 +355,18 @@ class _Solver:
     """The film of a case on one mesh; each solution is the next one's guess."""
 
     def __init__(self, case: BearingCase, place: tuple[float, float], cells: tuple[int, int]) -> None:
-        half = None if not any(case.tilt) else False
+        half = False if any(case.tilt) else None
+        mesh = surface_mesh(case.length / case.diameter, case.grooves, place, *cells, half=half)
         self.case = case
-        self.mesh: SurfaceMesh = surface_mesh(case.length / case.diameter, case.grooves, place, *cells, half=half)
-        self.guess: SurfaceFilm | None = None
+        self.surface = FilmSurface(mesh, case.grooves, Pressures(case.cavity_pressure, case.pressure_unit))
+        self.guess: Array | None = None
 
     def film(self, x: float, y: float, vx: float, vy: float) -> SurfaceFilm:
         """Solve the film at a place and velocity of the journal."""
-        case = self.case
-        self.guess = solve_film(
-            self.mesh,
-            _thickness(case, x, y),
-            case.grooves,
-            rule=case.rule,
-            velocity=(vx, vy),
-            pressures=Pressures(case.cavity_pressure, case.pressure_unit),
-            guess=None if self.guess is None else self.guess.solution,
-        )
-        return self.guess
+        thickness, rule = _thickness(self.case, x, y), self.case.rule
+        found = solve_film(self.surface, thickness, rule=rule, velocity=(vx, vy), guess=self.guess)
+        self.guess = found.solution
+        return found
 
     def force(self, x: float, y: float, vx: float, vy: float) -> tuple[float, float]:
         """Force on the journal over the unit of force."""

@@ -177,35 +177,9 @@ def solve_history(
     if advance > 0.0:
         kept = 1.0 - advance / sheet.step
         for i in range(n):
-            for j in range(m):
-                missing[i, j] = kept * missing[i, j] + advance * balance.most[i, j] * max(
-                    -z[i, j], 0.0
-                )  # keeps the arrays alive, too
+            for j in range(m):  # keeps the arrays alive, too
+                missing[i, j] = kept * missing[i, j] + advance * balance.most[i, j] * max(-z[i, j], 0.0)
     return fx, fy, shear, flow
-
-
-@kernel
-def advance_history(table: Array, oil: Array, t: float, x: float, y: float, spin: float, supply: float) -> None:
-    """Move the missing volumes from the last step to time t, at which the journal is at a place.
-
-    Arguments as for `solve_history`. The volumes of the gap change by their true amounts: the oil is balanced.
-    """
-    h = t - oil[TIME]
-    solve_history(table, oil, x, y, (x - oil[PLACE_X]) / h, (y - oil[PLACE_Y]) / h, spin, supply, h)
-    oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y
-
-
-@kernel
-def start_history(table: Array, oil: Array, t: float, x: float, y: float, fresh: bool) -> None:
-    """Set time and place of a film's last step, and with ``fresh`` its content to the one at the start of a run."""
-    sheet = sheet_of(table)
-    n, m = sheet.supply.shape
-    for i in range(n if fresh else 0):
-        for j in range(m):
-            missing = (1.0 - sheet.content) * _gap_volume(sheet, i, j, x, y)
-            oil[MISSING + i * m + j] = missing if sheet.supply[i, j] < 0.0 else 0.0
-            oil[MISSING + n * m + i * m + j] = 0.0
-    oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y
 
 
 @kernel
@@ -248,16 +222,30 @@ def advance_film(
     joint: np.record, table: Array, oil: Array, t: float, ex: float, ey: float, omega_b: float, omega_j: float,
     angle: float,
 ) -> None:  # fmt: skip
-    """Move the content of a film to time t, see `advance_history`."""
+    """Move the missing volumes of a film from the last step to time t, at which the journal is at a place.
+
+    Arguments of `linkages.laws.journal.history_force`. The volumes of the gap change by their true amounts: the oil is
+    balanced.
+    """
     x, y, _, _, _, _ = in_bearing(joint, ex, ey, 0.0, 0.0, omega_b, angle)
-    if t > oil[TIME]:
-        advance_history(table, oil, t, x, y, omega_j - omega_b, supply_of(joint))
+    h = t - oil[TIME]
+    if h > 0.0:
+        u, v = (x - oil[PLACE_X]) / h, (y - oil[PLACE_Y]) / h
+        solve_history(table, oil, x, y, u, v, omega_j - omega_b, supply_of(joint), h)
+        oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y
 
 
 @lazy_kernel
 def start_film(
     joint: np.record, table: Array, oil: Array, t: float, ex: float, ey: float, angle: float, fresh: bool
 ) -> None:
-    """Set time and place of a film's last step, see `start_history`."""
+    """Set time and place of a film's last step, and with ``fresh`` its content to the one at the start of a run."""
     x, y, _, _, _, _ = in_bearing(joint, ex, ey, 0.0, 0.0, 0.0, angle)
-    start_history(table, oil, t, x, y, fresh)
+    sheet = sheet_of(table)
+    n, m = sheet.supply.shape
+    for i in range(n if fresh else 0):
+        for j in range(m):
+            missing = (1.0 - sheet.content) * _gap_volume(sheet, i, j, x, y)
+            oil[MISSING + i * m + j] = missing if sheet.supply[i, j] < 0.0 else 0.0
+            oil[MISSING + n * m + i * m + j] = 0.0
+    oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y

@@ -309,9 +309,9 @@ def static_part(
     Returns
     -------
     (4,) array
-        Force over R L, flow over c^3/mu, zero, for grooves of this pressure.
+        Force over R L, zero, flow over c^3/mu, for grooves of this pressure.
     """
     place = _Place(eps, slenderness, grooves, alpha, cells)
     known = place.mesh.pressures(np.array([groove.pressure for groove in place.grooves]))
     p = solve(place.closing._replace(gain=np.zeros_like(known), known=known), rule="guembel")
-    return np.append(place.integrals(p), 0.0)
+    return np.insert(place.integrals(p), 2, 0.0)

@@ -102,23 +102,6 @@ def cell_volumes(mesh: SurfaceMesh, film: Thickness) -> Array:
     return np.asarray((width[:, None] - np.outer(sines, x) - np.outer(cosines, y)) * mesh.height)
 
 
-def with_history(balance: Balance, volumes: Array, oil: Array, time: float) -> Balance:
-    """Replace the squeeze of a balance by the change of the oil in the cells over a step of time (implicit Euler).
-
-    Parameters
-    ----------
-    balance : Balance
-        At the end of the step.
-    volumes : (n, m) array
-        Of the gap in the cells at the end of the step.
-    oil : (n, m) array
-        Volume of oil in the cells at the beginning.
-    time : float
-        Length of the step in units of 1/omega.
-    """
-    return balance._replace(gain=(volumes - oil) / time, most=volumes / time)
-
-
 @lazy_kernel
 def fill_balance(
     lines: Array, ends: Array, zeta: Array, x: float, y: float, tilt_x: float, tilt_y: float, speed: float,

@@ -64,6 +64,14 @@ class Groove(NamedTuple):
         return around**2 + along**2 <= 1.0 if self.hole else (around <= 1.0) & (along <= 1.0)
 
 
+def no_load(remedy: str = "") -> str:
+    """Say that nothing feeds a film that conserves mass, has no groove, and a cavity at ambient pressure."""
+    return (
+        "with mass conservation, without a groove and with the cavity at ambient pressure nothing feeds the film "
+        f"and it carries no load; add a groove, {remedy}or choose cavitation guembel or reynolds"
+    )
+
+
 def check_grooves(grooves: Sequence[Groove], cavity_pressure: float) -> None:
     """Check grooves.
 

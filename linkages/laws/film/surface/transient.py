@@ -17,9 +17,7 @@ import numpy as np
 
 from linkages.base.kernel import Array
 from linkages.laws.film.surface.balance import Thickness, cell_volumes
-from linkages.laws.film.surface.grooves import Groove
-from linkages.laws.film.surface.surface_film import AMBIENT, Pressures, SurfaceFilm, oil_volumes, solve_film
-from linkages.laws.film.surface.surface_mesh import SurfaceMesh
+from linkages.laws.film.surface.surface_film import FilmSurface, SurfaceFilm, oil_volumes, solve_film
 
 _CLOSE = 1e-10  # change of the place that ends Newton's method, in units of the clearance
 _ITERATIONS = 60
@@ -28,22 +26,6 @@ _DIFFERENCE = 1e-6  # step of the differences, in units of the clearance
 _SHARE = 0.5  # of the thinnest film that an iteration may use up
 
 InPlane = tuple[float, float]
-
-
-class FilmSurface(NamedTuple):
-    """The part of a film that does not change during a motion.
-
-    Attributes
-    ----------
-    mesh : SurfaceMesh
-        Mesh with the grooves, graded for no eccentricity.
-    grooves : tuple of Groove
-    pressures : Pressures
-    """
-
-    mesh: SurfaceMesh
-    grooves: tuple[Groove, ...] = ()
-    pressures: Pressures = AMBIENT
 
 
 class Moment(NamedTuple):
@@ -179,15 +161,8 @@ def _step(bearing: FilmSurface, before: Moment, time: float, place: InPlane, spe
     past = time - before.time
     if not past > 0.0:
         raise ValueError(f"time {time:g}: must be above the one before, {before.time:g}")
-    film = solve_film(
-        bearing.mesh,
-        Thickness(*place),
-        bearing.grooves,
-        speed=0.5 * speed,
-        pressures=bearing.pressures,
-        guess=None if before.film is None else before.film.solution,
-        history=(before.oil, past),
-    )
+    guess = None if before.film is None else before.film.solution
+    film = solve_film(bearing, Thickness(*place), speed=0.5 * speed, guess=guess, history=(before.oil, past))
     velocity = (place[0] - before.place[0]) / past, (place[1] - before.place[1]) / past
     return Moment(time, place, velocity, oil_volumes(film), film)
 
