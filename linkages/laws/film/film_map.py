@@ -22,7 +22,7 @@ import numpy as np
 
 from linkages.base.disk import cache_directory, keep, kept
 from linkages.base.kernel import Array
-from linkages.laws.film.map_nodes import CELLS, has_angle, is_symmetric, solve_grooved, solve_plain, static_part
+from linkages.laws.film.map_nodes import CELLS, has_angle, is_symmetric, solve_grooved, solve_plain
 from linkages.laws.film.map_table import CHANNELS, MapHead, fit, place, ratios
 from linkages.laws.film.surface.grooves import Groove
 
@@ -144,14 +144,13 @@ def build_map(case: MapCase, progress: MapProgress = lambda done: None) -> Array
 
 
 def _solve(case: MapCase, head: MapHead, eps: float, alpha: float) -> Array:
-    """Solve the nodes of one place in y, and the static part behind them."""
-    ny, angles = head.ny, np.arange(head.ny) * (_TURN / head.ny)
+    """Solve the nodes of one place in y, and the static part behind them if there is one."""
+    ny = head.ny
+    angles = np.asarray(np.arange(ny) * (_TURN / ny), dtype=np.float64)
     if not case.grooves:  # half of them are mirror images
         half = solve_plain(eps, case.slenderness, case.cavitation, angles[: ny // 2 + 1])
         return np.concatenate([half[: ny // 2], half[ny // 2 : 0 : -1] * _MIRRORED])
-    place = eps, case.slenderness, case.placed, alpha
-    found = solve_grooved(*place, case.cavitation, angles, case.cells)
-    return np.vstack([found, static_part(*place, case.cells)]) if head.supplied else found
+    return solve_grooved(eps, case.slenderness, case.placed, alpha, case.cavitation, angles, case.cells)
 
 
 def tell(listener: Callable[[MapCase], MapProgress]) -> None:

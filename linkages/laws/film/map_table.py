@@ -32,7 +32,7 @@ from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.dual import number
 from linkages.laws.film.closed_form import half_film_long
 
-#: Quantities of a node: normal and tangential force, extent (zero of the static part), flow.
+#: Quantities of a node: normal and tangential force, extent (not of the static part), flow.
 CHANNELS = 4
 FORCE_N, FORCE_T, EXTENT, FLOW = range(CHANNELS)
 #: Eccentricity ratio up to which the nodes are about evenly spaced.
