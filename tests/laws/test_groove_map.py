@@ -123,7 +123,7 @@ def test_a_rotor_on_a_map_begins_to_whirl_at_the_mass_of_the_bearing():
     for load in (5968.0, 2387.0):  # Sommerfeld numbers 0.2 and 0.5
         point = linkages.bearing(diameter, diameter, clearance, 0.03, speed, load, grooves=[groove])
         x, y = equilibrium(force, load, lambda x, y: 0.99 - math.hypot(x, y), (point.x, point.y))
-        found = coefficients(force, x, y, 1.0 - math.hypot(x, y), 1e-4)
+        found = coefficients(force, x, y, 1e-4 * (1.0 - math.hypot(x, y)))
         mine = found.stiffness / load, found.damping / load
         own = point.coefficients.stiffness, point.coefficients.damping
         exact = own[0] * clearance / load, own[1] * clearance * speed / load

@@ -66,23 +66,8 @@ def history_table(
 ) -> Array:
     """Lay out a film with history as a row of numbers, which `sheet_of` reads.
 
-    Parameters
-    ----------
-    slenderness : float
-        L/D.
-    grooves : sequence of Groove
-        In the bearing's frame; their pressures count in parts of the largest.
-    cells : (int, int)
-        Around, and along half the length; edges of grooves add some.
-    step : float
-        Film step tau [s].
-    content : float
-        Film content at the start, 0 to 1.
-
-    Returns
-    -------
-    table : array of float
-        For `solve_history`.
+    From L/D; grooves in the bearing's frame, whose pressures count in parts of the largest; cells around and along half
+    the length, to which edges of grooves add some; film step tau [s]; film content at the start, 0 to 1.
     """
     mesh = surface_mesh(slenderness, grooves, around=cells[0], along=cells[1])
     pressures = np.array([groove.pressure for groove in grooves])
@@ -118,24 +103,20 @@ def remembered_cells(entries: int) -> int:
 
 
 @inlined_kernel
-def _gap_volume(sheet: Sheet, i: int, j: int, x: float, y: float) -> float:
-    """Volume of the gap in a cell."""
-    line = sheet.lines[i]
-    return (sheet.ends[j + 1] - sheet.ends[j]) * (line[0] - x * line[1] - y * line[2])
+def _gap(sheet: Sheet, i: int, x: float, y: float) -> float:
+    """Volume of the gap in a line of cells, over its length."""
+    return sheet.lines[i, 0] - x * sheet.lines[i, 1] - y * sheet.lines[i, 2]
 
 
 @kernel
 def solve_history(
     table: Array, oil: Array, x: float, y: float, vx: float, vy: float, spin: float, supply: float, advance: float = 0.0
 ) -> tuple[float, float, float, float]:
-    """Solve the film with history.
+    """Solve the film of a `history_table` with its memory, in which the solution is kept behind the missing volumes.
 
     Parameters
     ----------
-    table : array of float
-        From `history_table`.
-    oil : (`memory_of`,) array
-        Its memory; the solution is kept behind the missing volumes.
+    table, oil : arrays of float
     x, y, vx, vy : float
         Eccentricity in the bearing's frame, over the clearance, and its rate there [1/s].
     spin : float
@@ -162,7 +143,7 @@ def solve_history(
     missing = oil[MISSING : MISSING + n * m].reshape(n, m)
     z = oil[MISSING + n * m : MISSING + 2 * n * m].reshape(n, m)
     for i in range(n):
-        gap = often * (lines[i, 0] - x * lines[i, 1] - y * lines[i, 2])
+        gap = often * _gap(sheet, i, x, y)
         growth = -vx * lines[i, 1] - vy * lines[i, 2]
         most = max(gap + growth, _LEAST * gap)
         for j in range(m):
@@ -171,9 +152,9 @@ def solve_history(
             balance.gain[i, j] = length * growth + often * missing[i, j]
             balance.most[i, j] = length * most
     film = reference(balance)
-    fill_balance(sheet.lines, sheet.ends, sheet.zeta, x, y, 0.0, 0.0, 0.5 * spin, film)
+    fill_balance(lines, ends, sheet.zeta, x, y, 0.0, 0.0, 0.5 * spin, film)
     settle(film, 0.0, True, z)
-    fx, fy, _, _, shear, flow = integrate_film(sheet.lines, sheet.ends, sheet.zeta, film, 0.0, z)
+    fx, fy, _, _, shear, flow = integrate_film(lines, ends, sheet.zeta, film, 0.0, z)
     if advance > 0.0:
         kept = 1.0 - advance / sheet.step
         for i in range(n):
@@ -191,7 +172,7 @@ def mean_content(table: Array, oil: Array, x: float, y: float) -> float:
     for i in range(n):
         for j in range(m):
             if sheet.supply[i, j] < 0.0:
-                gap += _gap_volume(sheet, i, j, x, y)
+                gap += (sheet.ends[j + 1] - sheet.ends[j]) * _gap(sheet, i, x, y)
                 missing += oil[MISSING + i * m + j]
     return 1.0 - missing / gap
 
@@ -245,7 +226,7 @@ def start_film(
     n, m = sheet.supply.shape
     for i in range(n if fresh else 0):
         for j in range(m):
-            missing = (1.0 - sheet.content) * _gap_volume(sheet, i, j, x, y)
+            missing = (1.0 - sheet.content) * ((sheet.ends[j + 1] - sheet.ends[j]) * _gap(sheet, i, x, y))
             oil[MISSING + i * m + j] = missing if sheet.supply[i, j] < 0.0 else 0.0
             oil[MISSING + n * m + i * m + j] = 0.0
     oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y

@@ -93,13 +93,7 @@ class MapCase(NamedTuple):
         return MapHead(identity, self.slenderness, float(place(limit)), nx, ny, na, bool(self.grooves), supplied, row)
 
     def check(self) -> None:
-        """Check the inputs.
-
-        Raises
-        ------
-        ValueError
-            If the rule of cavitation is unknown, or the number of nodes out of range.
-        """
+        """Check the inputs: ValueError if the rule of cavitation is unknown, or the number of nodes out of range."""
         allowed = GROOVED_CAVITATIONS if self.grooves else CAVITATIONS
         if self.cavitation not in allowed:
             raise ValueError(f"cavitation {self.cavitation!r}: must be one of {', '.join(allowed)}")
@@ -108,23 +102,9 @@ class MapCase(NamedTuple):
 
 
 def build_map(case: MapCase, progress: MapProgress = lambda done: None) -> Array:
-    """Solve the film on the nodes of a map and fit its splines.
+    """Solve the film on the nodes of a map and fit its splines, for `linkages.laws.film.map_table.mapped_film`.
 
-    Parameters
-    ----------
-    case : MapCase
-    progress : callable, optional
-        Called with the part that is done.
-
-    Returns
-    -------
-    table : array of float
-        For `linkages.laws.film.map_table.mapped_film`.
-
-    Raises
-    ------
-    ValueError
-        If an input is out of range.
+    `progress` is called with the part that is done. ValueError if an input is out of range.
     """
     case.check()
     head = case.head
@@ -169,7 +149,6 @@ def load_map(case: MapCase) -> Array:
     A directory that cannot be written to costs a warning and the time to build the map again. ValueError if an input is
     out of range.
     """
-    case.check()
     path = map_path(case)
     table = _read(path, case.head)
     if table is None:

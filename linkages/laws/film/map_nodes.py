@@ -86,7 +86,7 @@ class _Place:
         self.mesh = surface_mesh(slenderness, self.grooves, (eps, 0.0), *cells)
         self.closing = self.balance(velocity=(1.0, 0.0), speed=0.0)
         self.whirl = self.balance(velocity=(0.0, -1.0), speed=0.0).gain  # outflow of a full film, for ew/2 = 1
-        if grooves and eps > _CENTRED:  # as the transport of the film content has it
+        if grooves and eps > _CENTRED:  # as the film content is carried
             self.whirl = self.outflow(self.balance((0.0, 0.0), 1.0 / eps), np.ones_like(self.whirl))
         self.share = (2.0 if self.mesh.half else 1.0) / (2.0 * slenderness)
 
@@ -129,7 +129,7 @@ class _Place:
         return np.array([*(0.5 * part / self.slenderness for part in (fx, fy, shear)), flow])
 
     def fed(self) -> Array:
-        """Quantities of the film of a journal at rest, fed by the grooves' pressures: force over R L, flow over c^3/mu."""
+        """Quantities of the film of a journal at rest, fed by the grooves: force over R L, flow over c^3/mu."""
         known = self.mesh.pressures(np.array([groove.pressure for groove in self.grooves]))
         return self.integrals(solve(self.closing._replace(gain=np.zeros_like(known), known=known), rule="guembel"))
 
@@ -148,22 +148,10 @@ def _unit(eps: float, deps: float, half_ew: float) -> float:
 
 
 def solve_plain(eps: float, slenderness: float, cavitation: str, angles: Array) -> Array:
-    """Solve the film without groove at one eps for directions y = ``angles`` of the motion, in small steps.
+    """Solve the film without groove at one eps for directions y = ``angles`` (ny,) of the motion, in small steps.
 
-    Force and flow are extrapolated; the extent, which moves from cell to cell, is that of the finer mesh.
-
-    Parameters
-    ----------
-    eps, slenderness : float
-        Eccentricity ratio; L/D.
-    cavitation : str
-        guembel or reynolds.
-    angles : (ny,) array
-
-    Returns
-    -------
-    (ny, 4) array
-        The quantities of `linkages.laws.film.map_table`.
+    Return the quantities of `linkages.laws.film.map_table`, (ny, 4), by the rule guembel or reynolds. Force and flow
+    are extrapolated; the extent, which moves from cell to cell, is that of the finer mesh.
     """
     places, whole = _two_meshes(eps, slenderness, (), PLAIN_CELLS[cavitation]), cavitation == "guembel"
     parts = [[place.pressure(*motion, "guembel") for motion in ((1.0, 0.0), (0.0, 1.0))] for place in places if whole]
@@ -199,25 +187,10 @@ def finite_force(
     eps: float, slenderness: float, deps: float, half_ew: float, cavitation: str = "guembel",
     grooves: Sequence[Groove] = (), cells: tuple[int, int] = PLAIN_CELLS["guembel"],
 ) -> tuple[float, float]:  # fmt: skip
-    """Force of the finite film in one motion.
+    """Force of the finite film in one motion, in units of mu*L*R^3/c^2; the motion as in `linkages.laws.film`.
 
-    Parameters
-    ----------
-    eps, slenderness : float
-        Eccentricity ratio, below 1; L/D.
-    deps, half_ew : float
-        See `linkages.laws.film`.
-    cavitation : str
-        guembel or reynolds.
-    grooves : sequence of Groove
-        With angles from the eccentricity.
-    cells : (int, int)
-        Around, and along half the length: even; the force is extrapolated from this mesh and one half as fine along.
-
-    Returns
-    -------
-    f_n, f_t : float
-        In units of mu*L*R^3/c^2.
+    By the rule guembel or reynolds; grooves have their angles from the eccentricity. Of the cells around and along half
+    the length the latter are an even number: the force is extrapolated from this mesh and one half as fine along.
     """
     places = _two_meshes(eps, slenderness, grooves, cells)
     f_n, f_t = _extrapolated(*(place.integrals(place.pressure(deps, half_ew, cavitation))[:2] for place in places))
@@ -230,22 +203,8 @@ def solve_grooved(
 ) -> Array:  # fmt: skip
     """Solve the film at one place of the journal for directions y = ``angles`` of its motion, and its static part.
 
-    Parameters
-    ----------
-    eps, slenderness : float
-        Eccentricity ratio; L/D.
-    grooves : sequence of Groove
-    alpha : float
-        Angle of the eccentricity [rad].
-    cavitation : str
-        reynolds or mass-conserving.
-    angles : (ny,) array
-    cells : (int, int)
-
-    Returns
-    -------
-    (ny or ny + 1, 4) array
-        The quantities of `linkages.laws.film.map_table`; the last line is the static part if a groove has a pressure.
+    Return the quantities of `linkages.laws.film.map_table`, (ny or ny + 1, 4): the last line is the static part if a
+    groove has a pressure. The eccentricity has the angle alpha [rad]; the rule is reynolds or mass-conserving.
     """
     place = _Place(eps, slenderness, grooves, alpha, cells)
     root_q = math.sqrt(1.0 - eps * eps)

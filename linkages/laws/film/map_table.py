@@ -166,29 +166,11 @@ def _static(table: Array, x: float, alpha: float, which: int) -> float:
 def mapped_film(
     eps: float, deps: float, ew: float, alpha: float, table: Array, sheared: bool
 ) -> tuple[float, float, float]:
-    """Evaluate a film from its map.
+    """Evaluate a film from its map (`linkages.laws.film.film_map.load_map`), see `linkages.laws.film.films.film_force`.
 
-    Parameters
-    ----------
-    eps, deps, ew : float
-        As in `linkages.laws.film`; eps is clipped to `table_limit(table)`.
-    alpha : float
-        Angle from the first groove to the eccentricity [rad].
-    table : array of float
-        From `linkages.laws.film.film_map.load_map` or `build_map`.
-    sheared : bool
-        Whether the extent is wanted.
+    alpha is the angle from the first groove to the eccentricity [rad]; eps is clipped to `table_limit(table)`; the
+    extent is 0 if not `sheared`.
 
-    Returns
-    -------
-    f_n, f_t : float
-        Force on the journal in units of mu*L*R^3/c^2.
-    extent : float
-        Integral of dtheta/h over the film that carries pressure; with a groove, over the whole film, times its content.
-        0 if not `sheared`.
-
-    Notes
-    -----
     Where a film with a groove carries next to nothing the error of the spline must not feed energy in: a smooth
     positive part of the power is taken away, so that the film is passive.
     """
@@ -211,13 +193,7 @@ def mapped_film(
 
 @lazy_kernel
 def mapped_flow(eps: float, deps: float, ew: float, alpha: float, table: Array) -> float:
-    """Evaluate the volume flow out of the ends of a film from its map, in units of c*R^2.
-
-    Parameters
-    ----------
-    eps, deps, ew, alpha, table
-        As for `mapped_film`.
-    """
+    """Evaluate the volume flow out of the ends of a film from its map, in units of c*R^2; see `mapped_film`."""
     eps, x = _clipped(eps, table)
     across, _ = _across(eps, ew, table)
     flow = _quantity(table, x, math.atan2(across, deps), alpha, FLOW)
@@ -243,10 +219,7 @@ def _clipped(eps: float, table: Array) -> tuple[float, float]:
 
 @lazy_kernel
 def static_film(eps: float, alpha: float, table: Array) -> tuple[float, float, float]:
-    """Evaluate the static part of a film: force over p*R*L and flow over p*c^3/mu at a supply pressure p.
-
-    Zero where the map has none.
-    """
+    """Evaluate the static part of a film: force over p*R*L and flow over p*c^3/mu at a supply pressure p; 0 without."""
     if not head_of(table).supplied:
         return 0.0, 0.0, 0.0
     _, x = _clipped(eps, table)
@@ -254,18 +227,7 @@ def static_film(eps: float, alpha: float, table: Array) -> tuple[float, float, f
 
 
 def fit(head: MapHead, values: Array) -> Array:
-    """Fit the splines to the values at the nodes.
-
-    Parameters
-    ----------
-    head : MapHead
-    values : (nx, ny or ny + 1, na, 4) array
-        Behind the nodes in y those of the static part, if there is one.
-
-    Returns
-    -------
-    table : (nt,) array
-    """
+    """Fit the splines of a table to the values (nx, ny, na, 4) at the nodes; in y those of a static part may follow."""
     padded = np.pad(values, ((1, 1), *((0, 0),) * 3))  # the end conditions have zero on the right
     found = np.tensordot(np.linalg.inv(_collocation(head.nx)), padded, (1, 0))
     moving, static = found[:, : head.ny], _periodic(found[:, head.ny :], 2)

@@ -107,18 +107,9 @@ def fill_balance(
     lines: Array, ends: Array, zeta: Array, x: float, y: float, tilt_x: float, tilt_y: float, speed: float,
     balance: Balance,
 ) -> None:  # fmt: skip
-    """Fill conductances, carried flow and the integral of 1/h.
+    """Fill conductances, carried flow and the integral of 1/h of a balance with `known`; see `make_balance`.
 
-    Parameters
-    ----------
-    lines, ends, zeta : arrays
-        See `SurfaceMesh`; the bearing's half where the ends begin at 0.
-    x, y, tilt_x, tilt_y : float
-        See `Thickness`.
-    speed : float
-        As for `make_balance`.
-    balance : Balance
-        With `known`.
+    The arrays of a `SurfaceMesh` are of the bearing's half where the ends begin at 0.
     """
     around, carried, along, known = balance.around, balance.carried, balance.along, balance.known
     inverse, (n, m) = balance.inverse, known.shape
