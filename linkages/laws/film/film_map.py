@@ -32,6 +32,8 @@ VERSION = 10
 EPS_LIMIT, GROOVED_LIMIT = 0.999, 0.99
 #: Nodes of a map in x, y and alpha, without and with grooves.
 NODES, GROOVED_NODES = (57, 96, 1), (25, 32, 20)
+#: The rules of cavitation of a finite film without and with grooves.
+CAVITATIONS, GROOVED_CAVITATIONS = ("guembel", "reynolds"), ("reynolds", "mass-conserving")
 
 _TURN = 2.0 * math.pi
 _MIRRORED = (1.0, -1.0, 1.0, 1.0)  # factors of the quantities of a node in the mirror image
@@ -40,11 +42,6 @@ _IDENTITY = b"FILMMAP2"
 #: Function that is called with the part of a map that is done.
 MapProgress = Callable[[float], object]
 _told: list[Callable[[MapCase], MapProgress]] = []
-
-#: The rules of cavitation of a finite film without groove.
-CAVITATIONS = ("guembel", "reynolds")
-#: The rules of a film with grooves.
-GROOVED_CAVITATIONS = ("reynolds", "mass-conserving")
 
 
 class MapCase(NamedTuple):

@@ -62,19 +62,9 @@ SHEAR_NONE, SHEAR_FULL = SHEAR["none"], SHEAR["full"]
 def tilted_film(
     eps: float, deps: float, ew: float, spin: float, a: float, b: float, slenderness: float
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Force, moment, extents and flow of the film under a tilted journal.
+    """Force, moment, extents and flow of the film under a tilted journal, both of whose ends are inside the clearance.
 
-    Parameters
-    ----------
-    eps, deps, ew : float
-        As in `linkages.laws.film`.
-    spin : float
-        W, half the journal's angular velocity in the bearing's frame [1/s].
-    a, b : float
-        Tilt: displacement of the journal's centre at the end s = 1 over the clearance, along the eccentricity and
-        across. Both ends must be inside the clearance.
-    slenderness : float
-        L/D.
+    Arguments as in the head of this module, spin is W [1/s].
 
     Returns
     -------
@@ -147,19 +137,9 @@ def tilted_film(
 def tilted_action(
     joint: np.record, e: float, v_n: float, v_t: float, omega_b: float, omega_j: float, alpha: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Force, couple, moment and flow of the film of a tilted journal, see `linkages.laws.journal.film_action`.
+    """Force, couple, moment and flow of the film of a tilted journal; arguments of `linkages.laws.journal.film_action`.
 
-    Parameters
-    ----------
-    joint : record of `linkages.laws.PARAMETERS`
-    e : float
-        Eccentricity at the middle [m].
-    v_n, v_t : float
-        Its rate along and across [m/s].
-    omega_b, omega_j : float
-        Inertial angular velocities of bearing and journal [rad/s].
-    alpha : float
-        Angle of the eccentricity in the bearing's frame [rad].
+    Eccentricity and rates are those of the middle, alpha is the eccentricity's angle in the bearing's frame [rad].
 
     Returns
     -------

@@ -73,33 +73,25 @@ def no_load(remedy: str = "") -> str:
 
 
 def check_grooves(grooves: Sequence[Groove], cavity_pressure: float) -> None:
-    """Check grooves.
-
-    Raises
-    ------
-    ValueError
-        One sentence that names the groove: what is wrong, and what is allowed.
-    """
+    """Check grooves: ValueError with one sentence that names the groove, what is wrong, and what is allowed."""
     if cavity_pressure > 0.0:
         raise ValueError(f"cavity pressure {cavity_pressure:g} Pa: must not be above ambient (0)")
+    _refuse(_faults(groove, cavity_pressure) for groove in grooves)
     for number, groove in enumerate(grooves, 1):
-        for fault in _faults(groove, cavity_pressure):
-            raise ValueError(f"groove {number}: {fault}")
         for other in grooves[: number - 1]:
             if other.pressure != groove.pressure and _meet(groove, other):
                 raise ValueError(f"groove {number}: overlaps another one, whose pressure differs")
 
 
 def check_areas(grooves: Sequence[Groove]) -> None:
-    """Check that grooves have an area.
+    """Check that grooves have an area; ValueError as `check_grooves`."""
+    _refuse(_sizes(groove) for groove in grooves)
 
-    Raises
-    ------
-    ValueError
-        As `check_grooves`.
-    """
-    for number, groove in enumerate(grooves, 1):
-        for fault in _sizes(groove):
+
+def _refuse(faults: Iterable[Iterable[str]]) -> None:
+    """Raise the first fault of the grooves."""
+    for number, own in enumerate(faults, 1):
+        for fault in own:
             raise ValueError(f"groove {number}: {fault}")
 
 

@@ -143,19 +143,11 @@ def solve_film(
     if rule == "reynolds":  # volume appears where the film cavitates
         gain[solution < 0.0] = 0.0
     sides = 2.0 if mesh.half else 1.0
+    fed = tuple(sides * float(out[mesh.groove == k].sum()) for k in range(len(grooves)))
+    imbalance = float(np.abs(gain).max()) / largest
     return SurfaceFilm(
-        mesh,
-        thickness,
-        p - end,
-        content,
-        (fx, fy),
-        (mx, my),
-        flow,
-        tuple(sides * float(out[mesh.groove == k].sum()) for k in range(len(grooves))),
-        shear,
-        float(np.abs(gain).max()) / largest,
-        solution,
-    )
+        mesh, thickness, p - end, content, (fx, fy), (mx, my), flow, fed, shear, imbalance, solution,
+    )  # fmt: skip
 
 
 def outflows(balance: Balance, end: float, p: Array, content: Array) -> tuple[Array, float]:
@@ -173,14 +165,7 @@ def integrate_film(
 ) -> tuple[float, float, float, float, float, float]:
     """Integrate a solution of `linkages.laws.film.surface.cavity.solve`, without a pressure below the cavity's.
 
-    Returns
-    -------
-    fx, fy, mx, my : float
-        Force and moment on the journal, see `SurfaceFilm`.
-    shear : float
-        Integral of content/h over the surface.
-    flow : float
-        Out of both ends.
+    Return force (2) and moment (2) on the journal, integral of content/h over the surface, and flow out of both ends.
     """
     n, m = z.shape
     content, inverse, along = np.empty((n, m)), balance.inverse, balance.along
