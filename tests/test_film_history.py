@@ -15,6 +15,7 @@ from linkages.laws.film.film_history import (
     PLACE_X,
     PLACE_Y,
     advance_film,
+    history_force,
     history_table,
     mean_content,
     memory_of,
@@ -25,7 +26,6 @@ from linkages.laws.film.film_history import (
 from linkages.laws.film.surface import FilmSurface, Groove, Journal, at_rest, follow, move, surface_mesh
 from linkages.laws.film.surface.balance import Thickness, make_balance
 from linkages.laws.film.surface.surface_film import outflows, solve_film
-from linkages.laws.journal import history_force
 from linkages.show.live.session import Session
 
 CELLS = (36, 4)

@@ -55,11 +55,8 @@ def warm_bearing(
     Parameters
     ----------
     heat : Heat
-    diameter, length, clearance, speed, load : float
-        As for `linkages.bearing` [m], [rad/s], [N]; the viscosity follows from the temperature.
-    cells : (int, int)
-    **options
-        Of `linkages.bearing`.
+    diameter, length, clearance, speed, load, cells, **options
+        As for `linkages.bearing`; the viscosity follows from the temperature.
 
     Raises
     ------

@@ -12,7 +12,8 @@
 | mixed      | transition between film and contact: blend, asperities                  |
 | viscosity  | viscosity of an oil at a temperature                                    |
 | heat       | temperature of an oil from a lumped heat balance                        |
-| journal    | journal kinematics and the force pair on journal and bearing            |
+| journal    | the force pair on journal and bearing                                   |
+| journal_motion | motion of a journal in its bearing                                  |
 | wear       | worn profiles, contact on them, Archard's law                           |
 
 Conventions (all laws): the eccentricity vector e points from the bearing's centre to the journal's;

@@ -39,6 +39,8 @@ from linkages.laws.film.surface.cavity import settle
 from linkages.laws.film.surface.grooves import Groove
 from linkages.laws.film.surface.surface_film import integrate_film
 from linkages.laws.film.surface.surface_mesh import LINE, surface_mesh
+from linkages.laws.journal_motion import polar, sliding_speed
+from linkages.laws.parameters import SHEAR
 
 #: Largest eccentricity ratio of these films; the coarse mesh does not resolve thinner ones.
 LARGEST = GROOVED_LIMIT
@@ -48,6 +50,7 @@ TIME, PLACE_X, PLACE_Y, MISSING = range(4)
 
 _LEAST = 1e-6  # part of a gap that stays where it would close within the film step: there is no cavity then
 _HEAD = 4  # numbers of a table before its arrays
+_NO_SHEAR = SHEAR["none"]
 
 
 class Sheet(NamedTuple):
@@ -181,10 +184,7 @@ def mean_content(table: Array, oil: Array, x: float, y: float) -> float:
 def in_bearing(
     joint: np.record, ex: float, ey: float, vx: float, vy: float, omega_b: float, angle: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Return place and rate of a journal in the bearing's frame [1, 1/s], cosine and sine of the bearing's angle.
-
-    Arguments of `linkages.laws.journal.clearance_force`.
-    """
+    """Return place and rate of a journal in the bearing's frame [1, 1/s], cosine and sine of the bearing's angle."""
     c, s, unit = math.cos(angle), math.sin(angle), 1.0 / joint.clearance
     far = math.sqrt(ex * ex + ey * ey) * unit
     inside = unit * (EPS_MAX / far if far > EPS_MAX else 1.0)
@@ -199,13 +199,36 @@ def supply_of(joint: np.record) -> float:
 
 
 @lazy_kernel
+def history_force(
+    joint: np.record, table: Array, oil: Array, ex: float, ey: float, vx: float, vy: float, omega_b: float,
+    omega_j: float, angle: float,
+) -> tuple[float, float, float, float, float, float, float, float, float, float]:  # fmt: skip
+    """Compute the results of `linkages.laws.journal.clearance_force`, then film content and flow [m3/s].
+
+    The couple is the one of `linkages.laws.journal.film_action`.
+    """
+    e, _, _, v_n, v_t = polar(ex, ey, vx, vy)
+    sliding = sliding_speed(joint, e, v_t, omega_b, omega_j)
+    x, y, u, v, c, s = in_bearing(joint, ex, ey, vx, vy, omega_b, angle)
+    spin = omega_j - omega_b
+    fx, fy, shear, flow = solve_history(table, oil, x, y, u, v, spin, supply_of(joint))
+    scale = joint.viscosity * joint.radius**4 / joint.clearance**2
+    fx, fy = scale * (c * fx - s * fy), scale * (s * fx + c * fy)
+    couple = 0.0
+    if joint.shear != _NO_SHEAR:
+        couple = -joint.clearance * scale * shear * spin - 0.5 * (ex * fy - ey * fx)
+    content, flow = mean_content(table, oil, x, y), joint.clearance * joint.radius**2 * flow
+    return fx, fy, couple, 0.0, e - joint.clearance, v_n, sliding, 0.0, content, flow
+
+
+@lazy_kernel
 def advance_film(
     joint: np.record, table: Array, oil: Array, t: float, ex: float, ey: float, omega_b: float, omega_j: float,
     angle: float,
 ) -> None:  # fmt: skip
     """Move the missing volumes of a film from the last step to time t, at which the journal is at a place.
 
-    Arguments of `linkages.laws.journal.history_force`. The volumes of the gap change by their true amounts: the oil is
+    Arguments of `history_force`. The volumes of the gap change by their true amounts: the oil is
     balanced.
     """
     x, y, _, _, _, _ = in_bearing(joint, ex, ey, 0.0, 0.0, omega_b, angle)

@@ -88,7 +88,6 @@ class _Place:
         self.whirl = self.balance(velocity=(0.0, -1.0), speed=0.0).gain  # outflow of a full film, for ew/2 = 1
         if grooves and eps > _CENTRED:  # as the film content is carried
             self.whirl = self.outflow(self.balance((0.0, 0.0), 1.0 / eps), np.ones_like(self.whirl))
-        self.share = (2.0 if self.mesh.half else 1.0) / (2.0 * slenderness)
 
     def balance(self, velocity: tuple[float, float], speed: float) -> Balance:
         return make_balance(self.mesh, Thickness(self.eps, 0.0), velocity, speed)
@@ -139,7 +138,7 @@ class _Place:
         total, span = np.maximum(p, 0.0) + np.maximum(following, 0.0), np.abs(p) + np.abs(following)
         part = np.divide(total, span, out=np.zeros_like(p), where=span > 0.0)
         inside = np.sum(part * 0.5 * (inverse + np.roll(inverse, -1, axis=0)), axis=0)
-        return self.share * float(inside @ self.mesh.height)
+        return float(inside @ self.mesh.height) / (self.slenderness if self.mesh.half else 2.0 * self.slenderness)
 
 
 def _unit(eps: float, deps: float, half_ew: float) -> float:
@@ -153,7 +152,7 @@ def solve_plain(eps: float, slenderness: float, cavitation: str, angles: Array) 
     Return the quantities of `linkages.laws.film.map_table`, (ny, 4), by the rule guembel or reynolds. Force and flow
     are extrapolated; the extent, which moves from cell to cell, is that of the finer mesh.
     """
-    places, whole = _two_meshes(eps, slenderness, (), PLAIN_CELLS[cavitation]), cavitation == "guembel"
+    places, whole = _two_places(eps, slenderness, (), PLAIN_CELLS[cavitation]), cavitation == "guembel"
     parts = [[place.pressure(*motion, "guembel") for motion in ((1.0, 0.0), (0.0, 1.0))] for place in places if whole]
     q, out, guess = 1.0 - eps * eps, np.empty((len(angles), CHANNELS)), None
     for row, y in zip(out, angles, strict=True):
@@ -164,22 +163,21 @@ def solve_plain(eps: float, slenderness: float, cavitation: str, angles: Array) 
             guess = places[0].pressure(deps, half_ew, guess=guess)
             p = places[1].pressure(deps, half_ew, guess=np.repeat(guess, 2, axis=1))
             films = [guess, np.maximum(p, 0.0)]
-        row[:] = _extrapolated(*(place.integrals(p) for place, p in zip(places, films, strict=True)))
+        row[:] = _extrapolated(places, films)
         row[:2] /= _unit(eps, deps, half_ew)
         row[2] = places[1].pressed(films[1]) * math.sqrt(q)
     return out
 
 
-def _two_meshes(
-    eps: float, slenderness: float, grooves: Sequence[Groove], cells: tuple[int, int]
-) -> tuple[_Place, _Place]:
+def _two_places(eps: float, slenderness: float, grooves: Sequence[Groove], cells: tuple[int, int]) -> list[_Place]:
     """Return the place on a mesh with half as many cells along, and on the mesh itself."""
-    coarse = _Place(eps, slenderness, grooves, 0.0, (cells[0], cells[1] // 2))
-    return coarse, _Place(eps, slenderness, grooves, 0.0, cells)
+    around, along = cells
+    return [_Place(eps, slenderness, grooves, 0.0, (around, count)) for count in (along // 2, along)]
 
 
-def _extrapolated(coarse: Array, fine: Array) -> Array:
-    """Extrapolate results of the two meshes to cells of no length: their error along is of the second order."""
+def _extrapolated(places: Sequence[_Place], films: Sequence[Array]) -> Array:
+    """Extrapolate the integrals on two meshes to cells of no length: their error along is of the second order."""
+    coarse, fine = (place.integrals(p) for place, p in zip(places, films, strict=True))
     return fine + (fine - coarse) / 3.0
 
 
@@ -192,9 +190,9 @@ def finite_force(
     By the rule guembel or reynolds; grooves have their angles from the eccentricity. Of the cells around and along half
     the length the latter are an even number: the force is extrapolated from this mesh and one half as fine along.
     """
-    places = _two_meshes(eps, slenderness, grooves, cells)
-    f_n, f_t = _extrapolated(*(place.integrals(place.pressure(deps, half_ew, cavitation))[:2] for place in places))
-    return float(f_n), float(f_t)
+    places = _two_places(eps, slenderness, grooves, cells)
+    found = _extrapolated(places, [place.pressure(deps, half_ew, cavitation) for place in places])
+    return float(found[0]), float(found[1])
 
 
 def solve_grooved(

@@ -9,7 +9,8 @@ from numba import types
 
 from linkages.base.kernel import Array, address, caller, kernel
 from linkages.base.kernel.dual import room
-from linkages.laws.journal import dry_force, film_action, polar
+from linkages.laws.journal import dry_force, film_action
+from linkages.laws.journal_motion import polar
 from linkages.laws.mixed import asperity_force, dry_weight, mix
 from linkages.laws.parameters import MODELS, RECORD
 from linkages.laws.wear.overlap import Place, overlap, round_depth
