@@ -14,7 +14,7 @@ from linkages.laws.film.map_table import is_grooved, mapped_flow, static_film
 from linkages.laws.film.tilted_film import tilted_action
 from linkages.laws.friction import bristle_rate, friction_coefficient
 from linkages.laws.journal_motion import polar, sliding_speed
-from linkages.laws.mixed import asperity_force, dry_weight, mix
+from linkages.laws.mixed import asperity_force, joined
 from linkages.laws.parameters import MODELS, SHEAR
 
 _NO_SHEAR = SHEAR["none"]
@@ -88,14 +88,7 @@ def clearance_force(
         if joint.model != _DRY and joint.transition == 0.0:
             extra = asperity_force(e / c, c, joint.radius, joint.length, joint.roughness, joint.asperity_pressure)
         load, drag, rate = dry_force(joint, delta, v_n, sliding, approach, bristle, extra)
-        d_n, d_t, d_couple = -load, -drag, -radius * drag
-        if joint.model == _DRY or joint.transition == 0.0:
-            f_n, f_t, couple = f_n + d_n, f_t + d_t, couple + d_couple
-        else:  # Chen 2025 eq. (15)
-            f_n = mix(f_n, d_n, delta, joint.transition)
-            f_t = mix(f_t, d_t, delta, joint.transition)
-            couple = mix(couple, d_couple, delta, joint.transition)
-            load *= dry_weight(delta, joint.transition)
+        f_n, f_t, couple, load = joined(joint, (f_n, f_t, couple), (-load, -drag, -radius * drag), delta, load)
     return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate, delta, v_n, sliding, load
 
 

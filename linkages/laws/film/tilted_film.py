@@ -65,9 +65,9 @@ def tilted_film(
     """Force, moment, extents and flow of the film under a tilted journal, both of whose ends are inside the clearance.
 
     Arguments as in the head of this module, spin is W [1/s]. Return the force f_n, f_t [mu L R^3/c^2] and the moment of
-    the pressure m_n, m_t [mu L^2 R^3/(2 c^2)] on the journal, about the bearing's middle; the axial means of the integral
-    of dtheta/h over the film that carries pressure, and over the whole film; the flow out of both ends where the film
-    carries pressure [c R^2].
+    the pressure m_n, m_t [mu L^2 R^3/(2 c^2)] on the journal, about the bearing's middle; the axial means of the
+    integral of dtheta/h over the film that carries pressure, and over the whole film; the flow out of both ends where
+    the film carries pressure [c R^2].
     """
     lines, modes = LINES, MODES
     faces, middles = room(eps, lines + 1), room(eps, lines)
