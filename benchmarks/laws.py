@@ -15,8 +15,9 @@ from numba import njit
 import linkages
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS, register_contact, register_film, register_friction
 from linkages.laws.film.closed_form import half_film_long
-from linkages.laws.film.film_map import CAVITATIONS, GROOVED_CAVITATIONS, MapCase, build_map, solve_plain
+from linkages.laws.film.film_map import CAVITATIONS, GROOVED_CAVITATIONS, MapCase, build_map
 from linkages.laws.film.films import film_force
+from linkages.laws.film.map_nodes import solve_plain
 from linkages.laws.film.map_table import mapped_film
 from linkages.laws.film.surface import Groove
 from linkages.laws.journal import clearance_force

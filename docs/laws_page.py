@@ -56,7 +56,6 @@ _MIXED = {
 }
 _VISCOSITY = {
     "walther": Law("log10 log10(nu + 0.7) = A - B log10 T", "nu > 2 mm2/s", "ASTM D341; Walther 1931"),
-    "vogel": Law("mu = a exp(b/(T - c))", "T > c, between its three points", "Vogel 1921"),
     "ISO VG grade": Law(
         "walther through nu(40 C) = grade and nu(100 C)", "mineral oil, index 95", "ISO 3448, ASTM D2270"
     ),

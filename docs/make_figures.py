@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, FancyBboxPatch
 
 import linkages
 from linkages.laws.film.surface.balance import Thickness
-from linkages.laws.film.surface.surface_film import solve_film
+from linkages.laws.film.surface.surface_film import FilmSurface, solve_film
 from linkages.laws.film.surface.surface_mesh import surface_mesh
 from linkages.show.plots import COLORS, figure_style
 
@@ -114,7 +114,9 @@ def film_pressure(path: Path) -> None:
         figure = Figure(figsize=(6.5, 3.6), layout="constrained")
         axes = figure.subplots()
         rules = {"Reynolds": "reynolds", "Gümbel": "guembel"}
-        solutions = {name: solve_film(mesh, Thickness(-eps, 0.0), rule=rule) for name, rule in rules.items()}
+        solutions = {
+            name: solve_film(FilmSurface(mesh), Thickness(-eps, 0.0), rule=rule) for name, rule in rules.items()
+        }
         for (name, film), color, width in zip(solutions.items(), COLORS, (2.6, 1.4), strict=False):
             axes.plot(np.degrees(mesh.theta), film.pressure[:, 0], color=color, lw=width, label=f"pressure, {name}")
         other = axes.twinx()

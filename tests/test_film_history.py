@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from joint_records import joint as record
 from machines import BEARING, joint, model, rotor_in_block, solid
 
 import linkages
@@ -13,18 +14,18 @@ from linkages.laws.film.film_history import (
     MISSING,
     PLACE_X,
     PLACE_Y,
-    advance_history,
+    advance_film,
+    history_force,
     history_table,
     mean_content,
     memory_of,
     remembered_cells,
     solve_history,
-    start_history,
+    start_film,
 )
 from linkages.laws.film.surface import FilmSurface, Groove, Journal, at_rest, follow, move, surface_mesh
 from linkages.laws.film.surface.balance import Thickness, make_balance
 from linkages.laws.film.surface.surface_film import outflows, solve_film
-from linkages.laws.journal import history_force
 from linkages.show.live.session import Session
 
 CELLS = (36, 4)
@@ -38,7 +39,8 @@ class Film:
         self.supply = max((groove.pressure for groove in grooves), default=0.0)
         self.table = history_table(slenderness, grooves, CELLS, step, content)
         self.oil, self.time = np.zeros(memory_of(self.table)), 0.0
-        start_history(self.table, self.oil, 0.0, *place, True)
+        self.joint = record(clearance=1.0, radius=1.0, viscosity=1.0, supply_pressure=self.supply)
+        start_film(self.joint, self.table, self.oil, 0.0, *place, 0.0, True)
 
     @property
     def cells(self):
@@ -49,7 +51,7 @@ class Film:
         return self.oil[MISSING : MISSING + self.cells]
 
     def go(self, time, place, speed=1.0):
-        advance_history(self.table, self.oil, time, *place, speed, self.supply)
+        advance_film(self.joint, self.table, self.oil, time, *place, 0.0, speed, 0.0)
 
     def force(self, place, velocity=(0.0, 0.0), speed=1.0):
         return solve_history(self.table, self.oil, *place, *velocity, speed, self.supply)
@@ -79,7 +81,7 @@ def test_at_a_place_it_becomes_the_steady_film(grooves, place):
         film.go(0.5 * k, place)
     fx, fy, shear, flow = film.force(place)
     mesh = surface_mesh(1.0, grooves, around=CELLS[0], along=CELLS[1])
-    steady = solve_film(mesh, Thickness(*place), grooves)
+    steady = solve_film(FilmSurface(mesh, grooves), Thickness(*place))
     assert (fx, fy) == pytest.approx(steady.force, abs=1e-6 * math.hypot(*steady.force))
     assert shear == pytest.approx(steady.shear, rel=1e-5)
     assert flow == pytest.approx(steady.end_flow, rel=1e-5)
@@ -198,7 +200,7 @@ def test_the_force_does_not_depend_on_the_observer(rotor):
     system = rotor()
     law, table = system.laws[0], system.tables[0]
     oil = np.zeros(memory_of(table))
-    start_history(table, oil, 0.0, 0.3, 0.2, True)
+    start_film(law, table, oil, 0.0, 0.3 * CLEARANCE, 0.2 * CLEARANCE, 0.0, True)
     e, v, wb, wj, angle = np.array([1.5e-5, 1e-5]), np.array([2e-3, -3e-3]), 30.0, 200.0, 0.4
     force = np.array(history_force(law, table, oil, *e, *v, wb, wj, angle))
     turn, spin = 1.1, 70.0

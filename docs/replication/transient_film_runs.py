@@ -9,14 +9,13 @@ import make_press_films as press
 import numpy as np
 
 import linkages
-from linkages.laws.film.film_map import MapCase
-from linkages.laws.film.map_cache import load_map
+from linkages.laws.film.film_map import MapCase, load_map
 from linkages.laws.film.map_table import mapped_film
 from linkages.laws.film.surface import Groove
 from linkages.laws.film.surface.balance import Thickness
-from linkages.laws.film.surface.surface_film import solve_film
+from linkages.laws.film.surface.surface_film import FilmSurface, solve_film
 from linkages.laws.film.surface.surface_mesh import surface_mesh
-from linkages.laws.film.surface.transient import FilmSurface, at_rest, filling_time, follow
+from linkages.laws.film.surface.transient import at_rest, filling_time, follow
 from linkages.laws.viscosity import iso_vg_viscosity
 
 CELLS = (48, 4)  # around, and along half the length
@@ -91,7 +90,7 @@ def swing(case: Swing, frequency: float, table: Any) -> dict[str, float]:
     groove = case.feed[0].angle
     quasi = [mapped_force(table, at, case.velocity(frequency * t, frequency), 1.0, groove) for t, at, _ in found]
     real = np.array([force for *_, force in found])
-    steady = solve_film(film.mesh, Thickness(*case.place(0.0)), case.feed)
+    steady = solve_film(film, Thickness(*case.place(0.0)))
     return {
         "frequency": frequency,
         "number": frequency * filling_time(steady),
@@ -203,7 +202,7 @@ def _rounded(values: Any) -> Any:
 
 def _filling_time(film: FilmSurface, place: tuple[float, float]) -> float:
     """Return the filling time of a steady film: the journal turns backwards in the crank, which carries the bearing."""
-    return filling_time(solve_film(film.mesh, Thickness(*place), film.grooves, speed=-0.5))
+    return filling_time(solve_film(film, Thickness(*place), speed=-0.5))
 
 
 def compute() -> dict[str, Any]:

@@ -137,7 +137,7 @@ def compile_cache() -> CheckResult:
 
 def film_maps() -> CheckResult:
     """Check the cache of finite-film maps: computing one takes seconds."""
-    from linkages.laws.film.map_cache import cache_directory
+    from linkages.base.disk import cache_directory
 
     path = cache_directory()
     remedy = "" if _writable(path) else "set LINKAGES_CACHE to a writable folder"

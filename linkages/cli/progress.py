@@ -190,6 +190,6 @@ def announce_compilation() -> None:
 @cache
 def announce_maps() -> None:
     """Show the progress of film maps that are built: the first run with a groove takes ten seconds more."""
-    from linkages.laws.film.map_cache import tell
+    from linkages.laws.film.film_map import tell
 
     tell(lambda case: progress_bar(f"film map of L/D {case.slenderness:.3g}, stored for later runs"))

@@ -22,17 +22,17 @@ from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import FILMS
 from linkages.laws.film.surface.balance import Thickness
 from linkages.laws.film.surface.cavity import RULES
-from linkages.laws.film.surface.equilibrium import Coefficients, coefficients, equilibrium, stability
-from linkages.laws.film.surface.grooves import Groove, check_grooves
+from linkages.laws.film.surface.equilibrium import DIFFERENCE, Coefficients, coefficients, equilibrium, stability
+from linkages.laws.film.surface.grooves import Groove, check_grooves, no_load
 from linkages.laws.film.surface.surface_film import (
-    NoLoadError,
+    FilmSurface,
     Pressures,
     SurfaceFilm,
     friction_torque,
     largest_pressure,
     solve_film,
 )
-from linkages.laws.film.surface.surface_mesh import SurfaceMesh, surface_mesh
+from linkages.laws.film.surface.surface_mesh import surface_mesh
 from linkages.laws.film.surface.transient import filling_time
 
 #: Standard acceleration of free fall [m/s2]: the mass of a load.
@@ -107,6 +107,16 @@ class BearingCase:
         """Unit of force mu omega R^4/c^2 [N]."""
         return self.pressure_unit * self.radius**2
 
+    @property
+    def slenderness(self) -> float:
+        """L/D [1]."""
+        return self.length / self.diameter
+
+    def thickness(self, x: float, y: float) -> Thickness:
+        """Film with the journal at a place, in units of the clearance."""
+        slope = self.radius / self.clearance
+        return Thickness(x, y, self.tilt[0] * slope, self.tilt[1] * slope)
+
     def sommerfeld(self, load: float) -> float:
         """Sommerfeld number mu N D L/W (R/c)^2 of a load [1]."""
         return self.pressure_unit * self.diameter * self.length / (2.0 * math.pi * load)
@@ -168,7 +178,7 @@ class BearingPoint:
         """Numbers of ``bearing.json``, SI units; null where the film or the case has none."""
         case, film = self.case, self.film
         volume = case.clearance * case.radius**2 * case.speed
-        moment = case.force_unit * case.radius
+        moment, conserved = case.force_unit * case.radius, case.rule == "mass-conserving"
         return {
             "eccentricity_ratio": self.eccentricity_ratio,
             "attitude": self.attitude,
@@ -178,7 +188,7 @@ class BearingPoint:
             "friction_torque": self.torque,
             "power": self.torque * case.speed,
             "largest_pressure": None if film is None else case.pressure_unit * largest_pressure(film),
-            "least_film": case.clearance * self._thickness.least(case.length / case.diameter),
+            "least_film": case.clearance * case.thickness(self.x, self.y).least(case.slenderness),
             "moment": None if film is None else [moment * value for value in film.moment],
             "stiffness": self.coefficients.stiffness.tolist(),
             "damping": self.coefficients.damping.tolist(),
@@ -187,21 +197,10 @@ class BearingPoint:
             "whirl_ratio": finite(self.whirl_ratio),
             "film": case.film,
             "cavitation": case.rule if film is not None else None,
-            "filling_time": self._filling_time,
-            "mass_imbalance": None if film is None or case.rule == "guembel" else film.imbalance,
+            "filling_time": finite(filling_time(film) / case.speed) if film and conserved else None,
+            "mass_imbalance": film.imbalance if film and case.rule != "guembel" else None,
             "status": "ok",
         }
-
-    @property
-    def _filling_time(self) -> float | None:
-        """Time in which the grooves fill the cavity [s]; None if no oil flows in, or its volume is not conserved."""
-        if self.film is None or self.case.rule != "mass-conserving":
-            return None
-        return finite(filling_time(self.film) / self.case.speed)
-
-    @property
-    def _thickness(self) -> Thickness:
-        return _thickness(self.case, self.x, self.y)
 
 
 @validated
@@ -250,42 +249,47 @@ def bearing(
             tilt, mass,
         )
     )  # fmt: skip
-    slenderness, target = length / diameter, load / case.force_unit
+    try:
+        return _operating(case, cells)
+    except ArithmeticError as problem:
+        raise RunError(
+            f"bearing: {problem}: the film would be thinner than {_THINNEST:g} of the clearance, or its groove lies "
+            "where the load presses; lower the load, raise speed, viscosity or length, or move the groove"
+        ) from None
+
+
+def _operating(case: BearingCase, cells: tuple[int, int]) -> BearingPoint:
+    """Find the operating point of a case; ArithmeticError if there is none."""
+    target, film, step = case.load / case.force_unit, None, _SMOOTH
 
     def least(x: float, y: float) -> float:
-        return _thickness(case, x, y).least(slenderness) - _THINNEST
+        return case.thickness(x, y).least(case.slenderness) - _THINNEST
 
-    if FILMS[film].force is not None:
+    if FILMS[case.film].force is not None:
         force = _closed_form(case)
-        x, y = _equilibrium(force, target, least)
-        return _operating(case, force, x, y, None, _shear(case, x, y))
-    solver = _Solver(case, (0.0, 0.0), COARSE)
-    x, y = _equilibrium(solver.force, target, least)
-    solver = _Solver(case, (x, y), cells)
-    x, y = _equilibrium(solver.force, target, least, (x, y))
-    solved = solver.film(x, y, 0.0, 0.0)
-    torque = case.force_unit * case.clearance * friction_torque(solved)
-    return _operating(case, solver.force, x, y, solved, torque)
+        x, y = equilibrium(force, target, least)
+        torque = _shear(case, x, y)
+    else:
+        place = equilibrium(_Solver(case, (0.0, 0.0), COARSE).force, target, least)
+        solver, step = _Solver(case, place, cells), DIFFERENCE
+        x, y = equilibrium(solver.force, target, least, place)
+        force, film = solver.force, solver.film(x, y)
+        torque = case.force_unit * case.clearance * friction_torque(film)
+    found = coefficients(force, x, y, step * case.thickness(x, y).least(case.slenderness))
+    unit, scale = case.force_unit / case.clearance, case.force_unit / case.load
+    whirl = stability(found.stiffness * scale, found.damping * scale)
+    scaled = Coefficients(unit * found.stiffness, unit / case.speed * found.damping)
+    mass = whirl.critical_mass * case.load / (case.clearance * case.speed**2)
+    return BearingPoint(case, x, y, film, torque, scaled, mass, whirl.whirl_ratio)
 
 
 def checked(case: BearingCase) -> BearingCase:
-    """Check the values of a case; return it.
-
-    Raises
-    ------
-    InputError
-        If a value is invalid: one line with the value, the reason and the allowed range.
-    """
-
-    def fault(where: str, problem: str) -> InputError:
-        return InputError("bearing", where, problem)
-
-    for name in ("diameter", "length", "clearance", "viscosity", "speed", "load"):
+    """Check the values of a case; return it. InputError with the value, the reason and the allowed range."""
+    fault = partial(InputError, "bearing")
+    for name in ("diameter", "length", "clearance", "viscosity", "speed", "load", "mass"):
         value = getattr(case, name)
-        if not (math.isfinite(value) and value > 0.0):
+        if value is not None and not value > 0.0:
             raise fault(name, f"{value:g}: must be positive")
-    if case.mass is not None and not (math.isfinite(case.mass) and case.mass > 0.0):
-        raise fault("mass", f"{case.mass:g}: must be positive")
     if case.clearance >= case.radius:
         raise fault("clearance", f"{case.clearance:g} m: must be below the radius of the bearing, {case.radius:g} m")
     if case.film not in FILMS or FILMS[case.film].parameters:
@@ -299,51 +303,38 @@ def checked(case: BearingCase) -> BearingCase:
         check_grooves(case.grooves, case.cavity_pressure)
     except ValueError as problem:
         raise fault("", str(problem)) from None
-    if not all(map(math.isfinite, case.tilt)):
-        raise fault("tilt", "must be two finite numbers")
     if math.hypot(*case.tilt) * 0.5 * case.length >= case.clearance * (1.0 - 2.0 * _THINNEST):
         most = 2.0 * case.clearance / case.length
         raise fault(
             "tilt", f"{math.hypot(*case.tilt):g}: the journal touches the bearing at {most:g} (2 c/L) and above"
         )
     if own and case.rule == "mass-conserving" and not case.grooves and case.cavity_pressure == 0.0:
-        raise fault("", str(NoLoadError()))
+        raise fault("", no_load("set a cavity pressure below 0, "))
     return case
 
 
 def chart(case: BearingCase, progress: Callable[[float], object] | None = None) -> dict[str, Array]:
-    """Compute the usual chart of a bearing: operating points at the loads of given eccentricity ratios.
+    """Compute the usual chart of a bearing with a finite film: operating points at given eccentricity ratios.
 
-    Parameters
-    ----------
-    case : BearingCase
-        Of a finite film; its load does not matter.
-    progress : callable, optional
-        Called with the part that is done.
-
-    Returns
-    -------
-    dict of str to (n,) array
-        ``eccentricity_ratio``, ``sommerfeld``, ``attitude`` [rad], ``flow`` over c R^2 omega, ``friction``: torque
-        over load, radius and c/R.
+    Return the (n,) arrays ``eccentricity_ratio``, ``sommerfeld``, ``attitude`` [rad], ``flow`` over c R^2 omega,
+    ``friction``: torque over load, radius and c/R. The load of the case does not matter. `progress` is called with the
+    part that is done.
     """
-    case = checked(case)
     rows: list[tuple[float, ...]] = []
-    slenderness = case.length / case.diameter
     for k, eps in enumerate(_CHART):
         angle = rows[-1][2] if rows else 1.2
-        if _thickness(case, eps, 0.0).least(slenderness) <= _THINNEST:
+        if case.thickness(eps, 0.0).least(case.slenderness) <= _THINNEST:
             break
         solver = _Solver(case, (eps * math.cos(angle), eps * math.sin(angle)), COARSE)
         for _ in range(25):  # turn the place until the force is opposite to x
-            fx, fy = solver.force(eps * math.cos(angle), eps * math.sin(angle), 0.0, 0.0)
-            turn = math.atan2(fy, -fx)
+            film = solver.film(eps * math.cos(angle), eps * math.sin(angle))
+            turn = math.atan2(film.force[1], -film.force[0])
             angle += 0.7 * turn
             if abs(turn) < 1e-4:
                 break
         else:
             continue
-        film = solver.film(eps * math.cos(angle), eps * math.sin(angle), 0.0, 0.0)
+        film = solver.film(eps * math.cos(angle), eps * math.sin(angle))
         load = math.hypot(*film.force)
         rows.append((eps, case.sommerfeld(load * case.force_unit), angle, film.end_flow, friction_torque(film) / load))
         if progress is not None:
@@ -356,65 +347,28 @@ class _Solver:
     """The film of a case on one mesh; each solution is the next one's guess."""
 
     def __init__(self, case: BearingCase, place: tuple[float, float], cells: tuple[int, int]) -> None:
-        half = None if not any(case.tilt) else False
+        half = False if any(case.tilt) else None
+        mesh = surface_mesh(case.slenderness, case.grooves, place, *cells, half=half)
         self.case = case
-        self.mesh: SurfaceMesh = surface_mesh(case.length / case.diameter, case.grooves, place, *cells, half=half)
-        self.guess: SurfaceFilm | None = None
+        self.surface = FilmSurface(mesh, case.grooves, Pressures(case.cavity_pressure, case.pressure_unit))
+        self.guess: Array | None = None
 
-    def film(self, x: float, y: float, vx: float, vy: float) -> SurfaceFilm:
+    def film(self, x: float, y: float, vx: float = 0.0, vy: float = 0.0) -> SurfaceFilm:
         """Solve the film at a place and velocity of the journal."""
-        case = self.case
-        self.guess = solve_film(
-            self.mesh,
-            _thickness(case, x, y),
-            case.grooves,
-            rule=case.rule,
-            velocity=(vx, vy),
-            pressures=Pressures(case.cavity_pressure, case.pressure_unit),
-            guess=None if self.guess is None else self.guess.solution,
-        )
-        return self.guess
+        thickness, rule = self.case.thickness(x, y), self.case.rule
+        found = solve_film(self.surface, thickness, rule=rule, velocity=(vx, vy), guess=self.guess)
+        self.guess = found.solution
+        return found
 
     def force(self, x: float, y: float, vx: float, vy: float) -> tuple[float, float]:
         """Force on the journal over the unit of force."""
         return self.film(x, y, vx, vy).force
 
 
-def _thickness(case: BearingCase, x: float, y: float) -> Thickness:
-    slope = case.radius / case.clearance
-    return Thickness(x, y, case.tilt[0] * slope, case.tilt[1] * slope)
-
-
-def _equilibrium(
-    force: Any, load: float, least: Callable[[float, float], float], start: tuple[float, float] | None = None
-) -> tuple[float, float]:
-    try:
-        return equilibrium(force, load, least, start)
-    except ArithmeticError as problem:
-        raise RunError(
-            f"bearing: {problem}: the film would be thinner than {_THINNEST:g} of the clearance, or its groove lies "
-            "where the load presses; lower the load, raise speed, viscosity or length, or move the groove"
-        ) from None
-
-
-def _operating(
-    case: BearingCase, force: Any, x: float, y: float, film: SurfaceFilm | None, torque: float
-) -> BearingPoint:
-    least = _thickness(case, x, y).least(case.length / case.diameter)
-    found = coefficients(force, x, y, least, *(() if film is not None else (_SMOOTH,)))
-    unit = case.force_unit / case.clearance
-    scale = case.force_unit / case.load
-    whirl = stability(found.stiffness * scale, found.damping * scale)
-    stiffness, damping = unit * found.stiffness, unit / case.speed * found.damping
-    mass = whirl.critical_mass * case.load / (case.clearance * case.speed**2)
-    return BearingPoint(case, x, y, film, torque, Coefficients(stiffness, damping), mass, whirl.whirl_ratio)
-
-
 def _closed_form(case: BearingCase) -> Callable[[float, float, float, float], tuple[float, float]]:
     """Force of a film in closed form over the unit of force."""
-    law, slenderness = FILMS[case.film].force, case.length / case.diameter
-    if law is None:
-        raise AssertionError("a film in closed form")
+    law, slenderness = FILMS[case.film].force, case.slenderness
+    assert law is not None
 
     def force(x: float, y: float, vx: float, vy: float) -> tuple[float, float]:
         e = math.hypot(x, y)

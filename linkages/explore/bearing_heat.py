@@ -55,11 +55,8 @@ def warm_bearing(
     Parameters
     ----------
     heat : Heat
-    diameter, length, clearance, speed, load : float
-        As for `linkages.bearing` [m], [rad/s], [N]; the viscosity follows from the temperature.
-    cells : (int, int)
-    **options
-        Of `linkages.bearing`.
+    diameter, length, clearance, speed, load, cells, **options
+        As for `linkages.bearing`; the viscosity follows from the temperature.
 
     Raises
     ------
@@ -92,8 +89,7 @@ def warm_bearing(
         temperature = heat.balance(lambda celsius: excess(celsius, COARSE))
     except ArithmeticError as problem:
         raise RunError(f"bearing: {problem}") from None
-    width = 1.0
-    low, high = temperature - width, temperature + width
+    low, high = temperature - 1.0, temperature + 1.0
     if excess(low, cells) > 0.0 > excess(high, cells):  # the finer mesh moves the balance by less
         temperature = root(lambda celsius: excess(celsius, cells), low, high)
     return WarmBearing(point(temperature, cells), heat, temperature)

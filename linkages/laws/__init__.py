@@ -1,19 +1,20 @@
 """Laws of joints with clearance (contact, film, friction, wear, oil): scalar, pure, compiled.
 
-| module     | content                                                                 |
-|------------|-------------------------------------------------------------------------|
-| parameters | declared parameters; the record of numbers that describes one joint     |
-| film       | films: closed forms, the finite film by Reynolds' equation and as a map |
-| contact    | normal contact laws, and their constants from material and geometry     |
-| friction   | friction laws                                                           |
-| control    | controllers in Python                                                   |
-| declared   | the laws by kind and name, with their parameters                        |
-| user_laws  | user-defined laws                                                       |
-| mixed      | transition between film and contact: blend, asperities                  |
-| viscosity  | viscosity of an oil at a temperature                                    |
-| heat       | temperature of an oil from a lumped heat balance                        |
-| journal    | journal kinematics and the force pair on journal and bearing            |
-| wear       | worn profiles, contact on them, Archard's law                           |
+| module         | content                                                                 |
+|----------------|-------------------------------------------------------------------------|
+| parameters     | declared parameters; the record of numbers that describes one joint     |
+| film           | films: closed forms, the finite film by Reynolds' equation and as a map |
+| contact        | normal contact laws, and their constants from material and geometry     |
+| friction       | friction laws                                                           |
+| control        | controllers in Python                                                   |
+| declared       | the laws by kind and name, with their parameters                        |
+| user_laws      | user-defined laws                                                       |
+| mixed          | transition between film and contact: blend, asperities                  |
+| viscosity      | viscosity of an oil at a temperature                                    |
+| heat           | temperature of an oil from a lumped heat balance                        |
+| journal        | the force pair on journal and bearing                                   |
+| journal_motion | motion of a journal in its bearing                                      |
+| wear           | worn profiles, contact on them, Archard's law                           |
 
 Conventions (all laws): the eccentricity vector e points from the bearing's centre to the journal's;
 n = e/|e| is radial and outward, t = z x n. Forces act on the **journal**; the bearing gets the opposite

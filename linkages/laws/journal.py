@@ -6,15 +6,15 @@ import math
 
 import numpy as np
 
-from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel import Array, inlined_kernel, kernel
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.closed_form import EPS_MAX
-from linkages.laws.film.film_history import in_bearing, mean_content, solve_history, supply_of
 from linkages.laws.film.films import MAPPED, film_force
 from linkages.laws.film.map_table import is_grooved, mapped_flow, static_film
 from linkages.laws.film.tilted_film import tilted_action
 from linkages.laws.friction import bristle_rate, friction_coefficient
-from linkages.laws.mixed import asperity_force, dry_weight, mix
+from linkages.laws.journal_motion import polar, sliding_speed
+from linkages.laws.mixed import asperity_force, joined
 from linkages.laws.parameters import MODELS, SHEAR
 
 _NO_SHEAR = SHEAR["none"]
@@ -76,7 +76,7 @@ def clearance_force(
     c = joint.clearance
     e, nx, ny, v_n, v_t = polar(ex, ey, vx, vy)
     delta, radius = e - c, joint.radius - c  # radius of the journal
-    sliding = _sliding(joint, e, v_t, omega_b, omega_j)
+    sliding = sliding_speed(joint, e, v_t, omega_b, omega_j)
     f_n, f_t, couple, rate, load = 0.0, 0.0, 0.0, 0.0, 0.0
     if joint.tilt != 0.0:  # lubricated
         f_n, f_t, couple, _, _, _ = tilted_action(joint, e, v_n, v_t, omega_b, omega_j, math.atan2(ny, nx) - angle)
@@ -88,70 +88,8 @@ def clearance_force(
         if joint.model != _DRY and joint.transition == 0.0:
             extra = asperity_force(e / c, c, joint.radius, joint.length, joint.roughness, joint.asperity_pressure)
         load, drag, rate = dry_force(joint, delta, v_n, sliding, approach, bristle, extra)
-        d_n, d_t, d_couple = -load, -drag, -radius * drag
-        if joint.model == _DRY or joint.transition == 0.0:
-            f_n, f_t, couple = f_n + d_n, f_t + d_t, couple + d_couple
-        else:  # Chen 2025 eq. (15)
-            f_n = mix(f_n, d_n, delta, joint.transition)
-            f_t = mix(f_t, d_t, delta, joint.transition)
-            couple = mix(couple, d_couple, delta, joint.transition)
-            load *= dry_weight(delta, joint.transition)
+        f_n, f_t, couple, load = joined(joint, (f_n, f_t, couple), (-load, -drag, -radius * drag), delta, load)
     return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate, delta, v_n, sliding, load
-
-
-@lazy_kernel
-def history_force(
-    joint: np.record,
-    table: Array,
-    oil: Array,
-    ex: float,
-    ey: float,
-    vx: float,
-    vy: float,
-    omega_b: float,
-    omega_j: float,
-    angle: float,
-) -> tuple[float, float, float, float, float, float, float, float, float, float]:
-    """Compute the results of `clearance_force` for a film with history, then film content and flow [m3/s].
-
-    Parameters
-    ----------
-    table, oil : arrays of float
-        See `linkages.laws.film.film_history.solve_history`.
-
-    Notes
-    -----
-    The couple is the one of `film_action`.
-    """
-    e, _, _, v_n, v_t = polar(ex, ey, vx, vy)
-    sliding = _sliding(joint, e, v_t, omega_b, omega_j)
-    x, y, u, v, c, s = in_bearing(joint, ex, ey, vx, vy, omega_b, angle)
-    spin = omega_j - omega_b
-    fx, fy, shear, flow = solve_history(table, oil, x, y, u, v, spin, supply_of(joint))
-    scale = joint.viscosity * joint.radius**4 / joint.clearance**2
-    fx, fy = scale * (c * fx - s * fy), scale * (s * fx + c * fy)
-    couple = 0.0
-    if joint.shear != _NO_SHEAR:
-        couple = -joint.clearance * scale * shear * spin - 0.5 * (ex * fy - ey * fx)
-    content, flow = mean_content(table, oil, x, y), joint.clearance * joint.radius**2 * flow
-    return fx, fy, couple, 0.0, e - joint.clearance, v_n, sliding, 0.0, content, flow
-
-
-@inlined_kernel
-def _sliding(joint: np.record, e: float, v_t: float, omega_b: float, omega_j: float) -> float:
-    """Sliding speed of the journal's surface on the bearing's, at an eccentricity e [m/s]."""
-    radius = joint.radius - joint.clearance
-    return v_t + omega_j * radius - omega_b * (e + radius)
-
-
-@inlined_kernel
-def polar(ex: float, ey: float, vx: float, vy: float) -> tuple[float, float, float, float, float]:
-    """Length and direction of the eccentricity, and the velocity along and across it."""
-    e = math.sqrt(ex * ex + ey * ey)
-    nx, ny = 1.0, 0.0  # the force does not depend on the direction at the centre
-    if e > 0.0:
-        nx, ny = ex / e, ey / e
-    return e, nx, ny, vx * nx + vy * ny, vy * nx - vx * ny
 
 
 @kernel

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.base.kernel import kernel, lazy_kernel
+from linkages.base.kernel import inlined_kernel, kernel, lazy_kernel
 from linkages.laws.contact.material import modulus_of
 
 _LOW, _HIGH = -6.0, 10.0  # range of the fit of ln F_5/2
@@ -55,9 +55,11 @@ def fill_mixed(record: Any, values: Mapping[str, Any], material: Mapping[str, An
     if values["law"] == "blend":
         record["transition"] = values["transition"]
         return
-    sigma, density, radius = values["roughness"], values["density"], values["tip_radius"]
-    record["roughness"] = np.hypot(sigma, sigma)
-    record["asperity_pressure"] = asperity_pressure(sigma, sigma, density, radius, modulus_of(material))
+    sigma = math.hypot(values["roughness"], values["roughness"])  # of the two surfaces
+    record["roughness"] = sigma
+    record["asperity_pressure"] = asperity_pressure(
+        sigma, values["density"], values["tip_radius"], modulus_of(material)
+    )
 
 
 @kernel
@@ -72,6 +74,21 @@ def dry_weight(delta: float, transition: float) -> float:
 def mix(film: float, dry: float, delta: float, transition: float) -> float:
     """Blend a component of the film and contact forces: Chen 2025 eq. (15)."""
     return film + dry_weight(delta, transition) * (dry - film)
+
+
+@inlined_kernel
+def joined(
+    joint: np.record, film: tuple[float, float, float], dry: tuple[float, float, float], delta: float, load: float
+) -> tuple[float, float, float, float]:
+    """Add force (2) and couple of film and contact, or blend them, at a penetration; and the load of the contact."""
+    if joint.transition == 0.0:
+        return film[0] + dry[0], film[1] + dry[1], film[2] + dry[2], load
+    x, y, couple = (
+        mix(film[0], dry[0], delta, joint.transition),
+        mix(film[1], dry[1], delta, joint.transition),
+        mix(film[2], dry[2], delta, joint.transition),
+    )
+    return x, y, couple, load * dry_weight(delta, joint.transition)
 
 
 @kernel
@@ -94,15 +111,13 @@ def gauss_five_halves(u: float) -> float:
     return math.exp(total)
 
 
-def asperity_pressure(
-    roughness_b: float, roughness_j: float, density: float, tip_radius: float, modulus: float
-) -> float:
+def asperity_pressure(sigma: float, density: float, tip_radius: float, modulus: float) -> float:
     """Factor of F_5/2 in the asperities' pressure [Pa].
 
     Parameters
     ----------
-    roughness_b, roughness_j : float
-        Standard deviations of the two surfaces' summits [m]; they combine as sigma^2 = sigma_b^2 + sigma_j^2.
+    sigma : float
+        Combined standard deviation of the surfaces' summits [m], sigma^2 = sigma_b^2 + sigma_j^2.
     density : float
         Summits per area n [1/m^2].
     tip_radius : float
@@ -110,7 +125,6 @@ def asperity_pressure(
     modulus : float
         Contact modulus E' [Pa], see `linkages.laws.contact.material.contact_modulus`.
     """
-    sigma = math.hypot(roughness_b, roughness_j)
     number = density * tip_radius * sigma
     return 16.0 * math.sqrt(2.0) * math.pi / 15.0 * number**2 * math.sqrt(sigma / tip_radius) * modulus
 

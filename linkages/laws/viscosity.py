@@ -1,4 +1,4 @@
-"""Viscosity of a lubricating oil at a temperature: Walther (ASTM D341), Vogel, and ISO grades.
+"""Viscosity of a lubricating oil at a temperature: Walther (ASTM D341), and ISO grades.
 
 Temperatures are in degrees Celsius, kinematic viscosities nu in mm2/s (cSt) as oils are sold by, dynamic
 viscosities mu in Pa s as the films take them: mu = nu*1e-6*rho.
@@ -22,17 +22,7 @@ DENSITY_15, DENSITY_SLOPE = 870.0, -0.65
 
 
 def walther_constants(nu_1: float, celsius_1: float, nu_2: float, celsius_2: float) -> tuple[float, float]:
-    """Constants A, B of log10(log10(nu + 0.7)) = A - B*log10(T) through two measured viscosities.
-
-    Raises
-    ------
-    ValueError
-        If a viscosity is below 2 mm2/s, where ASTM D341 adds further terms, or the temperatures are equal.
-    """
-    if min(nu_1, nu_2) < 2.0:
-        raise ValueError(f"kinematic viscosity {min(nu_1, nu_2)!r} mm2/s: must be at least 2")
-    if celsius_1 == celsius_2:
-        raise ValueError(f"both viscosities at {celsius_1!r} deg C: needs two temperatures")
+    """Constants A, B of log10(log10(nu + 0.7)) = A - B*log10(T) through two viscosities of 2 mm2/s or more."""
     x_1, x_2 = math.log10(celsius_1 + _ZERO), math.log10(celsius_2 + _ZERO)
     w_1, w_2 = (math.log10(math.log10(nu + 0.7)) for nu in (nu_1, nu_2))
     slope = (w_1 - w_2) / (x_2 - x_1)
@@ -45,35 +35,6 @@ def walther(celsius: float, a: float, b: float) -> float:
     Source: ASTM D341, the form for nu > 2 mm2/s; Walther 1931.
     """
     return 10.0**10.0 ** (a - b * math.log10(celsius + _ZERO)) - 0.7
-
-
-def vogel_constants(
-    mu_1: float, celsius_1: float, mu_2: float, celsius_2: float, mu_3: float, celsius_3: float
-) -> tuple[float, float, float]:
-    """Constants a [Pa s], b [K], c [deg C] of `vogel` through three measured viscosities.
-
-    Raises
-    ------
-    ValueError
-        If the viscosities do not fall with rising temperature, each more slowly than before.
-    """
-    t_1, t_2, t_3 = celsius_1, celsius_2, celsius_3
-    if not (t_1 < t_2 < t_3 and mu_1 > mu_2 > mu_3 > 0.0):
-        raise ValueError("Vogel's equation: viscosity must fall with rising temperature")
-    ratio = math.log(mu_1 / mu_2) / math.log(mu_2 / mu_3) * (t_3 - t_2)
-    if ratio <= t_2 - t_1:
-        raise ValueError("Vogel's equation: ln(viscosity) must be convex in temperature")
-    c = (ratio * t_1 - (t_2 - t_1) * t_3) / (ratio - (t_2 - t_1))
-    b = math.log(mu_1 / mu_3) / (1.0 / (t_1 - c) - 1.0 / (t_3 - c))
-    return mu_1 * math.exp(-b / (t_1 - c)), b, c
-
-
-def vogel(celsius: float, a: float, b: float, c: float) -> float:
-    """Dynamic viscosity a*exp(b/(T - c)) [Pa s]; T above c.
-
-    Source: Vogel 1921; the form used for engine oils, with T and c both in deg C.
-    """
-    return a * math.exp(b / (celsius - c))
 
 
 def density(celsius: float, density_15: float = DENSITY_15) -> float:

@@ -135,18 +135,16 @@ def film_error(record: Any, slenderness: float, e: Array, force: Array) -> FilmE
     of the force: a film is homogeneous of degree one. The eccentricity is an estimate: it keeps the speeds deps and
     ew/eps of the moment, and so neglects that a film that carries less is squeezed for longer.
     """
-    ratio = np.hypot(*e.T) / record.clearance
-    size = np.hypot(*force.T)
+    unit = float(record.viscosity * record.length * record.radius**3 / record.clearance**2)
+    ratio, size = np.hypot(*e.T) / record.clearance, np.hypot(*force.T) / unit
     usable = (size > 0.0) & (ratio > 1e-3) & (ratio < _LARGEST)
     if not usable.any():
         return None
-    strongest = int(np.argmax(np.where(usable, size, -1.0)))
-    widest = int(np.argmax(np.where(usable, ratio, -1.0)))
-    unit = float(record.viscosity * record.length * record.radius**3 / record.clearance**2)
+    strongest, widest = (int(np.argmax(np.where(usable, values, -1.0))) for values in (size, ratio))
     eps, deps, ew = _motion(record, slenderness, e[strongest], force[strongest] / unit)
-    excess = float(size[strongest]) / unit / math.hypot(*finite_force(eps, slenderness, deps, 0.5 * ew))
+    excess = float(size[strongest]) / math.hypot(*finite_force(eps, slenderness, deps, 0.5 * ew))
     eps, deps, ew = _motion(record, slenderness, e[widest], force[widest] / unit)
-    needed = float(size[widest]) / unit
+    needed = float(size[widest])
 
     def spare(other: float, cells: tuple[int, int] = PLAIN_CELLS["guembel"]) -> float:
         half_ew = 0.5 * ew * other / eps

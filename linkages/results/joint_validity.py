@@ -17,7 +17,7 @@ from linkages.input.files.raw_model import BearingSize
 from linkages.input.model.experiment_tables import ContactTable, JointModel
 from linkages.input.model.mechanism import Joint
 from linkages.laws import CONTACTS, FILMS
-from linkages.laws.contact.material import contact_modulus
+from linkages.laws.contact.material import modulus_of
 from linkages.laws.film.map_nodes import CENTRE
 from linkages.laws.viscosity import DENSITY_15, density
 from linkages.results.films import film_error
@@ -276,13 +276,13 @@ def _hardest(case: JournalCase, contact: ContactTable) -> tuple[float, float, fl
 
     a^2 = 4 F R/(pi E' L) and p = 2 F/(pi a L), 1/R = 1/R_j - 1/R_b: Johnson, Contact Mechanics, 1985, eq. (4.43).
     """
-    clearance, young, poisson = case.model.clearance or 0.0, contact.youngs_modulus, contact.poissons_ratio
+    clearance, young = case.model.clearance or 0.0, contact.youngs_modulus
     journal = case.bearing.radius - clearance
     impact = max(case.impacts, key=lambda impact: impact.peak_normal_force, default=None)
     if impact is None or young is None or not impact.peak_normal_force > 0.0 or not clearance > 0.0:
         return None
     line = impact.peak_normal_force / case.bearing.length
-    modulus = contact_modulus(young, poisson, young, poisson)
+    modulus = modulus_of(dict(contact))
     half = math.sqrt(4.0 * line * case.bearing.radius * journal / clearance / (math.pi * modulus))
     return half, 2.0 * line / (math.pi * half), impact.start
 

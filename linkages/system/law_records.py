@@ -15,8 +15,7 @@ from linkages.input.model.experiment_tables import JointModel
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.film.closed_form import THINNEST
 from linkages.laws.film.film_history import LARGEST, history_table
-from linkages.laws.film.film_map import MapCase
-from linkages.laws.film.map_cache import load_map
+from linkages.laws.film.film_map import MapCase, load_map
 from linkages.laws.film.map_table import table_limit
 from linkages.laws.mixed import fill_mixed
 from linkages.laws.parameters import MODELS, SHEAR

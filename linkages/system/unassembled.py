@@ -21,7 +21,7 @@ from linkages.input.model.experiment_tables import FilmHistory, JointModel
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
-from linkages.mechanics.planar.record_types import HISTORY, ORIENTED, REVOLUTE, WORN
+from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLUTE, WORN
 from linkages.system.flexible_link import flexible_link
 from linkages.system.law_records import ContactLaws, contact_laws
 from linkages.system.load_records import pack_loads, unilateral_ends, unilateral_models
@@ -282,7 +282,7 @@ class Unassembled(Brief):
         ends = chained(self.tree.ends, unilateral_ends(self.tree, self.experiment))
         for k, model in enumerate(self.models):
             if model.feed or model.is_tilted or model.is_worn:  # the direction of the bearing matters
-                ends["kind"][k] = WORN if model.is_worn else HISTORY if model.has_history else ORIENTED
+                ends["kind"][k] = WORN if model.is_worn else REMEMBERING if model.has_history else ORIENTED
         return ends
 
 

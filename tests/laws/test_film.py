@@ -11,9 +11,8 @@ from scipy.integrate import quad
 
 from linkages.laws import FILMS
 from linkages.laws.film.closed_form import EPS_MAX, half_film_long, pinkus_sternlicht, short_bearing
-from linkages.laws.film.film_map import MapCase
+from linkages.laws.film.film_map import MapCase, load_map
 from linkages.laws.film.films import film_force
-from linkages.laws.film.map_cache import load_map
 
 EPS = st.floats(0.0, 0.999)
 RATE = st.floats(-100.0, 100.0).filter(lambda rate: rate == 0.0 or abs(rate) > 1e-150)  # whose square does not vanish

@@ -10,12 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from joint_records import joint, map_quantities
 
+from linkages.base.disk import cache_directory
 from linkages.laws import FILMS
-from linkages.laws.film import map_cache
+from linkages.laws.film import film_map
 from linkages.laws.film.closed_form import half_film_long
-from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, MapCase, build_map, solve_plain
+from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, MapCase, build_map, load_map, map_path
 from linkages.laws.film.films import film_force
-from linkages.laws.film.map_cache import cache_directory, load_map, map_path
+from linkages.laws.film.map_nodes import solve_plain
 from linkages.laws.film.map_table import head_of, ratios, table_limit
 
 SLENDERNESS = 0.04 / 0.03  # Chen 2025 Table 5
@@ -145,7 +146,7 @@ def cache(tmp_path, monkeypatch):
         built.append(arguments)
         return build_map(*arguments)
 
-    monkeypatch.setattr(map_cache, "build_map", counted)
+    monkeypatch.setattr(film_map, "build_map", counted)
     return built
 
 
@@ -165,8 +166,8 @@ def test_cache_keeps_maps_apart_and_reads_them_back(cache, tmp_path):
 def test_listeners_hear_of_maps_that_are_built(cache, monkeypatch):
     """Not of stored ones."""
     heard = []
-    monkeypatch.setattr(map_cache, "_told", [])
-    map_cache.tell(lambda case: lambda done: heard.append((case.slenderness, done)))
+    monkeypatch.setattr(film_map, "_told", [])
+    film_map.tell(lambda case: lambda done: heard.append((case.slenderness, done)))
     for _ in range(2):
         load_map(small(0.6))
     assert [slenderness for slenderness, _ in heard] == [0.6] * 9
@@ -188,7 +189,7 @@ def damaged(data, how):
     elif how == "slenderness":
         table[1] = 0.6
     changed = {"not numbers": b"pickled?", "shape": table[:-1].tobytes()}.get(how, table.tobytes())
-    return hashlib.sha256(map_cache._IDENTITY + changed).digest() + changed
+    return hashlib.sha256(film_map._IDENTITY + changed).digest() + changed
 
 
 @pytest.mark.parametrize("how", ["truncated", "bit", "empty", "nan", "version", "slenderness", "not numbers", "shape"])

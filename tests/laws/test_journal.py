@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from linkages.laws import FILMS
-from linkages.laws.film.film_map import MapCase
-from linkages.laws.film.map_cache import load_map
+from linkages.laws.film.film_map import MapCase, load_map
 from linkages.laws.journal import clearance_force as whole_force
 
 CLEARANCE = 1e-4

@@ -11,7 +11,7 @@ from linkages.laws.film.surface.balance import Balance, Thickness, make_balance
 from linkages.laws.film.surface.cavity import RULES, eliminate, solve
 from linkages.laws.film.surface.grooves import Groove, check_grooves
 from linkages.laws.film.surface.surface_film import (
-    NoLoadError,
+    FilmSurface,
     Pressures,
     friction_torque,
     largest_pressure,
@@ -23,11 +23,16 @@ TURN = 2.0 * math.pi
 TOP = Groove(math.pi, math.radians(20.0), 1.0)  # opposite the load
 
 
-def film_of(eps, psi, grooves, slenderness=1.0, around=96, along=8, tilt=(0.0, 0.0), half=None, **options):
+AMBIENT = Pressures()
+
+
+def film_of(
+    eps, psi, grooves, slenderness=1.0, around=96, along=8, tilt=(0.0, 0.0), half=None, pressures=AMBIENT, **options
+):
     """A film whose eccentricity points to psi."""
     x, y = eps * math.cos(psi), eps * math.sin(psi)
     mesh = surface_mesh(slenderness, grooves, (x, y), around, along, half=half)
-    return solve_film(mesh, Thickness(x, y, *tilt), grooves, **options)
+    return solve_film(FilmSurface(mesh, grooves, pressures), Thickness(x, y, *tilt), **options)
 
 
 def size(film):
@@ -197,9 +202,8 @@ def test_elimination_solves_a_banded_system():
 
 
 def test_a_film_without_groove_and_cavity_at_ambient_carries_nothing():
-    """The balance of any ring gives p = 0 everywhere, and the content is not unique: said, not computed."""
-    with pytest.raises(NoLoadError, match="groove"):
-        film_of(0.6, 0.4, ())
+    """The balance of any ring gives p = 0 everywhere; `linkages.bearing` and experiments refuse such films."""
+    assert size(film_of(0.6, 0.4, ())) < 1e-9
     fed = film_of(0.6, 0.4, (), pressures=Pressures(-1e5, 1e6))  # the ends feed the cavity
     assert size(fed) > 0.1
 

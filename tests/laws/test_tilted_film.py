@@ -8,10 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from joint_records import map_quantities
 
-from linkages.laws.film.film_map import MapCase
-from linkages.laws.film.map_cache import load_map
+from linkages.laws.film.film_map import MapCase, load_map
 from linkages.laws.film.surface.balance import Thickness
-from linkages.laws.film.surface.surface_film import friction_torque, solve_film
+from linkages.laws.film.surface.surface_film import FilmSurface, friction_torque, solve_film
 from linkages.laws.film.surface.surface_mesh import surface_mesh
 from linkages.laws.film.tilted_film import tilted_action, tilted_film, tilted_gap
 from linkages.laws.journal import clearance_force
@@ -32,9 +31,8 @@ def test_force_moment_shear_and_flow_are_those_of_the_surface(state):
     """Finite volumes in both directions, in the bearing's frame: 0.5 % of force and moment, 1 % of the flow."""
     lam, eps, a, b, deps, ew, spin = state
     mesh = surface_mesh(lam, (), (eps, 0.0), 400, 26, half=False)
-    film = solve_film(
-        mesh, Thickness(eps, 0.0, a / lam, b / lam), rule="guembel", velocity=(deps, spin * eps - 0.5 * ew), speed=spin
-    )
+    thickness, velocity = Thickness(eps, 0.0, a / lam, b / lam), (deps, spin * eps - 0.5 * ew)
+    film = solve_film(FilmSurface(mesh), thickness, rule="guembel", velocity=velocity, speed=spin)
     f_n, f_t, m_n, m_t, _, whole, flow = tilted_film(eps, deps, ew, spin, a, b, lam)
     force, moment = np.array(film.force) / (2.0 * lam), np.array(film.moment) / (2.0 * lam**2)
     assert math.dist((f_n, f_t), force) < 5e-3 * np.hypot(*force)

@@ -8,11 +8,11 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 from linkages.laws.film.surface import Groove
-from linkages.laws.film.surface.balance import Thickness, cell_volumes, make_balance, with_history
+from linkages.laws.film.surface.balance import Thickness, cell_volumes, make_balance
 from linkages.laws.film.surface.cavity import solve
-from linkages.laws.film.surface.surface_film import Pressures, solve_film
+from linkages.laws.film.surface.surface_film import FilmSurface, Pressures, solve_film
 from linkages.laws.film.surface.surface_mesh import surface_mesh
-from linkages.laws.film.surface.transient import FilmSurface, Journal, at_rest, filling_time, follow, move
+from linkages.laws.film.surface.transient import Journal, at_rest, filling_time, follow, move
 
 GROOVE = Groove(math.pi, math.radians(20.0), 0.8)
 RING = Groove(math.pi, math.radians(20.0))  # over the whole length
@@ -20,6 +20,11 @@ RING = Groove(math.pi, math.radians(20.0))  # over the whole length
 
 def bearing(grooves=(GROOVE,), slenderness=1.0, around=36, along=4, **options):
     return FilmSurface(surface_mesh(slenderness, grooves, around=around, along=along), grooves, **options)
+
+
+def with_history(balance, volumes, oil, time):
+    """The balance of an implicit Euler step."""
+    return balance._replace(gain=(volumes - oil) / time, most=volumes / time)
 
 
 class Plates:
@@ -155,7 +160,7 @@ def test_half_speed_whirl_carries_nothing():
         orbit = ((2.0 * t, (0.5 * math.cos(t), 0.5 * math.sin(t)), 1.0) for t in turns)
         *_, last = follow(case, at_rest(case, (0.5, 0.0)), orbit)
         forces.append(np.array(last.force))
-    steady = solve_film(case.mesh, Thickness(0.5, 0.0), case.grooves)
+    steady = solve_film(case, Thickness(0.5, 0.0))
     assert np.hypot(*(2.0 * forces[1] - forces[0])) < 0.02 * math.hypot(*steady.force)
 
 
@@ -163,7 +168,7 @@ def test_half_speed_whirl_carries_nothing():
 def test_at_a_place_it_tends_to_the_steady_film(pressures):
     """And each step conserves the oil: what the grooves give less what the ends lose."""
     case, place = bearing(pressures=pressures), (0.4, 0.3)
-    steady, free = solve_film(case.mesh, Thickness(*place), case.grooves, pressures=pressures), case.mesh.groove < 0
+    steady, free = solve_film(case, Thickness(*place)), case.mesh.groove < 0
     state = at_rest(case, place)
     for k in range(1, 61):
         before, (state,) = state, follow(case, state, [(0.5 * k, place, 1.0)])
@@ -191,7 +196,7 @@ def test_the_error_is_of_first_order_in_the_step():
 
 def test_a_loaded_journal_comes_to_its_equilibrium():
     case, place = bearing(), (0.3, 0.4)
-    steady = solve_film(case.mesh, Thickness(*place), case.grooves)
+    steady = solve_film(case, Thickness(*place))
     journal = Journal(1.0, lambda t: (-steady.force[0], -steady.force[1]), lambda t: 1.0)
     times = 0.4 * np.arange(1, 151)
     *_, last = move(case, at_rest(case, (0.1, 0.1)), journal, times)
@@ -217,7 +222,7 @@ def test_a_journal_follows_newton_s_law():
 
 def test_the_filling_time_of_a_film():
     """Longer where less oil flows in; infinite where none does."""
-    places = [solve_film(bearing().mesh, Thickness(*place), (GROOVE,)) for place in ((0.5, 0.3), (-0.5, 0.3))]
+    places = [solve_film(bearing(), Thickness(*place)) for place in ((0.5, 0.3), (-0.5, 0.3))]
     opposite, above = map(filling_time, places)
     assert 0.5 < opposite < 2.0 * math.pi < above
     dry = places[0]._replace(groove_flow=(-1.0,))

@@ -4,15 +4,7 @@ import math
 
 import pytest
 
-from linkages.laws.viscosity import (
-    ISO_VG,
-    density,
-    iso_vg_viscosity,
-    vogel,
-    vogel_constants,
-    walther,
-    walther_constants,
-)
+from linkages.laws.viscosity import ISO_VG, density, iso_vg_viscosity, walther, walther_constants
 
 
 def test_published_walther_examples():
@@ -41,23 +33,6 @@ def test_iso_vg_460_is_the_oil_of_chen_2025():
     assert density(40.0) == pytest.approx(870.0 - 0.65 * 25.0)
 
 
-def test_vogel_passes_through_its_points_and_inverts():
-    a, b, c = vogel_constants(0.2, 20.0, 0.04, 50.0, 0.008, 100.0)
-    for mu, celsius in ((0.2, 20.0), (0.04, 50.0), (0.008, 100.0)):
-        assert vogel(celsius, a, b, c) == pytest.approx(mu, rel=1e-12)
-    made = [vogel(t, 5e-5, 1000.0, -95.0) for t in (20.0, 60.0, 110.0)]
-    found = vogel_constants(made[0], 20.0, made[1], 60.0, made[2], 110.0)
-    assert found == pytest.approx((5e-5, 1000.0, -95.0), rel=1e-9)
-
-
-def test_vogel_and_walther_agree_between_their_points():
-    """Two usual fits of one oil (ISO VG 68) over 30 to 100 deg C: within 1 % of each other."""
-    mu = {t: iso_vg_viscosity(68, t) for t in range(30, 101)}
-    constants = vogel_constants(mu[30], 30.0, mu[60], 60.0, mu[100], 100.0)
-    for t, value in mu.items():
-        assert vogel(t, *constants) == pytest.approx(value, rel=0.01)
-
-
 def test_viscosity_falls_with_temperature():
     for grade in ISO_VG:
         values = [iso_vg_viscosity(grade, t) for t in range(0, 101, 5)]
@@ -68,11 +43,3 @@ def test_viscosity_falls_with_temperature():
 def test_bad_input_is_refused():
     with pytest.raises(ValueError, match="ISO VG 33"):
         iso_vg_viscosity(33, 40.0)
-    with pytest.raises(ValueError, match="at least 2"):
-        walther_constants(46.0, 40.0, 1.5, 100.0)
-    with pytest.raises(ValueError, match="two temperatures"):
-        walther_constants(46.0, 40.0, 46.0, 40.0)
-    with pytest.raises(ValueError, match="fall with rising temperature"):
-        vogel_constants(0.1, 20.0, 0.2, 50.0, 0.05, 100.0)
-    with pytest.raises(ValueError, match="convex"):
-        vogel_constants(0.2, 20.0, 0.1, 50.0, 0.01, 60.0)

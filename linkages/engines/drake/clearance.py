@@ -31,7 +31,7 @@ from linkages.mechanics.planar.contacts import (
     WIDTH,
     approach_at_start,
     fill_landing,
-    has_history,
+    has_films,
     make_memory,
 )
 from linkages.mechanics.planar.record_types import WORN
@@ -78,8 +78,8 @@ class ClearanceJoints(LeafSystem):
     event, so that no integration step crosses it. Between contacts the approach speed is infinite: a trial step across
     a start then evaluates the law without damping; any other approach speed could make the damping arbitrarily large.
     `begin` latches the speeds of contacts that start with the run, because no witness function changes its sign there.
-    LuGre friction: the bristles are continuous state. Films with history: their content is discrete state too, which an
-    event at the start of each step moves to its time; steps of up to `System.longest_film_step` follow it.
+    LuGre friction: the bristles are continuous state. Films that remember: their content is discrete state too, which
+    an event at the start of each step moves to its time; steps of up to `System.longest_film_step` follow it.
 
     Parameters
     ----------
@@ -113,14 +113,14 @@ class ClearanceJoints(LeafSystem):
         self._joint_forces = bound(joint_forces, self._placed, self._rooms.work, self._memory, state, forces)
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         needs = {self.input_port_ticket(self._state.get_index())}
-        if len(self._touching) or has_history(self._memory):
+        if len(self._touching) or has_films(self._memory):
             self.DeclareDiscreteState(self._memory.ravel())
             needs.add(self.xd_ticket())
         if len(self._bristles):
             self.DeclareContinuousState(len(self._bristles))
             needs.add(self.xc_ticket())
         self.replaying = False
-        if has_history(self._memory):
+        if has_films(self._memory):
             self.DeclarePerStepDiscreteUpdateEvent(update=self._advance_films)
         self._witnesses = [self._witness(int(k)) for k in self._touching]
         self._evaluation = self.DeclareVectorOutputPort(
@@ -147,7 +147,7 @@ class ClearanceJoints(LeafSystem):
     def begin(self, context: Context) -> None:
         """Latch the approach speeds of contacts that exist at the state of a context, the start of a run."""
         memory = self._remembered(context)
-        if has_history(memory):
+        if has_films(memory):
             move_films(self._placed, self._rooms.work, memory, context.get_time(), self._state.Eval(context), True)
         joints = self.evaluate(context)
         for k in self._touching:
@@ -161,7 +161,7 @@ class ClearanceJoints(LeafSystem):
         return self._witnesses
 
     def _advance_films(self, context: Context, memory: DiscreteValues) -> EventStatus:
-        """Move the content of the films with history to the start of the step."""
+        """Move the content of the films that remember to the start of the step."""
         if not self.replaying:
             moved = self._remembered(context)
             move_films(self._placed, self._rooms.work, moved, context.get_time(), self._state.Eval(context), False)

@@ -81,7 +81,7 @@ def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, re
 
 @lazy_kernel
 def move_films(place: Placed, work: Workspace, memory: Array, t: float, state: Array, fresh: bool) -> None:
-    """Move the content of the films with history to time t and a state (nx,) of the plant, or make it ``fresh``."""
+    """Move the content of the films that remember to time t and a state (nx,) of the plant, or make it ``fresh``."""
     model = place.model
     _enter(place, work, state)
     if fresh:

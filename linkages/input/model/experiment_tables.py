@@ -12,8 +12,7 @@ from linkages.input.files.table_keys import OneOf
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf
 from linkages.input.model.law_tables import LawTable, parameter_field
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
-from linkages.laws.film.surface.grooves import Groove, check_grooves
-from linkages.laws.film.surface.surface_film import NoLoadError
+from linkages.laws.film.surface.grooves import Groove, check_grooves, no_load
 from linkages.laws.heat import COLDEST, CONDUCTANCE, FRESH, HOTTEST, INLET, SPECIFIC_HEAT, SURROUNDINGS, Heat
 from linkages.laws.viscosity import ISO_VG
 
@@ -310,7 +309,7 @@ class JointModel(LawTable):
             return
         if not self.feed:
             if self.cavitation == "mass-conserving" and self.film == "finite":
-                raise ValueError(str(NoLoadError(cavity_is_ambient=True)))
+                raise ValueError(no_load())
             return
         if self.film != "finite":
             raise ValueError('groove needs film "finite"')

@@ -6,8 +6,7 @@
 | surface        | the film on the developed surface: mesh, volume balance, cavity         |
 | map_table      | the table of a film map, evaluated by splines                           |
 | map_nodes      | the films at the nodes of a map                                         |
-| film_map       | which films are given by maps, and how a map is built                   |
-| map_cache      | film maps on disk                                                       |
+| film_map       | which films are given by maps, how a map is built, maps on disk         |
 | tilted_film    | the finite film under a tilted journal, solved at each evaluation       |
 | film_history   | the film whose content is a state: its force, and its steps             |
 | films          | the films by name, and the evaluation of any of them                    |

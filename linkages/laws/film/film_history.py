@@ -39,6 +39,8 @@ from linkages.laws.film.surface.cavity import settle
 from linkages.laws.film.surface.grooves import Groove
 from linkages.laws.film.surface.surface_film import integrate_film
 from linkages.laws.film.surface.surface_mesh import LINE, surface_mesh
+from linkages.laws.journal_motion import polar, sliding_speed
+from linkages.laws.parameters import SHEAR
 
 #: Largest eccentricity ratio of these films; the coarse mesh does not resolve thinner ones.
 LARGEST = GROOVED_LIMIT
@@ -48,6 +50,7 @@ TIME, PLACE_X, PLACE_Y, MISSING = range(4)
 
 _LEAST = 1e-6  # part of a gap that stays where it would close within the film step: there is no cavity then
 _HEAD = 4  # numbers of a table before its arrays
+_NO_SHEAR = SHEAR["none"]
 
 
 class Sheet(NamedTuple):
@@ -66,23 +69,8 @@ def history_table(
 ) -> Array:
     """Lay out a film with history as a row of numbers, which `sheet_of` reads.
 
-    Parameters
-    ----------
-    slenderness : float
-        L/D.
-    grooves : sequence of Groove
-        In the bearing's frame; their pressures count in parts of the largest.
-    cells : (int, int)
-        Around, and along half the length; edges of grooves add some.
-    step : float
-        Film step tau [s].
-    content : float
-        Film content at the start, 0 to 1.
-
-    Returns
-    -------
-    table : array of float
-        For `solve_history`.
+    From L/D; grooves in the bearing's frame, whose pressures count in parts of the largest; cells around and along half
+    the length, to which edges of grooves add some; film step tau [s]; film content at the start, 0 to 1.
     """
     mesh = surface_mesh(slenderness, grooves, around=cells[0], along=cells[1])
     pressures = np.array([groove.pressure for groove in grooves])
@@ -118,24 +106,20 @@ def remembered_cells(entries: int) -> int:
 
 
 @inlined_kernel
-def _gap_volume(sheet: Sheet, i: int, j: int, x: float, y: float) -> float:
-    """Volume of the gap in a cell."""
-    line = sheet.lines[i]
-    return (sheet.ends[j + 1] - sheet.ends[j]) * (line[0] - x * line[1] - y * line[2])
+def _gap(sheet: Sheet, i: int, x: float, y: float) -> float:
+    """Volume of the gap in a line of cells, over its length."""
+    return sheet.lines[i, 0] - x * sheet.lines[i, 1] - y * sheet.lines[i, 2]
 
 
 @kernel
 def solve_history(
     table: Array, oil: Array, x: float, y: float, vx: float, vy: float, spin: float, supply: float, advance: float = 0.0
 ) -> tuple[float, float, float, float]:
-    """Solve the film with history.
+    """Solve the film of a `history_table` with its memory, in which the solution is kept behind the missing volumes.
 
     Parameters
     ----------
-    table : array of float
-        From `history_table`.
-    oil : (`memory_of`,) array
-        Its memory; the solution is kept behind the missing volumes.
+    table, oil : arrays of float
     x, y, vx, vy : float
         Eccentricity in the bearing's frame, over the clearance, and its rate there [1/s].
     spin : float
@@ -162,7 +146,7 @@ def solve_history(
     missing = oil[MISSING : MISSING + n * m].reshape(n, m)
     z = oil[MISSING + n * m : MISSING + 2 * n * m].reshape(n, m)
     for i in range(n):
-        gap = often * (lines[i, 0] - x * lines[i, 1] - y * lines[i, 2])
+        gap = often * _gap(sheet, i, x, y)
         growth = -vx * lines[i, 1] - vy * lines[i, 2]
         most = max(gap + growth, _LEAST * gap)
         for j in range(m):
@@ -171,41 +155,15 @@ def solve_history(
             balance.gain[i, j] = length * growth + often * missing[i, j]
             balance.most[i, j] = length * most
     film = reference(balance)
-    fill_balance(sheet.lines, sheet.ends, sheet.zeta, x, y, 0.0, 0.0, 0.5 * spin, film)
+    fill_balance(lines, ends, sheet.zeta, x, y, 0.0, 0.0, 0.5 * spin, film)
     settle(film, 0.0, True, z)
-    fx, fy, _, _, shear, flow = integrate_film(sheet.lines, sheet.ends, sheet.zeta, film, 0.0, z)
+    fx, fy, _, _, shear, flow = integrate_film(lines, ends, sheet.zeta, film, 0.0, z)
     if advance > 0.0:
         kept = 1.0 - advance / sheet.step
         for i in range(n):
-            for j in range(m):
-                missing[i, j] = kept * missing[i, j] + advance * balance.most[i, j] * max(
-                    -z[i, j], 0.0
-                )  # keeps the arrays alive, too
+            for j in range(m):  # keeps the arrays alive, too
+                missing[i, j] = kept * missing[i, j] + advance * balance.most[i, j] * max(-z[i, j], 0.0)
     return fx, fy, shear, flow
-
-
-@kernel
-def advance_history(table: Array, oil: Array, t: float, x: float, y: float, spin: float, supply: float) -> None:
-    """Move the missing volumes from the last step to time t, at which the journal is at a place.
-
-    Arguments as for `solve_history`. The volumes of the gap change by their true amounts: the oil is balanced.
-    """
-    h = t - oil[TIME]
-    solve_history(table, oil, x, y, (x - oil[PLACE_X]) / h, (y - oil[PLACE_Y]) / h, spin, supply, h)
-    oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y
-
-
-@kernel
-def start_history(table: Array, oil: Array, t: float, x: float, y: float, fresh: bool) -> None:
-    """Set time and place of a film's last step, and with ``fresh`` its content to the one at the start of a run."""
-    sheet = sheet_of(table)
-    n, m = sheet.supply.shape
-    for i in range(n if fresh else 0):
-        for j in range(m):
-            missing = (1.0 - sheet.content) * _gap_volume(sheet, i, j, x, y)
-            oil[MISSING + i * m + j] = missing if sheet.supply[i, j] < 0.0 else 0.0
-            oil[MISSING + n * m + i * m + j] = 0.0
-    oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y
 
 
 @kernel
@@ -217,7 +175,7 @@ def mean_content(table: Array, oil: Array, x: float, y: float) -> float:
     for i in range(n):
         for j in range(m):
             if sheet.supply[i, j] < 0.0:
-                gap += _gap_volume(sheet, i, j, x, y)
+                gap += (sheet.ends[j + 1] - sheet.ends[j]) * _gap(sheet, i, x, y)
                 missing += oil[MISSING + i * m + j]
     return 1.0 - missing / gap
 
@@ -226,10 +184,7 @@ def mean_content(table: Array, oil: Array, x: float, y: float) -> float:
 def in_bearing(
     joint: np.record, ex: float, ey: float, vx: float, vy: float, omega_b: float, angle: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Return place and rate of a journal in the bearing's frame [1, 1/s], cosine and sine of the bearing's angle.
-
-    Arguments of `linkages.laws.journal.clearance_force`.
-    """
+    """Return place and rate of a journal in the bearing's frame [1, 1/s], cosine and sine of the bearing's angle."""
     c, s, unit = math.cos(angle), math.sin(angle), 1.0 / joint.clearance
     far = math.sqrt(ex * ex + ey * ey) * unit
     inside = unit * (EPS_MAX / far if far > EPS_MAX else 1.0)
@@ -244,20 +199,57 @@ def supply_of(joint: np.record) -> float:
 
 
 @lazy_kernel
+def history_force(
+    joint: np.record, table: Array, oil: Array, ex: float, ey: float, vx: float, vy: float, omega_b: float,
+    omega_j: float, angle: float,
+) -> tuple[float, float, float, float, float, float, float, float, float, float]:  # fmt: skip
+    """Compute the results of `linkages.laws.journal.clearance_force`, then film content and flow [m3/s].
+
+    The couple is the one of `linkages.laws.journal.film_action`.
+    """
+    e, _, _, v_n, v_t = polar(ex, ey, vx, vy)
+    sliding = sliding_speed(joint, e, v_t, omega_b, omega_j)
+    x, y, u, v, c, s = in_bearing(joint, ex, ey, vx, vy, omega_b, angle)
+    spin = omega_j - omega_b
+    fx, fy, shear, flow = solve_history(table, oil, x, y, u, v, spin, supply_of(joint))
+    scale = joint.viscosity * joint.radius**4 / joint.clearance**2
+    fx, fy = scale * (c * fx - s * fy), scale * (s * fx + c * fy)
+    couple = 0.0
+    if joint.shear != _NO_SHEAR:
+        couple = -joint.clearance * scale * shear * spin - 0.5 * (ex * fy - ey * fx)
+    content, flow = mean_content(table, oil, x, y), joint.clearance * joint.radius**2 * flow
+    return fx, fy, couple, 0.0, e - joint.clearance, v_n, sliding, 0.0, content, flow
+
+
+@lazy_kernel
 def advance_film(
     joint: np.record, table: Array, oil: Array, t: float, ex: float, ey: float, omega_b: float, omega_j: float,
     angle: float,
 ) -> None:  # fmt: skip
-    """Move the content of a film to time t, see `advance_history`."""
+    """Move the missing volumes of a film from the last step to time t, at which the journal is at a place.
+
+    Arguments of `history_force`. The volumes of the gap change by their true amounts: the oil is
+    balanced.
+    """
     x, y, _, _, _, _ = in_bearing(joint, ex, ey, 0.0, 0.0, omega_b, angle)
-    if t > oil[TIME]:
-        advance_history(table, oil, t, x, y, omega_j - omega_b, supply_of(joint))
+    h = t - oil[TIME]
+    if h > 0.0:
+        u, v = (x - oil[PLACE_X]) / h, (y - oil[PLACE_Y]) / h
+        solve_history(table, oil, x, y, u, v, omega_j - omega_b, supply_of(joint), h)
+        oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y
 
 
 @lazy_kernel
 def start_film(
     joint: np.record, table: Array, oil: Array, t: float, ex: float, ey: float, angle: float, fresh: bool
 ) -> None:
-    """Set time and place of a film's last step, see `start_history`."""
+    """Set time and place of a film's last step, and with ``fresh`` its content to the one at the start of a run."""
     x, y, _, _, _, _ = in_bearing(joint, ex, ey, 0.0, 0.0, 0.0, angle)
-    start_history(table, oil, t, x, y, fresh)
+    sheet = sheet_of(table)
+    n, m = sheet.supply.shape
+    for i in range(n if fresh else 0):
+        for j in range(m):
+            missing = (1.0 - sheet.content) * ((sheet.ends[j + 1] - sheet.ends[j]) * _gap(sheet, i, x, y))
+            oil[MISSING + i * m + j] = missing if sheet.supply[i, j] < 0.0 else 0.0
+            oil[MISSING + n * m + i * m + j] = 0.0
+    oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y

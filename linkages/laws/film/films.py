@@ -93,7 +93,6 @@ def film_force(
     Parameters
     ----------
     joint : record of `linkages.laws.PARAMETERS`
-        Its ``film`` is ``FILMS[name].address``, or the ``bare_address`` where the extent is not used.
     eps, deps, ew, slenderness : float
         State of the film and L/D, see `linkages.laws.film`.
     table : array of float
@@ -112,10 +111,7 @@ def film_force(
     eps = min(eps, EPS_MAX)
     if joint.film == MAPPED:
         sheared = joint.shear == _HALF_SHEAR or (joint.shear != _NO_SHEAR and is_grooved(table))
-        f_n, f_t, extent = mapped_film(eps, deps, ew, alpha, table, sheared)
-        return f_n, f_t, extent
+        return mapped_film(eps, deps, ew, alpha, table, sheared)
     if joint.film_reads_record:
-        f_n, f_t, extent = _call(joint.film, (eps, deps, ew, slenderness, joint))
-    else:
-        f_n, f_t, extent = _call(joint.film, (eps, deps, ew, slenderness))
-    return f_n, f_t, extent
+        return _call(joint.film, (eps, deps, ew, slenderness, joint))
+    return _call(joint.film, (eps, deps, ew, slenderness))

@@ -86,9 +86,8 @@ class _Place:
         self.mesh = surface_mesh(slenderness, self.grooves, (eps, 0.0), *cells)
         self.closing = self.balance(velocity=(1.0, 0.0), speed=0.0)
         self.whirl = self.balance(velocity=(0.0, -1.0), speed=0.0).gain  # outflow of a full film, for ew/2 = 1
-        if grooves and eps > _CENTRED:  # as the transport of the film content has it
+        if grooves and eps > _CENTRED:  # as the film content is carried
             self.whirl = self.outflow(self.balance((0.0, 0.0), 1.0 / eps), np.ones_like(self.whirl))
-        self.share = (2.0 if self.mesh.half else 1.0) / (2.0 * slenderness)
 
     def balance(self, velocity: tuple[float, float], speed: float) -> Balance:
         return make_balance(self.mesh, Thickness(self.eps, 0.0), velocity, speed)
@@ -97,33 +96,19 @@ class _Place:
         """Volume that leaves the cells in the steady whirl with ew/2 = 1 or -1 without pressure; extent of its film."""
         balance = self.balance((0.0, 0.0), sign / self.eps)
         z = solve(balance)
-        return self.outflow(balance, 1.0 + np.minimum(z, 0.0)), self.extent(balance, z)
+        return self.outflow(balance, 1.0 + np.minimum(z, 0.0)), self.integrals(z, balance)[2]
 
     def near_steady(self, half_ew: float, own: Array) -> tuple[float, Array]:
-        """Expand the force of a film whose content follows the motion, about a steady rotation.
+        """Expand the force of a film whose content follows the motion, about a steady rotation with ew/2 = 1 or -1.
 
-        Parameters
-        ----------
-        half_ew : float
-            1 or -1.
-        own : (2,) array
-            Force of the steady rotation that the map has otherwise.
-
-        Returns
-        -------
-        weight : float
-            1 where both films have the same force in the steady rotation, down to 0 where they have little in common.
-        coefficients : (3, 2) array
-            Of the powers of deps.
+        Return a weight, 1 where its force in this rotation is the one that the map has otherwise, `own` (2,), down to 0
+        where they have little in common; and the coefficients of the powers of deps, (3, 2).
         """
-        before, steady, after = (self._following(deps, half_ew) for deps in (-_NEAR, 0.0, _NEAR))
+        motions = [self.balance((deps, 0.0), half_ew / self.eps) for deps in (-_NEAR, 0.0, _NEAR)]
+        before, steady, after = (self.integrals(solve(balance))[:2] for balance in motions)
         weight = max(1.0 - math.hypot(*(steady - own)) / math.hypot(*own), 0.0) ** 4
         bend = (before - 2.0 * steady + after) / (2.0 * _NEAR**2)
         return weight, np.array([steady, (after - before) / (2.0 * _NEAR), bend])
-
-    def _following(self, deps: float, half_ew: float) -> Array:
-        """Force of a film whose content follows the motion at once, (2,)."""
-        return self.integrals(solve(self.balance((deps, 0.0), half_ew / self.eps)))[:2]
 
     def outflow(self, balance: Balance, content: Array) -> Array:
         """Volume that leaves the cells by transport of the content."""
@@ -137,44 +122,37 @@ class _Place:
         loss = deps * self.closing.gain + share * abs(half_ew) * whirl + (1.0 - share) * half_ew * self.whirl
         return solve(self.closing._replace(gain=loss), rule=rule, guess=guess)
 
-    def integrals(self, p: Array) -> Array:
-        """Force on the journal (2) over L/R, flow out of the ends."""
-        fx, fy, _, _, _, flow = integrate_film(*self.mesh.geometry, packed(self.closing), 0.0, p)
-        return np.array([0.5 * fx / self.slenderness, 0.5 * fy / self.slenderness, flow])
+    def integrals(self, z: Array, balance: Balance | None = None) -> Array:
+        """Quantities of a node in a solution: force on the journal (2) and integral of content/h over L/R, flow."""
+        fx, fy, _, _, shear, flow = integrate_film(*self.mesh.geometry, packed(balance or self.closing), 0.0, z)
+        return np.array([*(0.5 * part / self.slenderness for part in (fx, fy, shear)), flow])
 
-    def extent(self, balance: Balance, z: Array) -> float:
-        """Integral of content/h over L/R in a solution of a balance."""
-        return 0.5 * integrate_film(*self.mesh.geometry, packed(balance), 0.0, z)[4] / self.slenderness
+    def fed(self) -> Array:
+        """Quantities of the film of a journal at rest, fed by the grooves: force over R L, flow over c^3/mu."""
+        known = self.mesh.pressures(np.array([groove.pressure for groove in self.grooves]))
+        return self.integrals(solve(self.closing._replace(gain=np.zeros_like(known), known=known), rule="guembel"))
 
     def pressed(self, p: Array) -> float:
         """Axial mean of the integral of dtheta/h over the film that carries pressure; edges lie between two centres."""
         following, inverse = np.roll(p, -1, axis=0), self.closing.inverse
         total, span = np.maximum(p, 0.0) + np.maximum(following, 0.0), np.abs(p) + np.abs(following)
         part = np.divide(total, span, out=np.zeros_like(p), where=span > 0.0)
-        return self.share * float(
-            np.sum(part * 0.5 * (inverse + np.roll(inverse, -1, axis=0)), axis=0) @ self.mesh.height
-        )
+        inside = np.sum(part * 0.5 * (inverse + np.roll(inverse, -1, axis=0)), axis=0)
+        return float(inside @ self.mesh.height) / (self.slenderness if self.mesh.half else 2.0 * self.slenderness)
+
+
+def _unit(eps: float, deps: float, half_ew: float) -> float:
+    """Force |f_long| that counts as the unit of a node."""
+    return math.hypot(*half_film_long(eps, deps, 2.0 * half_ew, 0.0)[:2])
 
 
 def solve_plain(eps: float, slenderness: float, cavitation: str, angles: Array) -> Array:
-    """Solve the film without groove at one eps for directions y = ``angles`` of the motion, in small steps.
+    """Solve the film without groove at one eps for directions y = ``angles`` (ny,) of the motion, in small steps.
 
-    Force and flow are extrapolated; the extent, which moves from cell to cell, is that of the finer mesh.
-
-    Parameters
-    ----------
-    eps, slenderness : float
-        Eccentricity ratio; L/D.
-    cavitation : str
-        guembel or reynolds.
-    angles : (ny,) array
-
-    Returns
-    -------
-    (ny, 4) array
-        The quantities of `linkages.laws.film.map_table`.
+    Return the quantities of `linkages.laws.film.map_table`, (ny, 4), by the rule guembel or reynolds. Force and flow
+    are extrapolated; the extent, which moves from cell to cell, is that of the finer mesh.
     """
-    places, whole = _two_meshes(eps, slenderness, (), PLAIN_CELLS[cavitation]), cavitation == "guembel"
+    places, whole = _two_places(eps, slenderness, (), PLAIN_CELLS[cavitation]), cavitation == "guembel"
     parts = [[place.pressure(*motion, "guembel") for motion in ((1.0, 0.0), (0.0, 1.0))] for place in places if whole]
     q, out, guess = 1.0 - eps * eps, np.empty((len(angles), CHANNELS)), None
     for row, y in zip(out, angles, strict=True):
@@ -185,23 +163,21 @@ def solve_plain(eps: float, slenderness: float, cavitation: str, angles: Array) 
             guess = places[0].pressure(deps, half_ew, guess=guess)
             p = places[1].pressure(deps, half_ew, guess=np.repeat(guess, 2, axis=1))
             films = [guess, np.maximum(p, 0.0)]
-        f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
-        scale = math.hypot(f_n, f_t)
-        f_n, f_t, flow = _extrapolated(*(place.integrals(p) for place, p in zip(places, films, strict=True)))
-        row[:] = f_n / scale, f_t / scale, places[1].pressed(films[1]) * math.sqrt(q), flow
+        row[:] = _extrapolated(places, films)
+        row[:2] /= _unit(eps, deps, half_ew)
+        row[2] = places[1].pressed(films[1]) * math.sqrt(q)
     return out
 
 
-def _two_meshes(
-    eps: float, slenderness: float, grooves: Sequence[Groove], cells: tuple[int, int]
-) -> tuple[_Place, _Place]:
+def _two_places(eps: float, slenderness: float, grooves: Sequence[Groove], cells: tuple[int, int]) -> list[_Place]:
     """Return the place on a mesh with half as many cells along, and on the mesh itself."""
-    coarse = _Place(eps, slenderness, grooves, 0.0, (cells[0], cells[1] // 2))
-    return coarse, _Place(eps, slenderness, grooves, 0.0, cells)
+    around, along = cells
+    return [_Place(eps, slenderness, grooves, 0.0, (around, count)) for count in (along // 2, along)]
 
 
-def _extrapolated(coarse: Array, fine: Array) -> Array:
-    """Extrapolate results of the two meshes to cells of no length: their error along is of the second order."""
+def _extrapolated(places: Sequence[_Place], films: Sequence[Array]) -> Array:
+    """Extrapolate the integrals on two meshes to cells of no length: their error along is of the second order."""
+    coarse, fine = (place.integrals(p) for place, p in zip(places, films, strict=True))
     return fine + (fine - coarse) / 3.0
 
 
@@ -209,70 +185,34 @@ def finite_force(
     eps: float, slenderness: float, deps: float, half_ew: float, cavitation: str = "guembel",
     grooves: Sequence[Groove] = (), cells: tuple[int, int] = PLAIN_CELLS["guembel"],
 ) -> tuple[float, float]:  # fmt: skip
-    """Force of the finite film in one motion.
+    """Force of the finite film in one motion, in units of mu*L*R^3/c^2; the motion as in `linkages.laws.film`.
 
-    Parameters
-    ----------
-    eps, slenderness : float
-        Eccentricity ratio, below 1; L/D.
-    deps, half_ew : float
-        See `linkages.laws.film`.
-    cavitation : str
-        guembel or reynolds.
-    grooves : sequence of Groove
-        With angles from the eccentricity.
-    cells : (int, int)
-        Around, and along half the length: even; the force is extrapolated from this mesh and one half as fine along.
-
-    Returns
-    -------
-    f_n, f_t : float
-        In units of mu*L*R^3/c^2.
+    By the rule guembel or reynolds; grooves have their angles from the eccentricity. Of the cells around and along half
+    the length the latter are an even number: the force is extrapolated from this mesh and one half as fine along.
     """
-    places = _two_meshes(eps, slenderness, grooves, cells)
-    f_n, f_t = _extrapolated(*(place.integrals(place.pressure(deps, half_ew, cavitation))[:2] for place in places))
-    return float(f_n), float(f_t)
+    places = _two_places(eps, slenderness, grooves, cells)
+    found = _extrapolated(places, [place.pressure(deps, half_ew, cavitation) for place in places])
+    return float(found[0]), float(found[1])
 
 
 def solve_grooved(
-    eps: float,
-    slenderness: float,
-    grooves: Sequence[Groove],
-    alpha: float,
-    cavitation: str,
-    angles: Array,
+    eps: float, slenderness: float, grooves: Sequence[Groove], alpha: float, cavitation: str, angles: Array,
     cells: tuple[int, int] = CELLS,
-) -> Array:
-    """Solve the film at one place of the journal for directions y = ``angles`` of its motion.
+) -> Array:  # fmt: skip
+    """Solve the film at one place of the journal for directions y = ``angles`` of its motion, and its static part.
 
-    Parameters
-    ----------
-    eps, slenderness : float
-        Eccentricity ratio; L/D.
-    grooves : sequence of Groove
-    alpha : float
-        Angle of the eccentricity [rad].
-    cavitation : str
-        reynolds or mass-conserving.
-    angles : (ny,) array
-    cells : (int, int)
-
-    Returns
-    -------
-    (ny, 4) array
-        The quantities of `linkages.laws.film.map_table`.
+    Return the quantities of `linkages.laws.film.map_table`, (ny or ny + 1, 4): the last line is the static part if a
+    groove has a pressure. The eccentricity has the angle alpha [rad]; the rule is reynolds or mass-conserving.
     """
     place = _Place(eps, slenderness, grooves, alpha, cells)
     root_q = math.sqrt(1.0 - eps * eps)
-    full = place.extent(place.closing, np.zeros_like(place.whirl))
+    full = place.integrals(np.zeros_like(place.whirl))[2]
     steady = {sign: (sign * place.whirl, full) for sign in (1.0, -1.0)}
-    seen = 0.0  # share of the cavity that counts
+    near, seen = dict[float, tuple[float, Array]](), 0.0  # share of the cavity that counts
+    out, p = np.empty((len(angles), CHANNELS)), None
     if cavitation == "mass-conserving" and eps > 0.0:
         seen = eps * eps / (eps * eps + CENTRE**2)
         steady = {sign: place.steady(sign) for sign in steady}
-    out, p = np.empty((len(angles), CHANNELS)), None
-    near = {}
-    if seen > 0.0:
         for sign, (whirl, _) in steady.items():
             p = place.pressure(0.0, sign, guess=p, share=(1.0 - REST) * seen, whirl=whirl)
             near[sign] = place.near_steady(sign, place.integrals(p)[:2])
@@ -283,35 +223,17 @@ def solve_grooved(
         whirl, _ = steady[math.copysign(1.0, half_ew)]
         lean = math.tanh(math.sin(y) / _LEAN)
         extent = 0.5 * ((1.0 + lean) * steady[1.0][1] + (1.0 - lean) * steady[-1.0][1])
-        f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
-        scale = math.hypot(f_n, f_t)
         p = place.pressure(deps, half_ew, guess=p, share=(1.0 - REST) * share, whirl=whirl)
-        f_n, f_t, flow = place.integrals(p)
+        row[:] = place.integrals(p)
         if seen > 0.0:
             weight, coefficients = near[math.copysign(1.0, half_ew)]
             weight *= seen * math.sin(y) ** _NARROW
             if weight > 0.0:
                 powers = np.array([1.0, deps / abs(half_ew), (deps / half_ew) ** 2])
-                small = abs(half_ew) * powers @ coefficients
-                f_n, f_t = f_n + weight * (small[0] - f_n), f_t + weight * (small[1] - f_t)
+                row[:2] += weight * (abs(half_ew) * powers @ coefficients - row[:2])
         if share > 0.0:  # no cavity is closed for the flow: what it takes up does not leave at the ends
             p = place.pressure(deps, half_ew, guess=p, share=share, whirl=whirl)
-            flow = place.integrals(p)[2]
-        row[:] = f_n / scale, f_t / scale, (share * extent + (1.0 - share) * full) * root_q, flow
-    return out
-
-
-def static_part(
-    eps: float, slenderness: float, grooves: Sequence[Groove], alpha: float, cells: tuple[int, int] = CELLS
-) -> Array:
-    """Solve the film of a journal at rest, fed by the grooves' pressures.
-
-    Returns
-    -------
-    (4,) array
-        Force over R L, flow over c^3/mu, zero, for grooves of this pressure.
-    """
-    place = _Place(eps, slenderness, grooves, alpha, cells)
-    known = place.mesh.pressures(np.array([groove.pressure for groove in place.grooves]))
-    p = solve(place.closing._replace(gain=np.zeros_like(known), known=known), rule="guembel")
-    return np.append(place.integrals(p), 0.0)
+            row[3] = place.integrals(p)[3]
+        row[:2] /= _unit(eps, deps, half_ew)
+        row[2] = (share * extent + (1.0 - share) * full) * root_q
+    return np.vstack([out, place.fed()]) if any(groove.pressure for groove in grooves) else out

@@ -15,8 +15,8 @@ interpolated by cubic splines, periodic in y and alpha: away from rest the force
 film that does not depend on alpha has one node there. A supply pressure adds a static part in proportion to it: force
 and flow over x and alpha.
 
-The layout: the numbers of `MapHead`, the coefficients by quantity, x, y and alpha, then those of the static part by x,
-alpha and quantity. An evaluation reads only the quantities that are wanted. **A map is never extrapolated**: eps is
+The layout: the numbers of `MapHead`, then by quantity and x a row of coefficients over y and alpha, with those of the
+static part at its end. An evaluation reads only the quantities that are wanted. **A map is never extrapolated**: eps is
 clipped to `table_limit(table)`; where a run exceeds it the caller should report that. `linkages.laws.film.film_map`
 solves the films at the nodes.
 """
@@ -32,8 +32,9 @@ from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.dual import number
 from linkages.laws.film.closed_form import half_film_long
 
-#: Quantities of a node: normal and tangential force, extent, flow; of the static part: force, flow, and a zero.
+#: Quantities of a node: normal and tangential force, extent (not of the static part), flow.
 CHANNELS = 4
+FORCE_N, FORCE_T, EXTENT, FLOW = range(CHANNELS)
 #: Eccentricity ratio up to which the nodes are about evenly spaced.
 STRETCH = 0.2
 
@@ -51,6 +52,7 @@ class MapHead(NamedTuple):
     na: int
     grooved: bool  # whether the film has a groove; its extent is then that of the whole film, weighted by the content
     supplied: bool  # whether it has a static part
+    row: int  # coefficients of a quantity at one x
 
 
 #: Numbers before the coefficients.
@@ -61,10 +63,10 @@ HEAD = len(MapHead._fields)
 def head_of(table: Array) -> MapHead:
     """Read the numbers that a table begins with; no groove and no static part where there is no map."""
     if len(table) <= HEAD:
-        return MapHead(0.0, 0.0, 0.0, 0, 0, 0, False, False)
+        return MapHead(0.0, 0.0, 0.0, 0, 0, 0, False, False, 0)
     nx, ny, na = int(table[3]), int(table[4]), int(table[5])
     identity, slenderness, reach = number(table[0]), number(table[1]), number(table[2])  # constants of the splines
-    return MapHead(identity, slenderness, reach, nx, ny, na, table[6] > 0.0, table[7] > 0.0)
+    return MapHead(identity, slenderness, reach, nx, ny, na, table[6] > 0.0, table[7] > 0.0, int(table[8]))
 
 
 def place(eps: float | Array) -> float | Array:
@@ -114,67 +116,61 @@ def _around(angle: float, nodes: int) -> tuple[int, float]:
 
 
 @inlined_kernel
-def _quantity(table: Array, x: float, y: float, alpha: float, which: int) -> float:
-    """Interpolate a quantity of the nodes, 0 to 3; the four sums run over neighbours in memory."""
-    head = head_of(table)
-    nx, ny, na = head.nx, head.ny, head.na
-    i, s = _interval(x * ((nx - 1) / head.reach), nx - 2)
-    j, t = _around(y, ny)
-    line = na + 3 if na > 1 else 1
-    plane = HEAD + line * (ny + 3) * (which * (nx + 2) + i) + line * j
+def _plane(table: Array, at: int, row: int, s: float, t: float) -> float:
+    """Interpolate over four rows from `at`, and four neighbours in each; the four sums run over these."""
     b, c, d, e = 0.0, 0.0, 0.0, 0.0
-    if na == 1:
-        for weight in basis(s):
-            b += weight * table[plane]
-            c += weight * table[plane + 1]
-            d += weight * table[plane + 2]
-            e += weight * table[plane + 3]
-            plane += ny + 3
-        b0, b1, b2, b3 = basis(t)
-        return b0 * b + b1 * c + b2 * d + b3 * e
-    k, r = _around(alpha, na)
-    along = basis(t)
-    for weight_x in basis(s):
-        row = plane + k
-        for weight_y in along:
-            weight = weight_x * weight_y
-            b += weight * table[row]
-            c += weight * table[row + 1]
-            d += weight * table[row + 2]
-            e += weight * table[row + 3]
-            row += line
-        plane += line * (ny + 3)
-    b0, b1, b2, b3 = basis(r)
+    for weight in basis(s):
+        b += weight * table[at]
+        c += weight * table[at + 1]
+        d += weight * table[at + 2]
+        e += weight * table[at + 3]
+        at += row
+    b0, b1, b2, b3 = basis(t)
     return b0 * b + b1 * c + b2 * d + b3 * e
+
+
+@inlined_kernel
+def _start(head: MapHead, x: float, which: int) -> tuple[int, float]:
+    """Return the place in the table where a quantity's interval in x begins, and the place in the interval."""
+    i, s = _interval(x * ((head.nx - 1) / head.reach), head.nx - 2)
+    return HEAD + head.row * (which * (head.nx + 2) + i), s
+
+
+@inlined_kernel
+def _quantity(table: Array, x: float, y: float, alpha: float, which: int) -> float:
+    """Interpolate a quantity of the nodes."""
+    head = head_of(table)
+    at, s = _start(head, x, which)
+    j, t = _around(y, head.ny)
+    if head.na == 1:
+        return _plane(table, at + j, head.row, s, t)
+    k, r = _around(alpha, head.na)
+    line, total = head.na + 3, 0.0
+    at += line * j + k
+    for weight in basis(t):
+        total += weight * _plane(table, at, head.row, s, r)
+        at += line
+    return total
+
+
+@inlined_kernel
+def _static(table: Array, x: float, alpha: float, which: int) -> float:
+    """Interpolate a quantity of the static part."""
+    head = head_of(table)
+    at, s = _start(head, x, which)
+    k, r = _around(alpha, head.na)
+    return _plane(table, at + head.row - (head.na + 3) + k, head.row, s, r)
 
 
 @lazy_kernel
 def mapped_film(
     eps: float, deps: float, ew: float, alpha: float, table: Array, sheared: bool
 ) -> tuple[float, float, float]:
-    """Evaluate a film from its map.
+    """Evaluate a film from its map (`linkages.laws.film.film_map.load_map`), see `linkages.laws.film.films.film_force`.
 
-    Parameters
-    ----------
-    eps, deps, ew : float
-        As in `linkages.laws.film`; eps is clipped to `table_limit(table)`.
-    alpha : float
-        Angle from the first groove to the eccentricity [rad].
-    table : array of float
-        From `linkages.laws.film.map_cache.load_map` or `film_map.build_map`.
-    sheared : bool
-        Whether the extent is wanted.
+    alpha is the angle from the first groove to the eccentricity [rad]; eps is clipped to `table_limit(table)`; the
+    extent is 0 if not `sheared`.
 
-    Returns
-    -------
-    f_n, f_t : float
-        Force on the journal in units of mu*L*R^3/c^2.
-    extent : float
-        Integral of dtheta/h over the film that carries pressure; with a groove, over the whole film, times its content.
-        0 if not `sheared`.
-
-    Notes
-    -----
     Where a film with a groove carries next to nothing the error of the spline must not feed energy in: a smooth
     positive part of the power is taken away, so that the film is passive.
     """
@@ -183,7 +179,7 @@ def mapped_film(
     scale = math.sqrt(f_n * f_n + f_t * f_t)
     across, side = _across(eps, ew, table)
     y = math.atan2(across, deps)
-    f_n, f_t = scale * _quantity(table, x, y, alpha, 0), side * scale * _quantity(table, x, y, alpha, 1)
+    f_n, f_t = scale * _quantity(table, x, y, alpha, FORCE_N), side * scale * _quantity(table, x, y, alpha, FORCE_T)
     half = 0.5 * ew
     motion = deps * deps + half * half
     if motion > 0.0 and is_grooved(table):
@@ -191,22 +187,16 @@ def mapped_film(
         excess = 0.5 * (power + math.sqrt(power * power + width * width)) / motion
         f_n -= excess * deps
         f_t += excess * half
-    extent = _quantity(table, x, y, alpha, 2) / math.sqrt(1.0 - eps * eps) if sheared else 0.0
+    extent = _quantity(table, x, y, alpha, EXTENT) / math.sqrt(1.0 - eps * eps) if sheared else 0.0
     return f_n, f_t, extent
 
 
 @lazy_kernel
 def mapped_flow(eps: float, deps: float, ew: float, alpha: float, table: Array) -> float:
-    """Evaluate the volume flow out of the ends of a film from its map, in units of c*R^2.
-
-    Parameters
-    ----------
-    eps, deps, ew, alpha, table
-        As for `mapped_film`.
-    """
+    """Evaluate the volume flow out of the ends of a film from its map, in units of c*R^2; see `mapped_film`."""
     eps, x = _clipped(eps, table)
     across, _ = _across(eps, ew, table)
-    flow = _quantity(table, x, math.atan2(across, deps), alpha, 3)
+    flow = _quantity(table, x, math.atan2(across, deps), alpha, FLOW)
     return flow * math.sqrt(deps * deps + across * across)
 
 
@@ -229,62 +219,21 @@ def _clipped(eps: float, table: Array) -> tuple[float, float]:
 
 @lazy_kernel
 def static_film(eps: float, alpha: float, table: Array) -> tuple[float, float, float]:
-    """Evaluate the static part of a film: force over p*R*L and flow over p*c^3/mu at a supply pressure p.
-
-    Zero where the map has none.
-    """
-    head = head_of(table)
-    if not head.supplied:
+    """Evaluate the static part of a film: force over p*R*L and flow over p*c^3/mu at a supply pressure p; 0 without."""
+    if not head_of(table).supplied:
         return 0.0, 0.0, 0.0
-    nx, ny, na = head.nx, head.ny, head.na
     _, x = _clipped(eps, table)
-    i, s = _interval(x * ((nx - 1) / head.reach), nx - 2)
-    count = na + 3 if na > 1 else 1
-    k, r = _around(alpha, na) if na > 1 else (0, 0.0)
-    a0, a1, a2, a3 = basis(r)
-    f_n, f_t, flow = 0.0, 0.0, 0.0
-    row = HEAD + CHANNELS * ((nx + 2) * (ny + 3) * count + i * count + k)
-    for weight in basis(s):
-        if na == 1:
-            f_n, f_t, flow = f_n + weight * table[row], f_t + weight * table[row + 1], flow + weight * table[row + 2]
-        else:
-            at = row
-            for part in (a0, a1, a2, a3):
-                f_n += weight * part * table[at]
-                f_t += weight * part * table[at + 1]
-                flow += weight * part * table[at + 2]
-                at += CHANNELS
-        row += CHANNELS * count
-    return f_n, f_t, flow
+    return _static(table, x, alpha, FORCE_N), _static(table, x, alpha, FORCE_T), _static(table, x, alpha, FLOW)
 
 
-def fit(head: MapHead, values: Array, static: Array | None = None) -> Array:
-    """Fit the splines to the values at the nodes.
-
-    Parameters
-    ----------
-    head : MapHead
-    values : (nx, ny, na, 4) array
-    static : (nx, na, 4) array, optional
-
-    Returns
-    -------
-    table : (nt,) array
-    """
-    parts = [np.array(head), np.moveaxis(_coefficients(values, (1, 2)), -1, 0).ravel()]
-    if static is not None:
-        parts.append(_coefficients(static, (1,)).ravel())
-    return np.concatenate(parts)
-
-
-def _coefficients(values: Array, periodic: tuple[int, ...]) -> Array:
-    """Coefficients of a spline along the first axis and along periodic ones."""
-    padded = np.pad(values, ((1, 1), *((0, 0),) * (values.ndim - 1)))  # the end conditions have zero on the right
-    found = np.tensordot(np.linalg.inv(_collocation(len(values))), padded, (1, 0))
-    for axis in periodic:
-        if values.shape[axis] > 1:
-            found = _periodic(found, axis)
-    return np.asarray(found)
+def fit(head: MapHead, values: Array) -> Array:
+    """Fit the splines of a table to the values (nx, ny, na, 4) at the nodes; in y those of a static part may follow."""
+    padded = np.pad(values, ((1, 1), *((0, 0),) * 3))  # the end conditions have zero on the right
+    found = np.tensordot(np.linalg.inv(_collocation(head.nx)), padded, (1, 0))
+    moving, static = found[:, : head.ny], _periodic(found[:, head.ny :], 2)
+    moving = _periodic(moving if head.na == 1 else _periodic(moving, 2), 1)
+    rows = np.concatenate([part.reshape(head.nx + 2, -1, CHANNELS) for part in (moving, static)], axis=1)
+    return np.concatenate([np.array(head), np.moveaxis(rows, -1, 0).ravel()])
 
 
 def _collocation(nodes: int) -> Array:

@@ -62,30 +62,12 @@ SHEAR_NONE, SHEAR_FULL = SHEAR["none"], SHEAR["full"]
 def tilted_film(
     eps: float, deps: float, ew: float, spin: float, a: float, b: float, slenderness: float
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Force, moment, extents and flow of the film under a tilted journal.
+    """Force, moment, extents and flow of the film under a tilted journal, both of whose ends are inside the clearance.
 
-    Parameters
-    ----------
-    eps, deps, ew : float
-        As in `linkages.laws.film`.
-    spin : float
-        W, half the journal's angular velocity in the bearing's frame [1/s].
-    a, b : float
-        Tilt: displacement of the journal's centre at the end s = 1 over the clearance, along the eccentricity and
-        across. Both ends must be inside the clearance.
-    slenderness : float
-        L/D.
-
-    Returns
-    -------
-    f_n, f_t : float
-        Force on the journal, units of mu*L*R^3/c^2.
-    m_n, m_t : float
-        Moment of the pressure on the journal about the bearing's middle, units of mu*L^2*R^3/(2 c^2).
-    extent, whole : float
-        Axial means of the integral of dtheta/h over the film that carries pressure, and over the whole film.
-    flow : float
-        Volume flow out of both ends where the film carries pressure, units of c*R^2.
+    Arguments as in the head of this module, spin is W [1/s]. Return the force f_n, f_t [mu L R^3/c^2] and the moment of
+    the pressure m_n, m_t [mu L^2 R^3/(2 c^2)] on the journal, about the bearing's middle; the axial means of the
+    integral of dtheta/h over the film that carries pressure, and over the whole film; the flow out of both ends where
+    the film carries pressure [c R^2].
     """
     lines, modes = LINES, MODES
     faces, middles = room(eps, lines + 1), room(eps, lines)
@@ -147,33 +129,12 @@ def tilted_film(
 def tilted_action(
     joint: np.record, e: float, v_n: float, v_t: float, omega_b: float, omega_j: float, alpha: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Force, couple, moment and flow of the film of a tilted journal, see `linkages.laws.journal.film_action`.
+    """Force, couple, moment and flow of the film of a tilted journal; arguments of `linkages.laws.journal.film_action`.
 
-    Parameters
-    ----------
-    joint : record of `linkages.laws.PARAMETERS`
-    e : float
-        Eccentricity at the middle [m].
-    v_n, v_t : float
-        Its rate along and across [m/s].
-    omega_b, omega_j : float
-        Inertial angular velocities of bearing and journal [rad/s].
-    alpha : float
-        Angle of the eccentricity in the bearing's frame [rad].
+    Eccentricity and rates are those of the middle, alpha is the eccentricity's angle in the bearing's frame [rad].
+    Return the force f_n, f_t on the journal [N], the couple on it about the normal of the plane, the moment m_n, m_t in
+    the plane about the bearing's middle [N m], and the flow out of both ends [m3/s].
 
-    Returns
-    -------
-    f_n, f_t : float
-        Force on the journal [N].
-    couple : float
-        About the normal of the plane, on the journal [N m].
-    m_n, m_t : float
-        Moment on the journal about the bearing's middle, in the plane [N m].
-    flow : float
-        Out of both ends [m3/s].
-
-    Notes
-    -----
     With the moment's part of the couple, (tilt . M)/2, the pair delivers F.v + couple (omega_j - omega_b) <= 0, for an
     observer in the bearing: minus the integral of h^3 |grad p|^2/12, and the shear.
     """

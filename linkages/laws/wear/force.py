@@ -9,8 +9,9 @@ from numba import types
 
 from linkages.base.kernel import Array, address, caller, kernel
 from linkages.base.kernel.dual import room
-from linkages.laws.journal import dry_force, film_action, polar
-from linkages.laws.mixed import asperity_force, dry_weight, mix
+from linkages.laws.journal import dry_force, film_action
+from linkages.laws.journal_motion import polar
+from linkages.laws.mixed import asperity_force, joined
 from linkages.laws.parameters import MODELS, RECORD
 from linkages.laws.wear.overlap import Place, overlap, round_depth
 from linkages.laws.wear.profile import depth_at
@@ -102,13 +103,6 @@ def worn_force(
         if law.transition == 0.0:
             extra = asperity_force(e / c, c, law.radius, law.length, law.roughness, law.asperity_pressure)
     load, drag, rate = dry_force(law, depth, speed, sliding, approach, bristle, extra, gain)
-    dx, dy = -load * nx + drag * ny, -load * ny - drag * nx
-    turn = -load * lever - place.journal_radius * drag
-    if law.model == _DRY or law.transition == 0.0:
-        fx, fy, couple = fx + dx, fy + dy, couple + turn
-    else:
-        fx = mix(fx, dx, found.peak, law.transition)
-        fy = mix(fy, dy, found.peak, law.transition)
-        couple = mix(couple, turn, found.peak, law.transition)
-        load *= dry_weight(found.peak, law.transition)
+    dry = -load * nx + drag * ny, -load * ny - drag * nx, -load * lever - place.journal_radius * drag
+    fx, fy, couple, load = joined(law, (fx, fy, couple), dry, found.peak, load)
     return fx, fy, couple, rate, found.peak, closing, sliding, load

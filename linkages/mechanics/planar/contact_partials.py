@@ -11,10 +11,9 @@ from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.dual import DIRECTIONS, is_known, put_slopes, seeded, with_number
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.contact.contact_laws import push
-from linkages.laws.parameters import MODELS
 from linkages.mechanics.planar import contacts
 from linkages.mechanics.planar.contacts import APPROACH, BRISTLE, ContactMotion, contact_action, remembered_action
-from linkages.mechanics.planar.record_types import CORNER, HISTORY, JOURNAL, ORIENTED, STOP, WORN
+from linkages.mechanics.planar.record_types import CORNER, JOURNAL, ORIENTED, REMEMBERING, STOP, WORN
 
 #: Inputs: the motion, that is e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles
 #: (2); bristle state.
@@ -46,7 +45,6 @@ RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, PUSH_FROM,
 BOUNDS = 8
 LEAST = 1e-11  # smallest penetration with bounds, in parts of the clearance: events are located to 1e-10
 _SHARE, _STILL, _PUSHING = 1e-9, 1e-12, 1e-9  # least distances from bounds, above the rounding of speeds: see `inside`
-_LUBRICATED = MODELS["lubricated"]
 
 
 @kernel
@@ -87,12 +85,10 @@ def _action_along(
         ny + h * change[7],
     )
     bristle = memory[BRISTLE] + h * change[INPUTS - 1]
-    if end.kind == HISTORY:
-        fx, fy, couple, rate, delta, closing, sliding, load, _, _ = remembered_action(
-            end, law, table, memory, bristle, moved
-        )
-        return fx, fy, couple, rate, delta, closing, sliding, load
-    return contact_action(end, law, table, memory[APPROACH], bristle, moved)
+    fx, fy, couple, rate, delta, closing, sliding, load, _, _ = remembered_action(
+        end, law, table, memory, bristle, moved
+    )
+    return fx, fy, couple, rate, delta, closing, sliding, load
 
 
 def no_bounds() -> Array:
@@ -181,7 +177,7 @@ def _shifted(end: np.record, motion: ContactMotion, depth: float, closing: float
 
 @inlined_kernel
 def _is_journal(end: np.record) -> bool:
-    return bool(end.kind == JOURNAL or end.kind == ORIENTED or end.kind == HISTORY)
+    return bool(end.kind == JOURNAL or end.kind == ORIENTED or end.kind == REMEMBERING)
 
 
 @inlined_kernel
@@ -214,10 +210,10 @@ def contact_partials(
 ) -> None:
     """Fill ``out`` (RESULTS, PARTIALS) with the partial derivatives of `remembered_action`, within the bounds.
 
-    They are exact; differences for a film with history, and for a law of a user that does not compile for dual numbers.
+    They are exact; differences for a law that remembers, and for one of a user that does not compile for dual numbers.
     """
     approach, bristle, held, known = memory[APPROACH], memory[BRISTLE], motion, False
-    if end.kind != HISTORY:
+    if end.kind != REMEMBERING:
         if is_bounded(bounds):
             held = inside(end, law, table, approach, bristle, motion, bounds, 0.0)
         known = _fill_along(end, law, table, approach, bristle, held, 0, out)
@@ -266,10 +262,9 @@ def difference_partials(
 
     Central differences are accurate to 1e-7 of the largest change (measured: films 5e-8, contact 6e-8, both together
     1.4e-7). Forward differences take half as many evaluations and are accurate to 1e-6, more than Newton's method
-    needs: for films with history, which are differentiated for it alone, unless bodies can touch: the penetration, a
-    small difference of lengths, has too few digits.
+    needs: for laws that remember, which are differentiated for it alone, of journals that cannot touch.
     """
-    scales, change, both = np.zeros(INPUTS), np.zeros(INPUTS), end.kind != HISTORY or law.model != _LUBRICATED
+    scales, change, both = np.zeros(INPUTS), np.zeros(INPUTS), end.kind != REMEMBERING
     input_scales(end, law, motion, scales)
     if is_bounded(bounds):
         motion = inside(end, law, table, memory[APPROACH], memory[BRISTLE], motion, bounds, AWAY * scales[SPEED])

@@ -6,12 +6,19 @@ import numpy as np
 
 from linkages.base.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.film.film_history import advance_film, memory_of, start_film
-from linkages.laws.journal import clearance_force, dry_force, history_force
+from linkages.laws.film.film_history import (
+    MISSING,
+    advance_film,
+    history_force,
+    memory_of,
+    remembered_cells,
+    start_film,
+)
+from linkages.laws.journal import clearance_force, dry_force
 from linkages.laws.wear.force import call_worn
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_rate, row_value
 from linkages.mechanics.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
-from linkages.mechanics.planar.record_types import CORNER, HISTORY, JOURNAL, STOP, WORN
+from linkages.mechanics.planar.record_types import CORNER, JOURNAL, REMEMBERING, STOP, WORN
 
 #: Quantities of each contact at a state: eccentricity e [m], force [N] and couple [N m] on the journal, penetration
 #: [m], its rate and the sliding speed of the journal's surface [m/s], normal load of the contact without a film's [N],
@@ -19,15 +26,15 @@ from linkages.mechanics.planar.record_types import CORNER, HISTORY, JOURNAL, STO
 #: to the corner, and the force acts at the corner. For a stop, penetration, its rate and the load are angular; for
 #: the flank of a gear with a base radius they are along its line of action.
 CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "load", "bristle_rate")
-#: After these, for a film with history and zero without: film content [1], volume flow out of both ends [m3/s].
+#: After these, of a film that remembers, and zero of others: film content [1], volume flow out of both ends [m3/s].
 WIDTH = len(CLEARANCE_OUTPUTS) + 2
 EX, EY, FX, FY, COUPLE, PENETRATION, CLOSING, SLIDING, LOAD, BRISTLE_RATE, CONTENT, FLOW = range(WIDTH)
 
 #: Motion of a contact, see `contact_motion`.
 ContactMotion = tuple[float, float, float, float, float, float, float, float]
 
-#: Memory of each contact: the speed at which it began [m/s], LuGre's bristle state [m]; from `OIL` on the memory of a
-#: film with history, see `linkages.laws.film.film_history`.
+#: Memory of each contact: the speed at which it began [m/s], LuGre's bristle state [m]; from `OIL` on what its film
+#: remembers, see `linkages.laws.film.film_history`.
 APPROACH, BRISTLE, OIL = 0, 1, 2
 
 _LANDING = 1e-10  # accuracy to which the start and end of a contact are located, in parts of the clearance
@@ -42,15 +49,21 @@ def fill_landing(laws: Records, size: float, out: Array) -> None:
 
 
 def make_memory(ends: Records, tables: Array) -> Array:
-    """Make the memory of contacts, (nc, 2), or wider if a film has a history; all zero."""
-    films = np.flatnonzero(ends["kind"] == HISTORY)
+    """Make the memory of contacts, (nc, 2), or wider if a film remembers; all zero."""
+    films = np.flatnonzero(ends["kind"] == REMEMBERING)
     return np.zeros((len(ends), OIL + max((memory_of(tables[k]) for k in films), default=0)))
 
 
 @inlined_kernel
-def has_history(memory: Array) -> bool:
-    """Whether contacts with this memory can have a film with history."""
+def has_films(memory: Array) -> bool:
+    """Whether contacts with this memory can have films that remember."""
     return memory.shape[1] > OIL
+
+
+@inlined_kernel
+def recorded_part(memory: Array) -> tuple[int, int]:
+    """Return the first of the entries of a film, and their number, that its next step depends on."""
+    return OIL + MISSING, remembered_cells(memory.shape[1] - OIL)
 
 
 @kernel
@@ -72,8 +85,8 @@ def clearance_wrenches(
 ) -> None:
     """Add the force pair of every clearance joint to the bodies' wrenches.
 
-    ``tables`` (nc, nt) have the map of each contact's finite film, or its cells if it has a history; of a worn joint,
-    at the line's end, its profiles, see `linkages.laws.wear.force.place_of`. ``memory`` has `APPROACH`, `BRISTLE` and
+    ``tables`` (nc, nt) have the map of each contact's finite film, or its cells if it remembers; of a worn joint, at
+    the line's end, its profiles, see `linkages.laws.wear.force.place_of`. ``memory`` has `APPROACH`, `BRISTLE` and
     `OIL` of each contact. ``out`` (nc, WIDTH) is filled with `CLEARANCE_OUTPUTS`, content and flow.
     """
     for k in range(len(ends)):
@@ -108,7 +121,7 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[ContactMoti
     """Compute the motion of a contact's inner end relative to its outer end, and the arms of both.
 
     The motion is the vector e between the ends, its rate, the angular velocities of outer and inner body; corner: the
-    normal into the wall; worn, grooved, with history: the angles of outer and inner body. Stop: the first rate is the
+    normal into the wall; worn, grooved, remembering: the angles of outer and inner body. Stop: the first rate is the
     angular velocity of the inner body relative to the outer one, and rate and value of the row are the last angular
     velocity and angle.
     """
@@ -164,7 +177,7 @@ def remembered_action(
     end: np.record, law: np.record, table: Array, memory: Array, bristle: float, motion: ContactMotion
 ) -> tuple[float, float, float, float, float, float, float, float, float, float]:
     """Compute the results of `contact_action` with a contact's memory, then film content and flow."""
-    if end.kind == HISTORY:
+    if end.kind == REMEMBERING:
         ex, ey, vx, vy, wb, wj, angle, _ = motion
         return history_force(law, table, memory[OIL:], ex, ey, vx, vy, wb, wj, angle)
     fx, fy, couple, rate, delta, closing, sliding, load = _action(end, law, table, memory[APPROACH], bristle, motion)
@@ -175,9 +188,9 @@ def remembered_action(
 def start_films(
     ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array, fresh: bool
 ) -> None:
-    """Set time and place of the films with history, and with ``fresh`` their content at the start of a run."""
+    """Set time and place of the films that remember, and with ``fresh`` their content at the start of a run."""
     for k in range(len(ends)):
-        if ends[k].kind == HISTORY:
+        if ends[k].kind == REMEMBERING:
             ex, ey, _, _, _, _, angle, _ = contact_motion(ends[k], pose, vel)[0]
             start_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, angle, fresh)
 
@@ -186,8 +199,8 @@ def start_films(
 def advance_films(
     ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array
 ) -> None:
-    """Move the content of the films with history to time t and these states."""
+    """Move the content of the films that remember to time t and these states."""
     for k in range(len(ends)):
-        if ends[k].kind == HISTORY:
+        if ends[k].kind == REMEMBERING:
             ex, ey, _, _, wb, wj, angle, _ = contact_motion(ends[k], pose, vel)[0]
             advance_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, wb, wj, angle)

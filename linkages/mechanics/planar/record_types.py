@@ -62,9 +62,9 @@ ROW = record_type(
 
 #: Kinds of contact: a journal in its bearing, a corner of a block at a wall of its slot (or any point at a straight
 #: line), a journal and a bearing at least one of which is worn, a coordinate at its limit,
-#: a journal in a bearing with a groove or a tilt, whose film depends on the bearing's angle, and one whose film has a
-#: history.
-JOURNAL, CORNER, WORN, STOP, ORIENTED, HISTORY = 0, 1, 2, 3, 4, 5
+#: a journal in a bearing with a groove or a tilt, whose film depends on the bearing's angle, and one whose film
+#: remembers.
+JOURNAL, CORNER, WORN, STOP, ORIENTED, REMEMBERING = 0, 1, 2, 3, 4, 5
 
 #: The two ends of a contact. Journal: centre of the bearing on the outer body, of the journal on the inner one.
 #: Corner: a point of the slot's middle line on the outer body, the corner on the inner one. Stop: any points; the

@@ -12,12 +12,13 @@ from linkages.base.kernel import inlined_kernel
 from linkages.input.model.experiment_tables import JointModel
 from linkages.laws import FILMS
 from linkages.laws.film.tilted_film import tilted_action, tilted_gap
-from linkages.laws.journal import end_flow, polar
+from linkages.laws.journal import end_flow
+from linkages.laws.journal_motion import polar
 from linkages.mechanics.planar import contacts
 from linkages.mechanics.planar.closure_rows import term_rate
 from linkages.mechanics.planar.contacts import COUPLE, EX, EY, FX, FY, PENETRATION, contact_motion
 from linkages.mechanics.planar.markers import turned
-from linkages.mechanics.planar.record_types import HISTORY, WORN
+from linkages.mechanics.planar.record_types import REMEMBERING, WORN
 from linkages.results.outputs.joints import of_joints, turns
 from linkages.results.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities, quantity
 from linkages.system import System
@@ -83,7 +84,7 @@ def _moment(output: np.record, seen: Snapshot) -> float:
 @formula()
 def _flow(output: np.record, seen: Snapshot) -> float:
     k, model = output.at, seen.model
-    if model.ends[k].kind == HISTORY:
+    if model.ends[k].kind == REMEMBERING:
         return seen.contacts[k, contacts.FLOW]
     motion, _ = contact_motion(model.ends[k], seen.state.pose, seen.state.vel)
     ex, ey, vx, vy, wb, wj, angle, _ = motion

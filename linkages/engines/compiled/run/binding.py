@@ -25,7 +25,7 @@ from linkages.mechanics.planar.contacts import (
     advance_films,
     approach_at_start,
     fill_landing,
-    has_history,
+    has_films,
     start_films,
 )
 from linkages.mechanics.planar.joint_friction import is_jammed
@@ -81,7 +81,7 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
     status = verdict(equations)
     if status != DONE:
         return status, changed
-    if has_history(work.memory):
+    if has_films(work.memory):
         advance_films(model.ends, model.laws, model.tables, work.memory, t, work.dynamics.pose, work.dynamics.vel)
         work.solved[0] = math.nan
         changed = True
@@ -129,7 +129,7 @@ def divide(equations: Equations, s: Stepper, t: float, h: float, y: Array, kinks
 
 @lazy_kernel
 def _start_films(equations: Equations, t: float, y: Array) -> None:
-    """Set place and time of the films with history at the start of a run, at t = 0 their content too."""
+    """Set place and time of the films that remember at the start of a run, at t = 0 their content too."""
     model, work = equations.model, equations.work
     set_state(model, work, t, y)
     start_films(model.ends, model.laws, model.tables, work.memory, t, work.dynamics.pose, work.dynamics.vel, t == 0.0)
@@ -177,7 +177,7 @@ def run(
     equations, limits = job.equations, job.limits
     model, work = equations.model, equations.work
     fill_landing(model.laws, model.size, job.landing)
-    if has_history(work.memory):
+    if has_films(work.memory):
         _start_films(equations, t, y)
     if len(model.states):
         set_due(equations, t, t == 0.0)

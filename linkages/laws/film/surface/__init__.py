@@ -15,7 +15,8 @@ the clearance, (x, y) the eccentricity from the bearing's centre to the journal'
 """
 
 from linkages.laws.film.surface.grooves import Groove
+from linkages.laws.film.surface.surface_film import FilmSurface
 from linkages.laws.film.surface.surface_mesh import surface_mesh
-from linkages.laws.film.surface.transient import FilmSurface, Journal, at_rest, follow, move
+from linkages.laws.film.surface.transient import Journal, at_rest, follow, move
 
 __all__ = ["FilmSurface", "Groove", "Journal", "at_rest", "follow", "move", "surface_mesh"]

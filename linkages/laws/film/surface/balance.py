@@ -102,40 +102,14 @@ def cell_volumes(mesh: SurfaceMesh, film: Thickness) -> Array:
     return np.asarray((width[:, None] - np.outer(sines, x) - np.outer(cosines, y)) * mesh.height)
 
 
-def with_history(balance: Balance, volumes: Array, oil: Array, time: float) -> Balance:
-    """Replace the squeeze of a balance by the change of the oil in the cells over a step of time (implicit Euler).
-
-    Parameters
-    ----------
-    balance : Balance
-        At the end of the step.
-    volumes : (n, m) array
-        Of the gap in the cells at the end of the step.
-    oil : (n, m) array
-        Volume of oil in the cells at the beginning.
-    time : float
-        Length of the step in units of 1/omega.
-    """
-    return balance._replace(gain=(volumes - oil) / time, most=volumes / time)
-
-
 @lazy_kernel
 def fill_balance(
     lines: Array, ends: Array, zeta: Array, x: float, y: float, tilt_x: float, tilt_y: float, speed: float,
     balance: Balance,
 ) -> None:  # fmt: skip
-    """Fill conductances, carried flow and the integral of 1/h.
+    """Fill conductances, carried flow and the integral of 1/h of a balance with `known`; see `make_balance`.
 
-    Parameters
-    ----------
-    lines, ends, zeta : arrays
-        See `SurfaceMesh`; the bearing's half where the ends begin at 0.
-    x, y, tilt_x, tilt_y : float
-        See `Thickness`.
-    speed : float
-        As for `make_balance`.
-    balance : Balance
-        With `known`.
+    The arrays of a `SurfaceMesh` are of the bearing's half where the ends begin at 0.
     """
     around, carried, along, known = balance.around, balance.carried, balance.along, balance.known
     inverse, (n, m) = balance.inverse, known.shape

@@ -28,27 +28,11 @@ Full = NDArray[np.bool_]
 
 
 def solve(balance: Balance, end: float = 0.0, *, rule: str = "mass-conserving", guess: Array | None = None) -> Array:
-    """Solve the film.
+    """Solve the film by one of the `RULES`, with a pressure above the cavity's at the ends of the bearing.
 
-    Parameters
-    ----------
-    balance : Balance
-    end : float
-        Pressure above the cavity's at the ends of the bearing.
-    rule : str
-        One of `RULES`.
-    guess : (n, m) array, optional
-        Solution of a neighbouring film on the same mesh.
-
-    Returns
-    -------
-    z : (n, m) array
-        Pressure above the cavity's of full cells, minus the deficit of others; all pressures with guembel.
-
-    Raises
-    ------
-    ArithmeticError
-        If the set of full cells does not settle (none is known to fail).
+    Return the pressure above the cavity's of full cells, minus the deficit of others, (n, m); all pressures with
+    guembel. A guess is the solution of a neighbouring film on the same mesh. ArithmeticError if the set of full cells
+    does not settle (none is known to fail).
     """
     if rule == "reynolds":
         loss = balance.carried - np.roll(balance.carried, 1, axis=0) + balance.gain
@@ -190,16 +174,9 @@ def _couple(
 def eliminate(band: Array, right: Array, width: int) -> None:
     """Solve a banded system in place, without pivots: its columns are diagonally dominant.
 
-    Compiled, in one thread: LAPACK's solver takes up to 20 times as long where BLAS divides its small blocks among
-    threads.
-
-    Parameters
-    ----------
-    band : (n, 2 width + 1 or more) array
-        Entry [r, width + c - r] is the one of row r, column c; overwritten.
-    right : (n,) array
-        Right-hand side; becomes the solution, not finite if the matrix is singular.
-    width : int
+    Entry [r, width + c - r] of ``band`` (n, 2 width + 1 or more) is the one of row r, column c; it is overwritten. The
+    right-hand side (n,) becomes the solution, not finite if the matrix is singular. Compiled, in one thread: LAPACK's
+    solver takes up to 20 times as long where BLAS divides its small blocks among threads.
     """
     count = len(right)
     for k in range(count):

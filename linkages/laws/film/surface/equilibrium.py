@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -17,9 +18,12 @@ from linkages.base.arrays import Array
 #: Force on the journal at (x, y) with the velocity (vx, vy).
 FilmForce = Callable[[float, float, float, float], tuple[float, float]]
 
-_NEAR = 1e-8  # of the load: accuracy of the equilibrium
-_STEPS = 60
-_DIFFERENCE = 2e-3  # of the film's least thickness: step of differences; smaller ones see the cells of the mesh
+_CLOSE = 1e-10  # step of Newton's method that ends it, in units of the clearance
+_ITERATIONS = 60
+_HALVINGS = 12  # of an iteration that does not reduce the residual
+#: Step of differences of films on a mesh, over their least thickness: smaller ones see the cells.
+DIFFERENCE = 2e-3
+_FAR = 0.3  # longest step
 _SHARE = 0.5  # of the film that a step may use up
 #: Places from which the search starts: eccentricity ratio and attitude [rad].
 _STARTS = ((0.5, 0.9), (0.8, 0.6), (0.2, 1.2), (0.95, 0.3), (0.05, 1.4))
@@ -48,84 +52,63 @@ class Stability(NamedTuple):
 def equilibrium(
     force: FilmForce, load: float, least: Callable[[float, float], float], start: tuple[float, float] | None = None
 ) -> tuple[float, float]:
-    """Find the place where the film carries the load along x.
+    """Find the place where the film carries a load along x, both in any unit; ArithmeticError if there is none.
 
-    Parameters
-    ----------
-    force : callable
-        Of the film, in any unit.
-    load : float
-        In the same unit, positive.
-    least : callable
-        Least thickness of the film at a place; positive without contact.
-    start : (float, float), optional
-        A place near by.
-
-    Raises
-    ------
-    ArithmeticError
-        If no equilibrium is found.
+    `least` is the least thickness of the film at a place, positive without contact; `start` is a place near by.
     """
-    places = [(eps * math.cos(angle), eps * math.sin(angle)) for eps, angle in _STARTS]
-    for x, y in ([start] if start is not None else []) + places:
-        if least(x, y) > 0.0:
-            found = _newton(force, load, least, x, y)
-            if found is not None:
-                return found
-    raise ArithmeticError("no equilibrium of load and film was found")
-
-
-def _newton(
-    force: FilmForce, load: float, least: Callable[[float, float], float], x: float, y: float
-) -> tuple[float, float] | None:
-    """Damped Newton's method on the relative residual."""
 
     def residual(x: float, y: float) -> Array:
         fx, fy = force(x, y, 0.0, 0.0)
         return np.array([fx / load + 1.0, fy / load])
 
-    r = residual(x, y)
-    for _ in range(_STEPS):
-        if np.abs(r).max() < _NEAR:
-            return x, y
-        h = _DIFFERENCE * least(x, y)
-        jacobian = np.column_stack([(residual(x + h, y) - r) / h, (residual(x, y + h) - r) / h])
-        try:
-            dx, dy = np.linalg.solve(jacobian, -r)
-        except np.linalg.LinAlgError:
-            return None
-        part, room = 1.0, least(x, y)
-        size = math.hypot(dx, dy)
-        if not math.isfinite(size):
-            return None
-        part = min(1.0, 0.3 / size) if size > 0.3 else 1.0
-        while least(x + part * dx, y + part * dy) < (1.0 - _SHARE) * room:
-            part *= 0.5
-        # a large residual is measured by its logarithm: film forces grow without bound towards the wall
-        for _ in range(12):
-            following = residual(x + part * dx, y + part * dy)
-            if np.hypot(*following) < np.hypot(*r):
-                break
-            part *= 0.5
-        else:
-            return (x, y) if np.abs(r).max() < 1e3 * _NEAR else None
-        x, y, r = x + part * dx, y + part * dy, following
-    return None
+    places = [(eps * math.cos(angle), eps * math.sin(angle)) for eps, angle in _STARTS]
+    for place in ([start] if start is not None else []) + places:
+        if least(*place) > 0.0:
+            with suppress(ArithmeticError):
+                (x, y), _ = balanced(residual, least, place)
+                return float(x), float(y)
+    raise ArithmeticError("no equilibrium of load and film was found")
 
 
-def coefficients(force: FilmForce, x: float, y: float, least: float, part: float = _DIFFERENCE) -> Coefficients:
-    """Differentiate a film's force at a place by central differences.
+def balanced(
+    residual: Callable[[float, float], Array], least: Callable[[float, float], float], start: tuple[float, float],
+    slope: Array | None = None,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Find the place where a force vanishes, by Newton's method with Broyden's corrections of its Jacobian.
 
-    Parameters
-    ----------
-    force : callable
-    x, y : float
-    least : float
-        Least thickness of the film there.
-    part : float
-        Step of the differences over it; default: for films on a mesh.
+    Return the place (2,), at which the force was evaluated last, and the Jacobian (2, 2), a guess for a neighbouring
+    problem; ArithmeticError if there is none.
     """
-    h = part * least
+    place = np.array(start)
+    left, fresh = residual(*place), False
+    for _ in range(_ITERATIONS):
+        room = least(*place)
+        if slope is None:
+            h, fresh = DIFFERENCE * room, True
+            slope = np.column_stack([(residual(*(place + step)) - left) / h for step in h * np.eye(2)])
+        change = np.linalg.lstsq(slope, -left, rcond=None)[0]
+        size = np.hypot(*change)
+        change *= min(1.0, _FAR / max(size, _CLOSE))
+        while least(*(place + change)) < (1.0 - _SHARE) * room:
+            change *= 0.5
+        following = residual(*(place + change))
+        if size < _CLOSE:
+            return place + change, slope
+        if np.hypot(*following) > np.hypot(*left) and not fresh:
+            slope = None
+            continue
+        for _ in range(_HALVINGS):
+            if np.hypot(*following) <= np.hypot(*left):
+                break
+            change *= 0.5
+            following = residual(*(place + change))
+        slope = slope + np.outer(following - left - slope @ change, change) / (change @ change)
+        place, left, fresh = place + change, following, False
+    raise ArithmeticError("Newton's method does not converge")
+
+
+def coefficients(force: FilmForce, x: float, y: float, h: float) -> Coefficients:
+    """Differentiate a film's force at a place by central differences over h."""
     columns = []
     for step in np.eye(4) * h:
         ahead = np.array(force(x + step[0], y + step[1], step[2], step[3]))
@@ -136,15 +119,8 @@ def coefficients(force: FilmForce, x: float, y: float, least: float, part: float
 
 
 def stability(stiffness: Array, damping: Array) -> Stability:
-    """Find the mass at which a rigid journal begins to whirl.
+    """Find the mass at which a rigid journal begins to whirl, from K c/W and B c omega/W.
 
-    Parameters
-    ----------
-    stiffness, damping : (2, 2) arrays
-        K c/W and B c omega/W.
-
-    Notes
-    -----
     With the equivalent stiffness k = (Kxx Byy + Kyy Bxx - Kxy Byx - Kyx Bxy)/(Bxx + Byy), the square of the whirl
     ratio is ((k - Kxx)(k - Kyy) - Kxy Kyx)/(Bxx Byy - Bxy Byx) and the critical mass k over it (Lund 1965).
     """

@@ -64,34 +64,34 @@ class Groove(NamedTuple):
         return around**2 + along**2 <= 1.0 if self.hole else (around <= 1.0) & (along <= 1.0)
 
 
-def check_grooves(grooves: Sequence[Groove], cavity_pressure: float) -> None:
-    """Check grooves.
+def no_load(remedy: str = "") -> str:
+    """Say that nothing feeds a film that conserves mass, has no groove, and a cavity at ambient pressure."""
+    return (
+        "with mass conservation, without a groove and with the cavity at ambient pressure nothing feeds the film "
+        f"and it carries no load; add a groove, {remedy}or choose cavitation guembel or reynolds"
+    )
 
-    Raises
-    ------
-    ValueError
-        One sentence that names the groove: what is wrong, and what is allowed.
-    """
+
+def check_grooves(grooves: Sequence[Groove], cavity_pressure: float) -> None:
+    """Check grooves: ValueError with one sentence that names the groove, what is wrong, and what is allowed."""
     if cavity_pressure > 0.0:
         raise ValueError(f"cavity pressure {cavity_pressure:g} Pa: must not be above ambient (0)")
+    _refuse(_faults(groove, cavity_pressure) for groove in grooves)
     for number, groove in enumerate(grooves, 1):
-        for fault in _faults(groove, cavity_pressure):
-            raise ValueError(f"groove {number}: {fault}")
         for other in grooves[: number - 1]:
             if other.pressure != groove.pressure and _meet(groove, other):
                 raise ValueError(f"groove {number}: overlaps another one, whose pressure differs")
 
 
 def check_areas(grooves: Sequence[Groove]) -> None:
-    """Check that grooves have an area.
+    """Check that grooves have an area; ValueError as `check_grooves`."""
+    _refuse(_sizes(groove) for groove in grooves)
 
-    Raises
-    ------
-    ValueError
-        As `check_grooves`.
-    """
-    for number, groove in enumerate(grooves, 1):
-        for fault in _sizes(groove):
+
+def _refuse(faults: Iterable[Iterable[str]]) -> None:
+    """Raise the first fault of the grooves."""
+    for number, own in enumerate(faults, 1):
+        for fault in own:
             raise ValueError(f"groove {number}: {fault}")
 
 

@@ -13,15 +13,8 @@ import numpy as np
 
 from linkages.base.kernel import Array, lazy_kernel
 from linkages.base.kernel.by_reference import packed
-from linkages.laws.film.surface.balance import (
-    Balance,
-    Thickness,
-    cell_volumes,
-    fill_contents,
-    make_balance,
-    with_history,
-)
-from linkages.laws.film.surface.cavity import RULES, solve
+from linkages.laws.film.surface.balance import Balance, Thickness, cell_volumes, fill_contents, make_balance
+from linkages.laws.film.surface.cavity import solve
 from linkages.laws.film.surface.grooves import Groove
 from linkages.laws.film.surface.surface_mesh import SurfaceMesh
 
@@ -41,19 +34,21 @@ class Pressures(NamedTuple):
     unit: float = 1.0
 
 
-class NoLoadError(ValueError):
-    """A film that conserves mass, has no groove and a cavity at ambient pressure: nothing feeds it."""
+class FilmSurface(NamedTuple):
+    """The part of a film that does not change during a motion.
 
-    def __init__(self, cavity_is_ambient: bool = False) -> None:
-        other = "" if cavity_is_ambient else "set a cavity pressure below 0, "
-        super().__init__(
-            "with mass conservation, without a groove and with the cavity at ambient pressure nothing feeds the film "
-            f"and it carries no load; add a groove, {other}or choose cavitation guembel or reynolds"
-        )
+    Attributes
+    ----------
+    mesh : SurfaceMesh
+        Mesh with the grooves, for a motion graded for no eccentricity.
+    grooves : tuple of Groove
+        With their supply pressures [Pa].
+    pressures : Pressures
+    """
 
-
-#: Cavity at ambient pressure, and pressures counted in Pa.
-AMBIENT = Pressures()
+    mesh: SurfaceMesh
+    grooves: tuple[Groove, ...] = ()
+    pressures: Pressures = Pressures()
 
 
 class SurfaceFilm(NamedTuple):
@@ -97,14 +92,12 @@ class SurfaceFilm(NamedTuple):
 
 
 def solve_film(
-    mesh: SurfaceMesh,
+    surface: FilmSurface,
     thickness: Thickness,
-    grooves: tuple[Groove, ...] = (),
     *,
     rule: str = "mass-conserving",
     velocity: tuple[float, float] = (0.0, 0.0),
     speed: float = 0.5,
-    pressures: Pressures = AMBIENT,
     guess: Array | None = None,
     history: tuple[Array, float] | None = None,
 ) -> SurfaceFilm:
@@ -112,38 +105,32 @@ def solve_film(
 
     Parameters
     ----------
-    mesh : SurfaceMesh
-        Of these grooves.
+    surface : FilmSurface
     thickness : Thickness
-    grooves : tuple of Groove
-        With their supply pressures [Pa].
     rule : str
         One of `linkages.laws.film.surface.cavity.RULES`.
     velocity, speed
         As for `make_balance`.
-    pressures : Pressures
     guess : array, optional
         `solution` of a neighbouring film.
     history : ((n, m) array, float), optional
         Oil in the cells (`oil_volumes`) a time before, and this time in units of 1/omega: the film content follows from
-        it, for mass-conserving cavitation. Default: the content of a steady state.
+        it by an implicit Euler step, for mass-conserving cavitation. Default: the content of a steady state.
 
     Raises
     ------
     ValueError
-        If the rule is unknown or the journal touches the bearing; a `NoLoadError` if nothing feeds the film.
+        If the journal touches the bearing.
     ArithmeticError
         If the solver does not converge.
     """
-    if rule not in RULES:
-        raise ValueError(f"cavitation {rule!r}: must be one of {', '.join(RULES)}")
-    if rule == "mass-conserving" and not grooves and pressures.cavity == 0.0 and history is None:
-        raise NoLoadError
+    mesh, grooves, pressures = surface
     if not thickness.least(mesh.slenderness) > 0.0:
         raise ValueError("the journal touches the bearing")
     balance = make_balance(mesh, thickness, velocity, speed)
     if history is not None:
-        balance = with_history(balance, cell_volumes(mesh, thickness), *history)
+        (oil, time), volumes = history, cell_volumes(mesh, thickness)
+        balance = balance._replace(gain=(volumes - oil) / time, most=volumes / time)
     end = -pressures.cavity / pressures.unit
     supply = np.array([groove.pressure / pressures.unit + end for groove in grooves])
     balance = balance._replace(known=mesh.pressures(supply))
@@ -156,19 +143,11 @@ def solve_film(
     if rule == "reynolds":  # volume appears where the film cavitates
         gain[solution < 0.0] = 0.0
     sides = 2.0 if mesh.half else 1.0
+    fed = tuple(sides * float(out[mesh.groove == k].sum()) for k in range(len(grooves)))
+    imbalance = float(np.abs(gain).max()) / largest
     return SurfaceFilm(
-        mesh,
-        thickness,
-        p - end,
-        content,
-        (fx, fy),
-        (mx, my),
-        flow,
-        tuple(sides * float(out[mesh.groove == k].sum()) for k in range(len(grooves))),
-        shear,
-        float(np.abs(gain).max()) / largest,
-        solution,
-    )
+        mesh, thickness, p - end, content, (fx, fy), (mx, my), flow, fed, shear, imbalance, solution,
+    )  # fmt: skip
 
 
 def outflows(balance: Balance, end: float, p: Array, content: Array) -> tuple[Array, float]:
@@ -186,14 +165,7 @@ def integrate_film(
 ) -> tuple[float, float, float, float, float, float]:
     """Integrate a solution of `linkages.laws.film.surface.cavity.solve`, without a pressure below the cavity's.
 
-    Returns
-    -------
-    fx, fy, mx, my : float
-        Force and moment on the journal, see `SurfaceFilm`.
-    shear : float
-        Integral of content/h over the surface.
-    flow : float
-        Out of both ends.
+    Return force (2) and moment (2) on the journal, integral of content/h over the surface, and flow out of both ends.
     """
     n, m = z.shape
     content, inverse, along = np.empty((n, m)), balance.inverse, balance.along
@@ -222,21 +194,17 @@ def largest_pressure(film: SurfaceFilm) -> float:
     """Largest pressure, of parabolas through the highest cell and its neighbours around and along."""
     mesh, p = film.mesh, film.pressure
     i, j = np.unravel_index(int(np.argmax(p)), p.shape)
-    n, m = p.shape
-    top = float(p[i, j])
+    n, top = len(p), float(p[i, j])
     if mesh.groove[i, j] >= 0:
         return top
-    around = np.array([mesh.theta[i - 1], mesh.theta[i], mesh.theta[(i + 1) % n]])
-    around[0] -= 2.0 * math.pi * (i == 0)
-    around[2] += 2.0 * math.pi * (i == n - 1)
-    rise = _summit(around, p[[i - 1, i, (i + 1) % n], j]) - top
-    if j == 0 and mesh.half:  # symmetric about the middle
-        along, values = np.array([-mesh.zeta[0], *mesh.zeta[:2]]), np.array([p[i, 0], *p[i, :2]])
-    elif 0 < j < m - 1:
-        along, values = mesh.zeta[j - 1 : j + 2], p[i, j - 1 : j + 2]
-    else:
-        return top + rise
-    return top + rise + _summit(along, values) - top
+    theta = np.concatenate([mesh.theta[-1:] - 2.0 * math.pi, mesh.theta, mesh.theta[:1] + 2.0 * math.pi])
+    highest = _summit(theta[i : i + 3], p[[i - 1, i, (i + 1) % n], j])
+    zeta, along = mesh.zeta, p[i]
+    if mesh.half:  # symmetric about the middle
+        zeta, along, j = np.append(-zeta[0], zeta), np.append(along[0], along), j + 1
+    if 0 < j < len(zeta) - 1:
+        highest += _summit(zeta[j - 1 : j + 2], along[j - 1 : j + 2]) - top
+    return highest
 
 
 def _summit(x: Array, y: Array) -> float:

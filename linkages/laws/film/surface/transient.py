@@ -10,6 +10,7 @@ mu*R^4/(c^3*omega), others as in `linkages.laws.film.surface.surface_film`; omeg
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
@@ -17,33 +18,10 @@ import numpy as np
 
 from linkages.base.kernel import Array
 from linkages.laws.film.surface.balance import Thickness, cell_volumes
-from linkages.laws.film.surface.grooves import Groove
-from linkages.laws.film.surface.surface_film import AMBIENT, Pressures, SurfaceFilm, oil_volumes, solve_film
-from linkages.laws.film.surface.surface_mesh import SurfaceMesh
-
-_CLOSE = 1e-10  # change of the place that ends Newton's method, in units of the clearance
-_ITERATIONS = 60
-_HALVINGS = 8  # of an iteration that does not reduce the residual
-_DIFFERENCE = 1e-6  # step of the differences, in units of the clearance
-_SHARE = 0.5  # of the thinnest film that an iteration may use up
+from linkages.laws.film.surface.equilibrium import balanced
+from linkages.laws.film.surface.surface_film import FilmSurface, SurfaceFilm, oil_volumes, solve_film
 
 InPlane = tuple[float, float]
-
-
-class FilmSurface(NamedTuple):
-    """The part of a film that does not change during a motion.
-
-    Attributes
-    ----------
-    mesh : SurfaceMesh
-        Mesh with the grooves, graded for no eccentricity.
-    grooves : tuple of Groove
-    pressures : Pressures
-    """
-
-    mesh: SurfaceMesh
-    grooves: tuple[Groove, ...] = ()
-    pressures: Pressures = AMBIENT
 
 
 class Moment(NamedTuple):
@@ -179,15 +157,8 @@ def _step(bearing: FilmSurface, before: Moment, time: float, place: InPlane, spe
     past = time - before.time
     if not past > 0.0:
         raise ValueError(f"time {time:g}: must be above the one before, {before.time:g}")
-    film = solve_film(
-        bearing.mesh,
-        Thickness(*place),
-        bearing.grooves,
-        speed=0.5 * speed,
-        pressures=bearing.pressures,
-        guess=None if before.film is None else before.film.solution,
-        history=(before.oil, past),
-    )
+    guess = None if before.film is None else before.film.solution
+    film = solve_film(bearing, Thickness(*place), speed=0.5 * speed, guess=guess, history=(before.oil, past))
     velocity = (place[0] - before.place[0]) / past, (place[1] - before.place[1]) / past
     return Moment(time, place, velocity, oil_volumes(film), film)
 
@@ -195,34 +166,17 @@ def _step(bearing: FilmSurface, before: Moment, time: float, place: InPlane, spe
 def _moved(
     bearing: FilmSurface, before: Moment, journal: Journal, time: float, slope: Array | None
 ) -> tuple[Moment, Array]:
-    """Solve one step for the place by Newton's method, with Broyden's corrections of the Jacobian `slope`."""
+    """Solve one step for the place, from a guess of the Jacobian."""
     past, load, speed = time - before.time, np.array(journal.load(time)), journal.speed(time)
-    place = np.array(before.place)
+    found = before
 
-    def residual(at: Array) -> tuple[Array, Moment]:
-        found = _step(bearing, before, time, (float(at[0]), float(at[1])), speed)
-        inertia = journal.mass * (np.array(found.velocity) - before.velocity) / past
-        return load + found.force - inertia, found
+    def residual(x: float, y: float) -> Array:
+        nonlocal found
+        found = _step(bearing, before, time, (x, y), speed)
+        return load + found.force - journal.mass * (np.array(found.velocity) - before.velocity) / past
 
-    left, _ = residual(place)
-    fresh = False
-    for _ in range(_ITERATIONS):
-        if slope is None:
-            steps, fresh = _DIFFERENCE * np.eye(2), True
-            slope = np.column_stack([(residual(place + step)[0] - left) / _DIFFERENCE for step in steps])
-        change = -np.linalg.solve(slope, left)
-        change *= min(1.0, _SHARE * (1.0 - float(np.hypot(*place))) / max(float(np.hypot(*change)), 1e-300))
-        following, found = residual(place + change)
-        if float(np.hypot(*change)) < _CLOSE:
-            return found, slope
-        if np.hypot(*following) > np.hypot(*left) and not fresh:
-            slope = None
-            continue
-        for _ in range(_HALVINGS):
-            if np.hypot(*following) <= np.hypot(*left):
-                break
-            change *= 0.5
-            following, found = residual(place + change)
-        slope = slope + np.outer(following - left - slope @ change, change) / float(change @ change)
-        place, left, fresh = place + change, following, False
-    raise ArithmeticError(f"film: the step to time {time:g} did not converge; shorten it")
+    try:
+        _, slope = balanced(residual, lambda x, y: 1.0 - math.hypot(x, y), before.place, slope)
+    except ArithmeticError:
+        raise ArithmeticError(f"film: the step to time {time:g} did not converge; shorten it") from None
+    return found, slope
