@@ -174,3 +174,20 @@ def seven_bar_slider(t, w1=2 * np.pi, w4=2 * np.pi):
 def plane_rotation(plane: str) -> np.ndarray:
     """Rotation matrix of a plane."""
     return Rotation.from_euler("xyz", PLANES[plane]).as_matrix()
+
+
+#: A wheel of 0.02 kg m2 on joint O, and a controller with limits for its speed.
+FLYWHEEL = model("flywheel", solid("wheel", 1.0, 0.02) + joint("O", "world", "wheel"))
+CONTROL = """[torques.T]
+joint = "O"
+formula = "C.output"
+[controllers.C]
+kind = "pid"
+signal = "O.rate"
+reference = "5"
+proportional = 0.3
+integral = 1.5
+derivative = 0.002
+filter_time = 0.01
+limits = [-0.4, 0.4]
+"""

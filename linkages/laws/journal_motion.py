@@ -1,4 +1,4 @@
-"""Motion of a journal in its bearing; arguments are those of `linkages.laws.journal.clearance_force`."""
+"""Motion of a journal in its bearing; arguments as in `linkages.laws.journal.clearance_force`."""
 
 from __future__ import annotations
 

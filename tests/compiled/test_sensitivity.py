@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from machines import RUBBING_CRANK, bar, joint, model, slider_crank, solid
+from machines import CONTROL, FLYWHEEL, RUBBING_CRANK, bar, joint, model, slider_crank
 
 import linkages
 from linkages.engines.compiled.derivatives.sensitivity import differentiate
@@ -252,7 +252,6 @@ def _dashpot(time, gravity, clearance, stiffness, damping, mass):
     )
 
 
-WHEEL = model("wheel", solid("wheel", 1.0, 0.02) + joint("O", "world", "wheel"))
 SPRINGS = """
 duration = 2.0
 [drives.O]
@@ -283,7 +282,7 @@ def _between_springs(time, inertia, speed):
     ],
 )
 def test_a_formula_with_kinks_has_the_derivatives_of_its_closed_form(system_of, integrator, accuracy, rtol):
-    system = system_of(WHEEL, SPRINGS).replaced({"solver.integrator": integrator, "solver.accuracy": accuracy})
+    system = system_of(FLYWHEEL, SPRINGS).replaced({"solver.integrator": integrator, "solver.accuracy": accuracy})
     runner, record = _end(system)
     found = differentiate(runner, join([record]), ["sdf.links.wheel.inertia", "drives.O.speed"])
     inertia, speed = 0.02, 3.0
@@ -293,30 +292,13 @@ def test_a_formula_with_kinks_has_the_derivatives_of_its_closed_form(system_of, 
     np.testing.assert_allclose(found.states[-1][:, -2:], expected, rtol=rtol)
 
 
-LIMITED = """
-duration = 0.5
-[drives.O]
-torque = 0.0
-[torques.T]
-joint = "O"
-formula = "C.output"
-[controllers.C]
-kind = "pid"
-signal = "O.rate"
-reference = "5"
-proportional = 0.3
-integral = 1.5
-derivative = 0.002
-filter_time = 0.01
-limits = [-0.4, 0.4]
-"""
-
-
 @pytest.mark.parametrize("integrator", ["radau_iia_5", "dormand_prince_5_4"])
 @pytest.mark.parametrize("path", ["controllers.C.integral", "controllers.C.limits.1", "sdf.links.wheel.inertia"])
 def test_derivatives_after_a_controller_leaves_its_limit_agree_with_differences(system_of, integrator, path):
     """At a loose accuracy. Without steps that end at the kink the errors are 5e-6 and 2e-4."""
-    system = system_of(WHEEL, LIMITED).replaced({"solver.integrator": integrator, "solver.accuracy": 1e-7})
+    system = system_of(FLYWHEEL, "duration = 0.5\n[drives.O]\ntorque = 0.0\n" + CONTROL).replaced(
+        {"solver.integrator": integrator, "solver.accuracy": 1e-7}
+    )
     value, fine = system.value(path), system.replaced({"solver.accuracy": 1e-12})
     ends = [
         linkages.simulate(fine.replaced({path: value * (1.0 + k * 1e-3)}), outputs=["O.rate"])["O.rate"][-1]

@@ -6,7 +6,7 @@ import cloudpickle
 import numpy as np
 import pytest
 from engines import slow_on_drake
-from machines import joint, model, slider_crank, solid
+from machines import CONTROL, FLYWHEEL, joint, model, slider_crank, solid
 from pydrake.systems.analysis import Simulator
 from scipy.integrate import simpson, solve_ivp
 from scipy.linalg import expm
@@ -27,7 +27,6 @@ from linkages import (
 from linkages.engines.drake import build_diagram
 from linkages.results.extremes import averages
 
-FLYWHEEL = model("flywheel", solid("wheel", 1.0, 0.02) + joint("O", "world", "wheel"))
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\n"
 FREE = "duration = 0.5\n[drives.O]\ntorque = 0.0\n"
 R, L, K, B, J, U = 0.5, 0.02, 0.1, 1e-3, 0.02, 12.0  # of the motor, and the flywheel
@@ -169,21 +168,6 @@ def test_a_motor_turns_a_slider_crank_as_an_independent_integration(run, kind):
     assert fluctuation[1] > 0.05
     losses = columns["M.electrical_power"] - columns["M.torque"] * columns["O.rate"]
     np.testing.assert_allclose(columns["M.losses"], losses, atol=1e-9 * np.abs(losses).max() + 1e-9)
-
-
-CONTROL = """[torques.T]
-joint = "O"
-formula = "C.output"
-[controllers.C]
-kind = "pid"
-signal = "O.rate"
-reference = "5"
-proportional = 0.3
-integral = 1.5
-derivative = 0.002
-filter_time = 0.01
-limits = [-0.4, 0.4]
-"""
 
 
 FOLLOWING = """[torques.T]

@@ -58,7 +58,7 @@ class StepperState:
 class Stepper:
     """A system that runs in steps of any lengths, with inputs that are constant during a step.
 
-    A copy, or a pickled one, goes on from the same state by itself.
+    A copy, or a pickled one, continues from the same state with its own arrays.
 
     Parameters
     ----------

@@ -82,7 +82,7 @@ def sdf_of(path: Path, robot: ET.Element) -> ET.Element:
 
 
 def _check_flat(path: Path, owner: ET.Element) -> None:
-    """Reject elements inside those of which URDF reads attributes only."""
+    """Reject elements inside elements of which URDF reads attributes only."""
     for element in owner.iter() if owner.tag in ("link", "joint") else ():
         if element.tag in _FLAT and len(element):
             inner = element[0].tag

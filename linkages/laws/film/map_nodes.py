@@ -150,7 +150,7 @@ def solve_plain(eps: float, slenderness: float, cavitation: str, angles: Array) 
     """Solve the film without groove at one eps for directions y = ``angles`` (ny,) of the motion, in small steps.
 
     Return the quantities of `linkages.laws.film.map_table`, (ny, 4), by the rule guembel or reynolds. Force and flow
-    are extrapolated; the extent, which moves from cell to cell, is that of the finer mesh.
+    are extrapolated; the extent, which moves from cell to cell, is taken from the finer mesh.
     """
     places, whole = _two_places(eps, slenderness, (), PLAIN_CELLS[cavitation]), cavitation == "guembel"
     parts = [[place.pressure(*motion, "guembel") for motion in ((1.0, 0.0), (0.0, 1.0))] for place in places if whole]

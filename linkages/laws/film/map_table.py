@@ -15,9 +15,9 @@ interpolated by cubic splines, periodic in y and alpha: away from rest the force
 film that does not depend on alpha has one node there. A supply pressure adds a static part in proportion to it: force
 and flow over x and alpha.
 
-The layout: the numbers of `MapHead`, then by quantity and x a row of coefficients over y and alpha, with those of the
-static part at its end. An evaluation reads only the quantities that are wanted. **A map is never extrapolated**: eps is
-clipped to `table_limit(table)`; where a run exceeds it the caller should report that. `linkages.laws.film.film_map`
+The layout: the numbers of `MapHead`, then by quantity and x a row of coefficients over y and alpha; the coefficients of
+a static part end the row. An evaluation reads only the quantities that are wanted. **A map is never extrapolated**: eps
+is clipped to `table_limit(table)`; where a run exceeds it the caller should report that. `linkages.laws.film.film_map`
 solves the films at the nodes.
 """
 
@@ -227,7 +227,7 @@ def static_film(eps: float, alpha: float, table: Array) -> tuple[float, float, f
 
 
 def fit(head: MapHead, values: Array) -> Array:
-    """Fit the splines of a table to the values (nx, ny, na, 4) at the nodes; in y those of a static part may follow."""
+    """Fit the splines of a table to the values (nx, ny, na, 4) at the nodes; in y a static part may follow."""
     padded = np.pad(values, ((1, 1), *((0, 0),) * 3))  # the end conditions have zero on the right
     found = np.tensordot(np.linalg.inv(_collocation(head.nx)), padded, (1, 0))
     moving, static = found[:, : head.ny], _periodic(found[:, head.ny :], 2)

@@ -131,7 +131,7 @@ def tilted_action(
 ) -> tuple[float, float, float, float, float, float]:
     """Force, couple, moment and flow of the film of a tilted journal; arguments of `linkages.laws.journal.film_action`.
 
-    Eccentricity and rates are those of the middle, alpha is the eccentricity's angle in the bearing's frame [rad].
+    Eccentricity and rates belong to the middle, alpha is the eccentricity's angle in the bearing's frame [rad].
     Return the force f_n, f_t on the journal [N], the couple on it about the normal of the plane, the moment m_n, m_t in
     the plane about the bearing's middle [N m], and the flow out of both ends [m3/s].
 

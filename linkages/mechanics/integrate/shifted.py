@@ -161,7 +161,7 @@ def _substitute(s: Shifted) -> None:
 
 @inlined_kernel
 def _row_part(s: Shifted, k: int, first: int, last: int) -> Any:
-    """Multiply entries of row k by those of the solution."""
+    """Multiply entries of row k by entries of the solution."""
     return _row_times(s.matrix[k, first:last], s.cross[k, first:last], s.found[first:last], s.turned[first:last])
 
 

@@ -97,7 +97,7 @@ def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, 
 
 
 def acting_functions(loads: Loads) -> NDArray[np.bool_]:
-    """Return which functions the motion depends on at any time: not those of quantities and of sampled states."""
+    """Return which functions the motion always depends on: all but functions of quantities and of sampled states."""
     records, _, states, _, _, segments = loads
     acts = np.zeros(len(segments), bool)
     acts[records["motion"][(records["kind"] == FORCE) | (records["kind"] == PUSH)]] = True

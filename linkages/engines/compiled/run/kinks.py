@@ -28,18 +28,18 @@ from linkages.mechanics.planar.motion import fill_switches, switch_counts
 from linkages.system import System
 
 _TRIES = 40
-_CLOSE = 1e-9  # of a kink's speed: its distance that counts as zero
+_CLOSE = 1e-9  # of a kink's speed, or of the change of a switch in a step: a distance that counts as zero
 _NEAR = 1e-7  # a step that starts so near to a kink starts at it
 _SLOW = 1e-6  # smallest speed of a kink for that [m/s]
 
 
 def kinks(system: System) -> Array:
-    """Return the kinks of each contact, (nc, KINKS): ratios of the speed to that at the start, sliding speeds, zero.
+    """Return the kinks of a system, (nc + nf, KINKS); NaN where there are fewer, and no lines without any.
 
-    NaN where there are fewer. The damping of a contact is limited. The last one is the zero of `push`: no contact
-    pulls, so that the force of a law with much damping vanishes before the bodies part. In the lines after them the
-    switches of formulas are 0, NaN if the motion does not depend on their formula. No lines if no contact can touch and
-    no formula has a switch: films have no kinks.
+    The first nc lines belong to the contacts: ratios of the speed to the speed at the start, sliding speeds, zero. The
+    damping of a contact is limited. The last one is the zero of `push`: no contact pulls, so that the force of a law
+    with much damping vanishes before the bodies part. Films have no kinks. The other lines belong to the switches of
+    formulas, in the order of `fill_switches`: 0, or NaN if the motion does not depend on the formula.
     """
     switches = _switches(system)
     if not system.experiment.can_touch and not np.isfinite(switches).any():
@@ -96,7 +96,7 @@ def kink_values(equations: Equations, t: float, limits: Array, out: Array) -> No
 
 @lazy_kernel
 def _switch_values(equations: Equations, t: float, limits: Array, out: Array) -> None:
-    """Fill the lines of ``out`` after those of the contacts; see `kink_values`."""
+    """Fill the lines of the switches of formulas in ``out``; see `kink_values`."""
     model, work = equations.model, equations.work
     w, spans, nc = work.dynamics, work.kinked.spans, len(model.ends)
     inputs, values = np.zeros(inputs_shape(model.signals, model.states)), out[nc:].reshape(-1)

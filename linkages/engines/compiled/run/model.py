@@ -36,7 +36,7 @@ RATIOS, SPEEDS, KINKS = 2, 6, 7
 class Kinked(NamedTuple):
     """Arrays to locate kinks: distances at both ends of a step, sides of the kinks, contacts that act, that touch.
 
-    After the lines of the nc contacts follow those of the switches of formulas, `KINKS` in each of nf lines.
+    The first nc lines belong to the contacts, the others to the switches of formulas, `KINKS` in each of nf lines.
     """
 
     starts: Array  # (nc + nf, KINKS)
