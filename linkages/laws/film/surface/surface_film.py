@@ -103,6 +103,9 @@ def solve_film(
 ) -> SurfaceFilm:
     """Solve Reynolds' equation on the surface.
 
+    A mass-conserving film that neither a groove nor an end feeds carries no load, and its content is not unique:
+    `linkages.bearing` and experiments refuse it.
+
     Parameters
     ----------
     surface : FilmSurface
