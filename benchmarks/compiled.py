@@ -36,7 +36,7 @@ def evaluate(given, y, dy, count):
         y[0] += 1e-12 * dy[0]
 
 
-@kernel
+@kernel(makes_arrays=True)
 def leave(given, y, out, count):
     """Evaluate the residual many times."""
     problem = reference(given)
@@ -46,7 +46,7 @@ def leave(given, y, out, count):
         y[0] += 1e-30 * out[0]
 
 
-@kernel
+@kernel(makes_arrays=True)
 def differentiate(given, y, out, count):
     """Evaluate the Jacobian many times."""
     problem = reference(given)

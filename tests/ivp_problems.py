@@ -256,7 +256,7 @@ def residual(problem, t, y, dy, out):
     out -= dy
 
 
-@kernel
+@kernel(makes_arrays=True)
 def arrive(problem, t, y, dy, out):
     """Fill the event; derivatives stay as the collocation has them, and whatever is left of the equations is small."""
     rhs(problem, t, y, np.empty(len(dy)))
@@ -311,7 +311,7 @@ def drive(implicit, problem, stepper, tolerance, t, y, modes, options):
 def steps_of(attempt):
     """Steps of given sizes, without error control; returns the end, and the estimate of the last step's error."""
 
-    @kernel
+    @kernel(makes_arrays=True)
     def steps(problem, s, t, y, sizes, scale, exact):
         state, error = y.copy(), 0.0
         s.scale[:] = scale

@@ -123,7 +123,7 @@ THREADS = """
 import threading
 from concurrent.futures import ThreadPoolExecutor
 import numba
-from linkages.base.kernel import external, kernel
+from linkages.base.kernel import kernel, stored
 
 @kernel
 def called(x: float) -> float:
@@ -139,7 +139,7 @@ def second(x: float) -> float:
 
 numba.njit(lambda x: x)(1.0)  # imports what code needs: later there is no time between two kernels
 loading, done = threading.Event(), threading.Event()
-link = external.binding.add_symbol
+link = stored.binding.add_symbol
 
 def linked_late(symbol, address):
     loading.set()
@@ -152,7 +152,7 @@ def call_second():
     done.set()
     return found
 
-external.binding.add_symbol = linked_late
+stored.binding.add_symbol = linked_late
 with ThreadPoolExecutor(2) as pool:
     print(*[job.result() for job in (pool.submit(first, 1.0), pool.submit(call_second))])
 """

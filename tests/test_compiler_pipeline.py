@@ -19,7 +19,7 @@ def with_closure(x):
     return scaled(2.0)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def with_comprehension(n):
     return np.array([2.0 * k for k in range(n)])
 
@@ -50,7 +50,7 @@ class Sized(NamedTuple):
     length: float
 
 
-@kernel
+@kernel(makes_arrays=True)
 def length(given):
     return np.full(2, given.length).sum()
 
@@ -64,7 +64,7 @@ def test_kernels_may_hold_what_most_do_not():
     assert with_array_arithmetic(np.ones(3), np.ones(3)) == 9.0
 
 
-@kernel
+@kernel(makes_arrays=True)
 def owned(n: int) -> float:
     values = np.ones(n)
     return values.sum()
@@ -80,12 +80,12 @@ def part(values):
     return values[1:]
 
 
-@kernel
+@kernel(makes_arrays=True)
 def first(values: np.ndarray) -> float:
     return part(values)[0] + owned(3)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def of_all(n):
     values = np.arange(float(n))
     return first(values), recursive(4), part(values)
@@ -97,3 +97,10 @@ def test_kernels_with_any_result_call_each_other():
         number, product, rest = of_all(5)
         assert (number, product) == (4.0, 24)
         assert np.array_equal(rest, [1.0, 2.0, 3.0, 4.0])
+
+
+@pytest.mark.parametrize("makes", [lambda n: np.ones(n).sum(), lambda n: part(np.ones(n))[0]])
+def test_a_kernel_that_makes_arrays_without_declaring_it_is_refused(makes):
+    with pytest.raises(Exception, match="Declare it if it makes arrays: makes_arrays=True"):
+        kernel(makes)(3)
+    assert kernel(makes_arrays=True)(makes)(3) > 0.0

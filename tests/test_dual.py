@@ -112,7 +112,7 @@ class Given(NamedTuple):
     numbers: np.ndarray
 
 
-@kernel
+@kernel(makes_arrays=True)
 def carry(given: Given, x: float) -> float:
     """Take four duals from an array, change them, put them back; return the number of one."""
     given = reference(given)

@@ -160,7 +160,7 @@ class Dual(NamedTuple):
     wrench: DualArray
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _wrenches_along(loads, t, given):
     load_wrenches(loads, t, np.zeros(0), reference(given).pose, reference(given).vel, reference(given).wrench)
 

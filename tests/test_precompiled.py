@@ -72,10 +72,10 @@ def test_what_is_expected_is_compiled_beside_on_an_empty_cache_and_nothing_is_st
 
 HOLDING = """
 import sys, time
-from linkages.base.kernel import external, folder, locks
+from linkages.base.kernel import folder, locks, stored
 import numba, kernels
 
-name = external.name_of(kernels.f0.py_func, (numba.float64,))
+name = stored.name_of(kernels.f0.py_func, (numba.float64,))
 assert locks.acquire(folder.folder(), name)
 print("holds", flush=True)
 sys.stdin.read()
@@ -134,14 +134,14 @@ def _runs(pid: int) -> bool:
 
 
 RAN = """
-from linkages.base.kernel import external
-read, names = external.read, set()
+from linkages.base.kernel import stored
+read, names = stored.read, set()
 def noted(name):
     stored = read(name)
     if stored is not None:
         names.add(name)
     return stored
-external.read = noted
+stored.read = noted
 {what}
 print(*sorted(names))
 """

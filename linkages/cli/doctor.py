@@ -115,12 +115,10 @@ def compile_cache() -> CheckResult:
     """Check the cache of compiled code: without it each start compiles for up to a minute."""
     import numba
 
-    from linkages.base.kernel import fingerprint, folder, private, shipped
+    from linkages.base.kernel import fingerprint, folder, shipped
 
     if getattr(numba.config, "DISABLE_JIT", False):
         return CheckResult("compile cache", "the compiler is off", "unset NUMBA_DISABLE_JIT")
-    if private.problem:
-        return CheckResult("compile cache", "numba's own: plain kernels", f"first runs take minutes: {private.problem}")
     path = folder.folder()
     if path is None:
         return CheckResult("compile cache", "none", _PLACE)

@@ -167,6 +167,8 @@ def _said(problem: BaseException) -> int:
             return 2
         case RunError():
             print(f"failed: {problem}", file=sys.stderr)
+        case ImportError(name="numba"):  # its version is not supported
+            print(f"failed: {problem}", file=sys.stderr)
         case BrokenPipeError():  # the reader has ended: `linkages keys | head`
             _drop_output()
             return 141

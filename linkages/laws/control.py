@@ -11,7 +11,7 @@ import numpy as np
 from numba import types
 
 from linkages.base.kernel import address, caller
-from linkages.base.kernel.external import failures
+from linkages.base.kernel.lazy_calls import failures
 from linkages.base.kernel.private import OFF
 from linkages.laws.parameters import Parameter
 

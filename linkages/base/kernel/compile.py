@@ -9,6 +9,8 @@
 An external function (`linkages.base.kernel.external`) returns nothing, a number or a tuple of numbers, as its
 annotation says. A `kernel` with another result, or without an annotation, is compiled with each caller. All kernels
 divide as IEEE says. Calls from Python release the GIL.
+
+References to arrays are counted where a kernel makes arrays, which it declares: ``@kernel(makes_arrays=True)``.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cached_property, partial, update_wrapper
 from inspect import Signature, signature
-from typing import Any, TypeVar, cast, get_args, get_type_hints
+from typing import Any, TypeVar, cast, get_args, get_type_hints, overload
 
 import numba
 from numba import types
@@ -26,34 +28,39 @@ from numba.extending import lower_builtin, type_callable, typeof_impl
 from linkages.base.kernel import precompiled
 from linkages.base.kernel.by_reference import shape
 from linkages.base.kernel.dual import has_duals, with_duals
-from linkages.base.kernel.external import (
-    call_cell,
-    call_symbol,
-    external,
-    failures,
-    kernels,
-    name_of,
-    obtain,
-    under_way,
-)
+from linkages.base.kernel.external import call_symbol, external, under_way
 from linkages.base.kernel.fingerprint import LAZY
-from linkages.base.kernel.private import COUNTED, INLINED, OFF, UNCOUNTED, one_thread, problem, python_function
+from linkages.base.kernel.lazy_calls import call_cell, failures, kernels
+from linkages.base.kernel.private import COUNTED, INLINED, OFF, UNCOUNTED, one_thread, python_function
+from linkages.base.kernel.stored import counts_references, name_of, obtain
 
 F = TypeVar("F", bound=Callable[..., Any])
 _NUMBERS = {None: types.none, float: types.float64, int: types.int64, bool: types.boolean}
 
 
-def kernel(function: F) -> F:
+@overload
+def kernel(function: F) -> F: ...
+@overload
+def kernel(*, makes_arrays: bool) -> Callable[[F], F]: ...
+def kernel(function: Any = None, *, makes_arrays: bool = False) -> Any:
     """Compile a function by itself; other kernels call it."""
-    return _made(function, b"kernel")
+    return _decorator(b"kernel", makes_arrays, function)
 
 
-def inlined_kernel(function: F) -> F:
+@overload
+def inlined_kernel(function: F) -> F: ...
+@overload
+def inlined_kernel(*, makes_arrays: bool) -> Callable[[F], F]: ...
+def inlined_kernel(function: Any = None, *, makes_arrays: bool = False) -> Any:
     """Compile a small function into the body of each caller."""
-    return _made(function, b"inlined")
+    return _decorator(b"inlined", makes_arrays, function)
 
 
-def lazy_kernel(function: F) -> F:
+@overload
+def lazy_kernel(function: F) -> F: ...
+@overload
+def lazy_kernel(*, makes_arrays: bool) -> Callable[[F], F]: ...
+def lazy_kernel(function: Any = None, *, makes_arrays: bool = False) -> Any:
     """Compile a function at its first call, also if compiled code calls it.
 
     Raises
@@ -61,23 +68,24 @@ def lazy_kernel(function: F) -> F:
     TypeError
         If its result is not annotated as None, float, int, bool or a tuple of these.
     """
-    if not OFF and _result(function) is None:
-        given, what = function.__annotations__.get("return"), "None, float, int, bool, or a tuple of these"
-        raise TypeError(f"the lazy kernel {function.__qualname__} returns {given}; annotate its result as {what}")
-    return _made(function, LAZY)
+    return _decorator(LAZY, makes_arrays, function)
 
 
-def _made(function: F, kind: bytes) -> F:
+def _decorator(kind: bytes, makes_arrays: bool, function: Any) -> Any:
+    """Make a kernel of this kind of a function; without the function, return the decorator."""
+    if function is None:
+        return partial(_made, kind=kind, makes_arrays=makes_arrays)
+    return _made(function, kind, makes_arrays)
+
+
+def _made(function: Any, kind: bytes, makes_arrays: bool) -> Any:
     if OFF:
         return function
-    return _plain(function) if problem else cast(F, Kernel(function, kind))
-
-
-def _plain(function: F) -> F:
-    """Compile by `numba.njit` alone."""
-    with suppress(RuntimeError):  # typed in: it has no file beside which numba could keep it
-        return cast(F, numba.njit(nogil=True, error_model="numpy", cache=True)(function))
-    return cast(F, numba.njit(nogil=True, error_model="numpy")(function))
+    if kind == LAZY and _result(function) is None:
+        given, what = function.__annotations__.get("return"), "None, float, int, bool, or a tuple of these"
+        raise TypeError(f"the lazy kernel {function.__qualname__} returns {given}; annotate its result as {what}")
+    function.makes_arrays = makes_arrays
+    return Kernel(function, kind)
 
 
 class Kernel:
@@ -104,8 +112,12 @@ class Kernel:
     @cached_property
     def inlined(self) -> Any:
         """Function that is compiled with each caller."""
-        own = UNCOUNTED if _returns_numbers(self.py_func) else COUNTED
-        options: Any = INLINED | own | {"error_model": "numpy", "forceinline": self.kind == b"inlined"}
+        counts = counts_references(self.py_func) or not _returns_numbers(self.py_func)
+        options: Any = (
+            INLINED
+            | (COUNTED if counts else UNCOUNTED)
+            | {"error_model": "numpy", "forceinline": self.kind == b"inlined"}
+        )
         return numba.njit(**options)(self.py_func)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
@@ -130,7 +142,7 @@ class Kernel:
     def _entry(self, kinds: tuple[Any, ...]) -> Any:
         """Compile or load the function for calls from Python."""
         make = partial(python_function, kinds=kinds, error_model="numpy")
-        return obtain(name_of(self.py_func, kinds), self.py_func, make)
+        return obtain(name_of(self.py_func, kinds), self.py_func, make, not _returns_numbers(self.py_func))
 
     def prepare(self, *kinds: Any) -> None:
         """Compile or load the external function for arguments of these numba types."""

@@ -1,26 +1,26 @@
 """Private names of numba and its layout of arrays, outside its documented interface; no other module uses them.
 
-| name                    | reason                                            | fallback                              |
-|-------------------------|---------------------------------------------------|---------------------------------------|
-| CFunc                   | C functions whose code can be stored              | plain kernels                         |
-| _cache                  | where a function reads and writes its code        | plain kernels                         |
-| CompileResult           | compiled code of one function                     | plain kernels                         |
-| _reduce                 | compiled code as bytes                            | plain kernels                         |
-| _rebuild                | compiled code from bytes                          | plain kernels                         |
-| consts                  | which environments of numba's functions are empty | none                                  |
-| dumps                   | pickles of numba's types and environments         | plain kernels                         |
-| rtsys                   | numba's runtime: called by restored code; arrays  | plain kernels                         |
-| refresh                 | numba's C functions, called by restored code      | plain kernels                         |
-| cpu_target              | what numba's runtime and C functions belong to    | plain kernels                         |
-| AttributeTemplate       | attributes of references to named tuples          | none                                  |
-| _numba_type_            | types of packed named tuples, found quickly       | none                                  |
-| _nrt                    | no reference counts in kernels that own no array  | LINKAGES_KERNELS=plain                |
-| no_cpython_wrapper      | no wrapper for Python where only kernels call     | LINKAGES_KERNELS=plain                |
-| no_cfunc_wrapper        | no C function of an inlined kernel                | LINKAGES_KERNELS=plain                |
-| global_compiler_lock    | one thread at a time loads or compiles            | plain kernels                         |
+| name                    | reason                                            |
+|-------------------------|---------------------------------------------------|
+| CFunc                   | C functions whose code can be stored              |
+| _cache                  | where a function reads and writes its code        |
+| CompileResult           | compiled code of one function                     |
+| _reduce                 | compiled code as bytes                            |
+| _rebuild                | compiled code from bytes                          |
+| consts                  | which environments of numba's functions are empty |
+| dumps                   | pickles of numba's types and environments         |
+| rtsys                   | numba's runtime: called by restored code; arrays  |
+| refresh                 | numba's C functions, called by restored code      |
+| cpu_target              | what numba's runtime and C functions belong to    |
+| AttributeTemplate       | attributes of references to named tuples          |
+| _numba_type_            | types of packed named tuples, found quickly       |
+| _dmm                    | how records of duals are read                     |
+| _nrt                    | no reference counts in kernels that own no array  |
+| no_cpython_wrapper      | no wrapper for Python where only kernels call     |
+| no_cfunc_wrapper        | no C function of an inlined kernel                |
+| global_compiler_lock    | one thread at a time loads or compiles            |
 
-Plain kernels are compiled by `numba.njit` and kept in numba's own cache: the first compilation takes longer, the digits
-are the same. `linkages doctor` reports them. The environment variable LINKAGES_KERNELS=plain asks for them.
+Another version of numba may lack one of them: `TESTED` are the versions with which the tests pass, others are refused.
 
 References, lanes and blocks of memory rely on numba's layout of arrays: at import, `array_words` is compared with
 numba's own words of one array.
@@ -29,11 +29,10 @@ numba's own words of one array.
 from __future__ import annotations
 
 import ctypes
-import os
 import pickle
 import re
 from collections.abc import Callable
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from functools import cache
 from typing import Any, NamedTuple, cast
 
@@ -41,13 +40,13 @@ import numba
 import numpy as np
 from llvmlite import binding, ir
 from numba import config
-from numba.core.typing.templates import AttributeTemplate
 
-__all__ = ["ARRAY_DATA", "COUNTED", "INLINED", "NAMES", "OFF", "UNCOUNTED", "AttributeTemplate", "Stored"]
-__all__ += ["array_field", "array_words", "c_function", "one_thread", "problem", "python_function", "restored"]
+__all__ = ["ARRAY_DATA", "COUNTED", "INLINED", "NAMES", "OFF", "TESTED", "UNCOUNTED", "AttributeTemplate", "Stored"]
+__all__ += ["array_field", "array_words", "c_function", "one_thread", "python_function", "restored"]
 __all__ += ["without_owner"]
 
 NAMES = re.findall(r"^\| (\w+) +\|", __doc__, re.M)[1:]
+TESTED = "0.62", "0.69"  #: the least version of numba, and the first untested one, as in pyproject.toml
 OFF = bool(getattr(config, "DISABLE_JIT", False))  #: nothing is compiled
 #: of numba's structure of an array, one word each, the last two a word for each axis
 _FIELDS = "owner", "parent", "size", "itemsize", "data", "lengths", "strides"
@@ -83,28 +82,34 @@ def _compare_words() -> None:
     if telling:
         ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.py_object, ctypes.c_void_p)(telling)(array, told)
         if told[_FIELDS.index("parent")] != id(array) or tuple(told[2 : len(expected)]) != expected[2:]:
-            raise ImportError(f"numba {numba.__version__} has another layout of arrays; install an earlier version")
+            raise _unsupported()
 
 
-one_thread: Any = nullcontext()  #: loads and compiles while this lasts
-#: why kernels are plain; empty if they are not
-problem = "LINKAGES_KERNELS is plain" if os.environ.get("LINKAGES_KERNELS") == "plain" else ""
+def _unsupported() -> ImportError:
+    """Make the error of a version of numba with which the tests do not pass."""
+    wanted = "numba>={},<{}".format(*TESTED)
+    return ImportError(f'numba {numba.__version__} is not supported; run `pip install "{wanted}"`', name="numba")
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    """Return the first two numbers of a version."""
+    return tuple(int(part) for part in version.split(".")[:2])
+
+
 try:
     from numba.core.ccallback import CFunc
     from numba.core.compiler import CompileResult
-    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.compiler_lock import global_compiler_lock as one_thread  # held by the thread that loads or compiles
     from numba.core.registry import cpu_target
     from numba.core.runtime.nrt import rtsys
     from numba.core.serialize import dumps
-
-    for _name in ("_reduce", "_rebuild"):
-        getattr(CompileResult, _name)
-except (ImportError, AttributeError) as missing:
-    problem = str(missing)
-else:
-    one_thread = global_compiler_lock
-    if not OFF:
-        _compare_words()
+    from numba.core.typing.templates import AttributeTemplate
+except ImportError as missing:
+    raise _unsupported() from missing
+if not _numbers(TESTED[0]) <= _numbers(numba.__version__) < _numbers(TESTED[1]):
+    raise _unsupported()
+if not OFF:
+    _compare_words()
 
 UNCOUNTED, COUNTED = {"_nrt": False}, {"_nrt": True}  #: options: whether references to arrays are counted
 INLINED = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  #: options of functions that only kernels call
@@ -119,8 +124,8 @@ class Stored:
 
     cache_path = None
 
-    def __init__(self, content: bytes = b"", symbols: Any = (), counts: bool = False) -> None:
-        self.content, self.symbols, self.counts = content, set(symbols), counts
+    def __init__(self, content: bytes = b"", symbols: Any = ()) -> None:
+        self.content, self.symbols, self.counts = content, set(symbols), False
         self._result: Any = None  # of the compilation
 
     def load_overload(self, signature: Any, context: Any) -> Any:

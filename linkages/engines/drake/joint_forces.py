@@ -90,7 +90,7 @@ def move_films(place: Placed, work: Workspace, memory: Array, t: float, state: A
         advance_films(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def _add_friction(
     place: Placed, work: Workspace, friction: FrictionWork, t: float, torques: Array, applied: Array
 ) -> None:
@@ -128,7 +128,7 @@ def own_rates(place: Placed, work: Workspace, t: float, state: Array, due: Array
         rates[k] = work.v[last] if t >= due[k] else work.a[last]
 
 
-@kernel
+@kernel(makes_arrays=True)
 def drive_forces(
     place: Placed,
     work: Workspace,

@@ -111,7 +111,7 @@ def _gap(sheet: Sheet, i: int, x: float, y: float) -> float:
     return sheet.lines[i, 0] - x * sheet.lines[i, 1] - y * sheet.lines[i, 2]
 
 
-@kernel
+@kernel(makes_arrays=True)
 def solve_history(
     table: Array, oil: Array, x: float, y: float, vx: float, vy: float, spin: float, supply: float, advance: float = 0.0
 ) -> tuple[float, float, float, float]:

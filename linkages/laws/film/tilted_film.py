@@ -58,7 +58,7 @@ _ENDS = _modes(-np.ones(1))[1][:, 0]  # slopes at the end s = -1
 SHEAR_NONE, SHEAR_FULL = SHEAR["none"], SHEAR["full"]
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def tilted_film(
     eps: float, deps: float, ew: float, spin: float, a: float, b: float, slenderness: float
 ) -> tuple[float, float, float, float, float, float, float]:

@@ -29,7 +29,7 @@ _CLOSE, _FAR = 1e-6, 1e-3  # relative errors of a moment: found, not found
 _MOST = 200  # deposits of one sample in a sweep
 
 
-@kernel
+@kernel(makes_arrays=True)
 def wear_away(
     samples: Array,
     clearance: float,

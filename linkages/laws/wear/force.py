@@ -49,7 +49,7 @@ def place_of(law: np.record, table: Array, ex: float, ey: float, bearing_angle: 
     return Place(ex, ey, bearing_angle, journal_angle, c, law.radius - c, bearing, journal)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def worn_force(
     law: np.record,
     table: Array,

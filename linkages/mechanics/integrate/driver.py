@@ -72,7 +72,7 @@ class Record(NamedTuple):
     next_step: float
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _doubled(old: Array) -> Array:
     """Copy rows into an array for twice as many."""
     new = np.empty((2 * len(old), old.shape[1]))
@@ -81,7 +81,7 @@ def _doubled(old: Array) -> Array:
     return new
 
 
-@kernel
+@kernel(makes_arrays=True)
 def joined(before: Record, after: Record) -> Record:
     """Join the records of two runs of which the second continues the first."""
     n, m = len(before.times), len(before.times) + len(after.times) - 1
@@ -136,7 +136,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, stop: 
         copy(y, line[1 : 1 + len(y)])
         observe(problem, observer, t, y, line[1 + len(y) :])
 
-    @kernel
+    @kernel(makes_arrays=True)
     def drive(
         problem: Any, observer: Any, s: Stepper, tolerance: Array, t: float, start: Array, modes: Indices, width: int,
         options: Options,
@@ -229,7 +229,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, stop: 
 def starter(rhs: Any) -> Any:
     """Make the compiled function that chooses the first step."""
 
-    @kernel
+    @kernel(makes_arrays=True)
     def first_step(problem: Any, s: Stepper, t: float, y: Array, accuracy: float) -> float:
         """Choose the size of the first step from (t, y), with f0 and the scale known.
 

@@ -18,7 +18,7 @@ def explicit(tableau: Tableau, rhs: Any) -> Any:
     a, b, c, weights, count = tableau.a, tableau.b, tableau.c, tableau.error, len(tableau.c)
     ratio = controller(PI_5_4)
 
-    @kernel
+    @kernel(makes_arrays=True)
     def attempt(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
         """Attempt a step from (t, y), with f0 known; fill new and f1."""
         n, trial = len(y), s.trial[0]

@@ -60,7 +60,7 @@ def back_substitute(factors: Array, pivots: Indices, x: Array | Lanes) -> None:
         x[k] = value * factors[k, k]
 
 
-@kernel
+@kernel(makes_arrays=True)
 def decompose(matrix: Array, u: Array, s: Array, vt: Array) -> None:
     """Set the singular value decomposition U (m, k), s (k,), V^T (k, n) of a matrix (m, n), k the smaller of m and n.
 

@@ -37,7 +37,7 @@ _RATE = 0.12
 _C = RADAU_IIA_5.c
 
 
-@kernel
+@kernel(makes_arrays=True)
 def set_last_step(s: Stepper, now: float, size: float, t: Array, states: Array, points: Indices) -> None:
     """Set the last step, of this size, from the polynomial through up to four known states, for the prediction.
 
@@ -146,7 +146,7 @@ def implicit(tableau: Tableau, rhs: Any, residual: Any, jacobian: Any, arrive: A
     solve = stage_solver(tableau, form, _predictor(tableau), residual)
     finish, ratio = end_solver(form, factorise_shifted, jacobian, arrive), controller(ELEMENTARY_3)
 
-    @kernel
+    @kernel(makes_arrays=True)
     def attempt(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
         """Attempt a step from (t, y), with f0 known; fill new and f1."""
         n = len(y)

@@ -98,7 +98,7 @@ def stage_solver(tableau: Tableau, form: Transformation, predict: Any, residual:
     """Make the compiled function that solves for the stages; see `linkages.mechanics.integrate.implicit`."""
     c, a, slopes, basis, back = tableau.c, tableau.a, form.inverse, form.apart, form.together
 
-    @kernel
+    @kernel(makes_arrays=True)
     def solve(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[bool, int, float]:
         """Solve for the stages; return whether it converged, the iterations, the rate of convergence."""
         n, m, k = len(y), len(y) - len(s.mass), len(s.mass)

@@ -28,7 +28,7 @@ def collocation_sensitivity(tableau: Tableau) -> Any:
     """
     a, c, back, count = tableau.a, tableau.c, np.linalg.inv(tableau.a), len(tableau.c)
 
-    @kernel
+    @kernel(makes_arrays=True)
     def differentiate(
         h: float, mass: Array, jacobian: Array, forcing: Array, before: Array, after: Array, rates: Array,
         start: Lanes, x: Lanes,
@@ -101,7 +101,7 @@ def explicit_sensitivity(tableau: Tableau) -> Any:
     """Make the compiled derivative of a step of an explicit method; it does not fill ``rates``."""
     a, b, count = tableau.a, tableau.b, len(tableau.c)
 
-    @kernel
+    @kernel(makes_arrays=True)
     def differentiate(
         h: float, mass: Array, jacobian: Array, forcing: Array, before: Array, after: Array, rates: Array,
         start: Lanes, x: Lanes,

@@ -92,7 +92,7 @@ def section_motion(pose: Array, i: int, k: int) -> tuple[float, float, float]:
     return pose[i, at + TURN], pose[i, at + MOVE_X], pose[i, at + MOVE_Y]
 
 
-@inlined_kernel
+@inlined_kernel(makes_arrays=True)
 def new_poses(nb: int, nm: int) -> Array:
     """Make the poses of nb bodies, (nb, 5) if none is flexible."""
     return np.zeros((nb, _MODES + _MODE * nm if nm else _POSE))

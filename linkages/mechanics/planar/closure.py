@@ -51,7 +51,7 @@ def loop_error(rows: Records, pose: Array) -> float:
     return worst
 
 
-@kernel
+@kernel(makes_arrays=True)
 def loop_errors(bodies: Bodies, rows: Records, q: Array) -> Array:
     """Compute `loop_error` (nt,) at each line of coordinates q (nt, n)."""
     pose, errors = new_pose(bodies), np.empty(len(q))
@@ -61,7 +61,7 @@ def loop_errors(bodies: Bodies, rows: Records, q: Array) -> Array:
     return errors
 
 
-@kernel
+@kernel(makes_arrays=True)
 def closure_jacobian(bodies: Bodies, rows: Records, pose: Array, jacobian: Array) -> None:
     """Set the Jacobian (nr, n) of the closure rows; row k is the generalised force of a unit reaction of that row.
 
@@ -90,7 +90,7 @@ def jacobian_at(bodies: Bodies, rows: Records, q: Array) -> Array:
     return jacobian
 
 
-@kernel
+@kernel(makes_arrays=True)
 def free_jacobian(bodies: Bodies, rows: Records, pose: Array, n: int, free: Indices, jacobian: Array) -> None:
     """Set the columns (nr, nf) of the free ones of n coordinates in `closure_jacobian`."""
     whole = np.empty((len(rows), n))
@@ -110,7 +110,7 @@ def _pass_on(bodies: Bodies, pose: Array, outer: int, wrench: Array, line: Array
     wrench[outer, 0], wrench[outer, 1], wrench[outer, 2] = 0.0, 0.0, 0.0
 
 
-@kernel
+@kernel(makes_arrays=True)
 def least_squares(matrix: Array, rhs: Array, x: Array) -> None:
     """Set x to the smallest least-squares solution of matrix @ x = rhs; the matrix (m, n) may be singular."""
     m, n = matrix.shape
@@ -127,7 +127,7 @@ def least_squares(matrix: Array, rhs: Array, x: Array) -> None:
             x[j] += vt[k, j] * total / s[k]
 
 
-@kernel
+@kernel(makes_arrays=True)
 def solve_columns(matrix: Array, rhs: Array, x: Array) -> None:
     """Set x to the solution of matrix @ x = rhs: by LU if it is square and its pivots allow, else `least_squares`."""
     n = len(rhs)
@@ -157,7 +157,7 @@ def sum_of_squares(x: Array) -> float:
     return total
 
 
-@kernel
+@kernel(makes_arrays=True)
 def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: float, q: Array) -> bool:
     """Move the free coordinates of ``q`` (in place) until the rows are closed; False if this does not converge.
 
@@ -192,7 +192,7 @@ def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: flo
     return math.sqrt(merit) <= 1e3 * TOLERANCE * size
 
 
-@kernel
+@kernel(makes_arrays=True)
 def approach(
     bodies: Bodies, rows: Records, free: Indices, size: float, held: Indices, places: Array, steps: int, q: Array
 ) -> bool:
@@ -210,7 +210,7 @@ def approach(
     return True
 
 
-@kernel
+@kernel(makes_arrays=True)
 def consistent_rates(bodies: Bodies, rows: Records, free: Indices, q: Array, v: Array, a: Array) -> None:
     """Set the free entries of rates v and accelerations a so that the rows stay closed; the others are given."""
     nr, nf = len(rows), len(free)
@@ -236,7 +236,7 @@ def consistent_rates(bodies: Bodies, rows: Records, free: Indices, q: Array, v: 
         a[free[i]] = found[i]
 
 
-@kernel
+@kernel(makes_arrays=True)
 def closure_quality(bodies: Bodies, rows: Records, free: Indices, q: Array) -> float:
     """Return the conditioning of the closure: smallest over largest singular value of the Jacobian's free columns.
 
@@ -293,7 +293,7 @@ def is_straight(step: float, scale: Array, v: Array, a: Array, quality: float) -
     return bend <= (_CURVED if quality > BLURRED else min(_CURVED, 0.5 * way))
 
 
-@kernel
+@kernel(makes_arrays=True)
 def follow_branch(
     bodies: Bodies,
     rows: Records,
@@ -329,7 +329,7 @@ def follow_branch(
     return len(times)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def ideal_state(model: Any, dynamics: Any, rows: Records, closing: Indices, ideal: Any) -> bool:
     """Fill the state of the linkage with every joint ideal, at the time and near the state of a run.
 

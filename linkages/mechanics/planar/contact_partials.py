@@ -254,7 +254,7 @@ def _fill_along(
     return is_known(total)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def difference_partials(
     end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, bounds: Array, out: Array
 ) -> None:

@@ -30,7 +30,7 @@ from linkages.mechanics.planar.record_types import SECTION
 _SMALL = 0.05  # angle up to which the series of cosine and sine are exact to rounding [rad]
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def detached_section_pose(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     """Fill the pose of section i, which does not follow its beam immediately in the order of bodies."""
     _section_pose(bodies, i, q, pose)
@@ -74,7 +74,7 @@ def _cosine_and_sine(angle: float) -> tuple[float, float]:
     return 1.0 - lane(both, 0) * x, lane(both, 1) * angle
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def flexible_pose(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     """Fill the modal entries of flexible body i's pose, and the poses of the sections that follow it immediately."""
     body, shapes, own = bodies.records[i], bodies.shapes[i], modal(bodies, i, q)

@@ -81,7 +81,7 @@ def add_efforts(model: Arrays, efforts: Array, w: Workspace) -> None:
             add_term_wrench(load.term, w.pose, load.sign * efforts[k], w.wrench)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def solve_friction(model: Arrays, t: float, torques: Array, w: Workspace, work: FrictionWork) -> None:
     """Fill the efforts of the frictions that depend on joint forces; NaN if there is no solution.
 
@@ -192,7 +192,7 @@ def _solve_loads(loads: Records, places: Indices, none: Array, change: Array, no
             normal[j] = math.nan
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _step_to(loads: Records, places: Indices, none: Array, change: Array, part: float, normal: Array) -> bool:
     """Find the loads for a part of the friction by Newton's method, which starts at the loads of a smaller part.
 

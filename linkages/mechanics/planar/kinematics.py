@@ -74,7 +74,7 @@ def moved_velocities(bodies: Bodies, moves: Indices, pose: Array, v: Array, vel:
     _moved_velocities(bodies, moves, pose, v, vel, still_vel)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def body_accelerations(bodies: Bodies, pose: Array, vel: Array, v: Array, a: Array, acc: Array) -> None:
     """Set the accelerations (nb, 3) of all frames: angular acceleration [rad/s2], acceleration of the origin [m/s2]."""
     _set_world_motion(acc)

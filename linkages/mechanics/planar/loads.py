@@ -36,7 +36,7 @@ LOAD_OUTPUTS = ("value", "second", "power", "energy")
 VALUE, SECOND, POWER, ENERGY = range(len(LOAD_OUTPUTS))
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def load_wrenches(loads: Loads, t: float, v: Array, pose: Array, vel: Array, wrench: Array) -> None:
     """Add the wrenches of all loads at time t [s] to the bodies' wrenches."""
     records, curves = loads[0], loads[3:]
@@ -62,7 +62,7 @@ def load_wrenches(loads: Loads, t: float, v: Array, pose: Array, vel: Array, wre
             add_term_wrench(load.term, pose, -load.sign * _coordinate_spring(load, pose, vel)[0], wrench)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, vel: Array, outputs: Array) -> None:
     """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load.
 
@@ -128,7 +128,7 @@ def fill_inputs(signals: Records, states: Records, t: float, v: Array, pose: Arr
             inputs[first + k, 0] = signal.scale * (term_value(signal.term, pose) - signal.offset)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def state_rates(loads: Loads, t: float, v: Array, pose: Array, vel: Array, a: Array) -> None:
     """Fill the last entries of ``a`` (n + nz,) with the rates of the states; sampled ones rest between samples."""
     states, before = loads[2], len(v) - len(loads[2])
@@ -156,7 +156,7 @@ def next_due(t: float, period: float) -> float:
     return (math.floor(t * (1.0 + _TICK) / period) + 1.0) * period
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def sample_states(loads: Loads, due: Array, t: float, v: Array, pose: Array, vel: Array) -> None:
     """Give sampled states whose times ``due`` (nz,) [s] have come their next values, all from the values before."""
     states, before = loads[2], len(v) - len(loads[2])

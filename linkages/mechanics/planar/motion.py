@@ -177,7 +177,7 @@ def function_jet(curves: Curves, i: int, inputs: Array) -> Jet:
     return p0, p1 * inputs[0, 1], p1 * inputs[0, 2] + p2 * inputs[0, 1] ** 2
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _program_jet(curves: Curves, i: int, inputs: Array) -> Jet:
     """Run program i; see `function_jet`."""
     made = np.zeros((-curves[2][i], 3), inputs.dtype)
@@ -220,7 +220,7 @@ def switch_counts(coefficients: Array, segments: Indices) -> Indices:
     return np.array([sum(_SWITCHES.get(int(code), 0) for code in codes) for codes in programs], np.int64)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def fill_switches(curves: Curves, inputs: Array, first: int, out: Array) -> int:
     """Fill ``out`` from a place on with the switches of all programs; return the place after them.
 
@@ -259,7 +259,7 @@ def _apart(a: float, b: float) -> float:
     return a - b if abs(a - b) > _ROUNDING * (abs(a) + abs(b)) else 0.0
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def _over_time(curves: Curves, i: int, t: float) -> Jet:
     """Value of function i of time alone, its rate and second derivative."""
     inputs = room(t, (1, 3))

@@ -27,7 +27,7 @@ def add_known_contacts(ends: Records, contacts: Array, pose: Array, wrench: Arra
         add_contact(wrench, ends[k], pose, ex, ey, arms, contacts[k, FX], contacts[k, FY], contacts[k, COUPLE])
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def row_reactions(model: Arrays, work: Workspace) -> None:
     """Find the reactions of the closure rows for which the free coordinates need no other force.
 

@@ -34,7 +34,7 @@ GAP = 1e-9
 WEIGHTS = (4 / 5, -2 / 5, 4 / 35, -1 / 70)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def smooth_dynamics(
     bodies: Bodies, rows: Records, elimination: Elimination, size: float, gravity: Array, work: Workspace
 ) -> None:
@@ -59,7 +59,7 @@ def smooth_dynamics(
         forward_dynamics(bodies, rows, elimination, gravity, work)  # the neighbouring states have left their reactions
 
 
-@kernel
+@kernel(makes_arrays=True)
 def stabilised_dynamics(
     bodies: Bodies, rows: Records, elimination: Elimination, size: float, rate: float, gravity: Array, work: Workspace
 ) -> None:
@@ -103,7 +103,7 @@ def solve_neighbour(
     body_accelerations(bodies, work.pose, work.vel, work.v, work.a, work.acc)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def _interpolate(
     bodies: Bodies,
     rows: Records,
@@ -141,7 +141,7 @@ def _interpolate(
     return passes
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _is_singular(
     bodies: Bodies, rows: Records, elimination: Elimination, conditioning: float, step: float, work: Workspace
 ) -> bool:

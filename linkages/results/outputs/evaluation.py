@@ -39,7 +39,7 @@ def _chosen(formulas: Iterable[OutputFormula]) -> Callable[[np.record, Snapshot]
 output_value = _chosen(FORMULAS)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def tabulate(
     outputs: Records,
     with_forces: bool,
@@ -76,7 +76,7 @@ class DualTable(NamedTuple):
     reaction: Array  # (nr, 1 + DIRECTIONS)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def slopes(
     table: DualTable, with_forces: bool, seen: Snapshot, times: Array, q: Array, v: Array, a: Array, contacts: Array,
     dq: Array, dv: Array, da: Array, dcontacts: Array, first: int, out: Array,

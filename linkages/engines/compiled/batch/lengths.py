@@ -126,7 +126,7 @@ def _nearest(known: Array, found: Array, error: float) -> Array:
     return np.where(near.sum(axis=1) == 1, np.copysign(known[near.argmax(axis=1)], found), np.nan)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def fill_starts(
     job: Job,
     memory: Indices,
@@ -153,7 +153,7 @@ def fill_starts(
             _set_start(job, speeds, q, v, a, starts[i])
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _is_placed(job: Job, places: Array, steps: int, offset: Array, q: Array) -> bool:
     """Move the linkage from the reference configuration, where q is zero, to the start, as `assemble` does."""
     model, rows, closing = job.equations.model, job.rows, job.closing

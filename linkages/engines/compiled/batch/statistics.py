@@ -29,7 +29,7 @@ STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean"
 NO_IDEAL = 5
 
 
-@kernel
+@kernel(makes_arrays=True)
 def summarise(job: Job, steps: Steps, valid: float, out: Array) -> bool:
     """Fill `STATISTICS` (nw, no, ns) of a run over the job's windows; returns False if the ideal linkage is open.
 
@@ -144,7 +144,7 @@ def _add_middles(sampler: Sampler, times: Array, values: Array, count: int) -> i
     return count
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _extreme(sampler: Sampler, k: int, sign: float, times: Array, values: Array, search: Array) -> tuple[float, float]:
     """Find the extreme of output k, the maximum of sign times it, from its samples; return it and its time."""
     places, tops = np.empty(peak_search.MOST, np.int64), np.empty(peak_search.MOST)

@@ -51,7 +51,7 @@ from linkages.mechanics.planar.loads import is_due, sample_states
 from linkages.mechanics.planar.newton_euler import generalised_force
 
 
-@kernel
+@kernel(makes_arrays=True)
 def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: float, c: Column, times: Array) -> bool:
     """Take the columns through the start or end of contact k; fill the derivatives of its time.
 
@@ -130,7 +130,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
     return True
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def take_samples(run: Run, k: int, c: Column) -> bool:
     """Take the columns through the samples of states at step k; returns False if there are none."""
     equations, v, steps = run.equations, run.variation, run.steps

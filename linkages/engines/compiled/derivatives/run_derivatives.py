@@ -143,7 +143,7 @@ def _set_changes(run: Run, t: float, y: Array, is_linear: bool, c: Column, at: i
     return True
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _factorise_here(run: Run, t: float, y: Array, c: Column) -> bool:
     """Find the rates ``dy`` and the factors of the mass matrix at a state; False if it is singular."""
     solve_state(run.equations, t, y)
@@ -159,7 +159,7 @@ def _factorise_here(run: Run, t: float, y: Array, c: Column) -> bool:
     return factorise(c.mass[0], c.pivots)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def differentiate_states(run: Run, c: Column, known: int, found: AtSteps, times: Array, out: Changes) -> None:
     """Fill the derivatives of a run's coordinates and contacts at any times, where they are known.
 

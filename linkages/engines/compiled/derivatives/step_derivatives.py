@@ -136,7 +136,7 @@ def _attempted(
     return known
 
 
-@kernel
+@kernel(makes_arrays=True)
 def advance(run: Run, c: Column, k: int, t: float) -> bool:
     """Take the columns ``before`` from the start of step k to time t within it; False if they cannot be had.
 
@@ -245,7 +245,7 @@ def _grades(equations: Equations, depths: Array, k: int) -> tuple[float, float]:
     return first, last
 
 
-@kernel
+@kernel(makes_arrays=True)
 def close_columns(equations: Equations, variation: Variation, t: float, y: Array, c: Column) -> None:
     """Project the columns ``before`` of a closed state onto the linearised closure, as the run projects states."""
     model, w, duals, at = equations.model, equations.work.dynamics, variation.model, variation.work.dynamics

@@ -327,7 +327,7 @@ def set_results(equations: Equations, v: Variation, k: int, motion: ContactMotio
         _set_differences(equations, v, k, moved)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def _set_differences(equations: Equations, v: Variation, k: int, motion: ContactMotion) -> None:
     """Fill ``results`` of contact k with central differences, along its motion, its memory and the values."""
     model, memory, partials, scales = equations.model, v.work.memory[k], v.work.partials, np.zeros(INPUTS)

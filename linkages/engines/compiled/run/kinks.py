@@ -94,7 +94,7 @@ def kink_values(equations: Equations, t: float, limits: Array, out: Array) -> No
                 out[k, j] = (found[SLIDING] - limits[k, j]) / max(abs(limits[k, j]), _SLOW)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def _switch_values(equations: Equations, t: float, limits: Array, out: Array) -> None:
     """Fill the lines of the switches of formulas in ``out``; see `kink_values`."""
     model, work = equations.model, equations.work

@@ -58,7 +58,7 @@ def _place(equations: Equations, t: float, y: Array) -> None:
     set_state(equations.model, reference(equations.work), t, y)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _row_curvature(equations: Equations, v: Array, out: Array) -> None:
     """Fill out (nr,) with the accelerations of the closure rows at rates v (n,) and zero accelerations."""
     model, w = equations.model, equations.work.dynamics

@@ -85,7 +85,7 @@ def record_memory(memory: Array, row: Array) -> None:
             row[nc + c * cells + i] = memory[c, first + i]
 
 
-@kernel
+@kernel(makes_arrays=True)
 def around(times: Array, k: int) -> Indices:
     """Find points for a polynomial over step k: its ends, and the nearest on either side that are not too near."""
     apart = _APART * (times[k + 1] - times[k])

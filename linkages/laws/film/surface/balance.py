@@ -62,7 +62,7 @@ class Balance(NamedTuple):
     known: Array  # pressure above the cavity's in the cells of grooves; -1 elsewhere
 
 
-@inlined_kernel
+@inlined_kernel(makes_arrays=True)
 def new_balance(known: Array) -> Balance:
     """Make the arrays."""
     n, m = known.shape
@@ -102,7 +102,7 @@ def cell_volumes(mesh: SurfaceMesh, film: Thickness) -> Array:
     return np.asarray((width[:, None] - np.outer(sines, x) - np.outer(cosines, y)) * mesh.height)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def fill_balance(
     lines: Array, ends: Array, zeta: Array, x: float, y: float, tilt_x: float, tilt_y: float, speed: float,
     balance: Balance,

@@ -44,7 +44,7 @@ def solve(balance: Balance, end: float = 0.0, *, rule: str = "mass-conserving", 
     return z
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def settle(balance: Balance, end: float, cavitates: bool, z: Array) -> int:
     """Solve the complementarity for `solve`, from a guess ``z`` (n, m); return the solved systems of equations, or -1.
 

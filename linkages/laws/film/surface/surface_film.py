@@ -162,7 +162,7 @@ def outflows(balance: Balance, end: float, p: Array, content: Array) -> tuple[Ar
     return out, max(float(np.abs(around).max()), float(np.abs(along).max()), 1e-300)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def integrate_film(
     lines: Array, ends: Array, zeta: Array, balance: Balance, end: float, z: Array
 ) -> tuple[float, float, float, float, float, float]:
