@@ -11,16 +11,16 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
-from shipped import BENT, NAMES
+from shipped import BENT, NAMES, STUDIES_FOLDER
 
-from linkages.input.files.shipped import data_folder, studies_folder
+from linkages.input.files.shipped import data_folder
 from linkages.input.files.table_keys import table_keys
 from linkages.input.files.toml import leaves
 from linkages.input.model.experiment import Experiment
 
 MACHINES = [path for path in sorted(data_folder().glob("*.sdf")) if not path.stem.startswith("three_rrr")]
 EXPERIMENTS = [data_folder() / f"{name}.toml" for name in (*NAMES, *BENT)]
-STUDIES = sorted(studies_folder().glob("*.toml"))
+STUDIES = sorted(STUDIES_FOLDER.glob("*.toml"))
 
 ET.register_namespace("linkages", "urn:linkages:sdf")
 NUMBER = re.compile(rb"(?<![\w.\"])[-+]?\d+(\.\d*)?([eE][-+]?\d+)?(?![\w.\"])")

@@ -8,8 +8,12 @@ from pathlib import Path
 import numpy as np
 
 import linkages
+import optim
 from linkages.input.files.shipped import data_folder
 from linkages.results.outputs import registry
+
+#: The studies that come with `optim`.
+STUDIES_FOLDER = Path(optim.__file__).parent / "studies"
 
 #: Experiments with flexible links, for which Drake uses another model; the others, with rigid links. The
 #: flexible robot has a separate command, and separate tests as a linkage (flexible/test_robot.py).

@@ -42,6 +42,6 @@ def test_a_drawing_gives_way_to_a_run_and_not_a_run_to_a_drawing(tmp_path):
 def test_a_wear_that_is_begun_again_keeps_its_blocks(tmp_path):
     (tmp_path / "blocks").mkdir()
     (tmp_path / "wear_B.png").touch()
-    with output_folder(argparse.Namespace(out=tmp_path, force=True), "", "wear") as folder:
+    with output_folder(argparse.Namespace(out=tmp_path, force=True), "", "wear", ("blocks",)) as folder:
         (folder / "wear.json").touch()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["blocks", "wear.json"]

@@ -30,7 +30,8 @@
 | progress      | progress: bars, lines, heartbeat                                      |
 
 A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, optionally
-``EXAMPLES`` (text below the help), and imports its heavy dependencies inside `run`. Other packages add commands through
+``EXAMPLES`` (text below the help) and ``WRITES`` (the files of each of its kinds of results by name, the first of which
+identifies them), and imports its heavy dependencies inside `run`. Other packages add commands through
 entry points of the group ``linkages.commands``; one that cannot be loaded is skipped with a warning.
 """
 

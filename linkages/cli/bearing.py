@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from linkages.explore.bearing import BearingPoint
 
 HELP = "a journal bearing under a static load: eccentricity, flow, friction, dynamic coefficients, stability"
+WRITES = {"bearing": ("bearing.json", "bearing_chart.png", "bearing_pressure.png")}
 
 EXAMPLES = """examples:
   linkages bearing --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000

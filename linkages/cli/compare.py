@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from linkages.system import System
 
 HELP = "run both engines and print their differences"
+WRITES = {"compare": ("compare.json", "warnings.json")}
 
 EXAMPLES = """examples:
   linkages compare seven_bar.toml --duration 0.3

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from linkages.explore.periodic.motion import PeriodicMotion
 
 HELP = "branches of stable and unstable periodic motions over one value, and their bifurcations"
+WRITES = {"continue": ("branches.json", "branches.png")}
 
 EXAMPLES = """examples:
   linkages continue slider_crank_lubricated.toml --vary drives.O.speed=100:150 --transient 5 --output B.force

@@ -8,6 +8,7 @@ import sys
 from linkages.cli.options import add_out, add_set, output_folder, print_results, set_values
 
 HELP = "draw a mechanism: a labelled, movable picture, mobility, ranges of motion of the drives"
+WRITES = {"draw": ("drawing.html", "drawing.png", "drawing.svg")}
 
 EXAMPLES = """examples:
   linkages draw four_bar.sdf

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from linkages.explore.linearisation import StateSpace
 
 HELP = "a linear state-space model at a state or an equilibrium: A, B, C, D, poles, frequency response"
+WRITES = {"linearise": ("linear.json", "linear.npz", "bode.png")}
 
 EXAMPLES = """examples:
   linkages linearise my.toml --equilibrium --output slider.x

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from linkages.three_rrr.analysis import RobotResults
 
 HELP = "natural frequencies and mode shapes of a linkage at rest, or of the 3-RRR robot"
+WRITES = {"modes": ("modes.json", "animation.html", "*.png")}
 
 #: Options only for robots, and only for experiments.
 _OF_ROBOT, _OF_LINKAGE = ("verify", "dynamic", "branch", "elements", "no_animation"), ("count", "cycle", "set")

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
+from linkages.cli import commands
 from linkages.input.files.unit_conversion import is_quantity, read, si, si_unit
 from linkages.input.files.writing import OutputFolder, write_json
 from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
@@ -22,41 +23,6 @@ if TYPE_CHECKING:
     from linkages.input.model.experiment import Experiment
     from linkages.results.trajectory import Trajectory
     from linkages.system import System
-
-#: Files of each command, its reports and exports; the first one identifies the command.
-_WRITTEN = {
-    "simulate": (
-        "summary.json", "trajectory.npz", "ideal.npz", "trajectory.csv", "trajectory.mat", "trajectory.parquet",
-        "trajectory.nc", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "guides.png", "impacts.png",
-        "joint_forces.png", "drive_torques.png", "measured.png", "measured.npz", "animation.html", "animation.gif",
-        "animation.mp4", "drawing.html", "drawing.png", "drawing.svg", "loads.csv",
-    ),
-    "compare": ("compare.json", "warnings.json"),
-    "overlay": ("overlay.json", "overlay.png"),
-    "sweep": ("sweep.json", "sweep.csv", "sweep.parquet", "sweep.png", "map_*.png", "rows"),
-    "continue": ("branches.json", "branches.png"),
-    "wear": ("wear.json", "wear_*.png", "wear.html", "blocks"),
-    "modes": ("modes.json", "animation.html", "*.png"),
-    "linearise": ("linear.json", "linear.npz", "bode.png"),
-    "bearing": ("bearing.json", "bearing_chart.png", "bearing_pressure.png"),
-    "draw": ("drawing.html", "drawing.png", "drawing.svg"),
-    "optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png"),
-    "identify": (
-        "starts.json", "result.json", "fitted.toml", "fit.png", "correlation.png", "windows.png", "profiles.png",
-        "posterior.png",
-    ),
-    "identify --plan": ("plan.json",),
-    "tolerances": (
-        "tolerances.json", "study.sqlite", "histograms.png", "contributions.png", "influence.png",
-    ),
-    "sensitivity": ("sensitivity.json", "details.json", "tornado.png"),
-    "study sensitivity": ("sensitivity.json", "sobol.png", "one_at_a_time.png"),
-}  # fmt: skip
-_KEPT = {
-    "wear": ("blocks",),
-    "sweep": ("rows",),
-    "identify": ("starts.json",),
-}  # kept from an earlier run, which a new one continues
 
 
 def add_file(parser: argparse.ArgumentParser) -> None:
@@ -282,17 +248,29 @@ def print_results(options: argparse.Namespace, table: str, out: OutputFolder) ->
 # -- folders of results: each has the files of one command and one run -------------------------------------------------
 
 
-def output_folder(options: argparse.Namespace, name: str, command: str) -> OutputFolder:
+def _files() -> dict[str, tuple[str, ...]]:
+    """Collect the files of each command, its reports and exports; the first one identifies the command."""
+    modules = commands().values()
+    return {command: names for module in modules for command, names in getattr(module, "WRITES", {}).items()}
+
+
+def output_folder(
+    options: argparse.Namespace, name: str, command: str, continued: tuple[str, ...] = ()
+) -> OutputFolder:
     """Return the folder of the results, ``results/NAME`` unless ``--out`` is given; it is written atomically.
 
     Files of another run, or with ``--force`` of other commands, are removed then. InputError if it is a file, cannot be
-    made or written, or (without ``--force``) has results of another command.
+    made or written, or (without ``--force``) has results of another command. `continued` are files of an earlier run
+    that this one continues.
     """
     out = possible_folder(options.out or Path("results") / name)
+    if not out.exists() or not any(out.iterdir()):
+        return OutputFolder(out, [])
+    known = _files()
     others = [
         owner
-        for owner, (key, *_) in _WRITTEN.items()  # drawings are compatible with all runs
-        if owner != command and (out / key).exists() and not any(Path(key).match(own) for own in _WRITTEN[command])
+        for owner, (key, *_) in known.items()  # drawings are compatible with all runs
+        if owner != command and (out / key).exists() and not any(Path(key).match(own) for own in known[command])
     ]
     if others and not options.force:
         problem = f"holds results of `linkages {others[0]}`; give another folder, or --force to replace them"
@@ -300,10 +278,10 @@ def output_folder(options: argparse.Namespace, name: str, command: str) -> Outpu
     stale = {
         f"{name.removesuffix('.png')}.{kind}" if name.endswith(".png") else name
         for owner in (command, *others)
-        for name in (*_WRITTEN[owner], "record.json", "report.html")
+        for name in (*known[owner], "record.json", "report.html")
         for kind in FORMATS
     }
-    return OutputFolder(out, sorted(stale - set(_KEPT.get(command, ()))))
+    return OutputFolder(out, sorted(stale - set(continued)))
 
 
 def possible_folder(out: Path) -> Path:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from linkages.results.trajectory import Trajectory
 
 HELP = "several runs, also of different machines, in one figure and one table of peaks"
+WRITES = {"overlay": ("overlay.json", "overlay.png")}
 
 EXAMPLES = """examples:
   linkages overlay results/dry results/lubricated --output B.force --output slider.ax

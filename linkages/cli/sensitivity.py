@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from linkages.system import System
 
 HELP = "derivatives of peaks, means and works of a run with respect to values"
+WRITES = {"sensitivity": ("sensitivity.json", "details.json", "tornado.png")}
 
 EXAMPLES = """examples:
   linkages sensitivity seven_bar.toml --wrt joints.A.clearance joints.A.viscosity sdf.links.link6.mass

@@ -27,6 +27,34 @@ if TYPE_CHECKING:
     from linkages.results.trajectory import Trajectory
 
 HELP = "run an experiment; write numbers, figures and an animation"
+WRITES = {
+    "simulate": (
+        "summary.json",
+        "trajectory.npz",
+        "ideal.npz",
+        "trajectory.csv",
+        "trajectory.mat",
+        "trajectory.parquet",
+        "trajectory.nc",
+        "impacts.csv",
+        "impacts_normal.csv",
+        "output_*.png",
+        "orbits.png",
+        "guides.png",
+        "impacts.png",
+        "joint_forces.png",
+        "drive_torques.png",
+        "measured.png",
+        "measured.npz",
+        "animation.html",
+        "animation.gif",
+        "animation.mp4",
+        "drawing.html",
+        "drawing.png",
+        "drawing.svg",
+        "loads.csv",
+    )
+}
 
 EXAMPLES = """examples:
   linkages simulate seven_bar.toml

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from linkages.system import System
 
 HELP = "run over the values of one or two variables: peaks, bifurcation diagram, maps"
+WRITES = {"sweep": ("sweep.json", "sweep.csv", "sweep.parquet", "sweep.png", "map_*.png", "rows")}
 
 EXAMPLES = """examples:
   linkages sweep seven_bar.toml --vary joints.A.clearance=0.1mm:0.4mm:31 --revolutions 2
@@ -84,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
             raise InputError(f"--{option}", "", "is for two values; give --vary twice")
     ((path, values),) = ranges
     system.replaced({path: values[0]}, "--vary")  # reports a wrong path before the folder of results is made
-    out = output_folder(options, f"{system.experiment.source.stem}_sweep", "sweep")
+    out = output_folder(options, f"{system.experiment.source.stem}_sweep", "sweep", continued=("rows",))
     names = output_names(options, system.experiment)
     turns = (options.revolutions, options.transient, options.drive)
     bar = stages(options, 1.0, "")("sweep")

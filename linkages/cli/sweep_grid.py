@@ -36,7 +36,7 @@ def run_grid(options: argparse.Namespace, system: System, ranges: Ranges) -> int
     names = output_names(options, system.experiment)
     units = {name: unit(system, name) for name in names}
     limits = read_limits(options.limit, units)
-    out = output_folder(options, f"{system.experiment.source.stem}_sweep", "sweep")
+    out = output_folder(options, f"{system.experiment.source.stem}_sweep", "sweep", continued=("rows",))
     settings = (names, options.revolutions, options.transient, options.drive, options.threads, out.path / ROWS)
     with workers(options, "repeat the command") as (executor, _):
         bar = stages(options, 1.0, "")("sweep")

@@ -17,6 +17,19 @@ if TYPE_CHECKING:
     from optim.identify.load import Identification
 
 HELP = "find the clearances, frictions, oils and masses that explain measurements"
+WRITES = {
+    "identify": (
+        "starts.json",
+        "result.json",
+        "fitted.toml",
+        "fit.png",
+        "correlation.png",
+        "windows.png",
+        "profiles.png",
+        "posterior.png",
+    ),
+    "identify --plan": ("plan.json",),
+}
 
 EXAMPLES = """examples:
   linkages identify press.toml --out results/press
@@ -72,7 +85,7 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
     from optim.identify.identify import identify
     from optim.identify.writing import fitted_experiment, format_identification
 
-    out = output_folder(options, task.source.stem, "identify")
+    out = output_folder(options, task.source.stem, "identify", continued=("starts.json",))
     out.path.mkdir(parents=True, exist_ok=True)
     try:
         with workers(options, "continue with --resume") as (executor, _):

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from optim.problem.study import Study
 
 HELP = "find the best design of a linkage; can be stopped and resumed"
+WRITES = {"optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png")}
 
 EXAMPLES = """examples:
   linkages optimise sevenbar_force.toml

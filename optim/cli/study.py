@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from optim.problem.study import Study
 
 HELP = "show or export what an optimisation has computed; which variables matter"
+WRITES = {"study sensitivity": ("sensitivity.json", "sobol.png", "one_at_a_time.png")}
 
 EXAMPLES = """examples:
   linkages study show results/sevenbar_force/study.sqlite

@@ -13,6 +13,7 @@ from linkages.input.files.writing import errors_of_writing, write_json
 from optim.cli.seeds import seeds_of
 
 HELP = "share of machines that meet the limits, by their tolerances; can be stopped, resumed and extended"
+WRITES = {"tolerances": ("tolerances.json", "study.sqlite", "histograms.png", "contributions.png", "influence.png")}
 
 EXAMPLES = """examples:
   linkages tolerances slidercrank_tolerances.toml

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shipped import STUDIES_FOLDER
 
 import linkages
 from linkages import InputError
-from linkages.input.files.shipped import data_folder, studies_folder
+from linkages.input.files.shipped import data_folder
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.results.outputs.registry import names
 from optim import Evaluator
@@ -56,7 +57,7 @@ def study(tmp_path):
     return write
 
 
-@pytest.mark.parametrize("path", sorted(studies_folder().glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(STUDIES_FOLDER.glob("*.toml")), ids=lambda path: path.stem)
 def test_every_number_of_a_shipped_study_has_a_source(path):
     """Values other than bounds, limits and weights: from physics or a paper, or assumed."""
     study = load_study(path)
@@ -255,7 +256,7 @@ def test_every_output_can_be_named_and_has_a_value(tmp_path, name, path):
 
 def test_shipped_studies_are_found_by_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    shipped = studies_folder() / "sevenbar_force.toml"
+    shipped = STUDIES_FOLDER / "sevenbar_force.toml"
     assert find_study("sevenbar_force.toml") == find_study("sevenbar_force") == shipped
     assert (
         linkages.find_file("sevenbar_force.toml") == linkages.find_file("optim/studies/sevenbar_force.toml") == shipped

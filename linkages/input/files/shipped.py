@@ -1,9 +1,12 @@
-"""Find the mechanisms, experiments and studies of the package."""
+"""Find the mechanisms and experiments of the package, and files of packages that extend it."""
 
 from __future__ import annotations
 
 import errno
 import os
+from collections.abc import Iterator
+from functools import cache
+from importlib.metadata import entry_points
 from importlib.resources import files
 from itertools import chain
 from pathlib import Path
@@ -17,9 +20,17 @@ def data_folder() -> Path:
     return packaged if packaged.is_dir() else Path(__file__).resolve().parents[3] / "sdf"
 
 
-def studies_folder() -> Path:
-    """Return the folder of the shipped studies, beside this package."""
-    return Path(__file__).resolve().parents[3] / "optim" / "studies"
+@cache
+def _folders() -> tuple[Path, ...]:
+    """Return the folder of shipped files, and those of other packages: entry points of the group ``linkages.files``."""
+    others = (point.value.rpartition(".") for point in entry_points(group="linkages.files"))
+    return data_folder(), *(Path(str(files(package))) / folder for package, _, folder in others)
+
+
+def _shipped(path: Path) -> Iterator[Path]:
+    """Yield the places where a file could be shipped: its folder, if it has one, is the end of their folders."""
+    given = path.parent.parts
+    return (folder / path.name for folder in _folders() if folder.parts[len(folder.parts) - len(given) :] == given)
 
 
 def find_file(name: str | Path, *suffixes: str) -> Path:
@@ -43,13 +54,13 @@ def find_file(name: str | Path, *suffixes: str) -> Path:
     'seven_bar.toml'
     """
     path = Path(name)
-    folders = (data_folder(), studies_folder()) if path.parent in (Path(), Path("sdf"), Path("optim/studies")) else ()
     for end in ("", *suffixes):
-        for place in (Path(f"{path}{end}"), *(folder / f"{path.name}{end}" for folder in folders)):
+        named = path.with_name(f"{path.name}{end}")
+        for place in chain([named], _shipped(named)):
             # unlike Path.is_file, False for invalid names; a name without suffix may be a folder
             if os.path.exists(place) and not (suffixes and os.path.isdir(place)):
                 return place
     if os.path.exists(path):
         return path
-    others = chain.from_iterable(folder.glob(f"*{path.suffix}") for folder in folders)
+    others = chain.from_iterable(place.parent.glob(f"*{path.suffix}") for place in _shipped(path))
     raise unreadable(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)), others)
