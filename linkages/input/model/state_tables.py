@@ -14,7 +14,7 @@ from pydantic import Field
 from linkages.base.errors import nearest
 from linkages.input.files.formula import parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_increasing
-from linkages.input.model.functions import Call, Definition, Quantity, formula, named
+from linkages.input.model.functions import Call, Definition, Quantity, constant, formula, named
 from linkages.laws.control import CONTROLLERS
 
 #: Feedforward of controllers that is computed.
@@ -254,7 +254,7 @@ class Controller(Table):
     def _calls(self, name: str, function: str) -> dict[str, Quantity]:
         """Return the inputs and parameters of a function, its output and its memory."""
         found = {key: Quantity(Definition(formula(text))) for key, text in self.inputs.items()}
-        found |= {key: Quantity(named(key)._replace(names={key: one})) for key, one in self.parameters.items()}
+        found |= {key: constant(key, one) for key, one in self.parameters.items()}
         names = CONTROLLERS[function].names
         starts = {"output": 0.0} | {key: self.memory[key] for key in names if key in self.memory}
         call = Call(function, tuple(f"{name}.{key}" for key in names), len(starts))

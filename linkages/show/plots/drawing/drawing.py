@@ -71,7 +71,7 @@ def draw(asked: System) -> Drawing:
     (`Drawing.problem` has the reason).
     """
     mechanism, experiment = asked.mechanism, asked.experiment
-    starts = {name: drive.start for name, drive in experiment.drives.items()}  # [rad or m]
+    starts = {name: drive.start(experiment.values) for name, drive in experiment.drives.items()}  # [rad or m]
     try:
         system = movable(mechanism, starts, experiment.meshes)
         ways = [travel(system, name) for name in system.experiment.drives]
