@@ -59,12 +59,12 @@ class _Places(NamedTuple):
     """The places of one number among the coefficients of functions: of a constant, or in formulas."""
 
     numbers: Array
-    index: tuple[Any, ...]
+    at: tuple[Any, ...]
 
     @property
     def number(self) -> float:
         """Return the number."""
-        return float(self.numbers[self.index].flat[0])
+        return float(self.numbers[self.at].flat[0])
 
 
 class Stepper:
@@ -194,7 +194,7 @@ class Stepper:
             checked[name] = tuple(map(float, numbers.tolist()))
         for name, given in checked.items():
             for one, number in zip(self._places[name], given, strict=True):
-                one.numbers[one.index] = number
+                one.numbers[one.at] = number
         self._values |= checked
         self._solved[0] = math.nan
 
