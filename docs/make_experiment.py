@@ -28,7 +28,7 @@ An experiment is a TOML file that names a [mechanism](glossary.md#mechanism) and
 ## Drives
 
 A drive has one of `speed` (optionally with `ramp`, a smooth start), `times` with `angles`, `formula`, `torque`, or `times` with `torques`. A prismatic joint
-has `force`, or `times` with `forces`, and m instead of rad. A formula of the motion must be smooth: at a jump of its rate the drive force would be
+has `force`, or `times` with `forces`, and m instead of rad. A formula of the motion reads the time `t` and [values](loads.md#a-number-with-a-name). It must be smooth: at a jump of its rate the drive force would be
 infinite, and no engine reports it. Drives, forces and torques also take their signal [from a data file](recorded.md).
 
 ### Clearance in a driven joint

@@ -1,5 +1,7 @@
 """Ideal motions that are long, fast or small: each is sampled densely enough, or refused with the true reason."""
 
+import re
+
 import numpy as np
 import pytest
 from machines import bar, four_bar, joint, model, solid
@@ -12,10 +14,18 @@ CRANK_ROCKER = four_bar(0.3, 0.1, 0.25, 0.2)
 TURN = 2.0 * np.pi / 10.0
 
 
-@pytest.mark.parametrize("duration", [2001.0, 125664.0])
-def test_a_motion_of_too_many_revolutions_is_refused_before_it_is_run(system_of, duration):
-    system = system_of(CRANK_ROCKER, f"duration = {duration}\n[drives.O]\nspeed = 10.0\n")
-    reason = rf"duration: is {duration * 10.0 / (2.0 * np.pi):.0f} revolutions .* at most 3183: give 2000 s or less"
+#: Drives at 10 rad/s: with a vanishing acceleration, and at a constant speed, whose revolutions are equal.
+FOLLOWED, EQUAL = "formula = '10*t + 1e-30*t**2'", "speed = 10.0"
+
+
+@pytest.mark.parametrize(
+    ("drive", "duration", "most"),
+    [(FOLLOWED, 2001.0, "3183: give 2000 s"), (EQUAL, 125664.0, "31831 equal ones: give 2e+04 s")],
+)
+def test_a_motion_of_too_many_revolutions_is_refused_before_it_is_run(system_of, drive, duration, most):
+    system = system_of(CRANK_ROCKER, f"duration = {duration}\n[drives.O]\n{drive}\n")
+    found = f"{duration * 10.0 / (2.0 * np.pi):.0f} revolutions"
+    reason = rf"duration: is {found} .* at most {re.escape(most)} or less"
     for ask in (ideal, lambda one: assess(one, "compiled")):
         with pytest.raises(InputError, match=reason):
             ask(system)
@@ -29,6 +39,27 @@ def test_the_command_line_says_that_a_motion_is_too_long(experiment_file, tmp_pa
     assert not out.exists()
 
 
+def test_one_revolution_gives_the_ideal_motion_of_five_thousand(system_of):
+    """The needle bar of a sewing machine at 5,000 r/min for a minute: r w^2 (1 + r/l) at the outer dead centre."""
+    r, rod, speed = 0.0155, 0.0655, 5000.0 * np.pi / 30.0
+    body = (
+        bar("crank", r, "__model__")
+        + bar("rod", rod, "crank_tip")
+        + solid("needle", 0.05, 1e-5, f"{r + rod} 0 0 0 0 0")
+    )
+    body += joint("O", "world", "crank") + joint("A", "crank_tip", "rod") + joint("B", "rod_tip", "needle")
+    body += joint("guide", "world", "needle", "prismatic", "1 0 0")
+    text = f"duration = 60.0\noutputs = ['needle.x', 'needle.ax']\n[drives.O]\nspeed = {speed}\n"
+    motion = ideal(system_of(model("sewing", body), text))
+    assert motion.status is Status.OK
+    assert motion.time[-1] == 60.0
+    assert -motion["needle.ax"].min() == pytest.approx(r * speed**2 * (1.0 + r / rod), rel=1e-9)
+    times = 60.0 - np.linspace(0.0, 0.012, 20)
+    angle = speed * times
+    place = r * np.cos(angle) + np.sqrt(rod**2 - (r * np.sin(angle)) ** 2)
+    np.testing.assert_allclose(motion.evaluate(times)["needle.x"], place, atol=1e-11)
+
+
 def test_a_long_motion_has_the_extremes_of_one_revolution(system_of, monkeypatch):
     """With fewer positions a motion is long sooner; omega of the rocker at the dead centres' sides is known from one turn."""
     turn = 2.0 * np.pi / 10.0
@@ -40,7 +71,7 @@ def test_a_long_motion_has_the_extremes_of_one_revolution(system_of, monkeypatch
     np.testing.assert_allclose(long["follower.omega"].min(), once.min(), rtol=1e-3)
     np.testing.assert_allclose(long["follower.omega"].max(), once.max(), rtol=1e-3)
     with pytest.raises(InputError, match="is 32 revolutions"):
-        IdealMotion(system_of(CRANK_ROCKER, f"duration = {32.0 * turn}\n[drives.O]\nspeed = 10.0\n"))
+        IdealMotion(system_of(CRANK_ROCKER, f"duration = {32.0 * turn}\n[drives.O]\n{FOLLOWED}\n"))
 
 
 @pytest.mark.parametrize("speed", [10.0, -10.0])

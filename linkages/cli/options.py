@@ -326,7 +326,7 @@ def path_and_parts(text: str, form: str) -> tuple[str, list[str]]:
 def value_of(where: str, text: str, path: str, system: System) -> float:
     """Read a finite number in the SI unit of a path, or with its unit; `where` names it in an InputError."""
     unit = system.value_unit(path)
-    of_any_kind = not unit and path.startswith("sdf.parameters.") and is_quantity(text)
+    of_any_kind = not unit and path.startswith(("sdf.parameters.", "values.")) and is_quantity(text)
     return number(where, text, si_unit(text) if of_any_kind else unit)
 
 

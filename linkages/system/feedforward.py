@@ -60,7 +60,8 @@ def _led(experiment: Experiment, controller: Controller) -> Experiment:
     data = experiment.ideal().model_dump(exclude_unset=True)
     for table in ("forces", "torques"):
         loads = getattr(experiment, table)
-        own = [name for name, load in loads.items() if not experiment.quantities.keys().isdisjoint(load.signals)]
+        given = experiment.quantities.keys() - experiment.values.keys()
+        own = [name for name, load in loads.items() if not given.isdisjoint(load.signals)]
         data[table] = {name: keys for name, keys in data.get(table, {}).items() if name not in own}
     drives = {**data.get("drives", {}), controller.joint: {"formula": controller.reference}}
     return experiment_of(

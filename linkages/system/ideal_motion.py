@@ -19,6 +19,7 @@ from linkages.system.system import System
 _GRID = 0.02  # step of the fastest drive between two stored positions [rad or m]
 _FEWEST, _MANY = 200, 200_000  # fewest steps between stored positions; most before the drive steps become longer
 _COARSEST = 0.1  # step of the fastest drive between two stored positions in a long motion [rad or m]
+_REPEATED = 10  # times as many positions may follow from the first turn: the columns of a run need the same memory
 _PARTS = 100  # in which the speeds of drives over a long motion are compared, to save memory
 #: Ends of runs that a dead point may cause: steps shrink near it without a bound, loops open behind it.
 _AT_DEAD_POINTS = Status.STEP_SIZE_COLLAPSE, Status.TOO_MANY_STEPS, Status.LOOP_OPEN, Status.JOURNAL_LEFT_BEARING
@@ -46,7 +47,8 @@ class IdealMotion:
     Use it if the prescribed drives determine the motion (`System.determinate`); otherwise simulate the system
     `System.ideal()`. Newton's method closes the loops at every requested time. A stored table supplies initial guesses:
     one position per 0.02 rad or m of the fastest drive (at most 0.1 rad in motions of more than 4,000 rad; of drives at
-    one constant speed these repeat the first turn if the linkage returns to its start).
+    one constant speed these repeat the first turn if the linkage returns to its start). So a motion has up to 20,000
+    rad or m, a repeated one ten times as many; an oscillation counts as 2 pi rad.
 
     Parameters
     ----------
@@ -67,7 +69,7 @@ class IdealMotion:
     Raises
     ------
     InputError
-        See `check_duration`.
+        If the fastest drive moves farther.
 
     Examples
     --------
@@ -80,7 +82,7 @@ class IdealMotion:
     """
 
     def __init__(self, system: System) -> None:
-        check_duration(system)
+        _check_travel(system, _REPEATED)
         self.system = system
         self.status = Status.OK
         self._scale = coordinate_scale(system.tree)
@@ -90,6 +92,7 @@ class IdealMotion:
             self.times, turn = self._in_turns()
         self._turn, self._around = 0, np.zeros(system.tree.size)
         if not (turn and self._turn_repeats(turn)):
+            _check_travel(system)
             self._follow_branch()
 
     def _in_turns(self) -> tuple[Array, int]:
@@ -102,7 +105,7 @@ class IdealMotion:
         if any(accelerations.any() or (np.abs(rates) != speed).any() for _, rates, accelerations in parts):
             return self.times, 0
         end, turn = float(self.times[-1]), 2.0 * np.pi / speed
-        count = int(np.ceil(turn / self.times[1]))
+        count = int(np.ceil(max(turn / self.times[1], 2.0 * np.pi / _COARSEST)))
         times = turn / count * np.arange(end / turn * count + 2.0)
         last = int(np.searchsorted(times, end))
         times[last] = end
@@ -263,14 +266,20 @@ def ideal_motion(system: System) -> IdealMotion:
 
 
 def check_duration(system: System) -> None:
-    """Reject a motion whose fastest drive moves more than 20,000 rad or m; an oscillation counts as 2 pi rad."""
-    most = _MANY * _COARSEST
+    """Reject a motion of more travel than `IdealMotion` follows; a long one is followed over its first turn."""
+    if system.drive_travel > _MANY * _COARSEST:
+        ideal_motion(system)
+
+
+def _check_travel(system: System, times: int = 1) -> None:
+    """Reject a motion whose fastest drive moves more than 20,000 rad or m, or several times as much."""
+    most = times * _MANY * _COARSEST
     if system.drive_travel > most:
         asked, followed = (way / (2.0 * np.pi) for way in (system.drive_travel, most))
         longest = system.experiment.duration * most / system.drive_travel
         problem = (
             f"is {asked:.0f} revolutions (or oscillations) of the fastest drive; the ideal linkage supports at most "
-            f"{followed:.0f}: give {longest:.4g} s or less, or slow the drive"
+            f"{followed:.0f}{' equal ones' if times > 1 else ''}: give {longest:.4g} s or less, or slow the drive"
         )
         raise InputError(system.experiment.source, "duration", problem)
 

@@ -41,7 +41,8 @@ def pack_loads(
     the functions' index (`LOAD` has it as ``motion``).
     """
     mechanism = tree.mechanism
-    records: Records = np.zeros(len(experiment.loads) + len(quantities), types.LOAD)
+    own = [name for name in quantities if name not in experiment.values]
+    records: Records = np.zeros(len(experiment.loads) + len(own), types.LOAD)
     records["joint"] = -1
     following = iter(records)
     functions = _Functions(tree, quantities)
@@ -85,13 +86,13 @@ def pack_loads(
         record = next(following)
         record["kind"], record["motion"] = types.PUSH, functions.add_definition(named(f"{name}.torque"))
         record["term"], record["sign"] = tree.coordinate(motor.joint)
-    for name in quantities:
+    for name in own:
         record = next(following)
         record["kind"], record["motion"] = types.QUANTITY, functions.add_definition(named(name))
-    own = [functions.add_state(one) for one in experiment.own_states.values()]
+    states = [functions.add_state(one) for one in experiment.own_states.values()]
     for k, value in (added or {}).items():
         functions.made[k] = raised(functions.made[k], value)
-    return records, functions.signals, np.array(own, types.STATE), *Motions(functions.made).arrays
+    return records, functions.signals, np.array(states, types.STATE), *Motions(functions.made).arrays
 
 
 def _coordinate(tree: Tree, joint: str | None, links: Iterable[str | None]) -> tuple[tuple[Any, ...], float]:
@@ -207,7 +208,8 @@ def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motio
 
 def _check_quantities(experiment: Experiment, values: Array, rates: Array) -> None:
     """Reject quantities, and states whose rates, are not finite at t = 0."""
-    pairs = *zip(experiment.quantities, values, strict=True), *zip(experiment.own_states, rates, strict=True)
+    own = [name for name in experiment.quantities if name not in experiment.values]
+    pairs = *zip(own, values, strict=True), *zip(experiment.own_states, rates, strict=True)
     for name, value in pairs:
         if not np.isfinite(value):
             table = next(table for table in DEFINING if name.partition(".")[0] in getattr(experiment, table))

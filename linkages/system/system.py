@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from linkages.base.arrays import Records
 from linkages.input.files.toml import leaves
-from linkages.input.files.unit_conversion import SLIDING
+from linkages.input.files.unit_conversion import SLIDING, si_unit
 from linkages.input.model.check import without_deformation
 from linkages.input.model.experiment import ARGUMENT, Experiment, load_experiment, value_unit
 from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inertial, load_mechanism
@@ -153,8 +153,8 @@ class System(Unassembled):
     def value_unit(self, path: str) -> str:
         """Return the SI unit of the number at a dotted path; empty if it is unknown, or a pure number.
 
-        Unlike `linkages.input.model.experiment.value_unit` it knows the parameters of a described machine, and the
-        prismatic joints.
+        Unlike `linkages.input.model.experiment.value_unit` it knows the parameters of a described machine, the texts of
+        `[values]`, and the prismatic joints.
 
         Examples
         --------
@@ -163,6 +163,8 @@ class System(Unassembled):
         'rad/s'
         """
         unit = value_unit(path) or self.mechanism.units.get(path.removeprefix("sdf."), "")
+        if path.startswith("values."):
+            return si_unit(str(self.experiment.texts.get(path)))
         kind, _, rest = path.partition(".")
         name = rest.partition(".")[0]
         tables = getattr(self.experiment, kind, None)

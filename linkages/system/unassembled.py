@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, TypeVar, cast
@@ -109,13 +109,16 @@ class Unassembled(Brief):
     @cached_property
     def motions(self) -> Motions:
         """Return the prescribed motions of the tree's driven joints."""
-        return self._memory(_motions, tuple(self.experiment.drives[name] for name in self.tree.driven))
+        drives = tuple(self.experiment.drives[name] for name in self.tree.driven)
+        return self._memory(_motions, drives, self.experiment.values)
 
     @cached_property
     def drive_rate(self) -> float:
         """Return the largest rate of a prescribed motion [rad/s or m/s]; zero without drives."""
         drives = [self.experiment.drives[name] for name in self.tree.driven]
-        return max((drive.largest_rate(self.experiment.duration) for drive in drives), default=0.0)
+        return max(
+            (drive.largest_rate(self.experiment.duration, self.experiment.values) for drive in drives), default=0.0
+        )
 
     @cached_property
     def drive_travel(self) -> float:
@@ -286,8 +289,8 @@ class Unassembled(Brief):
         return ends
 
 
-def _motions(drives: tuple[Drive, ...]) -> Motions:
-    return Motions([drive.motion() for drive in drives])
+def _motions(drives: tuple[Drive, ...], values: Mapping[str, float]) -> Motions:
+    return Motions([drive.motion(values) for drive in drives])
 
 
 def _torques(drives: tuple[Drive, ...]) -> Motions:

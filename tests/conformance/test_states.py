@@ -188,7 +188,7 @@ SAMPLED = FREE.replace("0.5", "1.0") + CONTROL + f"sample_time = {T}\n" + EXACT
 
 def sampled_states(proportional=0.3, integral=1.5, derivative=0.002, low=-0.4, high=0.4, inertia=J):
     """Speed in the middle between samples and output, (100, 2): the torque is constant there. Values may be complex."""
-    speed, part, slope, before, found = 0.0, 0.0, 0.0, 0.0, []
+    speed, part, slope, before, found = 0.0, 0.0, 0.0, 5.0, []  # the first difference of the error is 0
     for _ in range(100):
         error = 5.0 - speed
         slope = (0.01 * slope + error - before) / (0.01 + T)
@@ -205,6 +205,23 @@ def test_a_sampled_controller_with_saturation_is_its_exact_discretisation(run):
     np.testing.assert_allclose(columns["O.rate"], exact[:, 0], atol=1e-10)
     np.testing.assert_allclose(columns["C.output"], exact[:, 1], atol=1e-10)
     assert 20 < np.count_nonzero(np.abs(exact[:, 1]) == 0.4) < 30
+
+
+def test_the_derivative_part_of_a_sampled_controller_is_zero_at_the_first_sample(run):
+    """The error is 1 from t = 0 on, and rests: 60 V are wanted, of 12 V; e changes by 80 T e + T (12 - 60 - e)/0.1.
+
+    A difference from an error of 0 before the first sample would add 1.5/T = 1500 V, and throw the integral to -15.4.
+    """
+    keys = "signal = 'O.coordinate'\nreference = '1'\nproportional = 60.0\nintegral = 80.0\nderivative = 1.5\n"
+    keys += "tracking_time = 0.1\nlimits = [-12.0, 12.0]\nsample_time = 1e-3\n"
+    found, period = run(FLYWHEEL, FREE + "[controllers.C]\nkind = 'pid'\n" + keys + EXACT), 1e-3
+    parts = [0.0]
+    for _ in range(4):
+        parts.append(parts[-1] + period * (80.0 + (12.0 - 60.0 - parts[-1]) / 0.1))
+    assert parts[1] == pytest.approx(-0.4)
+    columns = found.evaluate(period * (np.arange(4) + 0.5))
+    np.testing.assert_allclose(columns["C.integral"], parts[1:], rtol=1e-14)
+    np.testing.assert_array_equal(columns["C.output"], 12.0)
 
 
 @pytest.mark.parametrize("method", ["dormand_prince_5_4", "radau_iia_5"])
@@ -402,7 +419,7 @@ kind = "python"
 function = "own pid"
 inputs = {{wanted = "5", speed = "O.rate"}}
 parameters = {{gain = 0.3}}
-memory = {{slope = 0.0, part = 0.0, before = 0.0}}
+memory = {{slope = 0.0, part = 0.0, before = 5.0}}
 sample_time = {T}
 """
 CALLED = FREE.replace("0.5", "1.0") + PYTHON + EXACT

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from machines import FLYWHEEL, written
 from scipy.signal import lfilter
 
 import linkages
@@ -59,6 +60,18 @@ lower = 0.1
 upper = 5.0
 start = 1.0
 """
+FLYWHEEL_TEXT = """duration = 1.0
+outputs = ["wheel.omega"]
+[values]
+T_c = "{T_c}"
+c = {c}
+[drives.O]
+torque = 0.0
+speed = 3.0
+[torques.T]
+joint = "O"
+formula = "-T_c - c*O.rate"
+"""
 MASS, STIFFNESS, DAMPING, GAIN, OFFSET, SHIFT = 0.5, 200.0, 0.8, 1.25, 0.004, 3.0e-3
 
 
@@ -110,6 +123,32 @@ def test_values_gain_offset_and_clock_are_found_with_the_least_possible_deviatio
         assert one["deviation"] == pytest.approx(bound, rel=0.1)
     assert all(one["identifiable"] for one in values.values())
     assert found["warnings"] == []
+
+
+def test_values_of_a_formula_are_found_with_the_least_possible_deviation(tmp_path):
+    """A wheel that a torque -T - c w brakes: J w' = -T - c w from 3 rad/s."""
+    times, inertia, noise, true = np.linspace(0.01, 0.99, 300), 0.02, 0.01, np.array([0.03, 0.02])
+
+    def speed(torque, c):
+        return (3.0 + torque / c) * np.exp(-c * times / inertia) - torque / c
+
+    text = FLYWHEEL_TEXT.format(T_c="25 N mm", c=0.01)
+    written(tmp_path, FLYWHEEL, text).rename(tmp_path / "wheel.toml")
+    table = speed(*true) + noise * np.random.default_rng(1).standard_normal(len(times))
+    np.savetxt(tmp_path / "run.csv", np.column_stack([times, table]), delimiter=",", header="t,w", comments="")
+    task = 'experiment = "wheel.toml"\n[data.run]\nfile = "run.csv"\ntime = { column = "t" }\n'
+    task += '[data.run.columns.w]\noutput = "wheel.omega"\ndeviation = 0.01\n'
+    for name, limits in (("T_c", 'lower = "5 N mm"\nupper = 0.1\n'), ("c", "lower = 1e-3\nupper = 0.1\n")):
+        task += f'[unknowns.{name}]\npath = "values.{name}"\n{limits}'
+    (tmp_path / "task.toml").write_text(task)
+    found = optim.identify(load_identification(tmp_path / "task.toml"))["parameters"]
+    steps = 1e-5 * true * np.eye(2)
+    slopes = [(speed(*(true + one)) - speed(*(true - one))) / (2.0 * one.sum()) for one in steps]
+    bounds = noise * np.sqrt(np.diag(np.linalg.inv(np.array(slopes) @ np.array(slopes).T)))
+    for name, value, bound in zip(("T_c", "c"), true, bounds, strict=True):
+        assert found[name]["value"] == pytest.approx(value, abs=3.5 * bound)
+        assert found[name]["deviation"] == pytest.approx(bound, rel=0.1)
+    assert found["T_c"]["unit"] == "N m"
 
 
 def test_intervals_contain_the_true_values_as_often_as_they_say(tmp_path):

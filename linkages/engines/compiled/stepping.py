@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,6 +55,18 @@ class StepperState:
     status: Status = Status.OK
 
 
+class _Places(NamedTuple):
+    """The places of one number among the coefficients of functions: of a constant, or in formulas."""
+
+    numbers: Array
+    at: tuple[Any, ...]
+
+    @property
+    def number(self) -> float:
+        """Return the number."""
+        return float(self.numbers[self.at].flat[0])
+
+
 class Stepper:
     """A system that runs in steps of any lengths, with inputs that are constant during a step.
 
@@ -65,7 +77,8 @@ class Stepper:
     system : System
     inputs : sequence of str
         Paths of constant torques and forces that a step may change: ``drives.A.torque``, ``drives.A.force``,
-        ``torques.NAME.torque`` [N m], ``forces.NAME.force`` (two components) [N]. They start at the file's values.
+        ``torques.NAME.torque`` [N m], ``forces.NAME.force`` (two components) [N]; and of values that formulas of loads
+        and states read: ``values.NAME``. They start at the file's values.
     outputs : sequence of str, optional
         Names of `outputs`; default: those of the experiment, forces and eccentricities of clearance joints, torques of
         drives.
@@ -78,7 +91,8 @@ class Stepper:
     Raises
     ------
     InputError
-        If an input is not a constant torque or force of the experiment, or an output is unknown.
+        If an input is no constant torque, force or value of the experiment, or a value that a prescribed motion or a
+        feedforward reads, or an output is unknown.
 
     Examples
     --------
@@ -101,7 +115,7 @@ class Stepper:
         own = {name: getattr(given.model, name).copy() for name in ("torque_c", "load_c")}
         self._runner = runner = Runner(system, given._replace(model=given.model._replace(**own)))
         self._places = {name: self._place(name, own) for name in self.inputs}
-        self._values = {name: tuple(curve[0, -1] for curve in curves) for name, curves in self._places.items()}
+        self._values = {name: tuple(one.number for one in places) for name, places in self._places.items()}
         self._sides, self._found = runner.job.equations.work.kinked.sides, np.zeros((1, len(self.names)))
         moment = Steps(np.zeros(1), runner.start[None].copy(), np.zeros((1, recorded(runner.memory))))
         self._moment, self._packed = moment, packed(moment)
@@ -109,22 +123,25 @@ class Stepper:
         self._time, self._state, self._next = 0.0, runner.start.copy(), 0.0
         self._status = Status.OK
 
-    def _place(self, path: str, own: Mapping[str, Array]) -> list[Array]:
-        """Return the coefficients of the functions that an input replaces."""
+    def _place(self, path: str, own: Mapping[str, Array]) -> list[_Places]:
+        """Return the places of the numbers that an input replaces."""
         experiment = self.system.experiment
+        if path.removeprefix("values.") in experiment.values:
+            return [_of_value(self.system, path, own["load_c"])]
         table, _, rest = path.partition(".")
         name, _, key = rest.rpartition(".")
         element = getattr(experiment, table).get(name) if table in _KEYS else None
         if element is None or key not in _KEYS[table]:
             known = [f"{table}.{n}.{k}" for table, n, k in _constants(self.system)]
+            known += [f"values.{n}" for n in experiment.values]
             raise InputError(experiment.source, f'input "{path}"', f"is unknown; {nearest(path, known)}")
         if getattr(element, key) is None:
             raise InputError(experiment.source, f'input "{path}"', f"is no constant; give {table}.{name} a {key}")
         if table == "drives":
-            return [own["torque_c"][self.system.tree.powered.index(name)]]
+            return [_Places(own["torque_c"], (self.system.tree.powered.index(name), slice(None), -1))]
         k = experiment.loads.index((table, name))
         first = int(self.system.arrays.loads["motion"][k])
-        return [own["load_c"][first + i] for i in range(2 if table == "forces" else 1)]
+        return [_Places(own["load_c"], (first + i, slice(None), -1)) for i in range(2 if table == "forces" else 1)]
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle the system, the names and the state; another stepper computes with its own arrays."""
@@ -167,18 +184,17 @@ class Stepper:
     def _set(self, values: Mapping[str, float | Sequence[float]]) -> None:
         checked: dict[str, tuple[float, ...]] = {}
         for name, value in values.items():
-            curves = self._places.get(name)
-            if curves is None:
+            places = self._places.get(name)
+            if places is None:
                 raise InputError("argument", "values", f'"{name}" is no input; {nearest(name, self.inputs)}')
             numbers = np.ravel(value)
-            if numbers.dtype.kind not in "fiu" or len(numbers) != len(curves) or not np.isfinite(numbers).all():
-                problem = f"needs {len(curves)} finite number{'s'[: len(curves) - 1]}; it is {value!r}"
+            if numbers.dtype.kind not in "fiu" or len(numbers) != len(places) or not np.isfinite(numbers).all():
+                problem = f"needs {len(places)} finite number{'s'[: len(places) - 1]}; it is {value!r}"
                 raise InputError("argument", f'values["{name}"]', problem)
             checked[name] = tuple(map(float, numbers.tolist()))
         for name, given in checked.items():
-            for curve, number in zip(self._places[name], given, strict=True):
-                curve[:] = 0.0
-                curve[:, -1] = number
+            for one, number in zip(self._places[name], given, strict=True):
+                one.numbers[one.at] = number
         self._values |= checked
         self._solved[0] = math.nan
 
@@ -214,6 +230,18 @@ def _resumed(system: System, inputs: Names, outputs: Names, state: StepperState)
     stepper = Stepper(system, inputs, outputs)
     stepper.restore(state)
     return stepper
+
+
+def _of_value(system: System, path: str, numbers: Array) -> _Places:
+    """Return the places of a value in the formulas of loads and states: those that differ for the next larger value."""
+    value = system.value(path)
+    other = system.replaced({path: float(np.nextafter(value, math.inf))})
+    index = np.nonzero(other.arrays.load_c != numbers)
+    moves = any((a != b).any() for a, b in zip(system.motions.arrays, other.motions.arrays, strict=True))
+    if moves or not len(index[0]) or (numbers[index] != value).any():
+        problem = "is no number of a load's or state's formula alone: a motion or a feedforward reads it, or no formula"
+        raise InputError(system.experiment.source, f'input "{path}"', problem)
+    return _Places(numbers, index)
 
 
 def _constants(system: System) -> list[tuple[str, str, str]]:

@@ -28,7 +28,7 @@ from linkages.input.model.experiment import (
     Experiment,
 )
 from linkages.input.model.experiment_tables import ContactTable, JointModel
-from linkages.input.model.functions import OF_JOINTS, OF_OWN, OF_POINTS, TIME, inputs_of
+from linkages.input.model.functions import OF_JOINTS, OF_OWN, OF_POINTS, TIME, inputs_of, over_time
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Mechanism
 from linkages.input.model.smoothing import Fit
@@ -83,7 +83,7 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
     for name in experiment.flexible:
         _Check(mechanism, experiment, f"links.{name}").flexible(name, experiment.links[name])
     taken = {"world", *mechanism.point, *mechanism.joint}
-    own = [(table, name) for table in ("states", "controllers") for name in getattr(experiment, table)]
+    own = [(table, name) for table in ("values", "states", "controllers") for name in getattr(experiment, table)]
     for table, name in (*experiment.named, *own):
         load = _Check(mechanism, experiment, f"{table}.{name}")
         if name in taken:
@@ -109,6 +109,8 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
 def _check_quantities(mechanism: Mechanism, experiment: Experiment) -> None:
     """Reject formulas of states, motors and controllers with unknown names, and formulas that need themselves."""
     for name, quantity in experiment.quantities.items():
+        if name in experiment.values:
+            continue
         owner = name.partition(".")[0]
         table = next(table for table in DEFINING if owner in getattr(experiment, table))
         part = _Check(mechanism, experiment, f"{table}.{owner}")
@@ -146,6 +148,14 @@ class _Check:
                 self.refuse("backlash", "needs a revolute joint; before a prismatic one use a gear with backlash")
             replace(self, where=f"{self.where}.backlash").backlash(drive.backlash, name)
         self.covers(drive.times, drive.fitted)
+        self.over_time("formula", drive.formula)
+
+    def over_time(self, key: str, text: str | None) -> None:
+        """Check that a formula of a motion has no names but the time and values."""
+        try:
+            over_time(text or "0", self.experiment.values)
+        except ValueError as problem:
+            self.refuse(key, str(problem))
 
     def slides(self, joint: str) -> bool:
         return self.mechanism.joint[joint].type == "prismatic"
@@ -322,12 +332,16 @@ class _Check:
             unit = SLIDING[unit] if kind == "prismatic" else unit
         return unit
 
+    def values(self, _: float) -> None:
+        self.own_name()
+
     def states(self, _: State) -> None:
         self.own_name()
 
     def controllers(self, controller: Controller) -> None:
         self.own_name()
         if controller.joint is not None:
+            self.over_time("reference", controller.reference)
             self.moving(controller.joint)
             drive = self.experiment.drives.get(controller.joint)
             if controller.joint in self.experiment.play or (drive is not None and drive.prescribed):
@@ -369,7 +383,9 @@ class _Check:
 
     def output(self, name: str) -> None:
         point, _, quantity = name.rpartition(".")
-        if name in self.experiment.quantities or (point in self.experiment.states and quantity == "value"):
+        if name in self.experiment.quantities.keys() - self.experiment.values.keys() or (
+            point in self.experiment.states and quantity == "value"
+        ):
             return
         if point in self.mechanism.joint:
             if quantity in _RECORDED:

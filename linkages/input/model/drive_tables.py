@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from pydantic import Field
 
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, check_history
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable
-from linkages.input.model.functions import TIME, formula, program
+from linkages.input.model.functions import TIME, formula, over_time, program
 from linkages.input.model.recorded_tables import FromFile
 from linkages.mechanics.planar import motion
 from linkages.mechanics.planar.motion import Pieces, Program
@@ -83,7 +85,9 @@ class Drive(FromFile):
     ramp: NonNegative = Field(0.0, description="time of a smooth start from rest to `speed` [s]")
     times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
     angles: list[Finite] | None = Field(None, description="joint coordinates at `times` [rad]")
-    formula: str | None = Field(None, description="joint coordinate as a formula of the time t, [rad] in SI units")
+    formula: str | None = Field(
+        None, description="joint coordinate as a formula of the time t and of values, [rad] in SI units"
+    )
     torque: Finite | None = Field(None, description="constant torque of a revolute joint [N m]")
     torques: list[Finite] | None = Field(None, description="torques at `times` [N m]")
     force: Finite | None = Field(None, description="constant force of a prismatic joint along its axis [N]")
@@ -133,32 +137,31 @@ class Drive(FromFile):
         """Check whether the drive follows a table, a formula or a file."""
         return self.times is not None or self.formula is not None or self.file is not None
 
-    @property
-    def start(self) -> float:
-        """Return the joint coordinate at t = 0."""
-        return float(motion.Motions([self.motion()])(np.zeros(1))[0][0, 0]) if self.prescribed else self.angle
+    def start(self, values: Mapping[str, float]) -> float:
+        """Return the joint coordinate at t = 0, with the values that formulas read."""
+        return float(motion.Motions([self.motion(values)])(np.zeros(1))[0][0, 0]) if self.prescribed else self.angle
 
-    def motion(self) -> Pieces | Program:
-        """Return the coordinate of a prescribed drive over time."""
+    def motion(self, values: Mapping[str, float]) -> Pieces | Program:
+        """Return the coordinate of a prescribed drive over time, with the values that formulas read."""
         if self.fitted:
             return self.fitted[0].function
         if self.formula is not None:
-            return program(formula(self.formula, of_state=False), {TIME: 0})
+            return program(over_time(self.formula, values), {TIME: 0})
         if self.angles is not None and self.times is not None:
             return motion.table(self.times, self.angles)
         if self.ramp:
             return motion.ramped_rate(self.angle, self.speed or 0.0, self.ramp)
         return motion.constant_rate(self.angle, self.speed or 0.0)
 
-    def largest_rate(self, end: float) -> float:
-        """Return the largest rate of a prescribed motion [rad/s].
+    def largest_rate(self, end: float, values: Mapping[str, float]) -> float:
+        """Return the largest rate of a prescribed motion [rad/s], with the values that formulas read.
 
         A formula is sampled up to the time `end` [s], at random times to avoid aliasing.
         """
         if not self.varies:
             return abs(float(self.speed or 0.0))
         times = (end if self.times is None else self.times[-1]) * np.random.default_rng(0).random(_LOOKS)
-        return float(np.abs(motion.Motions([self.motion()])(times)[1]).max())
+        return float(np.abs(motion.Motions([self.motion(values)])(times)[1]).max())
 
     def torque_history(self) -> Pieces | Program:
         """Return the torque (or force of a prismatic joint) over time of a drive without prescribed motion."""

@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, PrivateAttr, create_model
+from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, create_model
 
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief
@@ -26,7 +26,7 @@ from linkages.input.files.unit_conversion import read
 from linkages.input.model import load_tables as tables
 from linkages.input.model.drive_tables import Drive, GearboxBacklash
 from linkages.input.model.experiment_tables import JointModel, RunWindow, SolverTable
-from linkages.input.model.functions import Quantity, inputs_of
+from linkages.input.model.functions import Quantity, constant, inputs_of
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.recorded_tables import DataTable, FromFile
 from linkages.input.model.state_tables import Controller, Motor, State
@@ -81,6 +81,9 @@ LINK_BENDING = {
 BENDING_QUANTITIES = {**FRAME_BENDING, **LINK_BENDING}
 
 
+#: A number in the SI unit of its own kind.
+Value = Annotated[Finite, BeforeValidator(lambda value: read(value, ""))]
+
 _Vector = Annotated[list[Finite], Field(min_length=3, max_length=3)]
 
 #: SI units of a mechanism's values, by the last part of their paths.
@@ -120,6 +123,7 @@ class Experiment(Brief, Table):
     springs: dict[str, tables.Spring] = Field({}, description="springs and dampers between two points, by name")
     torsion_springs: dict[str, tables.TorsionSpring] = Field({}, description="torsion springs and dampers by name")
     frictions: dict[str, tables.JointFriction] = Field({}, description="friction in ideal joints, by name")
+    values: dict[str, Value] = Field({}, description="numbers by name, for formulas; in SI units, or with a unit")
     states: dict[str, State] = Field({}, description="additional states by name, for formulas")
     motors: dict[str, Motor] = Field({}, description="motors that turn revolute joints, by name")
     controllers: dict[str, Controller] = Field({}, description="controllers by name; their outputs are for formulas")
@@ -149,7 +153,7 @@ class Experiment(Brief, Table):
             clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
             rows[f"model of {name}"] = f"{joint.model}{clearance}"
         tables = {"links": self.links} | {
-            name: getattr(self, name) for name in (*LOADS, "states", "controllers", *OTHERS)
+            name: getattr(self, name) for name in (*LOADS, "values", "states", "controllers", *OTHERS)
         }
         rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
         rows["outputs"] = ", ".join(self.outputs) or "none"
@@ -227,12 +231,12 @@ class Experiment(Brief, Table):
 
     @cached_property
     def quantities(self) -> dict[str, Quantity]:
-        """Return the states, and the formulas of motors and controllers, by the names that formulas have for them."""
+        """Return states, formulas of motors and controllers, then values, by the names that formulas have for them."""
         found: dict[str, Quantity] = {}
         for table in DEFINING:
             for name, one in getattr(self, table).items():
                 found |= one.quantities(name)
-        return found
+        return found | {name: constant(name, value) for name, value in self.values.items()}
 
     @property
     def own_states(self) -> dict[str, Quantity]:

@@ -57,10 +57,10 @@ class Quantity(NamedTuple):
 
 @lru_cache(maxsize=64)  # parsing a long formula takes a second
 def formula(text: str, of_state: bool = True) -> Formula:
-    """Read a formula of the time t and optionally of positions, speeds and states; errors as `parse`."""
+    """Read a formula of the time t and of values, and optionally of positions, speeds and states; errors as `parse`."""
     found = parse(text, (*OF_POINTS, *OF_JOINTS, *OF_OWN))
     for name in sorted(found.names):
-        if name != TIME and not of_state:
+        if "." in name and not of_state:
             raise ValueError(f'"{shown(text)}" has "{name}"; it may have {TIME}, the time')
     return found
 
@@ -68,6 +68,20 @@ def formula(text: str, of_state: bool = True) -> Formula:
 def named(name: str) -> Definition:
     """Return the definition that is the value of a quantity."""
     return Definition(Formula(name, frozenset({name}), (name,)))
+
+
+def constant(name: str, value: float) -> Quantity:
+    """Return the quantity that is a number."""
+    return Quantity(named(name)._replace(names={name: value}))
+
+
+def over_time(text: str, values: Mapping[str, float]) -> Definition:
+    """Read a formula of the time t and of named values; errors as `formula`, and for other names in it."""
+    found = formula(text, of_state=False)
+    if unknown := sorted(found.names - {TIME, *values}):
+        known = ", ".join([f"{TIME}, the time", *values])
+        raise ValueError(f'"{shown(text)}" has "{unknown[0]}"; it may have {known}')
+    return Definition(found, values)
 
 
 def inputs_of(given: Definition, quantities: Mapping[str, Quantity], inside: tuple[str, ...] = ()) -> Iterator[str]:

@@ -164,11 +164,12 @@ class TorsionSpring(Table):
 class JointFriction(Table):
     """Friction in an ideal joint: a torque (prismatic: force) against the rate v of the joint's coordinate.
 
-    The law is (constant + mu * radius * N) * tanh(v/speed) + viscous * v: regularised Coulomb friction, as in the law
-    "coulomb" of dry joints, and viscous friction. N is the force in the joint, and mu the coefficient, or Stribeck's
-    coefficient + (static_coefficient - coefficient) * exp(-(v/stribeck_speed)^2). In a prismatic joint the radius is 1
-    and N the normal force or, if that is larger, 2/length times the moment that the guide carries: the sum of the
-    forces at both ends of the slider, whose middle is the joint's place on the child.
+    The law is (C + mu * radius * N) * tanh(v/speed) + viscous * v: regularised Coulomb friction, as in the law
+    "coulomb" of dry joints, and viscous friction. N is the force in the joint. C is the constant, and mu the
+    coefficient, or by Stribeck's law constant + (static_constant - constant) * exp(-(v/stribeck_speed)^2), and mu the
+    same of coefficient and static_coefficient. In a prismatic joint the radius is 1 and N the normal force or, if that
+    is larger, 2/length times the moment that the guide carries: the sum of the forces at both ends of the slider, whose
+    middle is the joint's place on the child.
     """
 
     of_any_joint = True
@@ -188,19 +189,23 @@ class JointFriction(Table):
         None,
         description="prismatic joint with a coefficient: length of the slider; default: no effect of the moment [m]",
     )
+    static_constant: NonNegative | None = Field(
+        None, description="Coulomb part at rest, from which it falls by Stribeck's law; default: the constant [N m]"
+    )
     static_coefficient: NonNegative | None = Field(
-        None, description="coefficient at rest, above which Stribeck's law begins; default: the coefficient [1]"
+        None, description="coefficient at rest, from which it falls by Stribeck's law; default: the coefficient [1]"
     )
     stribeck_speed: Positive | None = Field(
-        None, description="speed at which 63 % of the fall from the static coefficient are done [rad/s]"
+        None, description="Stribeck's law: speed at which 63 % of the fall from rest are done [rad/s]"
     )
 
     def _complete(self) -> None:
-        if not self.constant and not self.viscous and self.coefficient is None:
+        if not self.constant and not self.viscous and self.coefficient is None and not self.static_constant:
             raise ValueError("give constant, viscous, or coefficient")
-        further = self.static_coefficient, self.stribeck_speed
-        if further.count(None) == 1 or (self.coefficient is None and None not in further):
-            raise ValueError("give static_coefficient and stribeck_speed, with coefficient, or neither")
+        at_rest, lone = (self.static_constant, self.static_coefficient), self.coefficient is None
+        if (self.stribeck_speed is None) != (at_rest == (None, None)) or (lone and self.static_coefficient is not None):
+            asked = "give static_coefficient and stribeck_speed, with coefficient, or neither"
+            raise ValueError(f"{asked}; or static_constant and stribeck_speed")
 
     @property
     def depends_on_force(self) -> bool:
@@ -210,15 +215,18 @@ class JointFriction(Table):
     @property
     def law(self) -> Definition:
         """Return the part without the joint force along the coordinate as a formula of its rate [N m or N]."""
-        return self._definition("-constant*tanh(v/speed) - viscous*v")
+        return self._definition(f"-{self._falling('constant')}*tanh(v/speed) - viscous*v")
 
     @property
     def share(self) -> Definition:
         """Return the friction along the coordinate over the joint force as a formula of its rate [m or 1]."""
-        text = "coefficient"
-        if self.static_coefficient is not None:
-            text = "(coefficient + (static_coefficient - coefficient)*exp(-(v/stribeck_speed)**2))"
-        return self._definition(f"-{text}*radius*tanh(v/speed)")
+        return self._definition(f"-{self._falling('coefficient')}*radius*tanh(v/speed)")
+
+    def _falling(self, key: str) -> str:
+        """Return the formula of a number that falls from rest by Stribeck's law, if it has a static value."""
+        if getattr(self, f"static_{key}") is None:
+            return key
+        return f"({key} + (static_{key} - {key})*exp(-(v/stribeck_speed)**2))"
 
     def _definition(self, text: str) -> Definition:
         """Return a formula of the rate v and the own numbers."""

@@ -14,7 +14,7 @@ from pydantic import Field
 from linkages.base.errors import nearest
 from linkages.input.files.formula import parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_increasing
-from linkages.input.model.functions import Call, Definition, Quantity, formula, named
+from linkages.input.model.functions import Call, Definition, Quantity, constant, formula, named
 from linkages.laws.control import CONTROLLERS
 
 #: Feedforward of controllers that is computed.
@@ -169,6 +169,9 @@ class Controller(Table):
     K_i e + (output - u)/tracking_time. The derivative acts on the error, filtered by a lag of filter_time. With a
     sampling time T the parts follow from the backward difference of the filtered derivative and the forward difference
     of the integral part, and the output is held between the instants 0, T, 2 T, ...
+
+    At t = 0 the integral part is 0. A sampled controller knows no error before its first one, so its first difference
+    is 0. The lag of a continuous one starts at 0: it takes the error at t = 0 as a step of this height.
     """
 
     kind: Literal["pid", "python"] = Field(description="kind of controller")
@@ -251,7 +254,7 @@ class Controller(Table):
     def _calls(self, name: str, function: str) -> dict[str, Quantity]:
         """Return the inputs and parameters of a function, its output and its memory."""
         found = {key: Quantity(Definition(formula(text))) for key, text in self.inputs.items()}
-        found |= {key: Quantity(named(key)._replace(names={key: one})) for key, one in self.parameters.items()}
+        found |= {key: constant(key, one) for key, one in self.parameters.items()}
         names = CONTROLLERS[function].names
         starts = {"output": 0.0} | {key: self.memory[key] for key in names if key in self.memory}
         call = Call(function, tuple(f"{name}.{key}" for key in names), len(starts))
@@ -276,8 +279,9 @@ class Controller(Table):
             terms.append("own_integral")
             own.state("integral", f"own_integral + T*({change})" if period else change, 0.0, period)
         if self.derivative and period:
-            slope = "(filter_time*own_slope_before + own_error - own_error_before)/(filter_time + T)"
-            own.add("slope", slope)
+            change = "own_sampled*(own_error - own_error_before)"  # no error is known before the first sample
+            own.add("slope", f"(filter_time*own_slope_before + {change})/(filter_time + T)")
+            own.state("sampled", "1", 0.0, period)
             own.state("slope_before", "own_slope", 0.0, period)
             own.state("error_before", "own_error", 0.0, period)
             terms.append("derivative*own_slope")

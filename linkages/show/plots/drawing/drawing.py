@@ -71,7 +71,7 @@ def draw(asked: System) -> Drawing:
     (`Drawing.problem` has the reason).
     """
     mechanism, experiment = asked.mechanism, asked.experiment
-    starts = {name: drive.start for name, drive in experiment.drives.items()}  # [rad or m]
+    starts = {name: drive.start(experiment.values) for name, drive in experiment.drives.items()}  # [rad or m]
     try:
         system = movable(mechanism, starts, experiment.meshes)
         ways = [travel(system, name) for name in system.experiment.drives]
@@ -185,7 +185,7 @@ def _axis(direction: Array) -> str:
 def _slider(system: System, way: Travel, sense: float) -> Slider:
     """Reduce a range of motion to the visible resolution."""
     turns = system.mechanism.joint[way.drive].type == "revolute"
-    start = system.experiment.drives[way.drive].start
+    start = system.experiment.drives[way.drive].start(system.experiment.values)
     evenly = np.linspace(0, len(way.values) - 1, _SHOWN).round().astype(int)
     keep = np.unique([*evenly, int(np.argmin(np.abs(way.values - start)))])
     values = way.values[keep]
