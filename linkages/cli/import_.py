@@ -53,8 +53,9 @@ def run(options: argparse.Namespace) -> int:
         entries = [entry.redrawn(found.coordinates) for entry in entries]
         why = "the file has an open loop, or exceeds a limit"
         notes.append(f"reference configuration computed within the joint limits: {why}")
-    basis = planar(options.file, drawn, {}).basis
-    notes += [entry.in_plane(basis).note for entry in entries]
+    plane = planar(options.file, drawn, {})
+    entries = [_as_mimic(entry.in_plane(plane.basis), plane) for entry in entries]
+    notes += [entry.note for entry in entries]
     text = sdf_text(drawn, [f"made by `linkages import {options.file.name}`", *notes])
     machine = mechanism_of_text(options.file, text.encode())
     mobility = _mobility(machine, entries)
@@ -73,6 +74,14 @@ def run(options: argparse.Namespace) -> int:
     parts = counted(links, "link"), counted(joints, "joint"), counted(joints - links, "loop")
     print(f"written: {out}, with {', '.join(parts)}, {mobility}")
     return 0
+
+
+def _as_mimic(entry: Entry, machine: Mechanism) -> Entry:
+    """Return the entry; of a gear, with the key that joints need which share no link."""
+    known = entry.table == "gears" and machine.joint.keys() >= set(entry.joints)
+    if not known or machine.meet(*entry.joints):
+        return entry
+    return entry._replace(values=entry.values | {"mimic": True})
 
 
 def _mobility(machine: Mechanism, entries: list[Entry]) -> str:
