@@ -18,6 +18,7 @@ EXAMPLES = """examples:
   linkages import robot.urdf --out robot.sdf
   linkages import gripper/model.sdf --out gripper.sdf
   linkages import world.sdf --model arm --out arm.sdf
+  linkages import four_bar.sdf --joints-at-parent --out four_bar_closed.sdf
 """
 
 
@@ -25,6 +26,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("file", type=Path, metavar="FILE", help="SDFormat or URDF; xacro must be expanded first")
     parser.add_argument("--model", default="", metavar="NAME", help="model of a world that has several")
+    parser.add_argument(
+        "--joints-at-parent",
+        action="store_true",
+        help="take the places of joints from the frames that <parent> names; SDFormat takes the frame's link only",
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="NAME.sdf", help="the new file of the mechanism")
 
 
@@ -43,18 +49,20 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--out", str(out), "must end in .sdf")
     if out.exists():
         raise InputError("--out", str(out), "already exists; choose another name, or remove it")
-    model, limits, notes, entries, gravity = import_model(options.file, options.model)
-    found = closed_within_limits(options.file, model, limits) if limits else Drawn(model, {})
-    if found is None:
-        problem = "no pose was found in which all loops close and every joint is within its limits"
-        raise InputError(options.file, "<limit>", f"{problem}; check or remove them")
+    model, limits, notes, entries, gravity, displaced = import_model(
+        options.file, options.model, options.joints_at_parent
+    )
+    found = Drawn(model, {})
+    if limits or displaced:
+        found = closed_within_limits(options.file, model, limits, displaced)
     drawn = found.model
     if drawn is not model:
         entries = [entry.redrawn(found.coordinates) for entry in entries]
-        why = "the file has an open loop, or exceeds a limit"
-        notes.append(f"reference configuration computed within the joint limits: {why}")
-    basis = planar(options.file, drawn, {}).basis
-    notes += [entry.in_plane(basis).note for entry in entries]
+        why = "the file has an open loop or joint, or exceeds a limit"
+        notes.append(f"reference configuration computed{' within the joint limits' * bool(limits)}: {why}")
+    plane = planar(options.file, drawn, {})
+    entries = [_as_mimic(entry.in_plane(plane.basis), plane) for entry in entries]
+    notes += [entry.note for entry in entries]
     text = sdf_text(drawn, [f"made by `linkages import {options.file.name}`", *notes])
     machine = mechanism_of_text(options.file, text.encode())
     mobility = _mobility(machine, entries)
@@ -73,6 +81,14 @@ def run(options: argparse.Namespace) -> int:
     parts = counted(links, "link"), counted(joints, "joint"), counted(joints - links, "loop")
     print(f"written: {out}, with {', '.join(parts)}, {mobility}")
     return 0
+
+
+def _as_mimic(entry: Entry, machine: Mechanism) -> Entry:
+    """Return the entry; of a gear, with the key that joints need which share no link."""
+    known = entry.table == "gears" and machine.joint.keys() >= set(entry.joints)
+    if not known or machine.meet(*entry.joints):
+        return entry
+    return entry._replace(values=entry.values | {"mimic": True})
 
 
 def _mobility(machine: Mechanism, entries: list[Entry]) -> str:

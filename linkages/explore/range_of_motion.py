@@ -90,9 +90,8 @@ def travel(system: System, drive: str) -> Travel:
 
 def _held(mechanism: Mechanism, gears: Mapping[str, Mesh], starts: Mapping[str, float]) -> System:
     still = {name: {"angle": float(angle), "speed": 0.0} for name, angle in starts.items()}
-    coupled = {
-        name: {"joints": gear.joints, "ratio": gear.ratio, "offset": gear.offset} for name, gear in gears.items()
-    }
+    keys = ("joints", "ratio", "offset", "carrier", "mimic")
+    coupled = {name: {key: getattr(gear, key) for key in keys} for name, gear in gears.items()}
     return System(mechanism, nothing_done(mechanism.source, {"drives": still, "gears": coupled}))
 
 

@@ -13,7 +13,7 @@ for a dyad whose links slide on each other.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -66,18 +66,18 @@ class DrivenMotion(NamedTuple):
 
 
 def dyads(
-    mechanism: Mechanism, driven: Collection[str], gears: Iterable[Mesh] = ()
+    mechanism: Mechanism, driven: Collection[str], gears: Collection[Mesh] = ()
 ) -> tuple[list[Dyad], tuple[str, ...]]:
     """Divide a linkage into dyads, in the order in which they can be solved.
 
     Also returns the links that are neither in a dyad nor moved by driven joints, gears or dyads.
     """
     known = {joint.name for joint in mechanism.joints if joint.type == "fixed" or joint.name in driven}
-    pairs = [gear.joints for gear in gears]
     found: list[Dyad] = []
     while True:
-        body = _rigid(mechanism, known)
+        body = mechanism.rigid_groups(known)
         known |= {joint.name for joint in mechanism.joints if body[joint.parent] == body[joint.child]}
+        pairs = [gear.joints for gear in gears if _is_seen(mechanism, gear, body)]
         if geared := {name for pair in pairs for name in pair if known & set(pair)} - known:
             known |= geared
             continue
@@ -101,14 +101,12 @@ def dyads(
             return found, tuple(name for name in mechanism.link if body[name] != body["world"])
 
 
-def _rigid(mechanism: Mechanism, known: Collection[str]) -> dict[str, str]:
-    """Map each link to its group of links that move as one body, if these joints are known."""
-    group = {name: name for name in ("world", *mechanism.link)}
-    for joint in mechanism.joints:
-        if joint.name in known:
-            old, new = group[joint.child], group[joint.parent]
-            group = {link: new if name == old else name for link, name in group.items()}
-    return group
+def _is_seen(mechanism: Mechanism, gear: Mesh, body: Mapping[str, str]) -> bool:
+    """Tell whether the motion of a gear's carrier relative to both joints is known; `body`: groups of links."""
+    joints = [mechanism.joint[name] for name in gear.joints]
+    return gear.carrier is None or all(
+        gear.carrier in (joint.parent, joint.child) or body[gear.carrier] == body[joint.parent] for joint in joints
+    )
 
 
 def transmissions(system: System, motion: DrivenMotion) -> tuple[tuple[Transmission, ...], tuple[str, ...]]:
@@ -118,7 +116,7 @@ def transmissions(system: System, motion: DrivenMotion) -> tuple[tuple[Transmiss
     """
     mechanism, experiment = system.mechanism, system.experiment
     found, rest = dyads(mechanism, list(experiment.drives), experiment.meshes.values())
-    fixed = _rigid(mechanism, {joint.name for joint in mechanism.joints if joint.type == "fixed"})
+    fixed = mechanism.rigid_groups({joint.name for joint in mechanism.joints if joint.type == "fixed"})
     angles = []
     for inner, links, outer in found:
         if inner.type != "revolute":

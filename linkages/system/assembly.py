@@ -136,7 +136,8 @@ def continuation(start: Array) -> int:
 def start_offsets(tree: Tree, experiment: Experiment) -> Array:
     """Return the values (nr,) of the closure rows at the start: journals' offsets, places in the backlash [m, rad]."""
     given = [x for name in tree.play for x in experiment.joints[name].offset]
-    given += [tree.coordinate(gear.joints[1])[1] * gear.backlash.start for gear in tree.slack if gear.backlash]
+    slack = [(gear, gear.backlash) for gear in tree.slack if gear.backlash]
+    given += [tree.seen_coordinate(gear.joints[1], gear.carrier)[1] * play.start for gear, play in slack]
     return np.array(given + [0.0] * (len(tree.closure_rows) - len(given)))
 
 

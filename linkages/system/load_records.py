@@ -235,7 +235,7 @@ def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
     """Make the records of the two ends of each contact, in the same order."""
     records: list[tuple[Any, ...]] = []
     for limit in experiment.limits.values():
-        row, sign = tree.gear_row(limit.other or limit.joint, limit.joint, limit.ratio)
+        row, sign = tree.gear_row(limit.other or limit.joint, limit.joint, limit.ratio, 0.0, limit.carrier)
         (_, *ends, ux, uy), place = row[0], limit.lever * limit.side * limit.place - _reach(tree, limit)
         if limit.other is None and not _turns(tree, limit.joint):
             records.append((types.CORNER, *ends, limit.side * ux, limit.side * uy, place, *NO_STOP))

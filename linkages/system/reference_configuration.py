@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.base.errors import InputError
 from linkages.input.files.raw_model import Pose, RawModel, rotation
 from linkages.input.files.rigid import moved
 from linkages.input.model.mechanism import planar
@@ -33,11 +34,14 @@ class Drawn(NamedTuple):
     coordinates: dict[str, float]
 
 
-def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple[float, float]]) -> Drawn | None:
+def closed_within_limits(
+    path: Path, model: RawModel, limits: Mapping[str, tuple[float, float]], displaced: bool = False
+) -> Drawn:
     """Find a pose of the mechanism with closed loops and every joint within its limits.
 
     The limits are coordinates, zero in the file's pose [rad or m]. The result is the mechanism itself if the file's
-    pose fulfils both conditions; None if no pose was found. InputError if the mechanism is not a planar linkage.
+    pose fulfils both conditions; with `displaced`, places of a joint on both its links must coincide too. InputError if
+    the mechanism is not a planar linkage, or no pose was found.
     """
     from scipy.optimize import least_squares  # slow to import
 
@@ -58,7 +62,8 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
     def closes(q: Array) -> bool:
         return bool(np.abs(misfit(q)).max(initial=0.0) < _CLOSED)
 
-    if closes(np.zeros(tree.size)):
+    apart = [float(np.linalg.norm(joint.on_parent - joint.on_child)) for joint in mechanism.joints if displaced]
+    if closes(np.zeros(tree.size)) and max(apart, default=0.0) <= _CLOSED * tree.extent:
         return Drawn(model, {joint.name: 0.0 for joint in mechanism.joints})
     reach = {"revolute": np.pi, "prismatic": tree.extent}
     ranges = [limits.get(name, (-np.inf, np.inf)) for name in tree.coordinates]
@@ -70,7 +75,10 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
         if closes(found.x):
             at = dict(zip(movable, tree.joint_coordinates(movable, found.x).tolist(), strict=True))
             return Drawn(_posed(model, tree, found.x), at)
-    return None
+    if limits:
+        problem = "no pose was found in which all loops close and every joint is within its limits"
+        raise InputError(path, "<limit>", f"{problem}; check or remove them")
+    raise InputError(path, "<joint>", "no pose was found in which all loops close; check the places of the joints")
 
 
 def _posed(model: RawModel, tree: Tree, q: Array) -> RawModel:

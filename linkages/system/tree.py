@@ -124,12 +124,14 @@ class Tree:
         return chained(chained(self._rows(self.play), self._gear_rows(self.slack)), self.loop_rows)
 
     def _gear_rows(self, gears: Sequence[Mesh]) -> Records:
-        rows = [self.gear_row(gear.joints[0], gear.joints[1], gear.ratio, gear.offset)[0] for gear in gears]
+        rows = [self.gear_row(*gear.joints, gear.ratio, gear.offset, gear.carrier)[0] for gear in gears]
         return np.array(rows, types.ROW)
 
-    def gear_row(self, first: str, second: str, ratio: float, offset: float = 0.0) -> tuple[tuple[Any, ...], float]:
+    def gear_row(
+        self, first: str, second: str, ratio: float, offset: float = 0.0, carrier: str | None = None
+    ) -> tuple[tuple[Any, ...], float]:
         """Return the row of a gear, second = ratio * first + offset, and the sign of its value along the second."""
-        (one, sign), (two, other) = (self.coordinate(name) for name in (second, first))
+        (one, sign), (two, other) = (self.seen_coordinate(name, carrier) for name in (second, first))
         return (one, sign * other * ratio, two, sign * offset, 1.0), sign
 
     def gaps(self, q: Array) -> Array:
@@ -340,6 +342,22 @@ class Tree:
         if joint.type == "prismatic":
             return (types.ALONG_BODY, *ends, *joint.direction), 1.0
         return (types.ANGLE, *ends, 0.0, 0.0), joint.sign
+
+    def seen_coordinate(self, name: str, carrier: str | None) -> tuple[tuple[Any, ...], float]:
+        """Return the term of a joint's coordinate as seen from a carrier, and its sign.
+
+        It is the joint's own coordinate if there is no carrier, or the joint joins it; else the angle of the joint's
+        child (its parent, if the child is the world) from the carrier.
+        """
+        (kind, inner, outer, *rest), sign = self.coordinate(name)
+        joint = self.mechanism.joint[name.removesuffix(WHEEL)]
+        if carrier is None or carrier in (joint.parent, joint.child):
+            return (kind, inner, outer, *rest), sign
+        place = self.mechanism.point[carrier].origin if carrier != "world" else joint.on_parent
+        seat = self.marker(carrier, place)
+        if joint.child == "world":
+            return (kind, seat, inner, *rest), -sign
+        return (kind, seat, outer, *rest), sign
 
     def signal(self, name: str) -> tuple[Any, ...]:
         """Return the `linkages.mechanics.planar.record_types.SIGNAL` record of a position or speed, as ``slider.x``."""

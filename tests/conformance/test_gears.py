@@ -192,6 +192,100 @@ def test_redundant_gears_that_agree_contradict_nothing(system_of):
     assert summary["loads"]["g4"]["torque"]["peak"] == pytest.approx(0.0, abs=1e-9)
 
 
+def planetary(sun=("world", "sun"), more=""):
+    """Sun and carrier turn about O in the housing, the planet on the carrier; the sun's joint by parent and child."""
+    body = (
+        solid("car", 1.0, 0.05, centre="0.1 0 0 0 0 0")
+        + wheel("sun", 0.002, 0)
+        + solid("pla", 0.3, 0.001, "0.3 0 0 0 0 0")
+    )
+    return model("planetary", body + joint("C", "world", "car") + joint("S", *sun) + joint("P", "car", "pla") + more)
+
+
+def planetary_accelerations(along_sun, along_carrier, torque=0.2):
+    """Accelerations of sun and carrier under a torque on the sun, where w_pla = a w_sun + b w_car: T = 1/2 w'Mw."""
+    own, turn = np.diag([0.002, 0.05 + 1.0 * 0.1**2 + 0.3 * 0.3**2]), np.array([along_sun, along_carrier])
+    return np.linalg.solve(own + 0.001 * np.outer(turn, turn), [torque, 0.0])
+
+
+@pytest.mark.parametrize("sun", [("world", "sun"), ("sun", "world")])
+def test_a_planetary_gear_obeys_willis_from_its_carrier(run, sun):
+    """Willis: w_pla - w_car = n (w_sun - w_car), so w_pla = n w_sun + (1 - n) w_car; here 35.56 and 2.222 rad/s."""
+    ratio = -2.0 if sun[0] == "world" else 2.0
+    text = (
+        "duration = 1.0\noutputs = ['sun.omega', 'car.omega', 'pla.omega']\n[torques.T]\nlink = 'sun'\ntorque = 0.2\n"
+    )
+    found = run(planetary(sun), text + gear("SP", ratio, carrier="'car'") + EXACT)
+    faster, slower = planetary_accelerations(-2.0, 3.0)
+    assert (faster, slower) == pytest.approx((35.5556, 2.2222), rel=1e-4)
+    assert found["sun.omega"][-1] == pytest.approx(faster, rel=1e-8)
+    assert found["car.omega"][-1] == pytest.approx(slower, rel=1e-8)
+    np.testing.assert_allclose(found["pla.omega"], -2.0 * found["sun.omega"] + 3.0 * found["car.omega"], atol=1e-9)
+    np.testing.assert_allclose(found["mesh.torque"], 0.001 * (-2.0 * faster + 3.0 * slower), rtol=1e-8)
+
+
+def test_a_mimic_joint_follows_the_other_joints_own_coordinate(run):
+    """The planet's angle in the carrier is n times the sun's in the housing: w_pla = n w_sun + w_car."""
+    text = "duration = 1.0\noutputs = ['sun.omega', 'car.omega']\n[torques.T]\nlink = 'sun'\ntorque = 0.2\n"
+    found = run(planetary(), text + gear("SP", -2.0, mimic="true") + EXACT)
+    faster, slower = planetary_accelerations(-2.0, 1.0)
+    assert (found["sun.omega"][-1], found["car.omega"][-1]) == pytest.approx((faster, slower), rel=1e-8)
+
+
+def test_an_epicyclic_reducer_has_the_ratio_of_its_teeth(system_of):
+    """A ring of 50 teeth at rest and a sun of 20: the sun turns 1 + 50/20 times as fast as the carrier."""
+    text = "duration = 0.5\noutputs = ['car.angle', 'pla.angle']\n[drives.S]\nspeed = 7.0\n" + gear(
+        "SP", -20 / 15, carrier="'car'"
+    )
+    text += f"[gears.ring]\njoints = ['R', 'P']\nratio = {50 / 15}\ncarrier = 'car'\n[drives.R]\nspeed = 0.0\n"
+    ring = wheel("annulus", 0.1, 0) + joint("R", "world", "annulus")
+    system = system_of(planetary(more=ring), text)
+    assert system.determinate
+    found = ideal(system)
+    assert found["car.angle"][-1] == pytest.approx(0.5 * 7.0 / 3.5, abs=1e-12)
+    assert found["pla.angle"][-1] == pytest.approx(0.5 * 2.0 * (1 - 50 / 15), abs=1e-12)
+
+
+def test_flanks_of_a_planetary_gear_that_turns_as_one_body_never_touch(run):
+    text = "duration = 0.5\n[drives.S]\ntorque = 0.0\nspeed = 5.0\n[drives.C]\ntorque = 0.0\nspeed = 5.0\n"
+    slack = "[gears.mesh.backlash]\nplay = 0.01\n[gears.mesh.backlash.contact]\nlaw = 'hunt-crossley'\nrestitution = 0.9\nstiffness = 1e4\n"
+    found = run(planetary(), text + gear("SP", -2.0, carrier="'car'") + slack + "[solver]\nmax_step = 1e-3\n")
+    np.testing.assert_allclose(found["mesh.angle"], 0.0, atol=1e-9)
+    np.testing.assert_allclose(found["mesh.torque"], 0.0, atol=1e-9)
+    assert found["pla.omega"][-1] == pytest.approx(5.0, abs=1e-9)
+
+
+def test_links_that_fixed_joints_make_one_body_are_one_carrier(system_of):
+    """Wheels in two bearing brackets that are fixed to the housing turn by the ratio, without a carrier."""
+    bracket = solid("bracket", 1.0) + joint("weld", "world", "bracket", "fixed")
+    body = bracket + wheel("one", 0.2, 0) + wheel("two", 0.05, 0.3)
+    sdf = model("pair", body + joint("A", "world", "one") + joint("B", "bracket", "two"))
+    system = system_of(sdf, "duration = 0.1\n[drives.A]\nspeed = 1.0\n" + gear("AB", -2.0))
+    assert dict(zip(system.tree.coordinates, system.assembly.v, strict=True))["B"] == pytest.approx(-2.0)
+
+
+#: case -> (gear of a planetary gear, expected part of the message)
+PLANETARY_REFUSED = {
+    "no carrier": (
+        gear("SP", -2.0),
+        'gears.mesh.joints: "S" and "P" share no link, so that their angles are seen from',
+    ),
+    "both": (gear("SP", -2.0, carrier="'car'", mimic="true"), "gears.mesh: give either carrier or mimic"),
+    "unknown carrier": (gear("SP", -2.0, carrier="'cart'"), 'gears.mesh.carrier: "cart" is not in machine.sdf'),
+    "rack elsewhere": (gear("XP", -2.0, carrier="'car'"), 'is "car", but "X" is prismatic; name a link that it joins'),
+}
+
+
+@pytest.mark.parametrize("case", PLANETARY_REFUSED)
+def test_a_gear_that_can_be_meant_in_two_ways_is_refused_with_the_remedy(system_of, case):
+    text, reason = PLANETARY_REFUSED[case]
+    rack = wheel("rack", 1.0, 0) + joint("X", "world", "rack", "prismatic", "0 1 0")
+    with pytest.raises(InputError) as problem:
+        system_of(planetary(more=rack), "duration = 1.0\n" + text)
+    assert reason in str(problem.value)
+    assert "\n" not in str(problem.value)
+
+
 #: case -> (text, expected part of the message)
 REFUSED = {
     "no ratio": ("[gears.mesh]\njoints = ['A', 'B']\n", "gears.mesh.ratio: is missing"),

@@ -26,6 +26,7 @@ It may import errors and `flexible`.
 | described_model    | its tables, and the links, joints, beams and frames of it           |
 | importing          | import of mechanisms of other programs                              |
 | urdf               | conversion of URDF to SDFormat                                      |
+| joint_places       | joints at their own poses, or at frames named as their parents      |
 | foreign            | elements of other programs: converted, marked or rejected           |
 | constraints        | welds, ball joints and springs between links                        |
 | writing            | atomic writing of files and folders, locks                          |

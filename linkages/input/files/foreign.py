@@ -377,4 +377,6 @@ def _dynamics(path: Path, joint: ET.Element, element: ET.Element) -> Iterator[En
 def _toml(value: Any) -> str:
     if isinstance(value, tuple):
         return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, bool):
+        return str(value).lower()
     return f'"{value}"' if isinstance(value, str) else f"{value!r}"

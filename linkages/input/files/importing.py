@@ -16,6 +16,7 @@ from linkages.base.errors import InputError, listed, nearest
 from linkages.input.files.constraints import joined
 from linkages.input.files.elements import numbers
 from linkages.input.files.foreign import CARRIED, MARK, Entry, Foreign, influence, is_detachable, take_foreign
+from linkages.input.files.joint_places import placed, take_joint_frames
 from linkages.input.files.magnitudes import ALIGNED, SMALLEST, decimal_or_nan
 from linkages.input.files.models import flattened, is_static, update
 from linkages.input.files.raw_model import Pose, RawJoint, RawModel
@@ -45,7 +46,8 @@ class Imported(NamedTuple):
     """An imported mechanism: limits of joint coordinates [rad or m], a line for every change and omission, entries.
 
     The coordinates are zero in the reference configuration. The entries belong into the experiment, as the gravity of
-    the file's world or links [m/s2]; None if the file says nothing.
+    the file's world or links [m/s2]; None if the file says nothing. `displaced`: joints may be at different places on
+    both links.
     """
 
     model: RawModel
@@ -53,20 +55,22 @@ class Imported(NamedTuple):
     notes: list[str]
     entries: list[Entry]
     gravity: tuple[float, ...] | None
+    displaced: bool
 
 
-def import_model(path: Path, name: str = "") -> Imported:
+def import_model(path: Path, name: str = "", joints_at_parent: bool = False) -> Imported:
     """Read an SDFormat or URDF file that was written for another program.
 
     Use `linkages.load_mechanism` for files of this package. Elements that change the motion become joints or entries of
     an experiment, or are rejected. Nested models and included local files become one model. Links that are fixed to
     each other become one link, one link of each floating group is fixed to the world, and revolute joints on one axis
     between the same two links become one joint. Axes within 1e-3 rad of the plane's normal are aligned with it, and
-    numbers below 1e-50 are zero. A `name` chooses one of several models that are not static.
+    numbers below 1e-50 are zero. A `name` chooses one of several models that are not static. With `joints_at_parent`
+    the place of a joint on its parent is the frame that <parent> names; SDFormat only takes the frame's link from it.
     """
     model = _model(path, (), name)
     try:
-        return _imported(path, model)
+        return _imported(path, model, joints_at_parent)
     except InputError as problem:
         if model.get("notation") != "URDF":
             raise
@@ -76,7 +80,7 @@ def import_model(path: Path, name: str = "") -> Imported:
         raise InputError(problem.source, where, what) from None
 
 
-def _imported(path: Path, model: ET.Element) -> Imported:
+def _imported(path: Path, model: ET.Element, joints_at_parent: bool) -> Imported:
     for element in model.iter():  # numbers below the smallest plausible one are rounding errors of other programs
         words = (element.text or "").split()
         if any("e-" in word.lower() for word in words):
@@ -84,9 +88,13 @@ def _imported(path: Path, model: ET.Element) -> Imported:
     by_default = complete_inertials(path, model) if model.get("notation") != "URDF" else []
     rounded = correct_rounded(path, model)
     limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
+    two_places = take_joint_frames(model)
     foreign = take_foreign(path, model)
     notes = _leave_out(model, {name for name, ends in limits.items() if min(np.abs(ends)) < _FAR})
-    raw = joined(foreign, _as_standard(model, read_model(path, model)))
+    raw = read_model(path, model)
+    if model.get("notation") != "URDF":  # loops of URDF, written as frames, stay as they are
+        raw = placed(raw, two_places, joints_at_parent, notes)
+    raw = joined(foreign, raw)
     notes += foreign.notes
     if rounded:
         notes.append(f"moments of inertia of {', '.join(rounded)} are rounded: the smaller ones raised by up to 0.05 %")
@@ -109,17 +117,8 @@ def _imported(path: Path, model: ET.Element) -> Imported:
         if len(set(entry.joints)) < len(entry.joints):
             raise InputError(path, entry.element, f'couples joint "{entry.joints[0]}" with itself')
     limits = {name: ends for name, ends in limits.items() if name in names}
-    return Imported(raw, limits, notes, foreign.entries, gravity)
-
-
-def _as_standard(model: ET.Element, raw: RawModel) -> RawModel:
-    """Place the joints of SDFormat at their own poses on both links.
-
-    A <parent> that names a frame names the frame's link only. Loops of URDF, written as frames, stay as they are.
-    """
-    if model.get("notation") == "URDF":
-        return raw
-    return replace(raw, joints=tuple(replace(joint, position_on_parent=joint.position) for joint in raw.joints))
+    displaced = model.get("notation") != "URDF" and bool(two_places or joints_at_parent)
+    return Imported(raw, limits, notes, foreign.entries, gravity, displaced)
 
 
 def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:

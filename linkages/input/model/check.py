@@ -260,8 +260,29 @@ class _Check:
                 self.refuse("joints", f'"{name}" is fixed; name revolute or prismatic joints')
             if name in self.experiment.play and self.mechanism.joint[name].type == "prismatic":
                 self.refuse("joints", f'"{name}" has clearance; a rack needs an ideal guide')
+        self.seen_from(gear)
         if gear.backlash is not None:
             replace(self, where=f"{self.where}.backlash").backlash(gear.backlash, gear.joints[1])
+
+    def seen_from(self, gear: tables.Mesh) -> None:
+        """Check that a gear says from which link its wheels are seen, and that both can be seen from there."""
+        if gear.carrier is None:
+            if not gear.mimic and not self.mechanism.meet(*gear.joints):
+                one, two = (f'"{name}"' for name in gear.joints)
+                apart = f"{one} and {two} share no link, so that their angles are seen from different ones"
+                carrier = "give carrier, the link on which both wheels have their axes"
+                self.refuse("joints", f"{apart}: {carrier}, or mimic = true for the joints' own coordinates")
+            return
+        self.known("carrier", gear.carrier, ("world", *self.mechanism.link))
+        for joint in (self.mechanism.joint[name] for name in gear.joints):
+            if gear.carrier in (joint.parent, joint.child):
+                continue
+            if joint.type == "prismatic":
+                problem = f'is "{gear.carrier}", but "{joint.name}" is prismatic'
+                self.refuse("carrier", f"{problem}; name a link that it joins")
+            if gear.carrier in self.experiment.flexible:
+                problem = f'is "{gear.carrier}", a flexible link, which has no single angle'
+                self.refuse("carrier", f'{problem}; make it rigid, or let "{joint.name}" join it')
 
     def backlash(self, slack: Backlash, second: str) -> None:
         slides = self.slides(second)

@@ -249,12 +249,17 @@ class Limit(NamedTuple):
     lever: float = 1.0  # penetration per coordinate beyond the limit
     ratio: float = 0.0
     other: str | None = None
+    carrier: str | None = None
     friction: FrictionTable | None = None
     arm: float = 0.0  # sliding speed over the angular velocity of both joints' children relative to each other [m]
 
 
 class Mesh(Table):
-    """Two joints with coupled coordinates: second = ratio * first + offset, or within the backlash from it."""
+    """Two joints with coupled coordinates: second = ratio * first + offset, or within the backlash from it.
+
+    Joints that share no link, such as a sun's in the housing and a planet's in its carrier, need `carrier` (seen from
+    this link, both wheels turn by the ratio) or `mimic` (their own coordinates have the ratio).
+    """
 
     if TYPE_CHECKING:
 
@@ -266,11 +271,21 @@ class Mesh(Table):
         description="two revolute or prismatic joints; their coordinates are zero in the reference configuration"
     )
     offset: Finite = Field(0.0, description="coordinate of the second joint where the first is zero, in SI units")
+    carrier: str | None = Field(
+        None,
+        description="joints that share no link: link on which both wheels have their axes, such as a planet carrier; "
+        "the coordinate of a joint that does not join it becomes the angle of the joint's child from this link",
+    )
+    mimic: bool = Field(
+        False, description="joints that share no link: true couples their own coordinates, as a mimic joint of a robot"
+    )
     backlash: Backlash | None = Field(None, description="backlash; default: none")
 
     def _complete(self) -> None:
         if self.joints[0] == self.joints[1]:
             raise ValueError(f'both joints are "{self.joints[0]}"')
+        if self.mimic and self.carrier is not None:
+            raise ValueError("give either carrier or mimic")
 
     @property
     def flanks(self) -> dict[str, Limit]:
@@ -278,7 +293,7 @@ class Mesh(Table):
         if (slack := self.backlash) is None:
             return {}
         first, second = self.joints
-        pair, teeth = (slack.lever, self.ratio, first), (slack.friction, slack.arm or 0.0)
+        pair, teeth = (slack.lever, self.ratio, first, self.carrier), (slack.friction, slack.arm or 0.0)
         return {
             name: Limit(second, side, self.offset + 0.5 * side * slack.width, slack.contact, *pair, *teeth)
             for name, side in (("upper", 1.0), ("lower", -1.0))

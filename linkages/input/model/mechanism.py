@@ -184,6 +184,21 @@ class Mechanism(Brief):
         """Return everything with a position: named frames, and joints."""
         return self.pin | self.point
 
+    def rigid_groups(self, known: Collection[str]) -> dict[str, str]:
+        """Map each link to its group of links that move as one body, if these joints cannot move."""
+        group = {name: name for name in ("world", *self.link)}
+        for joint in self.joints:
+            if joint.name in known:
+                old, new = group[joint.child], group[joint.parent]
+                group = {link: new if name == old else name for link, name in group.items()}
+        return group
+
+    def meet(self, one: str, two: str) -> bool:
+        """Tell whether two joints share a link, or have links that fixed joints make one body."""
+        body = self.rigid_groups([joint.name for joint in self.joints if joint.type == "fixed"])
+        first, second = ({body[joint.parent], body[joint.child]} for joint in (self.joint[one], self.joint[two]))
+        return bool(first & second)
+
     def value(self, path: str) -> float:
         """Return the number at a dotted path; InputError if there is none."""
         if path in self.values:

@@ -218,7 +218,8 @@ def _flanks(lengths: bool) -> Callable[[System], Iterable[str]]:
 
 
 def _at_slack(system: System, name: str) -> Element:
-    sign = system.tree.coordinate(system.experiment.slack[name].joints[1])[1]
+    gear = system.experiment.slack[name]
+    sign = system.tree.seen_coordinate(gear.joints[1], gear.carrier)[1]
     return Element([owner for owner, _ in system.contacts].index(name), constant=sign)
 
 

@@ -135,7 +135,7 @@ def _at_load(system: System, name: str) -> Element:
 def _at_gear(system: System, name: str) -> Element:
     experiment, tree = system.experiment, system.tree  # with backlash: row of the ideal linkage
     gears, after = (experiment.closed, 0) if name in experiment.closed else (experiment.slack, len(tree.loop_rows))
-    sign = tree.coordinate(gears[name].joints[1])[1]
+    sign = tree.seen_coordinate(gears[name].joints[1], gears[name].carrier)[1]
     return Element(list(gears).index(name) - len(gears) - after, constant=sign)
 
 

@@ -137,7 +137,8 @@ class Done:
     def _gear(self, name: str, gear: Mesh) -> Iterator[Shape]:
         """Draw the pitch circles of meshing wheels or of a rack's pinion; or the pulleys and the belt."""
         first, second = (self.mechanism.joint[joint] for joint in gear.joints)
-        carrier = next((one for one in (first.parent, first.child) if one in (second.parent, second.child)), None)
+        shared = (one for one in (first.parent, first.child) if one in (second.parent, second.child))
+        carrier = gear.carrier or next(shared, None)
         apart = second.on_child - first.on_child
         distance, ratio = float(np.linalg.norm(apart)), abs(gear.ratio)
         turning = [joint for joint in (first, second) if joint.type == "revolute"]
