@@ -161,7 +161,7 @@ def _at(places, values, x):
 
 def test_derivatives_of_loads_that_depend_on_the_state(driven):
     system, _ = driven
-    loads, tree = system.loads, system.tree
+    loads, tree = (system.loads, system.elements), system.tree
     for _ in range(5):
         pose, vel = states(tree, *RNG.normal(size=(2, tree.size)))
         dpose, dvel, wrench = direction(loads, 0.4, pose, vel)

@@ -12,10 +12,12 @@ from linkages.base.kernel import kernel
 from linkages.base.kernel.by_reference import packed, reference
 from linkages.base.kernel.dual import DualArray, dual_array
 from linkages.cli.main import main
+from linkages.elements.machine import NO_ELEMENTS, add_elements, apart, count, markers_of, tell_elements
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
 from linkages.mechanics.planar.motion import Motions, constant_rate, function_jet, monotone_table
 from linkages.mechanics.planar.newton_euler import generalised_force
+from linkages.mechanics.planar.record_types import LOAD
 
 RNG = np.random.default_rng(7)
 NO_STATES = np.zeros(0)
@@ -75,7 +77,14 @@ def loaded(system_of, plane="xy", q_axis="0 0 1"):
     assert joint("Q", "world", "follower") in sdf
     sdf = sdf.replace(joint("Q", "world", "follower"), joint("Q", "world", "follower", axis=q_axis))
     system = system_of(sdf, "duration = 1.0\n[drives.O]\nspeed=5.0\n" + PLAY + LOADS)
-    return system.experiment, system.tree, system.loads
+    return system.experiment, system.tree, (system.loads, system.elements)
+
+
+def add_wrenches(applied, t, pose, vel, wrench):
+    """Add the wrenches of loads and elements."""
+    loads, elements = applied
+    load_wrenches(loads, t, NO_STATES, pose, vel, wrench)
+    add_elements(elements, pose, vel, wrench)
 
 
 def states(tree, q, v):
@@ -95,7 +104,7 @@ def place(tree, pose, name):
 @pytest.mark.parametrize(("plane", "axis", "sign"), [("xy", "0 0 1", 1.0), ("xz", "0 0 -1", -1.0)])
 def test_wrenches_do_the_virtual_work_of_the_written_laws(system_of, plane, axis, sign):
     """J^T w against work written down from lengths, angles and positions, whose variations are differences."""
-    experiment, tree, loads = loaded(system_of, plane, axis)
+    experiment, tree, applied = loaded(system_of, plane, axis)
     assert tree.mechanism.joint["Q"].sign == sign
     t = 0.55
     gust = experiment.forces["gust"]
@@ -125,10 +134,12 @@ def test_wrenches_do_the_virtual_work_of_the_written_laws(system_of, plane, axis
         expected = push @ moved[:4] + brake * moved[5] + 0.7 * moved[6] - resist @ moved[7:]
         pose, vel = states(tree, q, v)
         wrench, tau = np.zeros_like(vel), np.zeros(tree.size)
-        load_wrenches(loads, t, NO_STATES, pose, vel, wrench)
+        add_wrenches(applied, t, pose, vel, wrench)
         assert np.sum(wrench * states(tree, q, w)[1]) == pytest.approx(expected, rel=1e-9)
-        outputs = np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
+        loads, elements = applied
+        outputs = np.empty((len(loads[0]) + count(elements), len(LOAD_OUTPUTS)))
         load_outputs(loads, np.zeros(len(loads[0])), t, NO_STATES, pose, vel, outputs)
+        tell_elements(elements, len(loads[0]), pose, vel, outputs)
         assert outputs[:, 2].sum() == pytest.approx(np.sum(wrench * vel), rel=1e-12)
         np.testing.assert_allclose(outputs[4:, 0], resist, rtol=1e-9)
         np.testing.assert_allclose(outputs[4:, 1], here[7:], rtol=1e-12)
@@ -136,7 +147,7 @@ def test_wrenches_do_the_virtual_work_of_the_written_laws(system_of, plane, axis
         assert tau @ w == pytest.approx(expected, rel=1e-9)
 
 
-def direction(loads, t, pose, vel):
+def direction(applied, t, pose, vel):
     """Random changes of poses and velocities, of each body by itself, and the wrenches so many times them away."""
     dpose, dvel = 0.1 * RNG.normal(size=vel.shape), RNG.normal(size=vel.shape)
     dpose[0], dvel[0] = 0.0, 0.0
@@ -146,7 +157,7 @@ def direction(loads, t, pose, vel):
         moved[:, :2] += s * dpose[:, 1:]
         moved[:, 2] += s * dpose[:, 0]
         moved[:, 3:] = np.column_stack([np.cos(moved[:, 2]), np.sin(moved[:, 2])])
-        load_wrenches(loads, t, NO_STATES, moved, vel + s * dvel, result)
+        add_wrenches(applied, t, moved, vel + s * dvel, result)
         return result
 
     return dpose, dvel, wrench
@@ -161,38 +172,39 @@ class Dual(NamedTuple):
 
 
 @kernel(makes_arrays=True)
-def _wrenches_along(loads, t, given):
+def _wrenches_along(loads, elements, t, given):
     load_wrenches(loads, t, np.zeros(0), reference(given).pose, reference(given).vel, reference(given).wrench)
+    add_elements(elements, reference(given).pose, reference(given).vel, reference(given).wrench)
 
 
-def wrenches_along(loads, t, pose, vel, dpose, dvel):
+def wrenches_along(applied, t, pose, vel, dpose, dvel):
     """Derivative of the wrenches along changes of poses and velocities, by dual numbers."""
     given = Dual(dual_array(*pose.shape), dual_array(*vel.shape), dual_array(*vel.shape))
     given.pose[..., 0], given.vel[..., 0], given.vel[..., 1] = pose, vel, dvel
     given.pose[:, :2, 1], given.pose[:, 2, 1] = dpose[:, 1:], dpose[:, 0]
     given.pose[:, 3, 1], given.pose[:, 4, 1] = -pose[:, 4] * dpose[:, 0], pose[:, 3] * dpose[:, 0]
-    _wrenches_along(loads, t, packed(given))
+    _wrenches_along(*applied, t, packed(given))
     return np.array(given.wrench[..., 1])
 
 
 def test_dual_numbers_give_the_derivative_of_the_wrenches(system_of):
     """Along directions in which every body turns and moves by itself."""
-    _, tree, loads = loaded(system_of)
+    _, tree, applied = loaded(system_of)
     for _ in range(10):
         pose, vel = states(tree, *RNG.normal(size=(2, tree.size)))
-        dpose, dvel, wrench = direction(loads, 0.4, pose, vel)
-        found = wrenches_along(loads, 0.4, pose, vel, dpose, dvel)
+        dpose, dvel, wrench = direction(applied, 0.4, pose, vel)
+        found = wrenches_along(applied, 0.4, pose, vel, dpose, dvel)
         np.testing.assert_allclose(found, slope(wrench, 1e-2), rtol=1e-8, atol=1e-9)
 
 
 def test_springs_between_links_exert_no_net_force_and_no_net_moment(system_of):
-    _, tree, loads = loaded(system_of)
-    between = np.all([np.maximum(loads[0][end]["body"], loads[0]["term"][end]["body"]) > 0 for end in "ab"], axis=0)
-    inner = (loads[0][between], *loads[1:])
-    assert len(inner[0]) == 2
+    _, tree, (_, elements) = loaded(system_of)
+    inner = [one for one in apart(elements) if all(marker["body"] > 0 for marker in markers_of(one))]
+    assert len(inner) == 2
     pose, vel = states(tree, *RNG.normal(size=(2, tree.size)))
     wrench = np.zeros_like(vel)
-    load_wrenches(inner, 0.0, NO_STATES, pose, vel, wrench)
+    for one in inner:
+        add_elements(one, pose, vel, wrench)
     size = np.abs(wrench).max()
     assert size > 1e-2
     assert np.abs(wrench[:, 1:].sum(axis=0)).max() < 1e-14 * size
@@ -202,11 +214,11 @@ def test_springs_between_links_exert_no_net_force_and_no_net_moment(system_of):
 @pytest.mark.parametrize("free", [0.0, 0.02])
 def test_at_zero_length_the_force_is_the_mean_of_both_sides(system_of, free):
     """Passing through on a straight line; without a free length force and derivative are continuous there."""
-    _, tree, loads = loaded(system_of)
-    spring = loads[0][loads[0]["kind"] == 2][1:]
+    _, tree, ((_, *functions), elements) = loaded(system_of)
+    spring = elements.springs[1:]
     assert spring["b"]["body"][0] == 0
     spring["free"], spring["a"]["x"], spring["a"]["y"] = free, 0.0, 0.0
-    loads = (spring, *loads[1:])
+    elements, loads = NO_ELEMENTS._replace(springs=spring), (np.zeros(0, LOAD), *functions)
     body = spring["a"]["body"][0]
     pose, vel = np.zeros((len(tree.bodies.records), 5)), np.zeros((len(tree.bodies.records), 3))
     pose[:, 3] = 1.0
@@ -216,7 +228,7 @@ def test_at_zero_length_the_force_is_the_mean_of_both_sides(system_of, free):
     def wrench(step):
         pose[body, :2] = at + step * vel[body, 1:]
         result = np.zeros_like(vel)
-        load_wrenches(loads, 0.0, NO_STATES, pose, vel, result)
+        add_elements(elements, pose, vel, result)
         return result[body, 1:]
 
     before, there, after = wrench(-1e-9), wrench(0.0), wrench(1e-9)
@@ -226,7 +238,7 @@ def test_at_zero_length_the_force_is_the_mean_of_both_sides(system_of, free):
     pose[body, :2] = at
     direction = np.zeros_like(vel)
     direction[body, 1:] = [0.6, -0.8]
-    found = wrenches_along(loads, 0.0, pose, vel, direction, np.zeros_like(vel))
+    found = wrenches_along((loads, elements), 0.0, pose, vel, direction, np.zeros_like(vel))
     np.testing.assert_allclose(found[body, 1:], [-25.0 * 0.6, 25.0 * 0.8], atol=1e-12)
 
 
@@ -386,9 +398,8 @@ def test_units_of_a_spring_in_a_joint_are_of_its_coordinate(experiment_file, kin
 
 def test_a_frame_fixed_to_the_world_is_an_anchor(system_of):
     text = GOOD + SPRING
-    frame, anchor = (
-        system_of(four_bar(), toml).loads[0] for toml in (text, text.replace('to = "pivot"', "anchor = [0.3, 0.0]"))
-    )
+    texts = text, text.replace('to = "pivot"', "anchor = [0.3, 0.0]")
+    frame, anchor = (system_of(four_bar(), toml).elements.springs for toml in texts)
     assert frame["b"]["x"] == pytest.approx(anchor["b"]["x"], abs=1e-15)  # frames lie on the machine's grid
     frame["b"]["x"] = anchor["b"]["x"]
     assert frame == anchor

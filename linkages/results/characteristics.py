@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from linkages.elements.machine import OF_ELEMENTS
 from linkages.results.extremes import averages, extremes, integral, peaks
 from linkages.results.impacts import Impact
 from linkages.results.outputs.joints import turns
@@ -112,8 +113,11 @@ def peak_columns(system: System) -> list[str]:
 
 
 def effort_of(system: System, table: str, name: str) -> str:
-    """Return the characteristic quantity of an applied load, gear, stop or contact."""
-    along = table in ("slack", "frictions", "gears", "couplings", "stops", "torsion_springs")
+    """Return the characteristic quantity of an applied load, element, gear, stop or contact."""
+    if table in OF_ELEMENTS:
+        kind, keys = OF_ELEMENTS[table], system.experiment.elements[table][name]
+        return kind.outputs_of(keys, system.mechanism.slides).effort
+    along = table in ("slack", "frictions", "gears", "couplings", "stops")
     return "torque" if table in ("torques", "motors") or (along and turns(system, table, name)) else "force"
 
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.elements.machine import add_elements, apart, elements_of, markers_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.markers import arm, turned
@@ -171,7 +172,11 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
         wrench = np.zeros_like(w.wrench)
         load_wrenches((model.loads[k : k + 1], *values), time, w.v, w.pose, w.vel, wrench)
         record = model.loads[k]
-        yield from _split(seen, name, wrench, (record["a"], record["b"], record["term"]["a"], record["term"]["b"]))
+        yield from _split(seen, name, wrench, (record["a"], record["term"]["a"], record["term"]["b"]))
+    for (_, name, _), one in zip(elements_of(system.experiment.elements), apart(model.elements), strict=True):
+        wrench = np.zeros_like(w.wrench)
+        add_elements(one, w.pose, w.vel, wrench)
+        yield from _split(seen, name, wrench, markers_of(one))
     for k in range(len(system.tree.contacts), len(system.contacts)):
         wrench, end = np.zeros_like(w.wrench), model.ends[k : k + 1]
         add_known_contacts(end, seen.contacts[k : k + 1], w.pose, wrench)

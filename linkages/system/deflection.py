@@ -6,6 +6,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, Status
+from linkages.elements.machine import add_elements
 from linkages.mechanics.planar.closure import close, consistent_rates
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.elimination import elimination_of
@@ -124,6 +125,7 @@ class _Finder:
         work.a[len(tree.joint_dofs) :] = 0.0
         body_states(bodies, q, v, pose, vel)
         work.wrench[:] = 0.0
+        add_elements(system.elements, pose, vel, work.wrench)
         load_wrenches(system.loads, t, np.concatenate([v, system.start_states]), pose, vel, work.wrench)
         body_accelerations(bodies, pose, vel, v, work.a, work.acc)
         inertial_forces(bodies, work, system.gravity, load, left)

@@ -16,6 +16,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
+from linkages.elements.machine import add_elements
 from linkages.mechanics.planar.contacts import ContactMotion, contact_action, contact_motion
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
 from linkages.mechanics.planar.kinematics import body_states
@@ -65,6 +66,7 @@ def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, elimination:
     work = tree.workspace(tree.closure_rows)
     work.q[:], work.v[:] = q, v
     body_states(tree.bodies, q, v, work.pose, work.vel)
+    add_elements(system.elements, work.pose, work.vel, work.wrench)
     load_wrenches(system.loads, t, np.concatenate([work.v, system.start_states]), work.pose, work.vel, work.wrench)
     work.tau[tree.powered_dofs] = system.torques(at)[0][0]
     work.a[tree.driven_dofs] = system.motions(at)[2][0]

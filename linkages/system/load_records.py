@@ -7,13 +7,14 @@ length only scales depths, and the wall's position compensates for it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
+from linkages.elements.machine import count, elements_of, pack_elements, tell_elements
 from linkages.input.model.experiment import DEFINING, Experiment
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
 from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
@@ -57,22 +58,9 @@ def pack_loads(
     for torque in experiment.torques.values():
         record = next(following)
         record["kind"] = types.PUSH
-        record["term"], record["sign"] = _coordinate(tree, torque.joint, ("world", torque.link))
+        record["term"], record["sign"] = tree.coordinate_of(torque.joint, ("world", torque.link or "world"))
         constant, values = torque.torque, [[value] for value in torque.torques or []]
         record["motion"] = functions.add(torque, None if constant is None else [constant], values or None)
-    for spring in experiment.springs.values():
-        record = next(following)
-        record["kind"], record["motion"] = types.SPRING, -1
-        record["a"] = tree.named_marker(spring.point)
-        record["b"] = tree.named_marker(spring.to) if spring.to is not None else (0, *(spring.anchor or ()))
-        record["stiffness"], record["free"] = spring.stiffness, spring.free_length
-        record["damping"] = spring.damping
-    for torsion in experiment.torsion_springs.values():
-        record = next(following)
-        record["kind"], record["motion"] = types.COORDINATE_SPRING, -1
-        record["term"], record["sign"] = _coordinate(tree, torsion.joint, torsion.links or ())
-        record["stiffness"], record["free"] = torsion.stiffness, torsion.free_angle
-        record["damping"] = torsion.damping
     for friction in experiment.frictions.values():
         record = next(following)
         record["kind"] = types.PUSH
@@ -93,14 +81,6 @@ def pack_loads(
     for k, value in (added or {}).items():
         functions.made[k] = raised(functions.made[k], value)
     return records, functions.signals, np.array(states, types.STATE), *Motions(functions.made).arrays
-
-
-def _coordinate(tree: Tree, joint: str | None, links: Iterable[str | None]) -> tuple[tuple[Any, ...], float]:
-    """Return the term of a joint's coordinate, or of the angle of the second of two links, and its sign."""
-    if joint is not None:
-        return tree.coordinate(joint)
-    ends = ((0, 0.0, 0.0) if link in (None, "world") else tree.named_marker(str(link)) for link in links)
-    return (types.ANGLE, *ends, 0.0, 0.0), 1.0
 
 
 class _Functions:
@@ -172,11 +152,23 @@ class _Functions:
         return first
 
 
-def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motions, q: Array, v: Array) -> None:
-    """Reject springs with a free length and no direction at t = 0, where coordinates and rates are q and v (n,).
+def check_elements(tree: Tree, experiment: Experiment, q: Array, v: Array) -> None:
+    """Reject elements that cannot start at coordinates q and rates v (n,)."""
+    elements, pose, vel = pack_elements(experiment.elements, tree), make_pose(tree.bodies), make_motion(tree.bodies)
+    rows = np.empty((count(elements), len(LOAD_OUTPUTS)))
+    body_states(tree.bodies, q, v, pose, vel)
+    tell_elements(elements, 0, pose, vel, rows)
+    for (kind, name, keys), row in zip(elements_of(experiment.elements), rows, strict=True):
+        if problem := kind.problem_at_start(keys, row, _COINCIDENT * tree.extent):
+            raise InputError(experiment.source, f"{kind.table}.{name}", problem)
 
-    Reject formulas that are not finite, too: loads' at t = 0, drives' at any time.
+
+def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motions, q: Array, v: Array) -> None:
+    """Reject formulas that are not finite: of loads at t = 0, where coordinates and rates are q and v (n,); of drives.
+
+    Drives are checked at any time. See also `check_elements`.
     """
+    check_elements(tree, experiment, q, v)
     if len(loads[0]):
         pose, vel = make_pose(tree.bodies), make_motion(tree.bodies)
         outputs = np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
@@ -184,11 +176,6 @@ def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motio
         rates = np.concatenate([v, [one.start for one in experiment.own_states.values()]])
         load_outputs(loads, np.zeros(len(loads[0])), 0.0, rates, pose, vel, outputs)
         for (table, name), values in zip(experiment.loads, outputs, strict=False):
-            directed = table == "springs" and experiment.springs[name].free_length > 0.0
-            if directed and values[1] <= _COINCIDENT * tree.extent:
-                problem = "its points coincide at t = 0, where a spring with a free length has no direction;"
-                remedy = "set free_length = 0 or start elsewhere"
-                raise InputError(experiment.source, f"springs.{name}", f"{problem} {remedy}")
             if not np.isfinite(values).all():
                 raise InputError(experiment.source, f"{table}.{name}.formula", "is not a number at t = 0")
         if experiment.quantities:

@@ -222,7 +222,9 @@ class System(Unassembled):
         # calls by address assume contiguous arrays without a check
         rest = map(np.ascontiguousarray, (self.ends, tree.joints(), *joints, *dofs, *applied))
         bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.flexible else tree.bodies
-        return Arrays._make([*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, tree.extent])
+        return Arrays._make(
+            [*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, self.elements, tree.extent]
+        )
 
     @property
     def _differs_in_laws_alone(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import LaneArray
+from linkages.elements.element import Point
 from linkages.input.model.functions import OF_JOINTS
 from linkages.input.model.load_tables import WHEEL, Mesh
 from linkages.input.model.mechanism import Mechanism
@@ -332,6 +333,17 @@ class Tree:
         """Return the marker of the origin of a link or frame, or of a joint's place on its child."""
         point = self.mechanism.place[name]
         return self.marker(point.link, point.origin)
+
+    def marker_of(self, point: Point) -> tuple[int, float, float]:
+        """Return the marker of the origin of a link or frame, or of a fixed point in plane axes."""
+        return self.named_marker(point) if isinstance(point, str) else (0, float(point[0]), float(point[1]))
+
+    def coordinate_of(self, joint: str | None, links: Iterable[str]) -> tuple[tuple[Any, ...], float]:
+        """Return the term of a joint's coordinate, or of the angle of the second of two links, and its sign."""
+        if joint is not None:
+            return self.coordinate(joint)
+        ends = ((0, 0.0, 0.0) if link == "world" else self.named_marker(link) for link in links)
+        return (types.ANGLE, *ends, 0.0, 0.0), 1.0
 
     def coordinate(self, name: str) -> tuple[tuple[Any, ...], float]:
         """Return the term (`TERM`) of the coordinate of a joint or a gearbox' output wheel, and its sign."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
+from linkages.elements.machine import elements_of, pack_elements
 from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.check import check
 from linkages.input.model.drive_tables import Drive
@@ -153,10 +154,8 @@ class Unassembled(Brief):
         scale[moved[moved >= 0]] = 1.0 / extent
         start = np.abs(rates * scale)[self.tree.joint_dofs]
         forces = [mass * float(np.linalg.norm(self.gravity))]
-        forces += [spring.stiffness * extent for spring in experiment.springs.values()]
-        for torsion in experiment.torsion_springs.values():
-            slides = torsion.joint is not None and self.mechanism.joint[torsion.joint].type == "prismatic"
-            forces.append(torsion.stiffness * extent if slides else torsion.stiffness / extent)
+        parts = elements_of(experiment.elements)
+        forces += [kind.force(keys, self.mechanism.slides, extent) for kind, _, keys in parts]
         forces += [_magnitude(force.force) for force in experiment.forces.values()]
         forces += [_magnitude(torque.torque) / extent for torque in experiment.torques.values()]
         for drive in experiment.drives.values():
@@ -174,6 +173,11 @@ class Unassembled(Brief):
     def loads(self) -> Loads:
         """Return the applied loads as records of the kernels."""
         return pack_loads(self.tree, self.experiment, self.experiment.quantities)
+
+    @cached_property
+    def elements(self) -> Any:
+        """Return the elements as records of the kernels, `linkages.elements.machine.Elements`."""
+        return pack_elements(self.experiment.elements, self.tree)
 
     @property
     def start_states(self) -> Array:

@@ -10,6 +10,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from linkages.base.errors import InputError, nearest
+from linkages.elements.element import Point
+from linkages.elements.machine import OF_ELEMENTS
 from linkages.input.files.formula import CONSTANTS, FUNCTIONS, shown
 from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Table
@@ -91,7 +93,10 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
         if "." in name:
             load.refuse("", "has a dot in its name; choose another one")
         taken.add(name)
-        getattr(load, table)(getattr(experiment, table)[name])
+        if table in OF_ELEMENTS:
+            OF_ELEMENTS[table].check(experiment.elements[table][name], load)
+        else:
+            getattr(load, table)(getattr(experiment, table)[name])
     _check_quantities(mechanism, experiment)
     for name, window in experiment.windows.items():
         part = _Check(mechanism, experiment, f"windows.{name}")
@@ -158,7 +163,7 @@ class _Check:
             self.refuse(key, str(problem))
 
     def slides(self, joint: str) -> bool:
-        return self.mechanism.joint[joint].type == "prismatic"
+        return self.mechanism.slides(joint)
 
     def measured(self, text: Any, unit: str, key: str = "") -> None:
         """Check that a value's text is measured in a unit of the same kind, if it has one."""
@@ -245,6 +250,15 @@ class _Check:
             if getattr(friction, key) is not None and not fits:
                 self.refuse(key, f'has no effect: "{friction.joint}" is {"prismatic" if slides else "revolute"}')
         self.units(tables.JointFriction, slides)
+
+    def link_of(self, key: str, point: Point) -> str:
+        """Return the link of a point, "world" for a fixed one; refuse an unknown one."""
+        return self.point(key, point).link if isinstance(point, str) else "world"
+
+    def known_link(self, key: str, name: str) -> str:
+        """Return the name of a link or "world"; refuse an unknown one."""
+        self.known(key, name, ("world", *self.mechanism.link))
+        return name
 
     def moving(self, name: str) -> str:
         """Return the name of a joint; refuse an unknown or fixed one."""
@@ -388,19 +402,6 @@ class _Check:
                 self.refuse("rotor_inertia", f"{problem}, with a gear")
             if (link := joint.child if joint.parent == "world" else joint.parent) in self.mechanism.beam:
                 self.refuse("rotor_inertia", f'needs a link without a beam, and "{link}" has one')
-
-    def springs(self, load: tables.Spring) -> None:
-        link = self.point("point", load.point).link
-        other = "world" if load.to is None else self.point("to", load.to).link
-        if link == other:
-            self.refuse("", f'joins two points of the same link, "{link}"')
-
-    def torsion_springs(self, load: tables.TorsionSpring) -> None:
-        self.units(tables.TorsionSpring, load.joint is not None and self.slides(self.moving(load.joint)))
-        for link in load.links or ():
-            self.known("links", link, ("world", *self.mechanism.link))
-        if load.links is not None and load.links[0] == load.links[1]:
-            self.refuse("links", "are the same link")
 
     def output(self, name: str) -> None:
         point, _, quantity = name.rpartition(".")

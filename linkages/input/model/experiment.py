@@ -19,6 +19,9 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, create
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief
 from linkages.base.errors import InputError
+from linkages.elements.machine import KINDS
+from linkages.elements.spring import Spring
+from linkages.elements.torsion_spring import TorsionSpring
 from linkages.input.files.beams import MATERIAL, SECTIONS
 from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leaves, read_toml, replace_values, validate
@@ -39,8 +42,8 @@ _Values = Mapping[str, Any]
 _NONE: _Values = MappingProxyType({})
 
 #: The tables of applied loads, in the order in which the loads are packed.
-LOADS = ("forces", "torques", "springs", "torsion_springs", "frictions", "motors")
-#: The other tables of named elements.
+LOADS = ("forces", "torques", "frictions", "motors")
+#: The other tables of named elements; those before are of `linkages.elements`.
 OTHERS = ("gears", "couplings", "stops", "contacts")
 
 #: The tables that define quantities for formulas.
@@ -120,8 +123,8 @@ class Experiment(Brief, Table):
     links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
     forces: dict[str, tables.ForceTable] = Field({}, description="applied forces by name")
     torques: dict[str, tables.Torque] = Field({}, description="applied torques by name")
-    springs: dict[str, tables.Spring] = Field({}, description="springs and dampers between two points, by name")
-    torsion_springs: dict[str, tables.TorsionSpring] = Field({}, description="torsion springs and dampers by name")
+    springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, by name")
+    torsion_springs: dict[str, TorsionSpring] = Field({}, description="torsion springs and dampers by name")
     frictions: dict[str, tables.JointFriction] = Field({}, description="friction in ideal joints, by name")
     values: dict[str, Value] = Field({}, description="numbers by name, for formulas; in SI units, or with a unit")
     states: dict[str, State] = Field({}, description="additional states by name, for formulas")
@@ -153,7 +156,7 @@ class Experiment(Brief, Table):
             clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
             rows[f"model of {name}"] = f"{joint.model}{clearance}"
         tables = {"links": self.links} | {
-            name: getattr(self, name) for name in (*LOADS, "values", "states", "controllers", *OTHERS)
+            name: getattr(self, name) for name in (*LOADS, *self.elements, "values", "states", "controllers", *OTHERS)
         }
         rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
         rows["outputs"] = ", ".join(self.outputs) or "none"
@@ -226,7 +229,7 @@ class Experiment(Brief, Table):
 
     @property
     def loads(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each applied load: forces, torques, springs, torsion springs, frictions, motors."""
+        """Return table and name of each applied load: forces, torques, frictions, motors."""
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
 
     @cached_property
@@ -264,9 +267,15 @@ class Experiment(Brief, Table):
         return {f"{kind}.{name}": one for kind, named in tables for name, one in named.items() if one.file is not None}
 
     @property
+    def elements(self) -> dict[str, dict[str, Table]]:
+        """Return the elements of `linkages.elements`, by table and name."""
+        return {kind.table: getattr(self, kind.table) for kind in KINDS}
+
+    @property
     def named(self) -> tuple[tuple[str, str], ...]:
         """Return table and name of each named element: loads, gears, couplings, stops, contacts."""
-        return self.loads + tuple((table, name) for table in OTHERS for name in getattr(self, table))
+        tables = *LOADS, *self.elements, *OTHERS
+        return tuple((table, name) for table in tables for name in getattr(self, table))
 
     @property
     def acting(self) -> tuple[tuple[str, str], ...]:

@@ -123,44 +123,6 @@ class Torque(LoadFunction):
         self._check("torque", "torques")
 
 
-class Spring(Table):
-    """A spring and a damper in parallel, along the line between two points."""
-
-    point: str = Field(description="one end: origin of this link or frame")
-    to: str | None = Field(None, description="other end: origin of this link or frame")
-    anchor: TwoOf[Finite] | None = Field(None, description="other end instead: a fixed point, plane axes [m]")
-    stiffness: NonNegative = Field(description="stiffness [N/m]")
-    free_length: NonNegative = Field(description="length without force [m]")
-    damping: NonNegative = Field(0.0, description="damping along the line [N s/m]")
-
-    def _complete(self) -> None:
-        if (self.to is None) == (self.anchor is None):
-            raise ValueError("give the other end: either to, a link or frame, or anchor, a fixed point")
-
-
-class TorsionSpring(Table):
-    """A spring with a damper along a joint's coordinate, or along the angle between two links.
-
-    The coordinate is zero in the reference configuration. In a prismatic joint the spring gives a force.
-    """
-
-    of_any_joint = True
-
-    joint: str | None = Field(None, description="joint along whose coordinate it acts")
-    links: TwoOf[str] | None = Field(
-        None, description='or two links, "world" included; its angle is the angle of the second relative to the first'
-    )
-    stiffness: NonNegative = Field(description="stiffness [N m/rad]")
-    free_angle: Finite = Field(
-        description="angle, or displacement, without torque or force; zero in the reference configuration [rad]"
-    )
-    damping: NonNegative = Field(0.0, description="damping [N m s/rad]")
-
-    def _complete(self) -> None:
-        if (self.joint is None) == (self.links is None):
-            raise ValueError("give either joint or links")
-
-
 class JointFriction(Table):
     """Friction in an ideal joint: a torque (prismatic: force) against the rate v of the joint's coordinate.
 

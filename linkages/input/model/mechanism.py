@@ -164,6 +164,10 @@ class Mechanism(Brief):
         """Return the joints by name."""
         return {joint.name: joint for joint in self.joints}
 
+    def slides(self, joint: str) -> bool:
+        """Tell whether a joint is prismatic."""
+        return self.joint[joint].type == "prismatic"
+
     @cached_property
     def point(self) -> dict[str, Frame]:
         """Return all named frames, link frames included."""

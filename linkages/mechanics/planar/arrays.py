@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from linkages.base.kernel import Array, Indices, Records, inlined_kernel
 from linkages.mechanics.planar.bodies import Bodies
@@ -44,6 +44,7 @@ class Arrays(NamedTuple):
     stations: Records  # of their internal forces, (ns,)
     station_modes: Records  # (ns, nm)
     gravity: Array  # (2,)
+    elements: Any  # `linkages.elements.machine.Elements`
     size: float  # length of the linkage [m]
 
 

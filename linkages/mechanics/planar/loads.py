@@ -1,15 +1,8 @@
-"""Applied loads: forces, torques, springs and torsion springs with dampers, from body states to wrenches.
+"""Applied loads: forces, torques, frictions and motors, from body states to wrenches.
 
 Loads are packed as ``(records, signals, states, breaks, coefficients, segments)``: arrays of `LOAD`, `SIGNAL` and
 `STATE`, and `Motions.arrays` with the values of forces and torques, and the rates of states. The inputs of these are
 the time, the states and the signals; see `linkages.system.load_records.pack_loads`.
-
-A spring from point a to point b, d = p_b - p_a, length l = |d|, u = d/l, pulls with the tension
-T = k (l - l_0) + c dl/dt: T u on a, -T u on b. A coordinate spring resists a joint's coordinate, or the angle between
-two bodies, s (zero in the reference configuration), with M = k (s - s_0) + c ds/dt: -M along s on b, M on a.
-
-At exactly zero length a spring has the direction of the relative velocity v_rel, and only the damping force c v_rel
-acts, the mean of the forces just before and just after. With a free length above zero the force jumps there.
 """
 
 from __future__ import annotations
@@ -23,15 +16,14 @@ from linkages.base.kernel import Array, Indices, Records, inlined_kernel, kernel
 from linkages.base.kernel.dual import number
 from linkages.laws.control import call_controller
 from linkages.mechanics.planar.closure_rows import add_term_wrench, term_rate, term_value
-from linkages.mechanics.planar.markers import add_force, add_pair, arm, gap, gap_rate, marker_velocity, turned
+from linkages.mechanics.planar.markers import add_force, arm, marker_velocity, turned
 from linkages.mechanics.planar.motion import Curves, function_jet
-from linkages.mechanics.planar.record_types import COORDINATE_SPRING, FORCE, PUSH, QUANTITY, SPRING
+from linkages.mechanics.planar.record_types import FORCE, PUSH
 
 Loads = tuple[Records, Records, Records, Array, Array, Indices]
 
-#: Quantities of each load at a state. Force: fx, fy in plane axes [N]; push: torque [N m] or force [N], and 0; spring:
-#: tension [N] and length [m]; coordinate spring: resisting torque or force, and angle [rad] or displacement [m]. Then
-#: for each the power that it delivers to the bodies [W], and the energy that it stores [J].
+#: Quantities of each load at a state. Force: fx, fy in plane axes [N]; push: torque [N m] or force [N], and 0. Then the
+#: power that it delivers to the bodies [W], and the energy that it stores [J].
 LOAD_OUTPUTS = ("value", "second", "power", "energy")
 VALUE, SECOND, POWER, ENERGY = range(len(LOAD_OUTPUTS))
 
@@ -50,16 +42,6 @@ def load_wrenches(loads: Loads, t: float, v: Array, pose: Array, vel: Array, wre
             add_force(wrench, load.a.body, rx, ry, fx, fy)
         elif load.kind == PUSH:
             add_term_wrench(load.term, pose, load.sign * function_jet(curves, load.motion, inputs)[0], wrench)
-        elif load.kind == SPRING:
-            tension, ux, uy, length, _ = _spring(load, pose, vel)
-            dx, dy, arms = gap(pose, load.a, load.b)
-            fx, fy = -tension * ux, -tension * uy
-            if length == 0.0:  # the same force, and the derivatives of its differentiable part
-                vx, vy = gap_rate(vel, load.a, load.b, arms)
-                fx, fy = -load.stiffness * dx - load.damping * vx, -load.stiffness * dy - load.damping * vy
-            add_pair(wrench, load.a, load.b, arms, fx, fy)
-        elif load.kind == COORDINATE_SPRING:
-            add_term_wrench(load.term, pose, -load.sign * _coordinate_spring(load, pose, vel)[0], wrench)
 
 
 @lazy_kernel(makes_arrays=True)
@@ -73,7 +55,7 @@ def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, 
     fill_inputs(loads[1], loads[2], t, v, pose, vel, inputs)
     for k in range(len(records)):
         load = records[k]
-        second, energy = 0.0, 0.0
+        second = 0.0
         if load.kind == PUSH:
             value = function_jet(curves, load.motion, inputs)[0]
             if load.joint >= 0:
@@ -84,16 +66,9 @@ def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, 
             rx, ry = arm(pose, load.a)
             vx, vy = marker_velocity(vel, load.a.body, rx, ry)
             power = value * vx + second * vy
-        elif load.kind == QUANTITY:
-            value, power = function_jet(curves, load.motion, inputs)[0], 0.0
         else:
-            if load.kind == SPRING:
-                value, _, _, second, rate = _spring(load, pose, vel)
-            else:
-                value, second, rate = _coordinate_spring(load, pose, vel)
-            power = -value * rate
-            energy = 0.5 * load.stiffness * (second - load.free) ** 2
-        outputs[k, VALUE], outputs[k, SECOND], outputs[k, POWER], outputs[k, ENERGY] = value, second, power, energy
+            value, power = function_jet(curves, load.motion, inputs)[0], 0.0
+        outputs[k, VALUE], outputs[k, SECOND], outputs[k, POWER], outputs[k, ENERGY] = value, second, power, 0.0
 
 
 def acting_functions(loads: Loads) -> NDArray[np.bool_]:
@@ -187,27 +162,3 @@ def _force(load: np.record, curves: Curves, inputs: Array, pose: Array) -> tuple
     if load.turns:
         ux, uy = turned(pose, load.a.body, ux, uy)
     return ux * x - uy * y, uy * x + ux * y
-
-
-@kernel
-def _spring(load: np.record, pose: Array, vel: Array) -> tuple[float, float, float, float, float]:
-    """Tension, its direction, length and rate of length of a spring."""
-    dx, dy, arms = gap(pose, load.a, load.b)
-    vx, vy = gap_rate(vel, load.a, load.b, arms)
-    length = math.sqrt(dx * dx + dy * dy)
-    if length > 0.0:
-        ux, uy = dx / length, dy / length
-        rate = vx * ux + vy * uy
-        return load.stiffness * (length - load.free) + load.damping * rate, ux, uy, length, rate
-    rate = math.sqrt(vx * vx + vy * vy)
-    if rate > 0.0:
-        return load.damping * rate, vx / rate, vy / rate, length, rate
-    return 0.0, 0.0, 0.0, length, rate
-
-
-@kernel
-def _coordinate_spring(load: np.record, pose: Array, vel: Array) -> tuple[float, float, float]:
-    """Resisting torque or force, coordinate and its rate of a coordinate spring."""
-    value = load.sign * term_value(load.term, pose)
-    rate = load.sign * term_rate(load.term, pose, vel)
-    return load.stiffness * (value - load.free) + load.damping * rate, value, rate

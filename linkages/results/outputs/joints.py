@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
+from linkages.elements.element import Element as Kind
+from linkages.elements.element import Quantities
+from linkages.elements.machine import KINDS, elements_of
 from linkages.mechanics.planar.closure_rows import term_rate
 from linkages.mechanics.planar.loads import POWER, SECOND, VALUE
 from linkages.results.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities, quantity
@@ -83,8 +87,6 @@ _OF_FORCE = {
 _OF_TORQUE = "applied torque, counter-clockwise; in a joint: along its coordinate [N m]"
 _OF_MOTOR = "torque of a motor on the joint's child, along the joint's coordinate [N m]"
 _OF_FRICTION = "friction in an ideal joint, along its coordinate"
-_TURN = "angle, zero in the reference configuration [rad]"
-_SHIFT = "displacement, zero in the reference configuration [m]"
 
 
 def _values(**texts: str) -> dict[str, Declaration]:
@@ -99,14 +101,14 @@ def _passed(name: str, unit: str) -> dict[str, Declaration]:
 
 
 def turns(system: System, table: str, name: str) -> bool:
-    """Tell whether a stop, friction, gear or spring gives a torque; the second joint of a gear or coupling counts."""
+    """Tell whether a stop, friction or gear gives a torque; the second joint of a gear or coupling counts."""
     element = getattr(system.experiment, table)[name]
     joint = element.joints[1] if table in ("gears", "couplings", "meshes", "slack") else element.joint
-    return joint is None or system.mechanism.joint[joint].type == "revolute"
+    return not system.mechanism.slides(joint)
 
 
 def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
-    """List the stops, frictions, gears and couplings (meshes) or torsion springs that give a torque, or a force."""
+    """List the stops, frictions, gears and couplings (meshes) that give a torque, or a force."""
     return lambda system: [name for name in getattr(system.experiment, table) if turns(system, table, name) is turning]
 
 
@@ -132,6 +134,25 @@ def _at_load(system: System, name: str) -> Element:
     return Element([load for _, load in system.experiment.loads].index(name))
 
 
+def _at_element(system: System, name: str) -> Element:
+    names = [name for _, name, _ in elements_of(system.experiment.elements)]
+    return Element(len(system.loads[0]) + names.index(name))
+
+
+def _of_sort(kind: Kind[Any], outputs: Quantities) -> Owner:
+    """Make the owner of the outputs of the elements of a kind that have these."""
+
+    def names(system: System) -> Iterable[str]:
+        named, slides = getattr(system.experiment, kind.table), system.mechanism.slides
+        return [name for name, keys in named.items() if kind.outputs_of(keys, slides) is outputs]
+
+    return Owner(outputs.label, names, _at_element, _values(**outputs.texts))
+
+
+#: The elements of `linkages.elements`.
+OF_ELEMENTS = tuple(_of_sort(kind, outputs) for kind in KINDS for outputs in kind.outputs)
+
+
 def _at_gear(system: System, name: str) -> Element:
     experiment, tree = system.experiment, system.tree  # with backlash: row of the ideal linkage
     gears, after = (experiment.closed, 0) if name in experiment.closed else (experiment.slack, len(tree.loop_rows))
@@ -149,18 +170,7 @@ FORCES = (
     Owner("DRIVE (backlash)", lambda system: system.experiment.gearboxes, _at_gearbox, _OF_GEARBOX),
     Owner("FORCE", lambda system: system.experiment.forces, _at_load, _OF_FORCE),
     Owner("TORQUE", lambda system: system.experiment.torques, _at_load, _values(torque=_OF_TORQUE)),
-    Owner(
-        "SPRING", lambda system: system.experiment.springs, _at_load,
-        _values(force="tension [N]", length="distance of the ends [m]"),
-    ),
-    Owner(
-        "TORSION SPRING", of_joints("torsion_springs", True), _at_load,
-        _values(torque="torque against its angle [N m]", angle=_TURN),
-    ),
-    Owner(
-        "TORSION SPRING (prismatic)", of_joints("torsion_springs", False), _at_load,
-        _values(force="force against its displacement [N]", displacement=_SHIFT),
-    ),
+    *OF_ELEMENTS,
     Owner("MOTOR", lambda system: system.experiment.motors, _at_load, _values(torque=_OF_MOTOR)),
     Owner("FRICTION (revolute)", of_joints("frictions", True), _at_load, _values(torque=f"{_OF_FRICTION} [N m]")),
     Owner("FRICTION (prismatic)", of_joints("frictions", False), _at_load, _values(force=f"{_OF_FRICTION} [N]")),

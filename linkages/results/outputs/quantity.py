@@ -42,7 +42,7 @@ class Snapshot(NamedTuple):
     contacts: Array  # `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
     forces: Array  # on each joint's child, with moment, (nj, 3); see `linkages.mechanics.planar.reactions.joint_forces`
     efforts: Array  # torque or force of each drive, (nd,)
-    loads: Array  # `linkages.mechanics.planar.loads.LOAD_OUTPUTS`, (nl, 4)
+    loads: Array  # `linkages.mechanics.planar.loads.LOAD_OUTPUTS` of loads, then of elements, (nl, 4)
     friction: FrictionWork
 
 

@@ -22,6 +22,7 @@ from linkages.base.kernel.block import Block
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.dual import DIRECTIONS, dual_array, is_known, number, seeded, slope, with_number
 from linkages.base.kernel.dual_copy import DualCopy
+from linkages.elements.machine import add_elements
 from linkages.engines.compiled.derivatives.neighbours import Neighbours, unscaled
 from linkages.engines.compiled.derivatives.start_derivatives import start_derivatives
 from linkages.engines.compiled.run.equations import set_residuals, set_state
@@ -375,6 +376,7 @@ def _move(v: Variation, p: int, amount: float) -> None:
 def fill_residual(equations: Equations, v: Variation, t: float, dy: Array, first: int, last: int, out: Array) -> None:
     """Fill columns of ``out`` (k, m) with the slopes of the residual, at a dual state and contacts that are set."""
     model, w, now = v.model, v.work.dynamics, seeded(t, -1)
+    add_elements(model.elements, w.pose, w.vel, w.wrench)
     if len(model.loads):
         add_applied(model, now, v.work.value, w, v.work.friction)
     for i in range(len(model.free)):

@@ -13,6 +13,7 @@ import numpy as np
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.dual import dual_array
 from linkages.base.kernel.dual_copy import DualCopy
+from linkages.elements.machine import count
 from linkages.engines.methods import is_implicit
 from linkages.mechanics.planar.arrays import Arrays, size_of
 from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bounds
@@ -139,7 +140,7 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
         np.zeros(most),
         np.zeros((len(model.joints), 3)),
         np.zeros(nd + len(model.powered)),
-        np.zeros((len(model.loads), len(LOAD_OUTPUTS))),
+        np.zeros((len(model.loads) + count(model.elements), len(LOAD_OUTPUTS))),
         friction,
         make_scratch(dynamics, nc, friction),
         make_kinked(model),

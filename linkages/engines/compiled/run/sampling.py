@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from linkages.base.kernel import Array, kernel
 from linkages.base.kernel.by_reference import reference
+from linkages.elements.machine import tell_elements
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.replay import Steps, replay
 from linkages.mechanics.integrate.stepper import restart
@@ -33,8 +34,10 @@ def look(job: Job, t: float, out: Array) -> bool:
     w = work.dynamics
     if job.with_ideal and not ideal_state(model, w, job.rows, job.closing, ideal):
         return False
-    if job.with_loads and len(model.loads):
-        load_outputs(loads_of(model), work.friction.efforts, t, w.v, w.pose, w.vel, work.applied)
+    if job.with_loads:
+        if len(model.loads):
+            load_outputs(loads_of(model), work.friction.efforts, t, w.v, w.pose, w.vel, work.applied)
+        tell_elements(model.elements, len(model.loads), w.pose, w.vel, work.applied)
     if job.with_forces:
         inertial_forces(model.bodies, w, model.gravity, w.bias, w.modal_bias)
         if w.interpolated[0] > 0.0:  # the reactions belong to a neighbouring state

@@ -8,8 +8,10 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError
+from linkages.elements.element import Around, Between, Picture
+from linkages.elements.machine import elements_of
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.load_tables import ForceTable, LineContact, Mesh, Spring, Stop, TorsionSpring
+from linkages.input.model.load_tables import ForceTable, LineContact, Mesh, Stop
 from linkages.input.model.mechanism import Joint
 from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.planar.kinematics import state_tables
@@ -51,10 +53,8 @@ class Done:
                 link = self.mechanism.link[torque.link or ""]
                 yield from self.parts.turning("load", link.name, link.com, 2.8, sign)
                 yield shape("load name", [self.parts.off(link.name, link.com, (0.0, 4.4))], text=name)
-        for name, spring in experiment.springs.items():
-            yield from self._spring(name, spring)
-        for name, torsion in experiment.torsion_springs.items():
-            yield from self._torsion(name, torsion)
+        for kind, name, keys in elements_of(experiment.elements):
+            yield from self._element(name, kind.picture(keys))
         for name, friction in experiment.frictions.items():
             joint = self.mechanism.joint[friction.joint]
             yield shape("friction", [self.parts.on(joint.child, joint.on_child)])
@@ -97,29 +97,37 @@ class Done:
         parts.take(parts.at(at), parts.at(tail) - parts.at(at))
         yield shape("load name", [tail], text=name)
 
-    def _spring(self, name: str, load: Spring) -> Iterator[Shape]:
-        """Draw a dashed line between two points; a support at a point on the ground."""
-        points, parts = self.mechanism.point, self.parts
-        one = points[load.point]
-        ends = [parts.on(one.link, one.origin)]
-        if load.to is not None:
-            ends.append(parts.on(points[load.to].link, points[load.to].origin))
-        else:
-            anchor = np.array(load.anchor)
-            yield from parts.stand(anchor)
-            ends.append(parts.on("world", anchor))
+    def _element(self, name: str, picture: Picture) -> Iterator[Shape]:
+        """Draw an element."""
+        match picture:
+            case Between():
+                yield from self._between(name, picture)
+            case Around():
+                yield from self._around(name, picture)
+
+    def _between(self, name: str, picture: Between) -> Iterator[Shape]:
+        """Draw a dashed line between two points; a support at a fixed one."""
+        parts, ends = self.parts, []
+        for point in (picture.one, picture.other):
+            if isinstance(point, str):
+                place = self.mechanism.point[point]
+                ends.append(parts.on(place.link, place.origin))
+            else:
+                anchor = np.array(point)
+                yield from parts.stand(anchor)
+                ends.append(parts.on("world", anchor))
         yield shape("spring", ends)
         half = 0.5 * (parts.at(ends[1]) - parts.at(ends[0]))
         body, x, y, _, _ = ends[0]
         yield shape("load name", [(body, x, y, *(half + np.array([0.0, 1.6 * self.unit])))], text=name)
 
-    def _torsion(self, name: str, load: TorsionSpring) -> Iterator[Shape]:
-        """Draw a spiral in the joint, or at the centre of mass of the second link; in a prismatic joint a zigzag."""
-        joint = self.mechanism.joint[load.joint] if load.joint is not None else None
+    def _around(self, name: str, picture: Around) -> Iterator[Shape]:
+        """Draw a spiral in a joint, or at the centre of mass of a link; in a prismatic joint a zigzag."""
+        joint = self.mechanism.joint[picture.joint] if picture.joint is not None else None
         if joint is not None:
             link, at = joint.child, joint.on_child
         else:
-            link = next(link for link in reversed(load.links or []) if link != "world")
+            link = picture.link or ""
             at = self.mechanism.link[link].com
         if joint is not None and joint.type == "prismatic":
             along, across = np.array(joint.direction), np.array([-joint.direction[1], joint.direction[0]])

@@ -9,6 +9,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError
+from linkages.elements.machine import elements_of
 from linkages.explore.range_of_motion import Travel, movable, travel
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.plausibility import doubts
@@ -81,9 +82,10 @@ def draw(asked: System) -> Drawing:
         tree = spanning_tree(mechanism)
         pose = _pose(tree, np.zeros(tree.size))
     poses = np.concatenate([pose[None], *(way.pose[:, :, :3] for way in ways)])
-    given = [spring.anchor for spring in experiment.springs.values()]
-    given += [touch.anchor for touch in experiment.contacts.values()]
-    anchors = [np.array(anchor) for anchor in given if anchor is not None]
+    elements = elements_of(experiment.elements)
+    fixed = [point for kind, _, keys in elements for point in kind.points(keys) if not isinstance(point, str)]
+    fixed += [touch.anchor for touch in experiment.contacts.values() if touch.anchor is not None]
+    anchors = [np.array(anchor) for anchor in fixed]
     low, high = _box(tree, poses, anchors)
     parts = Parts(tree, low, high, poses)
     done = Done(parts, asked)

@@ -1,0 +1,9 @@
+"""What a machine can have: one module for each kind of element, with everything that the package knows of it.
+
+| module         | responsibility                                                                          |
+|----------------|-----------------------------------------------------------------------------------------|
+| element        | the duties of a kind                                                                    |
+| machine        | the elements of a machine in arrays; one compiled loop for each kind                    |
+| spring         | a spring and a damper between two points                                                |
+| torsion_spring | a spring and a damper along a joint's coordinate, or along the angle between two links  |
+"""
