@@ -14,6 +14,7 @@
 | law_records             | joint models -> records of the force laws                                    |
 | load_records            | applied loads, limit stops, points at lines -> records of the kernels        |
 | assembly                | loop closure on the branch of the reference configuration, mobility, t = 0   |
+| backlash_start          | start of prescribed motions of wheels with backlash between them             |
 | feedforward             | torques of the ideal machine along the references of controllers             |
 | equilibrium             | reactions of the ideal linkage; offsets of journals in static equilibrium    |
 | ideal_motion            | motion of the ideal linkage over time                                        |
