@@ -229,7 +229,7 @@ class Assessment(Brief):
     def apart(self) -> tuple[float, float] | None:
         """Return the times of divergence and final convergence of the run and the tighter one [s], or None."""
         run, tighter = self.run, self.tighter
-        if tighter is None or run.evaluate is None:
+        if tighter is None or not run.evaluate:
             return None
         return apart(run, tighter, self.system, 1 + len(tighter.time) // _COMPARED)
 
