@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
+from linkages.base.errors import notice
 from linkages.input.model.functions import OF_OWN
 from linkages.input.model.mechanism import Mechanism
 from linkages.input.model.skeleton import color_of
@@ -118,11 +120,18 @@ def save_figure(figure: Figure, path: Path, format: str) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     resize(figure)
-    if format == "png":
-        FigureCanvasAgg(figure).print_png(path)
-    else:
-        with figure_style():
-            figure.savefig(path, format=format, metadata=_DATES.get(format))
+    with warnings.catch_warnings(record=True) as said:
+        warnings.filterwarnings("always", "constrained_layout not applied")
+        if format == "png":
+            FigureCanvasAgg(figure).print_png(path)
+        else:
+            with figure_style():
+                figure.savefig(path, format=format, metadata=_DATES.get(format))
+    for one in said:
+        if "constrained_layout not applied" in str(one.message):
+            notice(f"{path.name} is too small for its panels, which overlap; give a larger size")
+        else:
+            warnings.warn(one.message, stacklevel=2)
 
 
 def engineering(unit: str, largest: float) -> tuple[str, float]:
