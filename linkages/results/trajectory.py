@@ -36,7 +36,8 @@ TimeReport = Callable[[float], None]
 Evaluate = Callable[[Array], Columns]
 
 
-class Interpolated(NamedTuple):
+@dataclass(frozen=True)
+class Interpolated:
     """Linear interpolation between the samples of a run; false, because it is no dense output."""
 
     columns: Columns
