@@ -33,6 +33,19 @@ def folder(run, tmp_path):
     return tmp_path
 
 
+def test_a_loaded_run_is_interpolated_between_its_samples(folder):
+    """Linearly: half-way between two samples is their mean; a time outside the run is refused."""
+    loaded = load_trajectory(folder / "trajectory.npz")
+    middles = loaded.evaluate(0.5 * (TIME[1:] + TIME[:-1]))
+    for name, column in COLUMNS.items():
+        np.testing.assert_allclose(middles[name], 0.5 * (column[1:] + column[:-1]), rtol=1e-14)
+    assert not loaded.evaluate  # no dense output
+    part = loaded.within(0.25, 0.75)
+    for run, time in ((loaded, 1.01), (part, 0.8)):
+        with pytest.raises(InputError, match="times"):
+            run.evaluate([time])
+
+
 def export(folder, kind, name):
     assert main(["export", str(folder), "--to", kind]) == 0
     return folder / name

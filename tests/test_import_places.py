@@ -126,3 +126,16 @@ def test_a_loop_that_cannot_close_at_the_parents_frames_is_refused(imported, cap
     with pytest.raises(AssertionError):
         imported(NAMED, "--joints-at-parent", ground=GROUND.replace(f"{LENGTHS['ground']} 0 0", "0.6 0 0"))
     assert "<joint>: no pose was found in which all loops close; check the places" in capsys.readouterr().err
+
+
+def test_an_imported_mimic_joint_keeps_its_own_coordinate_where_the_joints_share_no_link(imported):
+    """The third joint of a chain follows the first: without the key the gear would be refused."""
+    frame = '<frame name="middle" attached_to="rocker"><pose relative_to="rocker">0 0.06 0 0 0 0</pose></frame>'
+    mimic = hinge("third", "rocker", "coupler").replace(
+        "</xyz>", '</xyz><mimic joint="first"><multiplier>2</multiplier></mimic>'
+    )
+    chain = BARS + frame + hinge("first", "world", "crank") + hinge("second", "crank", "rocker") + mimic
+    mechanism, said = imported(chain)
+    assert 'gears."third_mimic" = {joints = ["first", "third"], ratio = 2.0, offset = 0.0, mimic = true}' in said
+    assert said.splitlines()[-1].endswith("mobility 2 with the gears above, 3 without")
+    assert not mechanism.meet("first", "third")

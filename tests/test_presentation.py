@@ -4,14 +4,17 @@ import json
 import re
 import shutil
 import zlib
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from matplotlib import image
+from matplotlib.figure import Figure
 
 import linkages
 from linkages.cli.main import main
 from linkages.plots import overlay_figure, presented, write_figures
+from linkages.show.plots.style import stacked_axes
 
 SLIDER = """<sdf version="1.9"><model name="p"><link name="block"><inertial><mass>2</mass>
 <inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link><joint name="guide" type="prismatic">
@@ -78,6 +81,23 @@ def test_a_width_alone_keeps_the_proportions(study, tmp_path):
     assert image.imread(asked).shape[0] == pytest.approx(height / width * 300 * 100 / 25.4, abs=1.0)
 
 
+@pytest.mark.parametrize("size", ["40x30mm", "40mm"])
+def test_the_smallest_size_holds_every_figure(study, tmp_path, size):
+    """Also the figure of many panels: the gaps between them shrink."""
+    with presented(size=size):
+        paths = write_figures(study, tmp_path)
+    assert {image.imread(path).shape[1] for path in paths} == {int(150 * 40 / 25.4)}
+
+
+def test_many_panels_share_a_small_figure():
+    """Half of the height between the margins remains for the panels, which stay in order inside the figure."""
+    with presented(size="40x30mm"):
+        boxes = [axis.get_position() for axis in stacked_axes(Figure(), [3, 1] * 8)]
+    assert all(0.0 < box.x0 < box.x1 < 1.0 and 0.0 < box.y0 < box.y1 < 1.0 for box in boxes)
+    assert all(one.y0 > two.y1 for one, two in pairwise(boxes))
+    assert sum(box.height for box in boxes) == pytest.approx(0.5 * (boxes[0].y1 - boxes[-1].y0), rel=1e-6)
+
+
 def test_svg_figures_have_texts(study, tmp_path):
     with presented(format="svg"):
         names = {path.name: path.read_text() for path in write_figures(study, tmp_path)}
@@ -86,7 +106,9 @@ def test_svg_figures_have_texts(study, tmp_path):
 
 @pytest.mark.parametrize(
     ("option", "value", "said"),
-    [("--size", "85", "write the width"), ("--size", "0x5mm", "85x60mm"), ("--size", "9e9mm", "85x60mm"),
+    [("--size", "85", "write the width"), ("--size", "0x5mm", "85x60mm"),
+     ("--size", "30x20mm", "too small for the texts at the axes; write 40 mm wide and 30 mm high"),
+     ("--size", "1in", "too small"), ("--size", "9e9mm", "85x60mm"),
      ("--format", "eps", "invalid choice"), ("--style", "web", "invalid choice")],
 )  # fmt: skip
 def test_wrong_presentations_are_refused_in_one_line(option, value, said, runs, capsys):

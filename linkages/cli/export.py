@@ -99,7 +99,7 @@ def _repeated(folder: Path) -> tuple[System, Trajectory]:
     results = load_results(folder)
     found = assess(recorded_system(results), results.summary["engine"], False)
     _compare(folder, found.run, stored_run(folder))
-    if found.run.evaluate is None or any(name in found.run for name in _segments(found.system, found.run)):
+    if not found.run.evaluate or any(name in found.run for name in _segments(found.system, found.run)):
         raise InputError(str(folder), "summary.json", "has a run that gives no loads; repeat it with --engine compiled")
     return found.system, found.run
 

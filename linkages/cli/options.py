@@ -148,7 +148,9 @@ def add_pictures(parser: argparse.ArgumentParser, animation: bool = False) -> No
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
     group = parser.add_argument_group("figures")
     group.add_argument("--format", choices=FORMATS, help="default: png")
-    group.add_argument("--size", metavar="SIZE", help="width and height, such as 85x60mm, or the width alone")
+    group.add_argument(
+        "--size", metavar="SIZE", help="width and height, such as 85x60mm, or the width alone; at least 40x30mm"
+    )
     group.add_argument("--style", choices=STYLES, help="print has small text, thin lines, 300 dpi; default: screen")
     if animation:
         parser.add_argument("--no-animation", action="store_true", help="write no animation")

@@ -127,7 +127,8 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "summary.json", summary)
         silence.stage = "writing the trajectories"
         result.run.save(folder / "trajectory.npz", options.compress)
-        result.ideal.save(folder / "ideal.npz", options.compress)
+        if result.ideal is not None:
+            result.ideal.save(folder / "ideal.npz", options.compress)
         if result.measured:
             save_measured(result.measured, folder / "measured.npz")
         if system.experiment.can_touch:

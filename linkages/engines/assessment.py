@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -29,6 +30,8 @@ from linkages.system.rigid_segments import system_of
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
 _SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, which no comparison shows
 _FEWEST = 50  # steps of the repetition: two runs of few steps omit the same vibrations
+
+T = TypeVar("T")
 
 
 @validated
@@ -143,12 +146,29 @@ def assess(
     stage = progress or (lambda name: lambda time: None)
     expect_run(system, engine)  # before the ideal linkage
     check_data(system)
-    if (exact := _with_exact_motion(system)) is not None:
+    _ = system.assembly  # faults of the machine itself are raised
+    exact, _ = _of_ideal(system, lambda: _with_exact_motion(system))
+    if exact is not None:
         check_duration(exact)
     run = simulate(system, engine, stage("run"))
-    found = Assessment(system, engine, run, ideal(system, engine), None)
+    perfect, problem = _of_ideal(system, lambda: ideal(system, engine))
+    found = Assessment(system, engine, run, perfect, None, no_ideal=problem)
     found = settle(found, lambda warmer, name: simulate(warmer, engine, stage(name)))
     return estimate_error(found, stage) if error_estimate else found
+
+
+def _of_ideal(system: System, compute: Callable[[], T]) -> tuple[T | None, str]:
+    """Compute something of the ideal linkage; None and the reason if only the real one can be computed.
+
+    The comparison does not decide what may run. Without clearance, backlash and flexible links both are the same, and
+    the errors too.
+    """
+    try:
+        return compute(), ""
+    except (AssemblyError, InputError) as problem:
+        if not (system.tree.play or system.tree.slack or system.tree.flexible):
+            raise
+        return None, (problem.problem if isinstance(problem, InputError) else str(problem)).partition(";")[0]
 
 
 def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -> Assessment:

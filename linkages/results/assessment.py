@@ -58,7 +58,7 @@ class Assessment(Brief):
     engine : str
         Engine of the run.
     run : Trajectory
-    ideal : Trajectory
+    ideal : Trajectory or None
         Motion of the linkage with every joint ideal and every link rigid; see `linkages.ideal`.
     tighter : Trajectory or None
         The run repeated at a ten times tighter tolerance; the first part of a long run, see `repeating`.
@@ -66,15 +66,18 @@ class Assessment(Brief):
         Heat balances of the joints that have one, by name.
     resmoothed : dict of str to Trajectory
         Runs with half and double smoothing of signals from data files, by the names in `SMOOTHINGS`.
+    no_ideal : str
+        Why there is no ideal motion, such as two drives that only a gear's backlash lets move; empty if there is one.
     """
 
     system: System
     engine: str
     run: Trajectory
-    ideal: Trajectory
+    ideal: Trajectory | None
     tighter: Trajectory | None
     heat: dict[str, JointHeat] = field(default_factory=dict)
     resmoothed: dict[str, Trajectory] = field(default_factory=dict)
+    no_ideal: str = ""
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         title = self.system.experiment.title or self.system.experiment.source.stem
@@ -118,7 +121,9 @@ class Assessment(Brief):
             return replace(self, tighter=None)
         end = float(self.run.time[-1])
         span = end - _CYCLES * self.repeating.cycle, end
-        ideal = self.ideal.within(*span) if self.ideal.time[-1] >= end else self.ideal
+        ideal = self.ideal
+        if ideal is not None and ideal.time[-1] >= end:
+            ideal = ideal.within(*span)
         return replace(self, run=self.run.within(*span), ideal=ideal, tighter=None)
 
     @cached_property
@@ -137,8 +142,9 @@ class Assessment(Brief):
             flight = min((row.start for row in rows), default=0.0)
             if flight > 0.0:
                 times.append(min((row.start for row in rows if row.duration > flight), default=end))
-            elif not rows and (carried := _carried(self.run, self.ideal, f"{joint}.force")) is not None:
-                times.append(carried)
+            elif not rows and self.ideal is not None:
+                carried = _carried(self.run, self.ideal, f"{joint}.force")
+                times += [] if carried is None else [carried]
         if not times:
             return None
         return min(max([*times, *(drive.ramp for drive in experiment.drives.values())]), end)
@@ -146,8 +152,10 @@ class Assessment(Brief):
     @cached_property
     def difference(self) -> Trajectory:
         """Return the run minus the ideal motion at the run's steps, in the columns and the time that both have."""
-        run, times = self.run, self.run.time[self.run.time <= self.ideal.time[-1]]
-        exact = values_at(self.ideal, times)
+        run, times, exact = self.run, self.run.time, {}
+        if self.ideal is not None:
+            times = times[times <= self.ideal.time[-1]]
+            exact = values_at(self.ideal, times)
         columns = {name: run[name][: len(times)] - exact[name] for name in run if name in exact} | {"time": times}
         return replace(run, time=times, columns=columns, evaluate=None, sensitivity=NONE)
 
@@ -191,9 +199,9 @@ class Assessment(Brief):
         return Soundness.of_run(self.system, self._early(self.run))
 
     @cached_property
-    def ideal_sound(self) -> Soundness:
+    def ideal_sound(self) -> Soundness | None:
         """Return where numbers of the ideal motion have no meaning."""
-        return Soundness.of_ideal(self.system, self._early(self.ideal))
+        return None if self.ideal is None else Soundness.of_ideal(self.system, self._early(self.ideal))
 
     def _early(self, motion: Trajectory) -> Trajectory:
         """Return the first part of a long motion that repeats itself, whose samples are close to each other."""
@@ -209,7 +217,8 @@ class Assessment(Brief):
     @cached_property
     def ideal_meaningless(self) -> frozenset[str]:
         """Return the columns of the ideal motion with meaningless peaks."""
-        return self.ideal_sound.meaningless(_judged(self.system))
+        sound = self.ideal_sound
+        return frozenset() if sound is None else sound.meaningless(_judged(self.system))
 
     @cached_property
     def noise(self) -> dict[str, float]:
@@ -220,7 +229,7 @@ class Assessment(Brief):
     def apart(self) -> tuple[float, float] | None:
         """Return the times of divergence and final convergence of the run and the tighter one [s], or None."""
         run, tighter = self.run, self.tighter
-        if tighter is None or run.evaluate is None:
+        if tighter is None or not run.evaluate:
             return None
         return apart(run, tighter, self.system, 1 + len(tighter.time) // _COMPARED)
 

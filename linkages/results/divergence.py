@@ -55,7 +55,7 @@ def _distances(here: Array, there: Array) -> Array:
 
 def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:
     """Return the dense output of a run; InputError if it was loaded from a file without one."""
-    if run.evaluate is None:
+    if not run.evaluate:
         problem = "has no values between its steps: it was loaded from a file, or its steps collapsed; repeat the run"
         raise InputError("argument", "trajectory", problem)
     return run.evaluate

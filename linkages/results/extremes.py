@@ -162,7 +162,7 @@ def _middles(trajectory: Trajectory, names: Sequence[str]) -> tuple[list[int], C
 
     Maxima within these intervals have samples on both sides then.
     """
-    if trajectory.evaluate is None or len(trajectory.time) < 2:
+    if not trajectory.evaluate or len(trajectory.time) < 2:
         return [], dict.fromkeys(["time", *names], np.zeros(0))
     before, after = trajectory.time[[0, -2]], trajectory.time[[1, -1]]
     last = 0.5 * (before[1] + after[1])
@@ -180,7 +180,7 @@ def refine(
     lower. The values, as those of the brackets, are times the sign.
     """
     result = [vertex(bracket.times, bracket.values) for bracket in brackets]
-    if trajectory.evaluate is None:
+    if not trajectory.evaluate:
         return result
     brackets, floors = _of_three(trajectory, brackets), floors or [-np.inf] * len(brackets)
     searches = {k: np.empty((3, 3)) for k, bracket in enumerate(brackets) if len(bracket.times) == 3}
@@ -229,7 +229,7 @@ def _with_sides(trajectory: Trajectory, name: str) -> tuple[Array, Array]:
     time, values = trajectory.time, trajectory[name]
     places = np.searchsorted(time / peak_search.BEFORE, trajectory.jumps)
     places = places[(places > 0) & (places < len(time))]
-    if trajectory.evaluate is None or not len(places):
+    if not trajectory.evaluate or not len(places):
         return time, values
     before = trajectory.evaluate(peak_search.BEFORE * time[places])[name]
     return np.insert(time, places, time[places]), np.insert(values, places, before)

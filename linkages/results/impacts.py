@@ -224,7 +224,7 @@ def _with_forces(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
         return {**columns, **forces}
 
     evaluate = trajectory.evaluate
-    between = None if evaluate is None else lambda times: extended(evaluate(times))
+    between = (lambda times: extended(evaluate(times))) if evaluate else None
     return replace(trajectory, columns=extended(trajectory.columns), evaluate=between)
 
 

@@ -94,7 +94,7 @@ def _changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float
     windows = [(name, w) for name in names for w in _maxima(np.abs(tighter[name]), tighter.time, until)]
     steps = np.array(sorted({k for _, window in windows for k in range(window.start, window.stop)}), int)
     result = dict.fromkeys(names, 0.0)
-    if run.evaluate is None or not len(steps):
+    if not run.evaluate or not len(steps):
         return result
     exact = run.evaluate(tighter.time[steps])
     here, there = [], []
@@ -164,7 +164,7 @@ def _differences(run: Trajectory, tighter: Trajectory, parted: Span) -> dict[str
     """Compute the largest difference of each column between diverged runs."""
     steps = np.flatnonzero((tighter.time >= parted[0]) & (tighter.time <= parted[1]))
     steps = steps[:: 1 + len(steps) // _COMPARED]
-    if run.evaluate is None or not len(steps):
+    if not run.evaluate or not len(steps):
         return {}
     exact = run.evaluate(tighter.time[steps])
     names = exact.keys() & tighter.columns.keys()

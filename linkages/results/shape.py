@@ -125,12 +125,12 @@ class _Ideal(_Numbers):
 class _Window(_Numbers):
     start: Finite = Field(alias="from")
     to: Finite
-    ideal: _Numbers
+    ideal: _Numbers | None
     error: dict[str, _Number]
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
-        if missing := self.ideal.lacks(self):
+        if self.ideal is not None and (missing := self.ideal.lacks(self)):
             raise ValueError(f"ideal.{missing} is missing")
         return self
 
@@ -216,7 +216,8 @@ class Summary(_Numbers):
     duration: NonNegative
     status: _Status
     mechanism: _Mechanism
-    ideal: _Ideal
+    ideal: _Ideal | None
+    no_ideal: str | None = None
     motion: _Motion
     start_up: _Number = None
     report: str
@@ -232,8 +233,10 @@ class Summary(_Numbers):
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
         for where, numbers in (("ideal", self.ideal), *((f"windows.{k}", w) for k, w in self.windows.items())):
-            if missing := numbers.lacks(self):
+            if numbers is not None and (missing := numbers.lacks(self)):
                 raise ValueError(f"{where}.{missing} is missing")
+        if self.ideal is None and not self.no_ideal:
+            raise ValueError("no_ideal: is missing, and ideal is null")
         if self.report != "whole" and self.report not in self.windows:
             raise ValueError(f'report: the window "{self.report}" is missing')
         return self

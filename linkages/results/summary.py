@@ -54,13 +54,13 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
     whole = numbers(system, run, assessment.meaningless, assessment.contacts)
     for name, heat in assessment.heat.items():
         whole["joints"][name]["heat"] = heat.content
-    ideal = numbers(system, ideal_run, assessment.ideal_meaningless)
+    ideal = None if ideal_run is None else numbers(system, ideal_run, assessment.ideal_meaningless)
     whole["difference"] = _differences(assessment, ideal, 0.0, float(run.time[-1]))
     windows = {}
     for name, (start, end) in assessment.windows.items():
         found = numbers(system, run.within(start, end), assessment.meaningless, assessment.contacts)
         exact = ideal  # of the whole motion with ideal joints, if that ends earlier
-        if ideal_run.time[-1] >= end:
+        if ideal_run is not None and ideal_run.time[-1] >= end:
             exact = numbers(system, ideal_run.within(start, end), assessment.ideal_meaningless)
         found["difference"] = _differences(assessment, exact, start, end)
         windows[name] = {"from": start, "to": end, **found, "ideal": exact}
@@ -81,7 +81,8 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
             "loop_error": run.provenance.get("loop_error", 0.0),
         },
         **whole,
-        "ideal": {"status": ideal_run.status.value, **ideal},
+        "ideal": None if ideal_run is None or ideal is None else {"status": ideal_run.status.value, **ideal},
+        **({"no_ideal": assessment.no_ideal} if ideal_run is None else {}),
         **({"recorded": _recorded(assessment)} if experiment.from_files else {}),
         **({"measured": {k: one.content for k, one in assessment.measured.items()}} if experiment.data else {}),
         "motion": assessment.motion.content,
@@ -103,14 +104,16 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
     }
 
 
-def _differences(assessment: Assessment, ideal: dict[str, Any], start: float, end: float) -> dict[str, dict[str, Any]]:
+def _differences(
+    assessment: Assessment, ideal: dict[str, Any] | None, start: float, end: float
+) -> dict[str, dict[str, Any]]:
     """Find the largest difference of outputs and forces of clearance joints from the ideal motion, after the start.
 
     Its share is the part of the ideal output's range or of the ideal force's peak, None if that is rounding.
     Differences that are rounding are left out.
     """
     experiment = assessment.system.experiment
-    if not (experiment.play or experiment.flexible):
+    if ideal is None or not (experiment.play or experiment.flexible):
         return {}
     apart, unknown = assessment.difference, assessment.meaningless | assessment.ideal_meaningless
     names = [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]

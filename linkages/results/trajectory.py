@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.base.arguments import Dense, inside, validated
+from linkages.base.arguments import Dense, Vector, inside, validated
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, RunError, Status, UnknownNameError, nearest_names
@@ -36,6 +36,23 @@ TimeReport = Callable[[float], None]
 Evaluate = Callable[[Array], Columns]
 
 
+@dataclass(frozen=True)
+class Interpolated:
+    """Linear interpolation between the samples of a run; false, because it is no dense output."""
+
+    columns: Columns
+
+    def __bool__(self) -> bool:
+        return False
+
+    @validated
+    def __call__(self, times: Vector) -> Columns:
+        """Interpolate all columns at times (n,) in any order; InputError for times outside the run."""
+        known = self.columns["time"]
+        at = inside(times, float(known[0]), float(known[-1]))
+        return {name: np.interp(at, known, column) for name, column in self.columns.items()}
+
+
 @dataclass(frozen=True, repr=False)
 class Trajectory(Brief):
     """A run, or an ideal motion: ``run["A.force"]`` is a column, ``"A.force" in run`` checks for one.
@@ -52,7 +69,7 @@ class Trajectory(Brief):
         Engine, settings, versions, wall time.
     evaluate : callable or None
         Function that gives all columns at times (n,) of the run, in any order (dense output); InputError for times
-        outside. None if loaded from a file.
+        outside. Of a run that was loaded from a file it interpolates linearly between the samples, and is false.
     units : dict of str
         SI unit of each column; empty if unknown.
     jumps : (nj,) array
@@ -71,7 +88,9 @@ class Trajectory(Brief):
     jumps: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        if self.evaluate is not None and len(self.time):
+        if isinstance(self.evaluate, Interpolated):
+            object.__setattr__(self, "evaluate", Interpolated(self.columns))
+        elif self.evaluate is not None and len(self.time):
             function = self.evaluate.function if isinstance(self.evaluate, Dense) else self.evaluate
             object.__setattr__(self, "evaluate", Dense(function, float(self.time[0]), float(self.time[-1])))
 
@@ -114,7 +133,7 @@ class Trajectory(Brief):
         between_them = (self.time > edges[0]) & (self.time < edges[1])
         known = {name: np.interp(edges, self.time, column) for name, column in self.columns.items()}
         new = self.time[np.searchsorted(self.time, edges)] != edges
-        if self.evaluate is not None and new.any():
+        if self.evaluate and new.any():
             for name, values in self.evaluate(edges[new]).items():
                 known[name][new] = values
         columns = {n: np.concatenate([known[n][:1], c[between_them], known[n][1:]]) for n, c in self.columns.items()}
@@ -180,7 +199,7 @@ def load_trajectory(path: str | Path) -> Trajectory:
     Returns
     -------
     Trajectory
-        Without dense output (`Trajectory.evaluate`).
+        Without dense output: `Trajectory.evaluate` interpolates linearly between the samples.
 
     Raises
     ------
@@ -216,7 +235,7 @@ def _trajectory(columns: dict[str, NDArray[Any]]) -> Trajectory:
             raise ValueError(f"its column {name} is not a list of as many numbers as there are times")
     if not all(isinstance(unit, str) for unit in units.values()):
         raise ValueError("its units are not texts")
-    return Trajectory(time, columns, status, provenance, units=units)
+    return Trajectory(time, columns, status, provenance, Interpolated(columns), units)
 
 
 def sample(
@@ -248,8 +267,8 @@ def sample(
 
 
 def values_at(trajectory: Trajectory, times: Array) -> Columns:
-    """Evaluate a trajectory at times [s]; interpolate a loaded one."""
-    if trajectory.evaluate is not None:
+    """Evaluate a trajectory at times [s]; interpolate one without dense output."""
+    if trajectory.evaluate:
         return trajectory.evaluate(times)
     return {name: np.interp(times, trajectory.time, column) for name, column in trajectory.columns.items()}
 

@@ -39,8 +39,8 @@ def warnings(assessment: Assessment, peaks: Peaks, error: Peaks) -> list[dict[st
     estimated = tighter is not None and tighter.status is Status.OK
     unknown = [key for key in error if estimated and error[key] is None and peaks[key] is not None]
     return [
-        *_singular(sound.singular, ideal.singular),
-        *_undetermined(sound.indeterminate, ideal.indeterminate),
+        *_singular(sound.singular, () if ideal is None else ideal.singular),
+        *_undetermined(sound.indeterminate, () if ideal is None else ideal.indeterminate),
         *rough(tighter, peaks, error, assessment.noise),
         *_chaotic(assessment.apart, unknown),
         *outside(system, run, assessment.contacts),

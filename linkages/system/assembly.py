@@ -20,6 +20,7 @@ from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.loop_dynamics import eliminate_rows
 from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ANGLE, PRISMATIC
+from linkages.system.backlash_start import check_within_backlash, settle_within_backlash, settled_rates, tight_rows
 from linkages.system.load_records import check_loads
 from linkages.system.tree import ROWS, Tree, without
 
@@ -77,8 +78,9 @@ def assemble(
 
     Drives move from the reference configuration to their start angles in small steps, so that the assembly stays on
     the branch of the SDF file. Coordinates without a prescribed motion keep their reference values as far as the loops
-    allow, and have zero velocity; powered joints start at their `angle` and `speed`. If the ideal linkage locks the
-    powered joints, so that they move only within clearances, the loops of ideal joints alone determine the speeds.
+    allow, and have zero velocity; powered joints start at their `angle` and `speed`. If the ideal linkage has fewer
+    freedoms than drives, so that these move only within clearances, the loops of ideal joints alone determine the
+    speeds. Prescribed motions of geared wheels start anywhere within the backlash (`linkages.system.backlash_start`).
     Journals are displaced by `offsets`, two for each clearance joint (default: the experiment's offsets).
 
     AssemblyError if the loops cannot be closed or the position is singular. InputError if a drive starts too far from
@@ -89,9 +91,6 @@ def assemble(
     value, rate = motions.start
     powered = [experiment.drives[name] for name in tree.powered]
     start = np.concatenate([value, [drive.angle for drive in powered]])
-    through_play = _moves_through_play(tree, experiment)
-    held = tree.driven_dofs if through_play else moved
-    free = without(tree.closing_dofs, held)
     for name, distance in zip([*tree.driven, *tree.powered], start, strict=True):
         if not abs(distance) <= _FARTHEST:
             problem = f"starts {distance:g} rad or m from the reference configuration; the limit is {_FARTHEST:g}"
@@ -100,28 +99,50 @@ def assemble(
     rows, size = tree.closure_rows, tree.extent
     none = np.zeros(len(rows))
     q, v = np.zeros(tree.size), np.zeros(tree.size)
+    held, held_free, through_play, forced = moved, False, False, False
+    free = without(tree.closing_dofs, held)
     closed = close(tree.bodies, rows, none, free, size, q)
+    if not closed and tree.powered and (tree.play or tree.slack):  # they may move only within clearances
+        q[:] = 0.0
+        closed = held_free = close(tree.bodies, rows, none, tree.closing_dofs, size, q)
     if closed:
         drawn, rank = q.copy(), _drawn_rank(tree, rows, q)
-        closed = approach(tree.bodies, rows, free, size, held, start, continuation(start), q)
+        if through_play := _moves_through_play(tree, experiment, len(tree.joint_dofs) - rank.most, q):
+            held = tree.driven_dofs
+            free = without(tree.closing_dofs, held)
+            forced = len(held) > len(tree.joint_dofs) - rank.most
+        places = start[: len(held)]
+        if forced:
+            closed = settle_within_backlash(tree, free, none, held, places, continuation(places), q)
+        else:
+            closed = (through_play or not held_free) and approach(
+                tree.bodies, rows, free, size, held, start, continuation(start), q
+            )
     if not closed:
         at = ", ".join(f"{tree.coordinates[i]} = {q[i]:.4g}" for i in held) or "the reference configuration"
         raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at {at}{_widest_gap(tree, q)}")
-    rank = rank if np.array_equal(q, drawn) else _rank(tree, rows, q)
+    rank = rank if forced or np.array_equal(q, drawn) else _rank(tree, rows, q)
     mobility = len(tree.joint_dofs) - rank.most
-    _check_count(tree, experiment, len(held), mobility, q)
+    if not through_play:
+        _check_count(tree, experiment, len(held), mobility, q)
     offset = start_offsets(tree, experiment)
     if offsets is not None:
         offset[: 2 * len(tree.play)] = offsets
-    if np.any(offset) and not close(tree.bodies, rows, offset, free, size, q):
+    if forced:
+        settle_within_backlash(tree, free, offset, held, places, 0, q)
+        check_within_backlash(tree, experiment, q)
+    elif np.any(offset) and not close(tree.bodies, rows, offset, free, size, q):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with these journal offsets")
-    rank = _rank(tree, rows, q) if np.any(offset) else rank
+    rank = _rank(tree, rows, q) if np.any(offset) and not forced else rank
     quality = closure_quality(tree.bodies, rows, free, q)
     determined = mobility == len(held)
     v[moved] = speed
     if through_play:
         rows, free = tree.loop_rows, without(free, moved)
-    consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
+    if forced:
+        settled_rates(tree, free, q, v)
+    else:
+        consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
     if (determined and quality < SINGULAR) or rank.flat:
         raise AssemblyError(Status.SINGULAR, "the start position is singular")
     check_loads(tree, experiment, loads, motions, q, v)
@@ -154,17 +175,14 @@ def _widest_gap(tree: Tree, q: Array) -> str:
     return f": {owner[widest]} stays open by {gap[widest]:.3g} {unit}"
 
 
-def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
-    """Check whether powered joints move only within clearances: the ideal linkage has fewer freedoms than drives."""
-    if not tree.powered or not (tree.play or tree.slack):
+def _moves_through_play(tree: Tree, experiment: Experiment, mobility: int, q: Array) -> bool:
+    """Check whether drives move only within clearances: the ideal linkage has fewer freedoms, its mobility."""
+    drives = len(tree.driven) + len(tree.powered)
+    if drives <= mobility or not (tree.play or tree.slack):
         return False
-    q, rows = np.zeros(tree.size), tree.closure_rows
-    if not close(tree.bodies, rows, np.zeros(len(rows)), tree.closing_dofs, tree.extent, q):
-        return False
-    drives, coordinates = len(tree.driven) + len(tree.powered), len(tree.joint_dofs)
-    if drives <= coordinates - independent(tree, rows, q):
-        return False
-    _check_count(tree, experiment, drives, coordinates - independent(tree, tree.loop_rows, q), q)
+    _check_count(tree, experiment, drives, len(tree.joint_dofs) - independent(tree, tree.loop_rows, q), q)
+    if len(tree.driven) > len(tree.joint_dofs) - independent(tree, tight_rows(tree), q):
+        _check_count(tree, experiment, drives, mobility, q)  # prescribed motions would force journals through bearings
     for name in tree.powered:
         if experiment.drives[name].angle:
             problem = "must be zero or left out: the ideal linkage locks this joint, which moves only within clearances"

@@ -33,7 +33,7 @@ def with_feedforward(system: Unassembled) -> dict[str, Quantity]:
 def _torques(system: Unassembled, name: str, controller: Controller, times: Array) -> Array:
     """Compute the torque or force that moves the ideal machine along the reference (nt,); InputError if it cannot."""
     experiment = _led(system.experiment, controller)
-    one = Unassembled(system.mechanism.with_inertial(system.rotors), experiment)
+    one = Unassembled(system.mechanism.with_inertial(system.inertials), experiment)
     tree, rows, where = one.tree, one.tree.closure_rows, f"controllers.{name}.feedforward"
     start = assemble(tree, experiment, one.motions, one.loads)
     if start.mobility != len(tree.driven):

@@ -26,6 +26,7 @@ from linkages.system.assembly import Assembly, assemble, balanced, independent
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.feedforward import with_feedforward
+from linkages.system.lightness import check_lightness
 from linkages.system.load_records import pack_loads
 from linkages.system.tree import Tree
 from linkages.system.unassembled import Unassembled
@@ -193,6 +194,7 @@ class System(Unassembled):
         whole = partial(assemble, self.tree, self.experiment, self.motions, self.loads)
         resting = self.experiment.start == "equilibrium" and self.tree.play
         straight = whole(resting_offsets(self, whole)) if resting else whole()
+        check_lightness(self.tree, self.mechanism.with_inertial(self.rotors), straight.q)
         return deflected(self, straight) if self.tree.flexible else straight
 
     @property

@@ -125,7 +125,9 @@ class Tree:
         return chained(chained(self._rows(self.play), self._gear_rows(self.slack)), self.loop_rows)
 
     def _gear_rows(self, gears: Sequence[Mesh]) -> Records:
-        rows = [self.gear_row(*gear.joints, gear.ratio, gear.offset, gear.carrier)[0] for gear in gears]
+        rows = [
+            self.gear_row(gear.joints[0], gear.joints[1], gear.ratio, gear.offset, gear.carrier)[0] for gear in gears
+        ]
         return np.array(rows, types.ROW)
 
     def gear_row(

@@ -25,6 +25,7 @@ from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLUTE, WORN
 from linkages.system.flexible_link import flexible_link
 from linkages.system.law_records import ContactLaws, contact_laws
+from linkages.system.lightness import negligible_inertials
 from linkages.system.load_records import pack_loads, unilateral_ends, unilateral_models
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree, chained
@@ -86,7 +87,7 @@ class Unassembled(Brief):
         """Build the spanning tree: clearance joints are cut, driven joints stay."""
         drives = self.experiment.drives
         tree = spanning_tree(
-            self.mechanism.with_inertial(self.rotors),
+            self.mechanism.with_inertial(self.inertials),
             self.experiment.play,
             tuple(name for name, drive in drives.items() if drive.prescribed),
             tuple(name for name, drive in drives.items() if not drive.prescribed),
@@ -94,6 +95,11 @@ class Unassembled(Brief):
             {name: slack.inertia for name, slack in self.experiment.gearboxes.items()},
         )
         return replace(tree, gears=tuple(self.experiment.closed.values()), slack=tuple(self.experiment.slack.values()))
+
+    @property
+    def inertials(self) -> dict[str, float]:
+        """Return inertias of links with rotors, and negligible masses of links without, by path."""
+        return negligible_inertials(self.mechanism) | self.rotors
 
     @property
     def rotors(self) -> dict[str, float]:

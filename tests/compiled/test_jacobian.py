@@ -212,6 +212,7 @@ speed = 4.0
 [gears.screw]
 joints = ["Q", "slide"]
 ratio = 0.05
+mimic = true
 [gears.mesh]
 joints = ["slide", "W"]
 ratio = 30.0

@@ -21,8 +21,12 @@ _WATER = 1000.0  # density that SDFormat takes if none is given [kg/m3]
 
 
 def without_massless(path: Path, model: RawModel) -> RawModel:
-    """Convert massless links that are fixed to another link, or to the world, to frames; InputError for other ones."""
-    while massless := [link for link in model.links if link.mass == 0.0]:
+    """Convert massless links that are fixed to another link, or to the world, to frames.
+
+    Links that two or more joints hold stay, such as a block in a slot; InputError for other ones, which could move
+    alone.
+    """
+    while massless := [link for link in model.links if link.mass == 0.0 and not _is_held(model, link.name)]:
         for link in massless:
             joint = next((j for j in model.joints if j.type == "fixed" and link.name in (j.parent, j.child)), None)
             if joint is None:
@@ -31,6 +35,12 @@ def without_massless(path: Path, model: RawModel) -> RawModel:
             model = fixed_into(path, model, joint, link.name)
             break
     return model
+
+
+def _is_held(model: RawModel, link: str) -> bool:
+    """Tell whether no fixed joint, and two others or more hold a link."""
+    kinds = [joint.type for joint in model.joints if link in (joint.parent, joint.child)]
+    return len(kinds) > 1 and "fixed" not in kinds
 
 
 def fixed_into(path: Path, model: RawModel, joint: RawJoint, name: str) -> RawModel:

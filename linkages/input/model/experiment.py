@@ -303,7 +303,7 @@ class Experiment(Brief, Table):
         found = {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is not None}
         for name, slack in self.gearboxes.items():
             found[f"{name}.backlash"] = tables.Coupling(
-                joints=[f"{name}{tables.WHEEL}", name], offset=0.0, backlash=slack
+                joints=[f"{name}{tables.WHEEL}", name], offset=0.0, carrier=None, mimic=False, backlash=slack
             )
         return found
 

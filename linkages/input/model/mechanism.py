@@ -244,7 +244,7 @@ class Mechanism(Brief):
             start = f"links.{link.name}."
             mass, inertia = values.get(start + "mass", link.mass), values.get(start + "inertia", link.inertia)
             if (mass, inertia) != (link.mass, link.inertia):
-                tensor = link.inertia_local * (inertia / link.inertia)
+                tensor = link.inertia_local * (inertia / link.inertia) if link.inertia else inertia * np.eye(3)
                 link = replace(link, mass=mass, inertia=inertia, inertia_local=tensor)
             links.append(link)
         return replace(self, links=tuple(links), values={**self.values, **values})
@@ -440,9 +440,6 @@ def _frame(name: str, link: str, pose: Pose, plane: bytes) -> Frame:
 
 def _check(mechanism: Mechanism) -> None:
     path = mechanism.source
-    for link in mechanism.links:
-        if link.inertia <= 0.0:
-            raise _wrong(path, "link", link.name, "has no moment of inertia about the plane's normal; give one")
     pairs = tuple((joint.parent, joint.child) for joint in mechanism.joints)
     for name in _loose(tuple(link.name for link in mechanism.links), pairs):
         raise _wrong(path, "link", name, "is not connected to the world by any chain of joints")

@@ -243,12 +243,12 @@ class Session:
         return {"poses": poses_of(self._drawings[result.picture][0], result.assessment.system, result.frames)}
 
     def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> Trajectory | None:
-        """Move the linkage with ideal joints for a time [s]; None where it cannot move."""
+        """Move the linkage with ideal joints for a time [s]; None where it cannot move, or has too many drives."""
         key = (*_key(values, ("joints.",), ()), f"{duration:.9g}")
         if key not in self._ideals:
             _keep_few(self._ideals)
             self._ideals[key] = None
-            with suppress(AssemblyError, RunError):
+            with suppress(AssemblyError, InputError, RunError):
                 self._ideals[key] = ideal(system.replaced({"duration": duration}))
         return self._ideals[key]
 

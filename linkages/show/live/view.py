@@ -75,7 +75,7 @@ def _measured(assessment: Assessment, part: tuple[float, float]) -> dict[str, tu
 
 def frames_of(run: Trajectory, part: tuple[float, float]) -> Mapping[str, Array]:
     """Evaluate a run at the times of the frames of the moving picture, from the begin to the end of a part [s]."""
-    return run.evaluate(np.linspace(*part, FRAMES)) if run.evaluate is not None else {}
+    return run.evaluate(np.linspace(*part, FRAMES)) if run.evaluate else {}
 
 
 def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, Any]:

@@ -138,18 +138,18 @@ def _compare(
     perfectly = "ideal joints, rigid links" if flexible else "ideal joints"
     imperfect = ["clearance"] * bool(assessment.system.experiment.play) + ["flexible links"] * flexible
     really = f"with {' and '.join(imperfect)}" if imperfect else "integrated"
-    apart, both = assessment.difference, [name for name in labels if name in ideal.columns]
+    apart, both = assessment.difference, [name for name in labels if ideal is not None and name in ideal.columns]
     heights = [height for name in labels for height in ((3, 1) if name in both else (3,))]
     axes = stacked_axes(figure, heights)
     panels = iter(axes)
     for name, label in labels.items():
         top, error = next(panels), errors.get(name, 0.0)
         values = resolved(run[name], error)
-        perfect = resolved(ideal[name], error) if name in both else values
+        perfect = resolved(ideal[name], error) if ideal is not None and name in both else values
         largest = np.abs(values).max()
         unbounded = np.abs(perfect).max() > _UNBOUNDED * largest > 0.0
         drawn, factor = _shown(assessment, name, values if unbounded else np.concatenate([values, perfect]))
-        if name in both:
+        if ideal is not None and name in both:
             top.plot(ideal.time, factor * perfect, color=IDEAL, lw=3.0, label=perfectly)
         top.plot(run.time, factor * values, color=color_for(mechanism, name), lw=1.0, label=really)
         top.set_ylabel(axis_label(label, drawn))

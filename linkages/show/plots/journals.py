@@ -174,7 +174,7 @@ def finely(assessment: Assessment, name: str) -> tuple[Array, NDArray[np.int64]]
     chord = _CHORD * (assessment.system.experiment.joints[name].clearance or np.inf)
     counts = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_SEGMENTS)
     extra = int(np.sum(counts - 1))
-    if run.evaluate is None or not 0 < extra <= _MOST_SEGMENTS:
+    if not run.evaluate or not 0 < extra <= _MOST_SEGMENTS:
         return e, phase
     cuts = [np.linspace(a, b, n + 1)[1:-1] for a, b, n in zip(run.time, run.time[1:], counts, strict=False)]
     times = np.concatenate(cuts)

@@ -16,7 +16,9 @@ FORMATS, STYLES = ("png", "pdf", "svg"), ("screen", "print")
 _SIZE = re.compile(r"(\d+\.?\d*)\s*(?:x\s*(\d+\.?\d*)\s*)?(mm|cm|in)")
 _INCH = {"mm": 1.0 / 25.4, "cm": 1.0 / 2.54, "in": 1.0}
 _SI = ("m", "rad", "m/s", "rad/s", "m/s2", "rad/s2", "N", "N m", "J", "W", "Pa", "Pa s", "m3/s", "kg", "kg m2", "N/m")
+_EXACT = 1e-12  # relative rounding of a size in inches
 _LARGEST = 50.0  # width or height of a figure [in]
+_LEAST = 40.0 / 25.4, 30.0 / 25.4  # width and height that leave room for curves beside the texts at the axes [in]
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ def presented(
     format, style : str, optional
         See `Presentation`.
     size : str, optional
-        Width and height of figures, such as "85x60mm", or the width alone.
+        Width and height of figures, such as "85x60mm", or the width alone; at least 40x30mm.
     units : str, optional
         Units such as "mm, deg, r/min", each instead of the SI unit of its kind.
 
@@ -131,4 +133,7 @@ def _size(text: str) -> tuple[float, float]:
     width, height = (_INCH[found[3]] * float(part or 0.0) for part in found.groups()[:2]) if found else (0.0, 0.0)
     if not (0.0 < width <= _LARGEST and height <= _LARGEST) or (found and found[2] and not height):
         raise InputError("argument", "size", f'is "{text}"; write the width and height, or the width, as 85x60mm')
+    if width < (1.0 - _EXACT) * _LEAST[0] or 0.0 < height < (1.0 - _EXACT) * _LEAST[1]:
+        least = f"{25.4 * _LEAST[0]:.0f} mm wide and {25.4 * _LEAST[1]:.0f} mm high, or larger"
+        raise InputError("argument", "size", f'is "{text}", too small for the texts at the axes; write {least}')
     return width, height

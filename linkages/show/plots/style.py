@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
+from linkages.base.errors import notice
 from linkages.input.model.functions import OF_OWN
 from linkages.input.model.mechanism import Mechanism
 from linkages.input.model.skeleton import color_of
@@ -56,6 +58,7 @@ _PRINT = {
 _DATES = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # none in the files
 #: Margins of stacked axes [inches], and the gap between two of them.
 _LEFT, _RIGHT, _TOP, _BOTTOM, _GAP = 0.98, 0.22, 0.34, 0.46, 0.14
+_WIDE = 1.25  # of a figure, in parts of its margins: those of smaller ones shrink
 _SMALL = math.radians(0.1)  # smaller angles are shown in mrad or less [rad]
 _RAISED = str.maketrans("23", "²³")
 #: Prefixes of units and their factors, the largest first.
@@ -95,8 +98,10 @@ def stacked_axes(figure: Figure, heights: Sequence[float], gap: float = _GAP) ->
 
     resize(figure)
     width, height = figure.get_size_inches() * _STYLE["font.size"] / mpl.rcParams["font.size"]
-    count = len(heights)
-    mean = (height - _TOP - _BOTTOM - (count - 1) * gap) / count
+    width, height = max(width, _WIDE * (_LEFT + _RIGHT)), max(height, _WIDE * (_TOP + _BOTTOM))
+    count, inside = len(heights), height - _TOP - _BOTTOM
+    gap = min(gap, 0.5 * inside / max(count - 1, 1))  # many panels on a small figure keep half of its height
+    mean = (inside - (count - 1) * gap) / count
     sides = {"left": _LEFT / width, "right": 1.0 - _RIGHT / width}
     ends = {"top": 1.0 - _TOP / height, "bottom": _BOTTOM / height}
     grid = {**sides, **ends, "hspace": gap / mean, "height_ratios": heights}
@@ -115,11 +120,18 @@ def save_figure(figure: Figure, path: Path, format: str) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     resize(figure)
-    if format == "png":
-        FigureCanvasAgg(figure).print_png(path)
-    else:
-        with figure_style():
-            figure.savefig(path, format=format, metadata=_DATES.get(format))
+    with warnings.catch_warnings(record=True) as said:
+        warnings.filterwarnings("always", "constrained_layout not applied")
+        if format == "png":
+            FigureCanvasAgg(figure).print_png(path)
+        else:
+            with figure_style():
+                figure.savefig(path, format=format, metadata=_DATES.get(format))
+    for one in said:
+        if "constrained_layout not applied" in str(one.message):
+            notice(f"{path.name} is too small for its panels, which overlap; give a larger size")
+        else:
+            warnings.warn(one.message, stacklevel=2)
 
 
 def engineering(unit: str, largest: float) -> tuple[str, float]:

@@ -30,6 +30,8 @@ def question(results: Results) -> str:
         f"{1e3 * clearance:.4g} mm of clearance in joint{'s'[: len(names) > 1]} {listed(names)} ({_MODELS[model]})"
         for (model, clearance), names in alike.items()
     )
+    if results.summary["ideal"] is None:
+        return f"How does this linkage move with {play}, and what forces pass through its joints?"
     return (
         f"How does this linkage move with {play}, what forces pass through its joints,"
         " and how does this differ from the linkage with ideal joints?"
@@ -92,13 +94,13 @@ def _times(count: int) -> str:
 
 def _effect(shown: dict[str, Any]) -> str:
     """Tell the effect of clearance: the first output, the output whose peak changes most, and the largest force."""
-    said = []
+    said, ideal = [], words.perfect(shown)
     for name in [*shown.get("difference", {})][:1]:
         largest, part = shown["difference"][name]["peak"], words.percent(shown["difference"][name]["share"])
         of = "" if part == "-" else f" ({part} of its range)" if part.endswith("%") else f" ({part} its range)"
         said.append(f"{name} differs by up to {_measured(largest, output_unit(name))}{of}")
     peaks = {
-        name: (value["peak"], shown["ideal"]["outputs"][name]["peak"])
+        name: (value["peak"], ideal["outputs"][name]["peak"])
         for name, value in shown["outputs"].items()
         if value["peak"] is not None
     }
@@ -109,7 +111,7 @@ def _effect(shown: dict[str, Any]) -> str:
     forces = {name: joint["force"]["peak"] or 0.0 for name, joint in shown["joints"].items()}
     if forces:
         name = max(forces, key=forces.__getitem__)
-        exact = shown["ideal"]["joints"][name]["force"]["peak"] if said else None
+        exact = ideal["joints"][name]["force"]["peak"] if said else None
         beside = f", {_changed(forces[name] / exact)}" if exact else ""
         said.append(f"the largest joint force is {_measured(forces[name], 'N')}, in {name}{beside}")
     lead = "compared with ideal joints, " if shown.get("difference") else ""

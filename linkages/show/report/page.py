@@ -52,18 +52,20 @@ def render(results: Results) -> str:
         tables=page_tables,
         shown=replace(results, summary=as_shown(results.summary)),
         drawing=data_uri(results.drawing) if results.drawing else None,
-        figures=[_figure(path) for path in results.figures],
+        figures=[_figure(path, results.summary["ideal"] is not None) for path in results.figures],
         versions=[f"{k}=={v}" for k, v in versions.items() if k not in elsewhere],
         python=versions.get("python", ""),
     )
 
 
-def _figure(path: Path) -> dict[str, str]:
-    """Return caption, and picture as a data URI."""
+def _figure(path: Path, compared: bool) -> dict[str, str]:
+    """Return caption, and picture as a data URI; `compared`: figures show the motion with ideal joints too."""
     caption = FIGURES.get(path.stem, path.stem)
     if path.stem.startswith("output_"):
         output = unquote(path.stem.removeprefix("output_"))
         caption = f"{output} over time, ideal joints and clearance; below: their difference."
+    if not compared:
+        caption = caption.replace(", ideal joints and clearance; below: their difference", "")
     return {"caption": caption, "source": data_uri(path)}
 
 

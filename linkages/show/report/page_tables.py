@@ -60,8 +60,9 @@ def _effects(results: Results) -> list[PageTable]:
 
 def _outputs(results: Results) -> PageTable:
     rows, shown = [], words.reported(results.summary)
+    ideal = words.perfect(shown)
     for name, value in shown["outputs"].items():
-        exact = shown["ideal"]["outputs"][name]
+        exact = ideal["outputs"][name]
         extremes = (exact["min"], exact["max"], value["min"], value["max"])
         judged = (words.change(value["peak"], exact["peak"]), error(results, f"{name}.peak"))
         rows.append((f"{name} [{words.unit(name)}]", *map(number, extremes), *judged, *_whole(results, f"{name}.peak")))
@@ -74,8 +75,9 @@ def _outputs(results: Results) -> PageTable:
 
 def _joints(results: Results) -> PageTable:
     rows, shown = [], words.reported(results.summary)
+    ideal = words.perfect(shown)
     for name, value in shown["joints"].items():
-        exact, force = shown["ideal"]["joints"][name]["force"]["peak"], value["force"]
+        exact, force = ideal["joints"][name]["force"]["peak"], value["force"]
         ratio, inside = value.get("eccentricity_ratio"), value.get("contact_fraction")
         model = results.play.get(name, {}).get("model", "ideal")
         peaks = map(number, (exact, force["peak"], force["time"]))

@@ -42,7 +42,7 @@ def format_table(summary: dict[str, Any]) -> str:
     """Format the numbers of a summary; with errors, if estimated; "-" is an undefined value."""
     summary = as_shown(summary)
     mechanism, experiment, shown = summary["mechanism"], summary["provenance"]["experiment"], words.reported(summary)
-    ideal, errors = shown["ideal"], shown.get("error", {})
+    ideal, errors = words.perfect(shown), shown.get("error", {})
     play = any(joint["model"] != "ideal" for joint in summary["joints"].values())
     run, more = "with clearance" if play else "integrated", words.exceeded(summary)
 

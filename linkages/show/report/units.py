@@ -22,7 +22,7 @@ def as_shown(summary: dict[str, Any]) -> dict[str, Any]:
     found = deepcopy(summary)
     windows = found.get("windows", {}).values()
     for numbers in (found, *windows):
-        for part in (numbers, numbers.get("ideal", {})):
+        for part in (numbers, numbers.get("ideal") or {}):
             _scale(part)
     for name, one in found.get("measured", {}).items():
         _times(one, _unit(name, found["drives"]), "peak", "rms", "largest")

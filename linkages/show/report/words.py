@@ -20,6 +20,7 @@ from linkages.show.report.result_folder import Results
 from linkages.show.report.units import output_unit
 
 NONE = "–"  # symbol of an undefined value
+_COMPARED = "outputs", "joints", "drives", "loads"  # numbers that the ideal linkage has too
 _ALIKE = 1e-3  # relative difference from the steady cycle's peak that is neglected
 _SAME = 1e-4  # relative change that is neglected
 NOTHING = 1e-9  # relative value below which a difference is rounding
@@ -28,6 +29,18 @@ NOTHING = 1e-9  # relative value below which a difference is rounding
 def reported(summary: dict[str, Any]) -> dict[str, Any]:
     """Return the numbers for the tables: of the reported window, or of the whole run."""
     return summary.get("windows", {}).get(summary.get("report"), summary)
+
+
+def perfect(shown: dict[str, Any]) -> dict[str, Any]:
+    """Return the numbers with ideal joints beside `reported` ones; without an ideal motion these without values."""
+    ideal: dict[str, Any] | None = shown["ideal"]
+    return _emptied({kind: shown.get(kind, {}) for kind in _COMPARED}) if ideal is None else ideal
+
+
+def _emptied(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {key: _emptied(value) for key, value in content.items()}
+    return content if isinstance(content, str) else None
 
 
 def beyond(summary: dict[str, Any], key: str, of: str = "") -> str:
@@ -77,7 +90,7 @@ def percent(part: float | None) -> str:
 def link_rows(shown: dict[str, Any]) -> Iterator[tuple[str, float | None, dict[str, Any]]]:
     """Yield column, peak with rigid links, and entry of each quantity of the flexible links."""
     for name, entry in shown.get("links", {}).items():
-        rigid = shown["ideal"].get("links", {}).get(name, {})
+        rigid = perfect(shown).get("links", {}).get(name, {})
         for quantity, found in entry.items():
             exact = None if quantity == "deflection" else rigid.get(quantity, {}).get("peak")
             yield f"{name}.{quantity}", exact, found
@@ -89,7 +102,7 @@ def effort_rows(shown: dict[str, Any], kind: str) -> Iterator[tuple[str, str, di
         quantity = "torque" if "torque" in entry else "force"
         unit = entry.get("unit", "N m" if quantity == "torque" else "N")  # the force of a drive is its torque's entry
         label = f"{name} {'force' if unit == 'N' else 'torque'} [{shown_unit(unit)}]"
-        value, exact = ({**one[quantity], "work": one["work"]} for one in (entry, shown["ideal"][kind][name]))
+        value, exact = ({**one[quantity], "work": one["work"]} for one in (entry, perfect(shown)[kind][name]))
         yield label, f"{name}.{quantity}.peak", value, exact
 
 
@@ -132,6 +145,8 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
     else:
         remedy = "; use a longer duration" if motion["kind"] == "not settled" else ""
         lines = [f"the motion is {motion['kind']}: {motion['why']}{remedy}"]
+    if summary["ideal"] is None:
+        lines.append(f"no linkage with ideal joints to compare with: {summary['no_ideal']}")
     until = summary.get("start_up")
     why = "journals cross their clearances from the middle, and impacts or films stop them"
     if until is not None and until < summary["duration"]:

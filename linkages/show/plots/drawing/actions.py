@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.base.errors import AssemblyError
+from linkages.base.errors import AssemblyError, InputError
 from linkages.elements.element import Around, Between, Picture
 from linkages.elements.machine import elements_of
 from linkages.input.model.experiment import Experiment
@@ -249,7 +249,7 @@ def strongest(system: System) -> Mapping[str, Array]:
             q, v, _ = motion.states(times)
         else:
             times, q, v = np.zeros(1), ideal.assembly.q[None], ideal.assembly.v[None]
-    except AssemblyError:  # drawn in the file's pose, with gaps in red
+    except (AssemblyError, InputError):  # drawn in the file's pose, with gaps in red
         return {}
     pose, vel = state_tables(ideal.tree.bodies, q, v)
     values = np.empty((len(q), len(ideal.loads[0]), len(LOAD_OUTPUTS)))
