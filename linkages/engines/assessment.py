@@ -95,10 +95,9 @@ def simulate(
 
 
 def _with_units(system: System, run: Trajectory) -> Trajectory:
-    """Add the units of the columns to a trajectory, the times at which they jump, and the run's accuracy."""
+    """Add the units of the columns to a trajectory, and the times at which they jump."""
     units = {name: "s" if name == "time" else unit(system, name) for name in run.columns}
-    jumps = system.experiment.sampling_times(float(run.time[-1]))
-    return replace(run, units=units, jumps=jumps, accuracy=system.experiment.solver.accuracy)
+    return replace(run, units=units, jumps=system.experiment.sampling_times(float(run.time[-1])))
 
 
 @validated
