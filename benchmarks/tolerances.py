@@ -91,7 +91,9 @@ def main() -> None:
             seconds, memory, result = used(file, options.samples)
             entry = result["outputs"]["force"]
             print(f"{name}: {options.samples} machines, {seconds:.1f} s of processors, {memory:.0f} MB")
-            print(f"  yield {result['yield']}, first order {entry['first_order']['error']:+.2%} of the deviation")
+            linear = entry["first_order"]
+            said = linear["unknown"] or f"{linear['error']:+.2%} of the deviation"
+            print(f"  yield {result['yield']}, first order {said}")
             if name == "press":
                 found = errors(file, options.seeds, entry["mean"])
                 print(f"  error of the mean of {FEW}: {found}, ratio {found['random'] / found['sobol']:.1f}")

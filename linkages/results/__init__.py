@@ -6,6 +6,7 @@
 | trajectory        | outputs over time, status, provenance, gaps of loops; save and load       |
 | derivatives       | derivatives of outputs with respect to values                             |
 | extremes          | smallest and largest values over continuous time, integrals               |
+| quadrature        | samples of a column for its mean and integral                             |
 | statistic_derivatives | derivatives of statistics over windows of a run                       |
 | characteristics   | extremes, forces, torques, work and contacts of a run or a part of it     |
 | steady_state      | classification of the motion at the end of a run, and its steady cycle    |

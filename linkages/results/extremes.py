@@ -13,6 +13,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.mechanics.integrate import peak_search
 from linkages.results.outputs.columns import Columns
+from linkages.results.quadrature import with_middles
 from linkages.results.trajectory import Trajectory
 
 _NEAR = 0.01  # deficit of the smaller of two extremes over their range from which on it is not refined for `peaks`
@@ -220,24 +221,15 @@ def _values(trajectory: Trajectory, asked: Sequence[tuple[Bracket, float]]) -> l
 
 def averages(trajectory: Trajectory, name: str) -> tuple[float, float]:
     """Compute mean and root mean square of a column over the time of a trajectory."""
-    time, values = _with_sides(trajectory, name)
+    time, values = with_middles(trajectory, name)
     return peak_search.average(time, values, False), peak_search.average(time, values, True)
-
-
-def _with_sides(trajectory: Trajectory, name: str) -> tuple[Array, Array]:
-    """Return times and values of a column, with those just before its jumps, which have the times of the jumps."""
-    time, values = trajectory.time, trajectory[name]
-    places = np.searchsorted(time / peak_search.BEFORE, trajectory.jumps)
-    places = places[(places > 0) & (places < len(time))]
-    if not trajectory.evaluate or not len(places):
-        return time, values
-    before = trajectory.evaluate(peak_search.BEFORE * time[places])[name]
-    return np.insert(time, places, time[places]), np.insert(values, places, before)
 
 
 @validated
 def integral(trajectory: Trajectory, values: str | Array) -> float:
     """Integrate a column, or values at the samples, over time by parabolas through neighbouring samples.
+
+    A column of a run is evaluated between samples too, where they are too few for a short force.
 
     Parameters
     ----------
@@ -266,7 +258,7 @@ def integral(trajectory: Trajectory, values: str | Array) -> float:
     True
     """
     time, values = (
-        _with_sides(trajectory, values) if isinstance(values, str) else (trajectory.time, _sampled(trajectory, values))
+        with_middles(trajectory, values) if isinstance(values, str) else (trajectory.time, _sampled(trajectory, values))
     )
     return peak_search.integrate_samples(time, np.ascontiguousarray(values, dtype=np.float64), False)
 

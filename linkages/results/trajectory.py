@@ -74,6 +74,8 @@ class Trajectory(Brief):
         SI unit of each column; empty if unknown.
     jumps : (nj,) array
         Times at which states are sampled [s]; columns have the values after them.
+    accuracy : float or None
+        Of the run; it decides where means and integrals need values within steps. None if loaded from a file.
     sensitivity : Derivatives
         Derivatives of the columns with respect to values: ``run.sensitivity[PATH][OUTPUT]``; empty unless requested.
     """
@@ -86,6 +88,7 @@ class Trajectory(Brief):
     units: dict[str, str] = field(default_factory=dict)
     sensitivity: Derivatives = NONE
     jumps: Array = field(default_factory=lambda: np.zeros(0))
+    accuracy: float | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.evaluate, Interpolated):

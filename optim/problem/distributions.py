@@ -15,6 +15,7 @@ from linkages import Fit, InputError
 from linkages.base.arrays import Array
 
 _SIGMAS = 3.0  # limits of a value without limits, in deviations
+_ROUNDING = 1e-12  # relative difference of measured values that counts as none
 _HALVINGS = 60  # of an interval, for a quantile
 
 
@@ -136,11 +137,15 @@ class Empirical:
         return np.interp(x, self.values, self._shares)
 
     def pdf(self, x: Array) -> Array:
-        """Return the density at x."""
+        """Return the density at x, infinite at a value that occurs twice."""
         part = np.clip(np.searchsorted(self.values, x, side="right") - 1, 0, len(self.values) - 2)
         inside = (self.values[0] <= x) & (x <= self.values[-1])
         with np.errstate(divide="ignore"):
-            return np.asarray(np.where(inside, (self._shares[1] / np.diff(self.values))[part], 0.0))
+            density = np.where(inside, (self._shares[1] / np.diff(self.values))[part], 0.0)
+        twice = self.values[1:][np.diff(self.values) == 0.0]
+        rounding = _ROUNDING * float(np.abs(self.values).max())
+        at_one = np.any(np.abs(np.asarray(x)[..., None] - twice) <= rounding, axis=-1)
+        return np.asarray(np.where(at_one, np.inf, density))
 
     def mean(self) -> float:
         """Return the mean of the piecewise linear quantiles."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -83,6 +84,16 @@ class Scatter:
 
         shares = ndtr(normal @ self.factor.T)
         return np.column_stack([one.law.ppf(x) for one, x in zip(self.marginals, shares.T, strict=True)])
+
+    def stretch(self, normal: Array) -> Array:
+        """Return the derivatives (n,) of the values by the correlated normal numbers, at independent ones (n,).
+
+        Infinite in a gap between measured values.
+        """
+        z, x = self.factor @ normal, self.values(normal[None])[0]
+        density = np.array([float(one.law.pdf(value)) for one, value in zip(self.marginals, x, strict=True)])
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi) / density)
 
     def narrowed(self, k: int, factor: float) -> Scatter:
         """Return the scatter with the deviation of value k times a factor."""

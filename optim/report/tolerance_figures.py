@@ -75,11 +75,11 @@ def _write_contributions(study: Study, result: Mapping[str, Any], quantities: Ma
             ax.set_title(label_of(study, name), fontsize=9)
             ax.set_xlabel("share of the variance [1]")
             ax.set_xlim(min(0.0, ax.get_xlim()[0]), 1.0)
-        found = [result["contributions"][name] for name in study.names]
+        found = {name: one for name, one in result["contributions"].items() if one["halved"] is not None}
         axes[-1].errorbar(
-            [100.0 * one["halved"] for one in found],
-            places,
-            xerr=[196.0 * one["error"] for one in found],
+            [100.0 * one["halved"] for one in found.values()],
+            [study.names.index(name) for name in found],
+            xerr=[196.0 * one["error"] for one in found.values()],
             fmt="o",
             color=COLORS[2],
         )

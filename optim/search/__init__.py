@@ -8,6 +8,8 @@
 | derivative_check | sensitivities of runs against differences of designs                     |
 | tolerances   | `tolerances`: machines of a study with ``[scatter]``, judged by its constraints |
 | sampled_machines | machines of such a study, run until there are enough                    |
-| tolerance_statistics | intervals, shares of the variance, yields of narrower tolerances, FORM |
+| tolerance_statistics | intervals, shares of the variance, yields of narrower tolerances       |
+| rare_limits  | shares beyond limits that hardly any machine exceeds, and what remains unknown |
+| rare_shares  | subset simulation, importance sampling, FORM on normal numbers               |
 | sensitivity  | Sobol's indices, one variable at a time                                      |
 """

@@ -41,8 +41,12 @@ class Sampling(Table):
 
 @dataclass(frozen=True)
 class Sample:
-    """Machines of a study: values (m, n), quantities (m, nq), NaN where a run failed, and which meet all limits."""
+    """Machines of a study: values (m, n), quantities (m, nq), NaN where a run failed, and which meet all limits.
 
+    Their values are those of independent standard normal numbers (m, n).
+    """
+
+    normal: Array
     designs: Array
     values: Array
     good: NDArray[np.bool_]
@@ -111,7 +115,8 @@ class SampledMachines:
     def sample(self, evaluator: Evaluator, progress: Callable[[float], None]) -> Sample:
         """Run machines until there are enough."""
         settings = self.settings
-        points = self.scatter.values(self.scatter.points(settings.samples, self.seed, settings.sequence))
+        normal = self.scatter.points(settings.samples, self.seed, settings.sequence)
+        points = self.scatter.values(normal)
         rows: list[Array] = [np.empty((0, len(self.study.quantities)))]
         done, status = 0, list[str]()
         for start in range(0, len(points), _CHUNK):
@@ -128,13 +133,16 @@ class SampledMachines:
                     break
         evaluator.progress = None
         progress(1.0)
-        return Sample(points[:done], np.concatenate(rows), good, tuple(status))
+        return Sample(normal[:done], points[:done], np.concatenate(rows), good, tuple(status))
 
     def _good(self, values: Array) -> NDArray[np.bool_]:
         return np.asarray(np.isfinite(values).all(axis=1) & (self.excess(values) <= 0.0).all(axis=1))
 
     def rates(self, design: Array) -> Array:
-        """Differentiate the quantities with respect to the values of a machine (n,), (nq, n); NaN where it failed."""
+        """Differentiate the quantities with respect to the values of a machine (n,), (nq, n).
+
+        Not finite where a machine beside it failed, or the deviation of a value is less than its rounding.
+        """
         if self._gradients is not None:
             found = self._gradients.rates(design)
             if np.isfinite(found).all():
@@ -143,7 +151,8 @@ class SampledMachines:
         moved = np.concatenate([design + steps, design - steps])
         values, _ = self.run(moved)
         size = np.diag(moved[: len(design)] - moved[len(design) :])
-        return np.asarray((values[: len(design)] - values[len(design) :]).T / size)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            return np.asarray((values[: len(design)] - values[len(design) :]).T / size)
 
 
 def _part(

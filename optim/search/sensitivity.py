@@ -100,9 +100,16 @@ def one_at_a_time(
 
 
 def inert(found: Array) -> NDArray[np.bool_]:
-    """Find the variables that change nothing, (nq, n), in what `one_at_a_time` found, (n, steps, nq)."""
-    low, high = np.nanmin(found, axis=1), np.nanmax(found, axis=1)
-    return ((high - low) <= CONSTANT * np.maximum(np.abs(low), np.abs(high))).T
+    """Find the variables that change nothing, (nq, n), in what `one_at_a_time` found, (n, steps, nq).
+
+    A variable is not inert where fewer than two designs have values: nothing is known of it.
+    """
+    known = np.isfinite(found)
+    low, high = np.where(known, found, np.inf).min(axis=1), np.where(known, found, -np.inf).max(axis=1)
+    compared = known.sum(axis=1) > 1
+    with np.errstate(invalid="ignore"):
+        same = high - low <= CONSTANT * np.maximum(np.abs(low), np.abs(high))
+    return (same & compared).T
 
 
 def check_samples(samples: int, source: str = "samples") -> None:
@@ -217,12 +224,18 @@ def format_sensitivity(study: Study, report: dict[str, Any]) -> str:
         lines += [
             "",
             f"{study.label(name) + ': share of the variance':{first}s}{'first order':>20s}{'total':>20s}"
-            f"   mean {entry['mean']:.5g}, standard deviation {entry['standard_deviation']:.2g}",
+            f"   mean {entry['mean']:.5g}, standard deviation {entry['standard_deviation']:.2g}"
+            + ("" if _varies(entry) else "; it does not vary, there are no shares"),
         ]
         for path, one in entry["variables"].items():
             cells = "".join(_cell(one[kind], one[f"{kind}_confidence"]) for kind in ("first", "total"))
             lines.append(f"{path:{first}s}{cells}" + ("   inert" if one["inert"] else ""))
     return "\n".join(lines)
+
+
+def _varies(entry: dict[str, Any]) -> bool:
+    """Tell whether a quantity has a variance to share."""
+    return any(one["total"] is not None for one in entry["variables"].values())
 
 
 def _cell(value: float | None, confidence: float | None) -> str:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from linkages.base.arrays import Array
 from optim.problem.scatter import Scatter
 
 _GROUPS = 10  # of the jackknife
+_ROUNDING = 1e-12  # relative differences of values that count as none
 _EACH = 4  # machines for each coefficient of the regression, at least
 #: Probabilities of the quantiles in a report: median, 90 % and the 6 deviations of a normal quantity.
 LEVELS = (0.00135, 0.05, 0.5, 0.95, 0.99865)
@@ -40,11 +40,42 @@ def quantile(ordered: Array, share: float, confidence: float) -> tuple[float, fl
 
 
 def moments(values: Array) -> dict[str, float]:
-    """Return mean and standard deviation with their standard errors."""
-    n, mean, deviation = len(values), float(values.mean()), float(values.std(ddof=1))
-    fourth = float(np.mean((values - mean) ** 4))
-    error = math.sqrt(max(fourth - deviation**4, 0.0) / n) / (2.0 * deviation) if deviation > 0.0 else 0.0
-    return {"mean": mean, "mean_error": deviation / math.sqrt(n), "deviation": deviation, "deviation_error": error}
+    """Return mean and standard deviation with their standard errors.
+
+    A. M. Mood, F. A. Graybill, D. C. Boes, Introduction to the Theory of Statistics, 3rd ed. 1974, ch. VI: the variance
+    of a sample's variance is (mu_4 - (n - 3)/(n - 1) sigma^4)/n.
+    """
+    n, size = len(values), _size(values)
+    scaled = values / size
+    mean, deviation = float(scaled.mean()), 0.0 if _constant(values) else float(scaled.std(ddof=1))
+    fourth = float(np.mean(((scaled - mean) / deviation) ** 4)) if deviation > 0.0 else 0.0
+    error = 0.5 * deviation * math.sqrt(max(fourth - (n - 3) / (n - 1), 0.0) / n)
+    names = ("mean", "mean_error", "deviation", "deviation_error")
+    return dict(zip(names, (size * x for x in (mean, deviation / math.sqrt(n), deviation, error)), strict=True))
+
+
+def histogram(values: Array) -> tuple[NDArray[np.int64], Array]:
+    """Return counts and edges of a histogram; one bin if the values differ by rounding alone."""
+    if _constant(values):
+        middle, half = float(values[0]), 1e-9 * _size(values)
+        return np.array([len(values)]), np.array([middle - half, middle + half])
+    return np.histogram(values, bins=min(40, max(8, math.isqrt(len(values)))))
+
+
+def root_mean_square(values: Array) -> float:
+    """Return the root of the mean of the squares, which may be too large for numbers."""
+    size = _size(values)
+    return size * math.sqrt(float(np.mean((values / size) ** 2)))
+
+
+def _size(values: Array) -> float:
+    """Return the largest magnitude of values, 1 if they are zero: their ratios to it can be squared."""
+    return float(np.abs(values).max()) or 1.0
+
+
+def _constant(values: Array) -> bool:
+    """Tell whether values differ by rounding alone."""
+    return bool(np.ptp(values / _size(values)) <= _ROUNDING)
 
 
 def capability(mean: float, deviation: float, at_least: float | None, at_most: float | None) -> float | None:
@@ -69,15 +100,18 @@ def variance_shares(normal: Array, values: Array) -> Shares | None:
     The terms are Hermite polynomials to the third degree of each value, and products of two values; a share is the
     covariance of its terms with the quantity over the variance. These are Sobol's indices for independent values. G. Li
     et al., Global sensitivity analysis for systems with independent and/or correlated inputs, Journal of Physical
-    Chemistry A 114 (2010) 6022-6032. Errors by the jackknife. None if the quantity does not vary, or the sample is
-    short.
+    Chemistry A 114 (2010) 6022-6032. Errors by the jackknife. None if the quantity varies in too few
+    machines, or the sample is short.
     """
     m, n = normal.shape
     pairs = [(i, j) for i in range(n) for j in range(i)]
     alone = np.stack([normal, normal**2 - 1.0, normal**3 - 3.0 * normal], axis=2)
     if m < _EACH * (3 * n + len(pairs) + 1):
         alone, pairs = alone[:, :, :1], []
-    if m < _EACH * (n + 1) or np.ptp(values) <= 1e-12 * np.abs(values).max():
+    if m < _EACH * (n + 1):
+        return None
+    values, group = values / _size(values), np.arange(m) % _GROUPS
+    if any(_constant(values[group != k]) for k in range(_GROUPS)):  # few machines make all of the variance
         return None
     terms = np.column_stack([alone.reshape(m, -1), *(normal[:, i] * normal[:, j] for i, j in pairs)])
     owners = np.zeros((n, terms.shape[1]), dtype=bool)
@@ -94,23 +128,32 @@ def variance_shares(normal: Array, values: Array) -> Shares | None:
         return np.stack([owners @ each, together @ each]), float(1.0 - each.sum())
 
     shares, rest = estimate(np.ones(m, dtype=bool))
-    group = np.arange(m) % _GROUPS
     partial = np.array([estimate(group != k)[0] for k in range(_GROUPS)])
     errors = np.sqrt((_GROUPS - 1) * partial.var(axis=0))
     return Shares(shares[0], errors[0], shares[1], errors[1], rest)
 
 
-def yield_of(scatter: Scatter, other: Scatter, designs: Array, good: NDArray[np.bool_]) -> tuple[float, float]:
+def yield_of(
+    scatter: Scatter, other: Scatter, designs: Array, good: NDArray[np.bool_]
+) -> tuple[float | None, float | None]:
     """Return the yield of another scatter, with its standard error, from machines (m, n) of this one, without runs.
 
-    Importance sampling: each machine counts with the ratio of the densities. The other scatter must be narrower.
+    Importance sampling: each machine counts with the ratio of the densities. The other scatter must be narrower. No
+    error is smaller than that of the next machine. None if no machine counts, or one has no density: a measured value
+    that occurs twice.
     """
+    now = scatter.log_density(designs)
+    if np.isposinf(now).any():
+        return None, None
     with np.errstate(invalid="ignore"):
-        weights = np.exp(other.log_density(designs) - scatter.log_density(designs))
+        weights = np.exp(other.log_density(designs) - now)
     weights[~np.isfinite(weights)] = 0.0
-    share = float(weights @ good / weights.sum())
-    error = math.sqrt(float(np.sum((weights * (good - share)) ** 2))) / float(weights.sum())
-    return share, error
+    if not (total := float(weights.sum())) > 0.0:
+        return None, None
+    weights /= total
+    share = float(weights @ good)
+    error = math.sqrt(float(np.sum((weights * (good - share)) ** 2)))
+    return share, max(error, 1.0 / (1.0 / float(weights @ weights) + 2.0))
 
 
 class FirstOrder(NamedTuple):
@@ -121,51 +164,13 @@ class FirstOrder(NamedTuple):
 
 
 def first_order(rates: Array, scatter: Scatter) -> FirstOrder:
-    """Return the scatter of a quantity from its derivatives (n,) at the means: propagation of errors."""
-    each = rates * scatter.deviations
-    parts = each * (scatter.correlation @ each)
+    """Return the scatter of a quantity from its derivatives (n,) at the means: propagation of errors; NaN without."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        each = rates * scatter.deviations
+    if not np.isfinite(each).all():
+        return FirstOrder(math.nan, np.full(len(each), math.nan))
+    size = _size(each)
+    parts = each / size * (scatter.correlation @ (each / size))
     variance = float(parts.sum())
-    return FirstOrder(math.sqrt(max(variance, 0.0)), parts / variance if variance > 0.0 else np.zeros(len(each)))
-
-
-class DesignPoint(NamedTuple):
-    """The most probable machine at a limit, (n,) independent normal numbers, at the distance `beta` from the means."""
-
-    beta: float
-    normal: Array
-    iterations: int
-    converged: bool
-
-
-def design_point(
-    excess: Callable[[Array], float], slopes: Callable[[Array], Array], size: int, most: int = 40
-) -> DesignPoint | None:
-    """Find the nearest point to the origin where an excess (positive: beyond the limit) is zero.
-
-    R. Rackwitz, B. Fiessler, Structural reliability under combined random load sequences, Computers and Structures 9
-    (1978) 489-494 (HL-RF). Functions of independent normal numbers (n,). None where the excess has no value or slope.
-    """
-    at = np.zeros(size)
-    first = value = excess(at)
-    for iteration in range(1, most + 1):
-        slope = slopes(at)
-        square = float(slope @ slope)
-        if not (math.isfinite(value) and math.isfinite(square)) or square == 0.0:
-            return None
-        new = (float(slope @ at) - value) / square * slope
-        step = 1.0
-        while not math.isfinite(found := excess(at + step * (new - at))) and step > 0.1:
-            step *= 0.5
-        moved = float(np.linalg.norm(new - at))
-        at, value = at + step * (new - at), found
-        if step == 1.0 and moved < 1e-3 * max(1.0, float(np.linalg.norm(at))) and abs(value) < 1e-3 * abs(first):
-            return DesignPoint(math.copysign(float(np.linalg.norm(at)), -first), at, iteration, True)
-    return DesignPoint(math.copysign(float(np.linalg.norm(at)), -first), at, most, False)
-
-
-def importance_check(exceeds: Callable[[Array], NDArray[np.bool_]], centre: Array, count: int, seed: int) -> Any:
-    """Estimate the probability beyond a limit with its standard error, by points about the design point (n,)."""
-    away = np.random.default_rng(seed).standard_normal((count, len(centre)))
-    weights = np.exp(-away @ centre - 0.5 * centre @ centre)
-    terms = np.where(exceeds(centre + away), weights, 0.0)
-    return float(terms.mean()), float(terms.std(ddof=1)) / math.sqrt(count)
+    shares = parts / variance if variance > 0.0 else np.zeros(len(each))
+    return FirstOrder(size * math.sqrt(max(variance, 0.0)), shares)

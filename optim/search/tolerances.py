@@ -21,16 +21,16 @@ from optim.problem.scatter import Scatter
 from optim.problem.schema import SAMPLING
 from optim.problem.study import Array, Study
 from optim.search import tolerance_statistics as statistics
+from optim.search.rare_limits import chaotic, rare_limits
 from optim.search.recorder import recording
 from optim.search.sampled_machines import Sample, SampledMachines, identity_of, settings_of
 
 _CHANGE = 1e-6  # relative change of the values that shows how predictable the machines are
 _REPEATED = 64  # machines that are run again with this change
 _CORNERS = 6  # most values for which all corners of their limits are run
-_RARE = 1e-3  # share of machines beyond a limit below which the design point is sought
-_CHECKED = 512  # machines about the design point
-_FAR = 8.0  # deviations between mean and limit from which nothing is sought: probability 1e-15
-_CHAOTIC = 0.01  # share of the variance that the change causes above which derivatives mean nothing
+_NOTHING = (
+    0.1  # deviation to first order over that of the machines below which it explains 1 % of the variance, or less
+)
 
 
 @validated
@@ -116,7 +116,7 @@ def _report(machines: SampledMachines, sample: Sample) -> dict[str, Any]:
     quantities = {
         name: _quantity(machines, sample, k, scattered[k], rates[k]) for k, (_, name, _) in enumerate(study.quantities)
     }
-    _add_corners(machines, quantities)
+    _add_corners(machines, sample, quantities)
     return {
         "study": study.source.stem,
         "title": study.title,
@@ -132,7 +132,7 @@ def _report(machines: SampledMachines, sample: Sample) -> dict[str, Any]:
         "outputs": quantities,
         "shares": {name: _alone(entry) for name, entry in quantities.items()},
         "contributions": _contributions(machines, sample),
-        "rare": _rare(machines, violated, total, quantities),
+        "rare": rare_limits(machines, sample, quantities),
         "versions": versions("scipy"),
     }
 
@@ -157,38 +157,61 @@ def _value(scatter: Scatter, k: int, path: str) -> dict[str, Any]:
 def _quantity(
     machines: SampledMachines, sample: Sample, k: int, scattered: float | None, rates: Array
 ) -> dict[str, Any]:
+    """Report the statistics of quantity k; ``unknown`` has a sentence for each that has no value."""
     study, confidence = machines.study, machines.settings.confidence
     quantity = study.quantities[k][2]
     ends = {key: getattr(quantity, key, None) for key in ("at_least", "at_most", "equals")}
     values = sample.values[sample.ran, k]
-    report: dict[str, Any] = {"limits": {key: end for key, end in ends.items() if end is not None}}
+    report: dict[str, Any] = {"limits": {key: end for key, end in ends.items() if end is not None}, "unknown": []}
     if len(values) < 2:
+        report["unknown"].append("no statistics: fewer than two machines ran")
         return report
     report |= statistics.moments(values)
     ordered = np.sort(values)
-    counts, edges = np.histogram(values, bins=min(40, max(8, math.isqrt(len(values)))))
+    counts, edges = statistics.histogram(values)
     report |= {
         "quantiles": {str(level): statistics.quantile(ordered, level, confidence) for level in statistics.LEVELS},
         "capability": statistics.capability(report["mean"], report["deviation"], ends["at_least"], ends["at_most"]),
         "histogram": {"counts": counts.tolist(), "edges": edges.tolist()},
         "unpredictable_deviation": scattered,
         "variance": _shares(machines, sample, values),
+        "first_order": _first_order(machines, rates, report["deviation"], scattered),
     }
-    linear = statistics.first_order(rates, machines.scatter)
-    if math.isfinite(linear.deviation):
-        report["first_order"] = {
-            "deviation": linear.deviation,
-            "error": linear.deviation / report["deviation"] - 1.0 if report["deviation"] > 0.0 else None,
-            "shares": dict(zip(study.names, linear.shares.tolist(), strict=True)),
-        }
+    report["unknown"] += _missing(report)
     return report
+
+
+def _missing(report: Mapping[str, Any]) -> list[str]:
+    """Tell which statistics of a quantity have no value."""
+    said = []
+    if report["unpredictable_deviation"] is None:
+        said.append("predictability is unknown: no machine with slightly changed values ran")
+    if report["variance"] is None:
+        said.append("no shares of the variance: the quantity varies in too few machines")
+    if report["first_order"]["unknown"]:
+        said.append(f"first order says nothing here: {report['first_order']['unknown']}")
+    return said
+
+
+def _first_order(machines: SampledMachines, rates: Array, deviation: float, scattered: float | None) -> dict[str, Any]:
+    """Report the scatter of a quantity from its derivatives (n,) at the means; ``unknown`` if they say nothing."""
+    linear = statistics.first_order(rates, machines.scatter)
+    found = {"deviation": finite(linear.deviation), "error": None, "shares": None, "unknown": ""}
+    if found["deviation"] is None:
+        return found | {"unknown": "the derivatives at the means have no values"}
+    if deviation == 0.0:
+        return found | {"unknown": "the quantity does not vary"}
+    if chaotic(deviation, scattered):
+        return found | {"unknown": "a change of the values by 1e-6 changes the quantity, which has no derivatives"}
+    if linear.deviation < _NOTHING * deviation:
+        return found | {"unknown": "the derivatives vanish at the means, or nearly"}
+    shares = dict(zip(machines.study.names, linear.shares.tolist(), strict=True))
+    return found | {"error": linear.deviation / deviation - 1.0, "shares": shares}
 
 
 def _shares(machines: SampledMachines, sample: Sample, values: Array) -> dict[str, Any] | None:
     """Split the variance of the values of the machines that ran among the scattering values."""
-    settings, scatter = machines.settings, machines.scatter
-    normal = scatter.points(settings.samples, machines.seed, settings.sequence)[: len(sample.good)][sample.ran]
-    found = statistics.variance_shares(normal @ scatter.factor.T, values)
+    found = statistics.variance_shares(sample.normal[sample.ran] @ machines.scatter.factor.T, values)
     if found is None:
         return None
     rows = zip(*(part.tolist() for part in found[:4]), strict=True)
@@ -207,18 +230,19 @@ def _chaos(machines: SampledMachines, sample: Sample) -> list[float | None]:
     designs = sample.designs[rows]
     sizes = np.maximum(np.abs(designs), machines.scatter.deviations)
     again, _ = machines.run(designs + _CHANGE * sizes)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         change = again - sample.values[rows]
-    known = np.isfinite(change).all(axis=1)
-    return (
-        [finite(x) for x in np.sqrt(0.5 * np.mean(change[known] ** 2, axis=0))]
-        if known.any()
-        else [None] * change.shape[1]
-    )
+    known = change[np.isfinite(change).all(axis=1)]
+    if not len(known):
+        return [None] * change.shape[1]
+    return [statistics.root_mean_square(column) / math.sqrt(2.0) for column in known.T]
 
 
-def _add_corners(machines: SampledMachines, quantities: Mapping[str, dict[str, Any]]) -> None:
-    """Add the least and greatest value of each quantity at the corners of the tolerance limits, of few values."""
+def _add_corners(machines: SampledMachines, sample: Sample, quantities: Mapping[str, dict[str, Any]]) -> None:
+    """Add the least and greatest value of each quantity at the corners of the tolerance limits, of few values.
+
+    ``outside`` is the share of machines beyond them: a quantity has extremes inside the limits if it is large.
+    """
     n = len(machines.scatter.names)
     if n > _CORNERS:
         return
@@ -229,79 +253,20 @@ def _add_corners(machines: SampledMachines, quantities: Mapping[str, dict[str, A
         ]
     )
     values, found = machines.run(corners)
-    for column, report in zip(values.T, quantities.values(), strict=True):
+    for column, machine, report in zip(values.T, sample.values[sample.ran].T, quantities.values(), strict=True):
         known = column[np.isfinite(column)]
         ends = [float(known.min()), float(known.max())] if len(known) else None
-        report["worst_case"] = {"range": ends, "failed": int(found.failed.sum())}
+        report["corners"] = {"count": len(corners), "range": ends, "failed": int(found.failed.sum())}
+        if ends is not None and len(machine):
+            report["corners"]["outside"] = float(np.mean((machine < ends[0]) | (machine > ends[1])))
 
 
 def _contributions(machines: SampledMachines, sample: Sample) -> dict[str, Any]:
-    """Return the yields that half of each tolerance gives, the best first."""
+    """Return the yields that half of each tolerance gives, the best first; None if no machine tells."""
     found = {}
     for k, name in enumerate(machines.scatter.names):
         share, error = statistics.yield_of(
             machines.scatter, machines.scatter.narrowed(k, 0.5), sample.designs, sample.good
         )
         found[name] = {"halved": share, "error": error}
-    return dict(sorted(found.items(), key=lambda entry: -entry[1]["halved"]))
-
-
-def _rare(
-    machines: SampledMachines, violated: Mapping[str, int], total: int, quantities: Mapping[str, Mapping[str, Any]]
-) -> dict[str, Any]:
-    """Find the probability beyond limits that hardly any machine exceeds, from the most probable machine there."""
-    found: dict[str, Any] = {}
-    for k, limit in enumerate(machines.limits):
-        report = quantities[limit.name]
-        if limit.equality or violated[limit.key] > _RARE * total or not report.get("deviation"):
-            continue
-        chaotic = (report["unpredictable_deviation"] or 0.0) ** 2 > _CHAOTIC * report["deviation"] ** 2
-        if chaotic or abs(limit.value - report["mean"]) > _FAR * report["deviation"]:
-            continue
-        entry = _beyond(machines, k)
-        if entry is not None:
-            found[limit.key] = entry
-    return found
-
-
-def _beyond(machines: SampledMachines, k: int) -> dict[str, Any] | None:
-    """Return the probability beyond limit k; None if the search meets machines without values."""
-    from scipy.special import ndtr, ndtri
-
-    scatter, limit, column = machines.scatter, machines.limits[k], machines.columns[k]
-
-    def excess(normal: Array) -> float:
-        return _or_nan(machines.excess(machines.run(scatter.values(normal[None]))[0])[0, k])
-
-    def slopes(normal: Array) -> Array:
-        x = scatter.values(normal[None])[0]
-        z = scatter.factor @ normal
-        density = np.array([float(one.law.pdf(value)) for one, value in zip(scatter.marginals, x, strict=True)])
-        stretch = np.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi) / density
-        return np.asarray(limit.sign / limit.size * (machines.rates(x)[column] * stretch) @ scatter.factor)
-
-    point = statistics.design_point(excess, slopes, len(scatter.names))
-    if point is None:
-        return None
-    x = scatter.values(point.normal[None])[0]
-    entry = {
-        "index": point.beta,
-        "probability": float(ndtr(-point.beta)),
-        "converged": point.converged,
-        "iterations": point.iterations,
-        "machine": dict(zip(scatter.names, x.tolist(), strict=True)),
-    }
-    if point.converged and point.beta > 0.0:
-        share, error = statistics.importance_check(
-            lambda normal: machines.excess(machines.run(scatter.values(normal))[0])[:, k] > 0.0,
-            point.normal,
-            _CHECKED,
-            machines.seed,
-        )
-        entry |= {"checked": share, "checked_error": error, "checked_index": finite(float(-ndtri(share)))}
-    return entry
-
-
-def _or_nan(value: float) -> float:
-    """Return a number, or NaN where it is infinite: a run failed."""
-    return value if math.isfinite(value) else math.nan
+    return dict(sorted(found.items(), key=lambda entry: -math.inf if (at := entry[1]["halved"]) is None else -at))

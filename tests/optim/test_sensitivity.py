@@ -85,6 +85,25 @@ def test_one_at_a_time():
     assert inert(found).tolist() == [[False, False, True]]  # sin(x_1) = 0
 
 
+def test_a_variable_with_one_value_is_not_inert():
+    """One run of 5 tells nothing of a variable, and none tells less: unknown is not inert. numpy warns of nothing."""
+    found = np.full((2, 5, 1), np.nan)
+    found[0, 2] = 3.0
+    assert inert(found).tolist() == [[False, False]]
+
+
+def test_a_quantity_that_does_not_vary_depends_on_nothing(tmp_path, capsys):
+    """A variance of zero has no shares: the answer names no variable that the quantity depends on most."""
+    path = tmp_path / "press.toml"
+    formula = '[objectives.same]\nformula = "3.0 + 0 * mass_4"\n'
+    text = find_study("sevenbar_pareto").read_text()
+    path.write_text(text[: text.index("[objectives")] + formula + '[algorithm]\nname = "ga"\n')
+    assert main(["study", "sensitivity", str(path), "--samples", "2", "--out", str(tmp_path / "out")]) == 0
+    assert "it does not vary, there are no shares" in capsys.readouterr().out
+    answer = json.loads((tmp_path / "out" / "record.json").read_text())["answer"]
+    assert answer == ["same does not vary over the bounds."]
+
+
 @pytest.mark.slow
 def test_crank_4_is_inert_but_for_its_torque(tmp_path):
     """Its motion is prescribed: its weight affects only its pivot, and its drive while the speed changes."""

@@ -13,11 +13,13 @@ import linkages
 from linkages import InputError
 from linkages.cli.main import main
 from optim.evaluate.evaluator import Evaluator
-from optim.problem.distributions import Empirical, of_fit, of_shape
+from optim.problem.distributions import Empirical, Marginal, of_fit, of_shape
 from optim.problem.load import load_study
+from optim.problem.scatter import Scatter
+from optim.report.tolerance_text import format_tolerances
 from optim.search.optimise import optimise
 from optim.search.sampled_machines import Sampling
-from optim.search.tolerance_statistics import clopper_pearson, quantile, variance_shares
+from optim.search.tolerance_statistics import clopper_pearson, moments, quantile, variance_shares, yield_of
 from optim.search.tolerances import tolerances
 from optim.store.store import read_store
 
@@ -118,7 +120,7 @@ def test_sum_of_normal_values(study_of):
     shares = entry["variance"]["values"]
     assert [shares[name]["first"] for name in "ab"] == pytest.approx([1.0 / 17.0, 16.0 / 17.0], abs=3e-3)
     assert entry["first_order"]["deviation"] == pytest.approx(deviation, rel=1e-9)
-    assert entry["worst_case"]["range"] == pytest.approx([5.0 - 1.5, 5.0 + 1.5], rel=1e-9)
+    assert entry["corners"]["range"] == pytest.approx([5.0 - 1.5, 5.0 + 1.5], rel=1e-9)
     for name, halved in (("a", math.sqrt(0.0025 + 0.16)), ("b", math.sqrt(0.01 + 0.04))):
         one = result["contributions"][name]
         assert one["halved"] == pytest.approx(norm.cdf(0.5 / halved), abs=3.0 * one["error"] + 1e-3)
@@ -133,31 +135,6 @@ def test_correlated_values(study_of):
     assert entry["first_order"]["deviation"] == pytest.approx(deviation, rel=1e-9)
     halved = math.sqrt(0.01 + 0.04 + 2.0 * 0.5 * 0.1 * 0.2)
     assert result["contributions"]["b"]["halved"] == pytest.approx(norm.cdf(0.5 / halved), abs=5e-3)
-
-
-def test_rare_machines_of_lognormal_values(study_of):
-    """The index of R > S with lognormal values is the distance of their medians over the deviation of log(R/S)."""
-    study = study_of(
-        """
-[scatter.R]
-path = "sdf.links.rod.mass"
-lognormal = [3.0, 0.3]
-[scatter.S]
-path = "sdf.links.slider.mass"
-lognormal = [1.0, 0.2]
-[constraints.strength]
-formula = "R - S"
-at_least = 0.0
-""",
-        "samples = 256",
-    )
-    spread = [math.sqrt(math.log1p(share**2)) for share in (0.1, 0.2)]
-    medians = [3.0 * math.exp(-0.5 * spread[0] ** 2), math.exp(-0.5 * spread[1] ** 2)]
-    index = math.log(medians[0] / medians[1]) / math.hypot(*spread)
-    found = tolerances(study)["rare"]["strength.at_least"]
-    assert found["converged"]
-    assert found["index"] == pytest.approx(index, rel=1e-3)
-    assert found["checked"] == pytest.approx(norm.cdf(-index), abs=4.0 * found["checked_error"])
 
 
 def test_stroke_of_a_slider_crank(study_of):
@@ -305,6 +282,87 @@ def test_search_over_machines_is_checked(tmp_path):
         file.write_text(text)
         with pytest.raises(InputError, match=problem):
             load_study(file)
+
+
+# -- statistics that have no value -------------------------------------------------------------------------------------
+
+
+def test_corners_of_a_quantity_with_its_greatest_value_inside(study_of):
+    """The corners of 1 - (a - 1)^2 have -8: no machine is there, and the mean is 0."""
+    text = SUM.replace("a + 2 * b", "1 - (a - 1)**2 * 100 + 0 * b").replace("at_most = 5.5", "at_least = -2.0")
+    study = study_of(text, "samples = 256")
+    result = tolerances(study)
+    corners = result["outputs"]["sum"]["corners"]
+    assert corners["range"] == pytest.approx([-8.0, -8.0], rel=1e-9)
+    assert corners["outside"] == 1.0
+    printed = format_tolerances(study, result)
+    assert "corners of the tolerance limits: -8 to -8; 100% of the machines and their mean are outside" in printed
+
+
+def test_first_order_says_nothing_where_the_derivatives_vanish(study_of):
+    study = study_of(SUM.replace("a + 2 * b", "(a - 1)**2 + 0 * b"), "samples = 256")
+    result = tolerances(study)
+    entry = result["outputs"]["sum"]["first_order"]
+    assert (entry["error"], entry["shares"]) == (None, None)
+    assert entry["deviation"] == pytest.approx(0.0, abs=1e-12)
+    printed = format_tolerances(study, result)
+    assert "first order says nothing here: the derivatives vanish at the means" in printed
+    assert "first order by derivatives" not in printed
+
+
+def test_no_machine_in_half_a_tolerance(study_of, tmp_path, capsys):
+    """Of two machines of the uniform distribution none is in its middle half: the yield there is unknown, not 0/0."""
+    text = '[scatter.a]\npath = "sdf.links.rod.mass"\nuniform = [0.0, 1.0]\n'
+    text += '[constraints.end]\nformula = "a"\nat_most = 0.5\n'
+    settings = 'samples = 2\nsequence = "random"'
+    seed = next(s for s in range(100) if sorted(uniform_pair(s)) == pytest.approx([0.12, 0.88], abs=0.12))
+    study = study_of(text, settings, "mine.toml")
+    result = tolerances(study, seed=seed)
+    assert result["contributions"]["a"] == {"halved": None, "error": None}
+    assert "half the tolerance of a: yield unknown" in format_tolerances(study, result)
+    assert main(["tolerances", str(tmp_path / "mine.toml"), "--seed", str(seed), "--out", str(tmp_path / "out")]) == 0
+    assert "yield unknown" in capsys.readouterr().out
+
+
+def uniform_pair(seed):
+    return norm.cdf(np.random.default_rng(seed).standard_normal((2, 1)))[:, 0].tolist()
+
+
+def test_yield_of_few_machines_has_an_error():
+    """One machine of 1 in half the tolerance tells little: Laplace's rule gives 1/(n + 2)."""
+    scatter = Scatter(("a",), (of_shape("uniform", [0.0, 1.0]),), np.eye(1))
+    designs = np.array([[0.5], [0.1], [0.95]])
+    share, error = yield_of(scatter, scatter.narrowed(0, 0.5), designs, np.array([True, False, True]))
+    assert (share, error) == pytest.approx((1.0, 1.0 / 3.0))
+
+
+def test_measured_values_that_occur_twice_have_no_density():
+    marginal = Marginal(Empirical(np.array([1.0, 2.0, 2.0, 3.0])), 1.0, 3.0)
+    scatter = Scatter(("a",), (marginal,), np.eye(1))
+    designs = scatter.values(norm.ppf([[0.1], [0.5], [0.9]]))
+    assert yield_of(scatter, scatter.narrowed(0, 0.5), designs, np.ones(3, dtype=bool)) == (None, None)
+
+
+def test_error_of_the_deviation_of_few_machines():
+    """The variance of a sample's variance is 2 sigma^4/(n - 1) for normal values; two values are no certain deviation."""
+    assert moments(np.array([1.0, 2.0]))["deviation_error"] > 0.2 * moments(np.array([1.0, 2.0]))["deviation"]
+    rows = np.random.default_rng(2).standard_normal((4000, 50))
+    stated = np.mean([moments(row)["deviation_error"] for row in rows])
+    assert stated == pytest.approx(np.std([row.std(ddof=1) for row in rows]), rel=0.1)
+
+
+@pytest.mark.parametrize("formula", ["0.1 + 0 * a", "abs(a - 1.26) + a - 1.26", "exp(700 * a)", "1 / (a - 1)"])
+def test_tolerances_warn_of_nothing(study_of, formula, recwarn):
+    """Constant, kinked, overflowing and singular quantities have statistics or say why not; numpy prints nothing."""
+    study = study_of(SUM.replace("a + 2 * b", formula + " + 0 * b"), "samples = 256")
+    result = tolerances(study)
+    printed = format_tolerances(study, result)
+    assert not [str(one.message) for one in recwarn if issubclass(one.category, RuntimeWarning)]
+    assert "nan" not in printed.split()
+    if formula.startswith("0.1"):
+        assert "no shares of the variance: the quantity varies in too few machines" in printed
+        assert result["outputs"]["sum"]["deviation"] == 0.0
+        assert result["outputs"]["sum"]["capability"] is None
 
 
 # -- the store ---------------------------------------------------------------------------------------------------------

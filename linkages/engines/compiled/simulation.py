@@ -76,6 +76,7 @@ def simulate(
         outputs = tuple(dict.fromkeys([*outputs, *(f"q.{name}" for name in system.tree.coordinates)]))
     times = np.unique(steps.times[steps.times <= end])
     run = sample(times, Replay(runner, steps, outputs), status, provenance, loops)
+    run = replace(run, accuracy=system.experiment.solver.accuracy)
     if not wrt:
         return run
     from linkages.engines.compiled.derivatives.sensitivity import Differentiation

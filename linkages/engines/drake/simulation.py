@@ -69,6 +69,7 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     recorder = _Recorder(diagram, linkage, watch)
     times, loops = recorder.times[recorder.times <= end], Loops(system.tree, system.tree.loop_rows)
     trajectory = sample(times, recorder, status, provenance, loops)
+    trajectory = replace(trajectory, accuracy=system.experiment.solver.accuracy)
     if status in (Status.STEP_SIZE_COLLAPSE, Status.JAMMED, Status.LOCKED):  # its last steps cannot be integrated again
         trajectory = replace(trajectory, evaluate=None)
     return trajectory

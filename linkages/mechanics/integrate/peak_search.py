@@ -187,6 +187,66 @@ def integrate_samples(times: Array, values: Array, square: bool) -> float:
 
 
 @kernel
+def doubtful(times: Array, values: Array, limit: float, marks: Indices) -> int:
+    """Mark the intervals (n - 1,) that need a value in their middle with 1, others with 0; return how many need one.
+
+    They are those whose two parabolas differ in their integrals by more than a limit, in parts of the integral of the
+    magnitude: at kinks, and where few samples follow a short force. Intervals alone between two of them need one too.
+    """
+    n, size = len(times), 0.0
+    for i in range(n - 1):
+        size += 0.5 * (times[i + 1] - times[i]) * (abs(values[i]) + abs(values[i + 1]))
+    for i in range(n - 1):
+        h, before, after = times[i + 1] - times[i], _bend(times, values, i), _bend(times, values, i + 1)
+        differ = h * h * h * abs(after - before) > 12.0 * limit * size  # not at ends and jumps, where one is NaN
+        marks[i] = 1 if differ else 0
+    count = 0
+    for i in range(n - 1):
+        if 0 < i < n - 2 and times[i + 1] > times[i] and marks[i - 1] == 1 and marks[i + 1] == 1:
+            marks[i] = 1
+        count += marks[i]
+    return count
+
+
+@kernel
+def _bend(times: Array, values: Array, i: int) -> float:
+    """Return half the second derivative of the parabola around sample i; NaN without one."""
+    if i == 0 or i == len(times) - 1:
+        return math.nan
+    before, after = times[i] - times[i - 1], times[i + 1] - times[i]
+    if not (before > 0.0 and after > 0.0):
+        return math.nan
+    return ((values[i + 1] - values[i]) / after - (values[i] - values[i - 1]) / before) / (before + after)
+
+
+@kernel
+def middle(times: Array, i: int) -> float:
+    """Return the middle of interval i."""
+    return 0.5 * (times[i] + times[i + 1])
+
+
+@kernel
+def add_middles(times: Array, values: Array, marks: Indices, middles: Array, more: Array, found: Array) -> int:
+    """Fill samples (4 n,) with those (n,) given and the middles (n - 1,) of marked intervals; return how many.
+
+    Each marked interval has a parabola of its own, as between jumps. Middles without a value are left out.
+    """
+    count = 0
+    for i in range(len(times)):
+        more[count], found[count] = times[i], values[i]
+        count += 1
+        if i == len(marks) or marks[i] == 0 or not math.isfinite(middles[i]):
+            continue
+        if count > 1 and more[count - 2] < times[i]:
+            more[count], found[count] = times[i], values[i]
+            count += 1
+        more[count], found[count] = middle(times, i), middles[i]
+        more[count + 1], found[count + 1] = times[i + 1], values[i + 1]
+        count += 2
+    return count
+
+
+@kernel
 def average(times: Array, values: Array, square: bool) -> float:
     """Return the mean over time of values (n,), or their root mean square; of one sample itself."""
     n = len(times)

@@ -13,7 +13,7 @@ from linkages.base.kernel import Array, Indices, kernel
 from linkages.base.kernel.by_reference import reference
 from linkages.engines.compiled.run.binding import integrate, next_sample, set_due
 from linkages.engines.compiled.run.equations import solve_state
-from linkages.engines.compiled.run.job import Job
+from linkages.engines.compiled.run.job import ACCURACY, Job
 from linkages.engines.compiled.run.replay import Steps, recorded, remember
 from linkages.engines.compiled.run.sampling import Sampler, asked, knows_outputs, look, sample, tabulate_run
 from linkages.mechanics.integrate import peak_search
@@ -48,17 +48,17 @@ def summarise(job: Job, steps: Steps, valid: float, out: Array) -> bool:
     no, search = len(job.outputs), np.empty((3, 3))
     times, values = np.empty(len(steps.times) + 4), np.empty((no, len(steps.times) + 4))
     sides, jumping = np.empty(2 * len(times)), np.empty((no, 2 * len(times)))
+    middles = np.empty((no, len(sides)))
     for m in range(len(job.windows)):
         if not job.windows[m, 1] < valid:
             out[m] = math.nan
             continue
         count = _fill(sampler, job.windows[m, 0], job.windows[m, 1], times, values)
         all_count = _fill_sides(sampler, times[:count], values, sides, jumping) if count > 0 else 0
+        if all_count > 0:
+            _averages(sampler, sides[:all_count], jumping[:, :all_count], middles[:, : all_count - 1], out[m])
         for k in range(no if all_count > 0 else 0):
-            samples, line = jumping[k, :all_count], out[m, k]
-            line[4] = peak_search.average(sides[:all_count], samples, False)
-            line[5] = peak_search.average(sides[:all_count], samples, True)
-            line[6] = values[k, count - 1]
+            out[m, k, 6] = values[k, count - 1]
         count = _add_middles(sampler, times, values, count)
         if count < 0:
             return False
@@ -114,6 +114,34 @@ def _fill_sides(sampler: Sampler, times: Array, values: Array, sides: Array, out
         copy(values[:, i], out[:, count])
         count += 1
     return count
+
+
+@kernel
+def _averages(sampler: Sampler, times: Array, values: Array, middles: Array, out: Array) -> None:
+    """Fill mean and root mean square of outputs (no, ns) from samples (n,) and (no, n).
+
+    Outputs in the middle of intervals are computed where one output needs them: ``middles`` (no, n - 1).
+    """
+    limit, known = sampler.job.limits[ACCURACY], np.zeros(len(times), np.int64)
+    marks, more, found = np.empty(len(times) - 1, np.int64), np.empty(4 * len(times)), np.empty(4 * len(times))
+    for k in range(len(values)):
+        if peak_search.doubtful(times, values[k], limit, marks) > 0:
+            _fill_middles(sampler, times, marks, known, middles)
+        count = peak_search.add_middles(times, values[k], marks, middles[k], more, found)
+        out[k, 4] = peak_search.average(more[:count], found[:count], False)
+        out[k, 5] = peak_search.average(more[:count], found[:count], True)
+
+
+@kernel
+def _fill_middles(sampler: Sampler, times: Array, marks: Indices, known: Indices, middles: Array) -> None:
+    """Fill the outputs in the middle of the marked intervals that are not known yet; NaN with an open ideal linkage."""
+    for i in range(len(marks)):
+        if marks[i] == 0 or known[i] == 1:
+            continue
+        known[i] = 1
+        closed = sample(sampler, peak_search.middle(times, i), sampler.job.row)
+        for k in range(len(middles)):
+            middles[k, i] = sampler.job.row[k] if closed else math.nan
 
 
 @kernel
