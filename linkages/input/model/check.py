@@ -39,7 +39,8 @@ from linkages.laws.film.closed_form import THINNEST
 #: Deepest wear, relative to the bearing's radius, for which the overlap geometry is valid.
 DEEPEST = 0.2
 
-_RECORDED = ("force", "fx", "fy", "moment", "torque", "power", "eccentricity_ratio", "ex", "ey")
+_OF_ANY_JOINT = ("force", "fx", "fy", "moment")
+_OF_DRIVE = ("torque", "rate", "power")
 _SAME = 1e-9  # distance below which a frame coincides with a joint [m]
 
 #: Names of the predefined windows.
@@ -382,17 +383,20 @@ class _Check:
             self.refuse("links", "are the same link")
 
     def output(self, name: str) -> None:
+        """Check an output of a link, frame or joint; names of other elements are checked before a run.
+
+        See `linkages.results.outputs.registry.check_outputs`.
+        """
         point, _, quantity = name.rpartition(".")
-        if name in self.experiment.quantities.keys() - self.experiment.values.keys() or (
-            point in self.experiment.states and quantity == "value"
-        ):
-            return
         if point in self.mechanism.joint:
-            if quantity in _RECORDED:
-                always = "forces, torques, powers and eccentricities of joints are always recorded"
-                self.refuse("", f"needs no entry: {always}")
-            if quantity not in PIN_QUANTITIES:
-                self.refuse("", f'"{quantity}" of a joint is no output here; {nearest(quantity, PIN_QUANTITIES)}')
+            self.joint_output(point, quantity)
+            return
+        elements = {
+            *(label for _, label in self.experiment.acting),
+            *self.experiment.states,
+            *self.experiment.controllers,
+        }
+        if not point or point == "q" or point in elements or point.rpartition(".")[0] in elements:
             return
         if point not in self.mechanism.point:
             near = nearest(point, self.mechanism.place)
@@ -405,6 +409,17 @@ class _Check:
         known = {*QUANTITIES, *bending} if link in self.experiment.flexible else QUANTITIES
         if quantity not in known:
             self.refuse("", f'"{quantity}" is unknown; {nearest(quantity, known)}')
+
+    def joint_output(self, name: str, quantity: str) -> None:
+        """Check an output of a joint."""
+        if quantity in (*PIN_QUANTITIES, *_OF_ANY_JOINT) or name in self.experiment.play:
+            return
+        driven = name in self.experiment.drives
+        if quantity in _OF_DRIVE and not driven:
+            self.refuse("", f'needs a drive, and "{name}" has none; name a driven joint, or the angles of its links')
+        if quantity not in _OF_DRIVE:
+            near = nearest(quantity, (*PIN_QUANTITIES, *(_OF_DRIVE if driven else ())))
+            self.refuse("", f'"{quantity}" of a joint is no output here; {near}')
 
     def covers(self, times: list[float] | None, fits: Iterable[Fit]) -> None:
         """Check that a table, or the signals of a file, cover the duration of the run."""

@@ -111,7 +111,7 @@ class Experiment(Brief, Table):
     outputs: list[str] = Field(
         [],
         description=f"reported outputs: LINK_OR_FRAME.{'|'.join((*QUANTITIES, *BENDING_QUANTITIES))},"
-        f" JOINT.{'|'.join(PIN_QUANTITIES)}",
+        f" JOINT.{'|'.join(PIN_QUANTITIES)}; all other outputs are recorded, and reported if they are named here",
     )
     joints: Annotated[dict[str, JointModel], AfterValidator(with_worn)] = Field(
         {}, description="joint models by name; joints not named are ideal"
@@ -351,7 +351,7 @@ class Experiment(Brief, Table):
         perfect = {
             "joints": {name: {"model": "ideal"} for name in self.joints},
             "links": {name: {"model": "rigid"} for name in self.links},
-            "outputs": [name for name in self.outputs if name.rpartition(".")[2] not in BENDING_QUANTITIES],
+            "outputs": [name for name in self.outputs if name.rpartition(".")[2] in QUANTITIES],
         }
         data = self.model_dump(exclude_unset=True) | perfect | self.without_backlash()
         return experiment_of(self._source, data, self._sources)
