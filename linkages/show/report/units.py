@@ -24,7 +24,7 @@ def output_unit(name: str, drives: Mapping[str, Any] = MappingProxyType({})) -> 
 def _declared() -> dict[str, tuple[str, str]]:
     """Return the unit of each quantity, and its unit at a prismatic joint; the first declaration with both counts."""
     declared = [(name, one.unit, one.prismatic) for owner in OWNERS for name, one in owner.quantities.items()]
-    ordered = sorted(reversed(declared), key=lambda one: bool(one[2]))  # later ones count in a dictionary
+    ordered = sorted(declared[::-1], key=lambda one: bool(one[2]))  # later ones count in a dictionary
     return {name: (unit, prismatic) for name, unit, prismatic in ordered}
 
 
