@@ -23,9 +23,12 @@ def output_unit(name: str, drives: Mapping[str, Any] = MappingProxyType({})) -> 
 @cache
 def _declared() -> dict[str, tuple[str, str]]:
     """Return the unit of each quantity, and its unit at a prismatic joint; the first declaration with both counts."""
-    declared = [(name, one.unit, one.prismatic) for owner in OWNERS for name, one in owner.quantities.items()]
-    ordered = sorted(declared[::-1], key=lambda one: bool(one[2]))  # later ones count in a dictionary
-    return {name: (unit, prismatic) for name, unit, prismatic in ordered}
+    found: dict[str, tuple[str, str]] = {}
+    for owner in OWNERS:
+        for name, one in owner.quantities.items():
+            if name not in found or (one.prismatic and not found[name][1]):
+                found[name] = one.unit, one.prismatic
+    return found
 
 
 def as_shown(summary: dict[str, Any]) -> dict[str, Any]:
