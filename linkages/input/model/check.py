@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
@@ -39,6 +41,7 @@ from linkages.laws.film.closed_form import THINNEST
 #: Deepest wear, relative to the bearing's radius, for which the overlap geometry is valid.
 DEEPEST = 0.2
 
+_NAMED = {"drives": "joint", "joints": "joint", "links": "link"}  # tables of the mechanism's elements
 _OF_ANY_JOINT = ("force", "fx", "fy", "moment")
 _OF_DRIVE = ("torque", "rate", "power")
 _SAME = 1e-9  # distance below which a frame coincides with a joint [m]
@@ -62,17 +65,40 @@ def without_deformation(mechanism: Mechanism, experiment: Experiment, replaced: 
     return experiment if kept == experiment.outputs else experiment.replaced({"outputs": kept})
 
 
+@contextmanager
+def names_first(machine: Callable[[], Mechanism]) -> Iterator[None]:
+    """Report a joint or link that a mechanism lacks rather than a fault of its table of the experiment."""
+    try:
+        yield
+    except InputError as fault:
+        table, _, rest = fault.where.partition(".")
+        try:
+            mechanism = machine() if table in _NAMED and rest else None
+        except InputError:  # of a mechanism with faults nothing is known
+            raise fault from None
+        if mechanism is not None and not any(f"{rest}.".startswith(f"{name}.") for name in _known(mechanism, table)):
+            check_name(mechanism, fault.source, table, rest.partition(".")[0])
+        raise
+
+
+def check_name(mechanism: Mechanism, source: str | Path, table: str, name: str) -> None:
+    """Reject the name of a table of drives, joints or links that the mechanism lacks."""
+    if name not in (known := _known(mechanism, table)):
+        has_none = f"{mechanism.source.name} has no such {_NAMED[table]}; {nearest(name, known)}"
+        raise InputError(source, f"{table}.{name}", has_none)
+
+
+def _known(mechanism: Mechanism, table: str) -> Collection[str]:
+    """Return the names that a table can have."""
+    found: Collection[str] = getattr(mechanism, _NAMED[table])
+    return found
+
+
 def check(mechanism: Mechanism, experiment: Experiment) -> None:
     """Reject an experiment with names that the mechanism lacks, or values that do not suit it."""
-    for kind, owner, known in (
-        ("drives", "joint", mechanism.joint),
-        ("joints", "joint", mechanism.joint),
-        ("links", "link", mechanism.link),
-    ):
-        for name in getattr(experiment, kind):
-            if name not in known:
-                has_none = f"{mechanism.source.name} has no such {owner}; {nearest(name, known)}"
-                raise InputError(experiment.source, f"{kind}.{name}", has_none)
+    for table in _NAMED:
+        for name in getattr(experiment, table):
+            check_name(mechanism, experiment.source, table, name)
     for parameter, unit in mechanism.units.items():
         _Check(mechanism, experiment, f"sdf.{parameter}").measured(experiment.texts.get(f"sdf.{parameter}"), unit)
     for name, drive in experiment.drives.items():
