@@ -39,6 +39,17 @@ REFUSED = {
     "text for a number": (GOOD.replace("= 5.0", '= "fast"'), {}, "drives.O.speed: is 'fast'"),
     "infinite speed": (GOOD.replace("= 5.0", "= inf"), {}, "finite"),
     "unknown joint": (GOOD.replace("[joints.A]", "[joints.Aa]"), {}, "machine.sdf has no such joint"),
+    "decimal comma": (GOOD.replace("= 5.0", "= 5,0"), {}, "at line 6 col 9; write numbers with a decimal point"),
+    "decimal comma with a unit": (
+        GOOD.replace("= 1e-4 ", '= "0,1 mm"'),
+        {},
+        'joints.A.clearance: is "0,1 mm"; write a decimal point, "0.1 mm"',
+    ),
+    "decimal comma of the command line": (
+        GOOD,
+        {"joints.A.clearance": "0,0001"},
+        'joints.A.clearance: is "0,0001"; write a decimal point, "0.0001"',
+    ),
     "unknown joint with an incomplete table": (
         GOOD + "[joints.a]\nmodel = 'dry'\nclearance = 1e-4\n",
         {},
