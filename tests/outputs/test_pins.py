@@ -97,6 +97,15 @@ def test_every_recorded_output_can_be_reported(system_of, engine):
     assert found["q.O"]["max"] == pytest.approx(0.005 * SPEED)
 
 
+def test_ideal_joints_keep_the_outputs_that_they_have(system_of):
+    head, tables = EVERYTHING.split("\n", 1)
+    system = system_of(slider_crank(), f"{head}\n{DRIVEN.replace('0.1', '0.005')}{tables}")
+    kept = [name for name in system.experiment.outputs if name != "B.ex"]
+    assert system.replaced({"joints.B.model": "ideal"}).experiment.outputs == kept
+    assert system.ideal().experiment.outputs == [name for name in kept if name != "q.O"]  # of another tree
+    assert simulate(system.ideal(), "compiled")["O.rate"] == pytest.approx(SPEED)
+
+
 def test_the_table_shows_outputs_of_drives_with_their_units(experiment_file, tmp_path, capsys):
     """A wheel, rad/s and N m; a block on a rail, m/s and N."""
     wheel, slide = joint("O", "world", "one"), joint("O", "world", "one", "prismatic", "1 0 0")

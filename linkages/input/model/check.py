@@ -25,6 +25,7 @@ from linkages.input.model.experiment import (
     DEFINING,
     FRAME_BENDING,
     LINK_BENDING,
+    OF_DRIVES,
     PIN_QUANTITIES,
     QUANTITIES,
     Experiment,
@@ -42,23 +43,24 @@ from linkages.laws.film.closed_form import THINNEST
 DEEPEST = 0.2
 
 _NAMED = {"drives": "joint", "joints": "joint", "links": "link"}  # tables of the mechanism's elements
-_OF_ANY_JOINT = ("force", "fx", "fy", "moment")
-_OF_DRIVE = ("torque", "rate", "power")
 _SAME = 1e-9  # distance below which a frame coincides with a joint [m]
 
 #: Names of the predefined windows.
 OWN_WINDOWS = ("whole", "report", "steady", "later")
 
 
-def without_deformation(mechanism: Mechanism, experiment: Experiment, replaced: Iterable[str]) -> Experiment:
-    """Remove the deformation outputs of links that became rigid by values replaced at these paths."""
+def without_lost_outputs(mechanism: Mechanism, experiment: Experiment, replaced: Iterable[str]) -> Experiment:
+    """Remove outputs of links that became rigid, and of joints that became ideal, by values replaced at these paths."""
     tables = {path.partition(".")[0] for path in replaced}
-    rigid = {name for name, link in experiment.links.items() if not link.bends}
-    if "links" not in tables or "outputs" in tables or not rigid:
+    if tables.isdisjoint(("links", "joints")) or "outputs" in tables:
         return experiment
+    rigid = {name for name, link in experiment.links.items() if not link.bends}
+    ideal = experiment.joints.keys() - set(experiment.play)
 
     def gone(name: str) -> bool:
         point, _, quantity = name.rpartition(".")
+        if point in ideal:
+            return not experiment.is_of_joint(point, quantity)
         return quantity in BENDING_QUANTITIES and point in mechanism.point and mechanism.point[point].link in rigid
 
     kept = [name for name in experiment.outputs if not gone(name)]
@@ -438,14 +440,13 @@ class _Check:
 
     def joint_output(self, name: str, quantity: str) -> None:
         """Check an output of a joint."""
-        if quantity in (*PIN_QUANTITIES, *_OF_ANY_JOINT) or name in self.experiment.play:
+        if self.experiment.is_of_joint(name, quantity) or name in self.experiment.play:
             return
-        driven = name in self.experiment.drives
-        if quantity in _OF_DRIVE and not driven:
+        if quantity in OF_DRIVES:
             self.refuse("", f'needs a drive, and "{name}" has none; name a driven joint, or the angles of its links')
-        if quantity not in _OF_DRIVE:
-            near = nearest(quantity, (*PIN_QUANTITIES, *(_OF_DRIVE if driven else ())))
-            self.refuse("", f'"{quantity}" of a joint is no output here; {near}')
+        driven = OF_DRIVES if name in self.experiment.drives else ()
+        near = nearest(quantity, (*PIN_QUANTITIES, *driven))
+        self.refuse("", f'"{quantity}" of a joint is no output here; {near}')
 
     def covers(self, times: list[float] | None, fits: Iterable[Fit]) -> None:
         """Check that a table, or the signals of a file, cover the duration of the run."""

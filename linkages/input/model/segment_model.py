@@ -20,7 +20,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.input.files.raw_model import LinkBeam
 from linkages.input.model.beam_interfaces import distinct, interfaces, parts
-from linkages.input.model.experiment import QUANTITIES, Experiment, experiment_of
+from linkages.input.model.experiment import BENDING_QUANTITIES, Experiment, experiment_of
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Joint, Link, Mechanism
 
@@ -161,7 +161,7 @@ def _experiment_of(machine: Mechanism, experiment: Experiment, cut: dict[str, Se
 
     data: dict[str, Any] = experiment.model_dump(exclude_unset=True)
     data["links"] = {}
-    data["outputs"] = [name for name in experiment.outputs if name.rpartition(".")[2] in QUANTITIES]
+    data["outputs"] = [name for name in experiment.outputs if name.rpartition(".")[2] not in BENDING_QUANTITIES]
     for torque in data.get("torques", {}).values():
         if torque.get("link") is not None:
             torque["link"] = carrier(torque["link"])
