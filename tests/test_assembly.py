@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import PLANES, bar, circle_intersection, four_bar, joint, model, seven_bar_slider, slider_crank
+from machines import PLANES, bar, circle_intersection, four_bar, joint, model, seven_bar_slider, slider_crank, solid
 from reference_machines import parallelogram_sdf
 from shipped import NAMES, shipped
 
@@ -212,6 +212,34 @@ def test_too_many_drives_are_refused(system_of):
     system = system_of(four_bar(), DRIVE + "[drives.Q]\nspeed = 1.0\n")
     with pytest.raises(InputError, match="2 drives for 1 degree of freedom of four_bar; drive fewer joints"):
         _ = system.assembly
+
+
+HINT = 'for another direction change the axis, in a description "along ground at 90 deg"'
+
+
+def test_an_immobile_machine_says_along_which_directions_its_slides_move(system_of):
+    """A block below its crank that slides along x, as by default, and not along y, cannot move."""
+    links = bar("crank", 0.04, "__model__", angle=np.pi / 2) + bar("rod", 0.15, "crank_tip")
+    links += solid("block", 0.1, 1e-4, "0 0.19 0 0 0 0") + joint("O", "world", "crank") + joint("A", "crank_tip", "rod")
+    links += joint("B", "rod_tip", "block")
+    for axis, moves in (("1 0 0", False), ("0 1 0", True)):
+        system = system_of(model("press", links + joint("G", "world", "block", "prismatic", axis)), DRIVE)
+        if moves:
+            assert system.assembly.mobility == 1
+            continue
+        with pytest.raises(AssemblyError, match="is immobile") as caught:
+            _ = system.assembly
+        assert f"(G slides along x; {HINT})" in str(caught.value)
+
+
+def test_a_machine_without_freedom_says_along_which_directions_its_slides_move(system_of):
+    guides = joint("G", "world", "block", "prismatic", "1 0 0") + joint(
+        "H", "world", "block", "prismatic", "0.5 0.8660254 0"
+    )
+    system = system_of(model("guides", solid("block", 0.1, 1e-4) + guides), "duration = 1.0\n[drives.G]\nspeed = 1.0\n")
+    with pytest.raises(InputError, match="1 drive for 0 degrees of freedom of guides") as caught:
+        _ = system.assembly
+    assert f"(G slides along x and H slides at 60 degrees to x; {HINT})" in str(caught.value)
 
 
 def test_offset_places_the_journal(seven_bar):

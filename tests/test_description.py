@@ -43,6 +43,48 @@ def made(tmp_path, capsys):
     return make
 
 
+@pytest.mark.parametrize(
+    ("com", "place"), [("", (0.05, 0.0)), ('com = "O", ', (0.0, 0.0)), ('com = ["a/4", "-1 mm"], ', (0.025, -1e-3))]
+)
+def test_a_link_has_the_mass_centre_of_its_key(made, com, place):
+    """Without the key the centre is midway between the points; parameters move it, the moment is about the centre."""
+    table = f'{{ points = "O A", {com}mass = "12 kg", inertia = "0.2 kg m2" }}'
+    file = made(SIMPLE.replace('bar = "O A"', f"bar = {table}"))
+    bar = load(file).mechanism.link["bar"]
+    assert bar.com == pytest.approx(place, abs=1e-15)
+    assert (bar.mass, bar.inertia) == (12.0, pytest.approx(0.2))
+    longer = load(file, {"sdf.parameters.a": 0.2}).mechanism.link["bar"]
+    assert longer.com == pytest.approx((2.0 * place[0], place[1]), abs=1e-15)
+
+
+def test_a_wheel_on_its_shaft_loads_it_by_its_weight_alone(made):
+    """40 kg at 1,500 r/min about the centre: m g = 392 N; the centre 20 mm aside would pull with 19.7 kN."""
+    text = SIMPLE.replace('bar = "O A"', 'bar = { points = "O A", com = "O", mass = 40.0, inertia = 0.5 }')
+    file = made(
+        'drives = { O = { speed = "1500 r/min" } }\ngravity = [0.0, -9.81, 0.0]\n' + text.replace("1.0", "0.1", 1)
+    )
+    force = linkages.ideal(load(file))["O.force"]
+    np.testing.assert_allclose(force, 40.0 * 9.81, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("com", "problem"),
+    [
+        ('"Q"', 'links.bar.com: there is no point "Q"; known are: A, O'),
+        ("3.0", 'links.bar.com: is 3.0; give a point, such as "O", or [x, y]'),
+        ('["1 kg", 0]', 'links.bar.com: is "1 kg"; it must be measured in m'),
+        ('"O", beam = { youngs_modulus = 2e11 }', "links.bar.com: cannot be given with a beam, which determines it"),
+    ],
+)
+def test_a_wrong_mass_centre_is_refused_in_one_line(tmp_path, capsys, com, problem):
+    source = tmp_path / "m.machine.toml"
+    source.write_text(SIMPLE.replace('bar = "O A"', f'bar = {{ points = "O A", com = {com} }}'))
+    assert main(["new", "--from", str(source), "--out", str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert problem in said
+    assert said.count("\n") == 1
+
+
 @pytest.mark.parametrize("title", MACHINES)
 def test_the_machines_of_the_page_have_one_degree_of_freedom_and_close_as_drawn(title, made):
     """Gruebler's count: 3 for each link, less 2 for each pin or guide."""

@@ -338,7 +338,14 @@ def test_a_second_drive_of_a_machine_with_one_freedom_is_named(experiment_file):
         ({"sdf.links.crank.inertia": 1057.0}, "is it in kg mm2?"),
         ({"drives.O.angle": 90.0}, "are these degrees?"),
         ({"drives.O.speed": 3000.0}, "is it in r/min, or in degrees?"),
+        ({"drives.O.speed": 600.0}, "is it in r/min, or in degrees?"),
+        ({"drives.O.speed": "600 rad/s"}, None),
         ({"gravity": [0.0, -9810.0, 0.0]}, "is it in mm/s2?"),
+        (
+            {"gravity": [0.0, 0.0, -9.81]},
+            "does the machine lie flat? If it stands upright, write gravity = [0.0, -9.81",
+        ),
+        ({"gravity": [0.0, -8.0, -5.7]}, None),
     ],
 )
 def test_a_value_in_another_unit_is_asked_about(values, question):
@@ -357,6 +364,42 @@ def test_a_heavy_link_that_reaches_far_beyond_its_joints_raises_no_question(expe
     )
     asked = doubts(system.mechanism, system.tree.extent, system.experiment)
     assert not any("boom" in question for question in asked)
+
+
+def crank_machine(crank, rod, sizes, drive, com=None):
+    """A slider-crank of these lengths; `sizes` are masses and moments of inertia of crank, rod and slider."""
+    of_crank, of_rod, of_slider = sizes
+    body = solid("crank", *of_crank, "0 0 0 0 0 0", centre=f"{crank / 2 if com is None else com} 0 0 0 0 0")
+    body += solid("rod", *of_rod, f"{crank} 0 0 0 0 0", centre=f"{rod / 2} 0 0 0 0 0")
+    body += solid("slider", *of_slider, f"{crank + rod} 0 0 0 0 0")
+    body += joint("O", "world", "crank") + joint("A", "crank", "rod") + joint("B", "rod", "slider")
+    body += joint("guide", "world", "slider", "prismatic", "1 0 0")
+    return model("machine", body), f"duration = 1.0\n[drives.O]\n{drive}\n"
+
+
+@pytest.mark.parametrize(
+    "machine",
+    [
+        crank_machine(8.0, 50.0, [(900.0, 5e3), (5000.0, 1e6), (800.0, 50.0)], "speed = 0.1"),
+        crank_machine(1e-4, 3e-4, [(2e-10, 4e-19), (1e-9, 1e-17), (4e-9, 1e-17)], "speed = 1e4"),
+        crank_machine(0.0155, 0.0655, [(0.2, 1e-5), (0.02, 1e-5), (0.05, 1e-5)], "speed = '5000 r/min'", com=0.005),
+    ],
+    ids=["a crane", "a micromachine", "the needle bar of a sewing machine"],
+)
+def test_true_special_machines_raise_no_question(system_of, machine):
+    system = system_of(*machine)
+    assert doubts(system.mechanism, system.tree.extent, system.experiment) == []
+
+
+@pytest.mark.parametrize(("com", "count"), [(None, 1), (0.0, 0)])
+def test_a_driven_wheel_with_its_centre_beside_the_joint_is_asked_about(system_of, com, count):
+    """40 kg with 0.5 kg m2 on a crank of 40 mm at 1,500 r/min: m e w^2 = 40 * 0.02 * 157.08^2 = 19.7 kN."""
+    machine = crank_machine(0.04, 0.15, [(40.0, 0.5), (0.2, 4e-4), (0.3, 1e-4)], "speed = '1500 r/min'", com)
+    system = system_of(*machine)
+    asked = doubts(system.mechanism, system.tree.extent, system.experiment)
+    assert len(asked) == count
+    for question in asked:
+        assert "mass centre of crank turns 0.02 m beside O, and pulls with 1.97e+04 N" in question
 
 
 def test_a_link_without_inertial_is_asked_about(experiment_file):

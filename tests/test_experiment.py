@@ -39,6 +39,28 @@ REFUSED = {
     "text for a number": (GOOD.replace("= 5.0", '= "fast"'), {}, "drives.O.speed: is 'fast'"),
     "infinite speed": (GOOD.replace("= 5.0", "= inf"), {}, "finite"),
     "unknown joint": (GOOD.replace("[joints.A]", "[joints.Aa]"), {}, "machine.sdf has no such joint"),
+    "decimal comma": (GOOD.replace("= 5.0", "= 5,0"), {}, "at line 6 col 9; write numbers with a decimal point"),
+    "decimal comma with a unit": (
+        GOOD.replace("= 1e-4 ", '= "0,1 mm"'),
+        {},
+        'joints.A.clearance: is "0,1 mm"; write a decimal point, "0.1 mm"',
+    ),
+    "decimal comma of the command line": (
+        GOOD,
+        {"joints.A.clearance": "0,0001"},
+        'joints.A.clearance: is "0,0001"; write a decimal point, "0.0001"',
+    ),
+    "unknown joint with an incomplete table": (
+        GOOD + "[joints.a]\nmodel = 'dry'\nclearance = 1e-4\n",
+        {},
+        "joints.a: machine.sdf has no such joint; known are: A, B, O, Q",
+    ),
+    "unknown link with a wrong key": (
+        GOOD + "[links.crnk]\nmodle = 'rigid'\n",
+        {},
+        "links.crnk: machine.sdf has no such link",
+    ),
+    "unknown joint of the command line": (GOOD, {"joints.Z.model": "dry"}, "joints.Z: machine.sdf has no such joint"),
     "unknown drive": (GOOD.replace("[drives.O]", "[drives.o1]"), {}, "machine.sdf has no such joint"),
     "negative clearance": (GOOD.replace("1e-4 ", "-1e-4 "), {}, "joints.A.clearance: is -0.0001"),
     "clearance larger than bearing": (

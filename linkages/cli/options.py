@@ -158,7 +158,8 @@ def add_pictures(parser: argparse.ArgumentParser, animation: bool = False) -> No
 
 def output_names(options: argparse.Namespace, experiment: Experiment) -> list[str]:
     """Return the names of `add_outputs`; InputError if there are none."""
-    names = options.output or [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
+    usual = dict.fromkeys([*experiment.outputs, *(f"{name}.force" for name in experiment.play)])
+    names = options.output or [*usual]
     if not names:
         raise InputError(experiment.source, "outputs", "are none; name one with --output")
     return names

@@ -21,7 +21,7 @@ from linkages.results.derivatives import Wrt
 from linkages.results.films import heated, joint_heat
 from linkages.results.measured import check_data
 from linkages.results.outputs.columns import columns
-from linkages.results.outputs.registry import unit
+from linkages.results.outputs.registry import check_outputs, unit
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import check_duration, ideal_motion
@@ -251,6 +251,7 @@ def ideal(system: System, engine: str = DEFAULT) -> Trajectory:
     >>> round(linkages.extremes(motion, ["slider7.ax"])["slider7.ax"].peak, 3)  # m/s2
     3.556
     """
+    check_outputs(system)
     determined = _with_exact_motion(system)
     if determined is None:
         return simulate(system.ideal(), engine)

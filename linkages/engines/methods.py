@@ -6,6 +6,7 @@ from linkages.base.errors import InputError, notice
 from linkages.base.kernel.precompiled import expect
 from linkages.base.kernel.private import OFF
 from linkages.input.model.experiment_tables import IMPLICIT
+from linkages.results.outputs.registry import check_outputs
 from linkages.system import System
 
 #: Explicit and implicit methods of each engine by their names in experiments; the first of a tuple is the default.
@@ -25,7 +26,8 @@ def is_implicit(system: System) -> bool:
 
 
 def expect_run(system: System, engine: str) -> None:
-    """Have the kernels compiled that a run will call, if the cache of compiled code is empty."""
+    """Check the outputs of a run, and have its kernels compiled if the cache of compiled code is empty."""
+    check_outputs(system)
     expect(f"linkages.engines.precompilation:{engine}", *((is_implicit(system),) if engine == "compiled" else ()))
 
 

@@ -160,7 +160,7 @@ def names(system: System) -> list[str]:
     """Return the compared columns: outputs, force and eccentricity of clearance joints, drive torques."""
     joints, drives = system.experiment.play, system.experiment.drives
     of_joints = [f"{joint}.{what}" for joint in joints for what in ("force", "eccentricity_ratio")]
-    return [*system.experiment.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)]
+    return [*dict.fromkeys([*system.experiment.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)])]
 
 
 def differences(run: Trajectory, other: Trajectory, columns: list[str], until: float) -> dict[str, Difference]:

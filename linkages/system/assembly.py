@@ -31,6 +31,7 @@ _CONTINUATION = 0.05  # largest step of a drive from the reference configuration
 _FARTHEST = 1e3  # largest start value of a drive [rad or m]
 _CLEAR, _CLEARLY = 1e-9, 1e-6  # relative thresholds for independent rows: at a pose, at a neighbouring pose
 _ASIDE, _TRIED = (0.05, 0.01), 4  # distances of neighbouring poses [rad, or linkage lengths]; number of directions
+_ALIGNED = 1e-9  # component of a direction that counts as zero
 _STILL = 1e-9  # largest motion of a joint that counts as none, relative to the motion without gears
 _ASTRAY = 0.1  # largest relative deviation of a closed neighbouring pose from the intended direction
 
@@ -144,7 +145,7 @@ def assemble(
     else:
         consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
     if (determined and quality < SINGULAR) or rank.flat:
-        raise AssemblyError(Status.SINGULAR, "the start position is singular")
+        raise AssemblyError(Status.SINGULAR, f"the start position is singular{_slides(tree)}")
     check_loads(tree, experiment, loads, motions, q, v)
     return Assembly(q, v, mobility, quality if determined else float("nan"))
 
@@ -197,8 +198,27 @@ def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int,
             problem = "contradict each other, or the loops: their joints cannot move; correct a ratio, or remove a gear"
             raise InputError(experiment.source, f"gears: {names}", problem)
         freedoms = f"{mobility} degree{'' if mobility == 1 else 's'} of freedom"
-        problem = f"{drives} drives for {freedoms} of {tree.mechanism.name}; drive fewer joints"
+        counted = f"{drives} drive{'' if drives == 1 else 's'}"
+        problem = (
+            f"{counted} for {freedoms} of {tree.mechanism.name}{'' if mobility else _slides(tree)}; drive fewer joints"
+        )
         raise InputError(experiment.source, "drives", problem)
+
+
+def _slides(tree: Tree) -> str:
+    """Tell the directions of prismatic joints, which files give by mistake or by default; empty without any."""
+    slides = {joint.name: joint.direction for joint in tree.mechanism.joints if joint.type == "prismatic"}
+    if not slides:
+        return ""
+    said = listed(f"{name} slides {_along(*direction)}" for name, direction in slides.items())
+    return f' ({said}; for another direction change the axis, in a description "along ground at 90 deg")'
+
+
+def _along(x: float, y: float) -> str:
+    """Tell a direction in the plane."""
+    if min(abs(x), abs(y)) < _ALIGNED:
+        return "along x" if abs(y) < _ALIGNED else "along y"
+    return f"at {np.degrees(np.arctan2(y, x)) % 180.0:.4g} degrees to x"
 
 
 def _drawn_rank(tree: Tree, rows: Records, q: Array) -> Rank:
@@ -209,7 +229,7 @@ def _drawn_rank(tree: Tree, rows: Records, q: Array) -> Rank:
     if not rank.moves:
         problem, still = "the links are just long enough to close the loops: ", rank.still
         if np.array_equal(still, rank.open) or not still.any():
-            raise AssemblyError(Status.LOCKED, problem + "the reference configuration is immobile")
+            raise AssemblyError(Status.LOCKED, f"{problem}the reference configuration is immobile{_slides(tree)}")
         names = listed(name for name, stuck in zip(tree.coordinates, still, strict=True) if stuck)
         raise AssemblyError(Status.LOCKED, f"{problem}{names} cannot move, wherever the other joints are")
     return rank

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Records
-from linkages.input.files.toml import leaves
+from linkages.input.files.toml import leaves, read_toml
 from linkages.input.files.unit_conversion import SLIDING, si_unit
-from linkages.input.model.check import without_deformation
+from linkages.input.model.check import names_first, without_lost_outputs
 from linkages.input.model.experiment import ARGUMENT, Experiment, load_experiment, value_unit
 from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inertial, load_mechanism
 from linkages.laws import Registered, registered, restore
@@ -79,8 +79,8 @@ class System(Unassembled):
         ----------
         values : mapping
             Paths of the experiment (``joints.A.clearance``), and of the machine with ``sdf.`` before them
-            (``sdf.links.rod.mass``); strings are read as TOML values. Outputs of the deformation
-            of links that become rigid are dropped.
+            (``sdf.links.rod.mass``); strings are read as TOML values. Outputs of the clearance
+            of joints that become ideal, and of the deformation of links that become rigid, are dropped.
         origin : str
             Origin of the values, named in errors and as their source.
 
@@ -104,7 +104,8 @@ class System(Unassembled):
         """
         if not values:
             return self
-        experiment = self.experiment.replaced(values, origin)
+        with names_first(lambda: self.mechanism):
+            experiment = self.experiment.replaced(values, origin)
         machine = [path.removeprefix("sdf.") for path in values if path.partition(".")[0] == "sdf"]
         with faults_of_values(experiment):
             if "mechanism" in values:
@@ -112,7 +113,7 @@ class System(Unassembled):
             else:
                 mechanism = self.mechanism.replaced(experiment.sdf_overrides, machine)
         offsets = [{name: e.joints[name].offset for name in e.play} for e in (experiment, self.experiment)]
-        experiment = without_deformation(mechanism, experiment, values)
+        experiment = without_lost_outputs(mechanism, experiment, values)
         same_start = all(map(keeps_start, values)) and offsets[0] == offsets[1] and experiment.start == "centred"
         same_start = same_start and not experiment.flexible
         return System(mechanism, experiment, (self._twin or self) if same_start else None, _memory=self._memory)
@@ -301,10 +302,17 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: s
     >>> system.experiment.duration
     0.5
     """
-    experiment = load_experiment(path, overrides, origin)
+    with names_first(lambda: _mechanism_of(Path(path), overrides or {})):
+        experiment = load_experiment(path, overrides, origin)
     with faults_of_values(experiment):
         mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
-    return System(mechanism, without_deformation(mechanism, experiment, overrides or ()))
+    return System(mechanism, without_lost_outputs(mechanism, experiment, overrides or ()))
+
+
+def _mechanism_of(path: Path, overrides: Mapping[str, Any]) -> Mechanism:
+    """Return the mechanism of an experiment's file that may be faulty."""
+    data = read_toml(path)[0] | dict(overrides)
+    return load_mechanism(path.parent / str(data.get("mechanism", "")))
 
 
 def _restored(mechanism: Mechanism, experiment: Experiment, laws: tuple[Registered, ...]) -> System:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import four_bar, slider_crank
+from machines import four_bar, joint, model, slider_crank, solid
 
 import linkages
 from linkages import InputError, load, simulate
@@ -59,7 +59,7 @@ def test_sections_and_forces_can_ask_for_a_pin_that_is_no_output(system_of):
         ('outputs = ["crnak_tip.x"]', 'has no link, frame or joint "crnak_tip"; did you mean "crank_tip"?'),
         ('outputs = ["AA.x"]', 'did you mean "A"?'),
         ('outputs = ["A.omega"]', '"omega" of a joint is no output here; known are: acceleration, ax'),
-        ('outputs = ["O.torque"]', "needs no entry: forces, torques, powers and eccentricities of joints are always"),
+        ('outputs = ["A.rate"]', 'outputs: "A.rate": needs a drive, and "A" has none; name a driven joint'),
         ('outputs = ["A.vz"]', '"vz" of a joint is no output here; did you mean "vy"?'),
         ('forces = { f = { point = "A", force = [1, 0] } }', "is a joint of two links; name a link or frame, such as coupler or crank_tip"),
         ('forces = { f = { point = "crank", formula = ["B.angle", "0"] } }', '"B" is not in'),
@@ -69,6 +69,70 @@ def test_a_wrong_name_is_answered_with_a_right_one(experiment_file, text, proble
     with pytest.raises(InputError) as caught:
         load(experiment_file(four_bar(), f"duration = 0.1\n{text}\n"))
     assert problem in str(caught.value)
+
+
+EVERYTHING = """outputs = ["O.rate", "O.torque", "B.ex", "A.force", "push.fx", "push.power", "kinetic_energy", "q.O", "z.value"]
+[forces.push]
+point = "slider"
+force = [-5.0, 0.0]
+[states.z]
+rate = "1"
+[joints.B]
+model = "dry"
+clearance = 1e-4
+contact = { law = "flores", restitution = 0.8, youngs_modulus = 2e11 }
+"""
+
+
+@pytest.mark.parametrize("engine", ["compiled", "drake"])
+def test_every_recorded_output_can_be_reported(system_of, engine):
+    """An output of joints, drives, loads, states, coordinates, or of the whole linkage; not only of points."""
+    head, tables = EVERYTHING.split("\n", 1)
+    system = system_of(slider_crank(), f"{head}\n{DRIVEN.replace('0.1', '0.005')}{tables}")
+    found = linkages.summarize(linkages.assess(system, engine, error_estimate=False))["outputs"]
+    assert list(found) == system.experiment.outputs
+    assert found["O.rate"]["min"] == found["O.rate"]["max"] == pytest.approx(SPEED)
+    assert found["push.fx"]["min"] == -5.0
+    assert found["z.value"]["max"] == pytest.approx(0.005)
+    assert found["q.O"]["max"] == pytest.approx(0.005 * SPEED)
+
+
+def test_ideal_joints_keep_the_outputs_that_they_have(system_of):
+    head, tables = EVERYTHING.split("\n", 1)
+    system = system_of(slider_crank(), f"{head}\n{DRIVEN.replace('0.1', '0.005')}{tables}")
+    kept = [name for name in system.experiment.outputs if name != "B.ex"]
+    assert system.replaced({"joints.B.model": "ideal"}).experiment.outputs == kept
+    assert system.ideal().experiment.outputs == [name for name in kept if name != "q.O"]  # of another tree
+    assert simulate(system.ideal(), "compiled")["O.rate"] == pytest.approx(SPEED)
+
+
+def test_the_table_shows_outputs_of_drives_with_their_units(experiment_file, tmp_path, capsys):
+    """A wheel, rad/s and N m; a block on a rail, m/s and N."""
+    wheel, slide = joint("O", "world", "one"), joint("O", "world", "one", "prismatic", "1 0 0")
+    for part, units in ((wheel, ("rad/s", "N m")), (slide, ("m/s", "N"))):
+        text = "outputs = ['O.rate', 'O.torque', 'kinetic_energy']\nduration = 0.1\n[drives.O]\nspeed = 2.0\n"
+        file = experiment_file(model("wheel", solid("one", 1.0, 0.2) + part), text)
+        assert main(["simulate", str(file), "--out", str(tmp_path / "out"), "--force", "--no-plots"]) == 0
+        shown = capsys.readouterr().out
+        for label in (f"O.rate [{units[0]}]", f"O.torque [{units[1]}]", "kinetic_energy [J]"):
+            assert label in shown
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("B.exx", 'output "B.exx": is unknown; did you mean "B.ex"?'),
+        ("push.force_x", 'output "push.force_x": is unknown; did you mean "push.force"?'),
+        ("kinetic", 'output "kinetic": is unknown; did you mean "kinetic_energy"?'),
+    ],
+)
+def test_unknown_outputs_of_other_elements_are_answered_before_the_run(system_of, name, problem):
+    tables = EVERYTHING.split("\n", 1)[1]
+    system = system_of(slider_crank(), f"outputs = ['{name}']\n{DRIVEN}{tables}")
+    for ask in (simulate, linkages.ideal, linkages.assess):
+        with pytest.raises(InputError) as caught:
+            ask(system)
+        assert problem in str(caught.value)
 
 
 def test_a_described_machine_has_its_pins_by_name(tmp_path, capsys):

@@ -47,6 +47,7 @@ class LinkTable(Table):
     density: Any = Field(None, description="density instead of the default [kg/m3]")
     mass: Any = Field(None, description="mass instead of the bars', with the same distribution [kg]")
     inertia: Any = Field(None, description="moment of inertia about the mass centre, instead of the bars' [kg m2]")
+    com: Any = Field(None, description="mass centre instead of the bars': a point, or coordinates [x, y] [m]")
     beam: BeamTable | None = Field(None, description="beam of a flexible link, instead of bars")
 
 
@@ -173,7 +174,7 @@ class Drawing:
         points = np.array([self._place(point, where) for point in link.points])
         pose = upright(angle, points[0])
         if table.beam is not None:
-            for key in ("mass", "inertia"):
+            for key in ("mass", "inertia", "com"):
                 if getattr(table, key) is not None:
                     raise DraftError(f"{where}.{key}", "cannot be given with a beam, which determines it; remove it")
             none = RawLink(name, 0.0, pose.rotation, pose.translation, np.zeros(3), np.zeros((3, 3)), (), None)
@@ -188,9 +189,21 @@ class Drawing:
         inertia = inertia * (mass / own)
         if table.inertia is not None:
             inertia = inertia * (self._positive(table.inertia, f"{where}.inertia") / inertia[2, 2])
+        if table.com is not None:
+            centre = self._centre(table.com, f"{where}.com")
         turn = pose.rotation
         local = turn.T @ (np.array([*centre, 0.0]) - pose.translation), turn.T @ inertia @ turn
         return RawLink(name, mass, turn, pose.translation, *local, (), None)
+
+    def _centre(self, given: Any, where: str) -> Array:
+        """Return the place of a point, or coordinates [m]."""
+        match given:
+            case str(point):
+                return self._place(point, where)
+            case [x, y]:
+                return np.array([self.numbers.number(value, where) for value in (x, y)])
+            case _:
+                raise DraftError(where, f'is {given!r}; give a point, such as "O", or [x, y]')
 
     def _beam(self, name: str, table: BeamTable, density: Any) -> LinkBeam:
         where = f"links.{name}.beam"
@@ -233,6 +246,8 @@ class Drawing:
         """Join all links that share a point to the first of them; the ground comes first."""
         order = sorted(self.links, key=lambda name: name != GROUND)
         used = {point for link in self.links.values() for point in link.points}
+        centres = (given.com for given in self.description.links.values() if isinstance(given, LinkTable))
+        used |= {centre for centre in centres if isinstance(centre, str)}
         for point in self.description.points:
             on = [name for name in order if point in self.links[name].pins]
             for count, other in enumerate(on[1:]):

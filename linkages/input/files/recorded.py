@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -45,31 +46,28 @@ class Recording:
     def column(self, name: str, unit: str, given: str | None = None) -> Array:
         """Return a column in `unit`; it is in `given`, or else in the file's unit, or else in `unit`.
 
+        The file's unit also stands in parentheses at the end of the name, if it is of the same kind.
+
         A ValueError has one sentence with the error and the remedy.
         """
         if name not in self.columns:
             raise ValueError(f'{self.path.name} has no column "{name}"; {nearest(name, self.columns)}')
-        stated = given or self.units.get(name) or unit
+        stated = given or self.units.get(name) or _aside(name, unit)
         try:
             zero, one = (0.0, 1.0) if stated == unit else (si(f"{x} {stated}", unit) for x in (0, 1))
         except ValueError as problem:
             raise ValueError(f'the unit of column "{name}" {problem}'.replace('"0 ', '"')) from None
-        if not given and name not in self.units:
-            _check_aside(name, unit)
         values = self.columns[name] * (one - zero)
         return values + zero if zero else values
 
 
-def _check_aside(name: str, unit: str) -> None:
-    """Raise a ValueError if the name of a column ends with another unit of the same kind, in parentheses."""
+def _aside(name: str, unit: str) -> str:
+    """Return the unit in parentheses at the end of a column's name if it is of the same kind as a unit, else that."""
     aside = _ASIDE.fullmatch(name)
     try:
-        factor = si(f"1 {aside[1]}", unit) if aside else 1.0
+        return aside[1] if aside and math.isfinite(si(f"1 {aside[1]}", unit)) else unit
     except ValueError:  # it is no unit, or of another kind
-        return
-    if aside and factor != 1.0:
-        remedy = f"write the heading with [{aside[1]}], or give the unit"
-        raise ValueError(f'column "{name}" has its unit in parentheses, where it is not read; {remedy}')
+        return unit
 
 
 def read_recording(path: Path) -> Recording:

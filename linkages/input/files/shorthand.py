@@ -27,7 +27,7 @@ _SIGNS = {"pos", "neg", "abs"}
 
 #: Unit of each key's quantities; the third of a point's three values is an angle.
 _UNITS = {"points": "m", "section": "m", "bearing": "m", "density": "kg/m3"}
-_OF_LINK = {"section": "m", "mass": "kg", "inertia": "kg m2"}
+_OF_LINK = {"section": "m", "mass": "kg", "inertia": "kg m2", "com": "m"}
 _OF_LINK |= {key: unit for kind in (*SECTIONS.values(), MATERIAL) for key, unit in kind.items() if unit != "1"}
 
 

@@ -28,6 +28,7 @@ T = TypeVar("T")
 TwoOf = Annotated[list[T], Field(min_length=2, max_length=2)]
 
 _DEEPEST = 20  # most levels of nesting (reading recurses)
+_COMMA = re.compile(r"=\s*[-+]?\d+,\d")  # a decimal comma
 _LONGEST = 80  # most characters of a wrong value in a message
 
 
@@ -86,14 +87,17 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
     """Read a file: its values, and the comment after each value by dotted path."""
     if path.suffix == ".sdf":
         raise InputError(path, "", "is a mechanism; give the experiment file (.toml) that names it")
-    data = io.BytesIO(read_whole(path))
+    data = read_whole(path)
     try:
-        document = tomlkit.parse(io.TextIOWrapper(data, "utf-8").read())
+        document = tomlkit.parse(io.TextIOWrapper(io.BytesIO(data), "utf-8").read())
         return document.unwrap(), dict(_comments(document))
     except RecursionError:
         raise InputError(path, "", "is nested too deeply") from None
     except (TOMLKitError, ValueError) as problem:  # ValueError: not UTF-8, or a number with too many digits
-        raise InputError(path, "", f"is not valid TOML: {problem}") from None
+        place = getattr(problem, "line", None)
+        lines = data.decode("utf-8", "replace").splitlines()[place - 1 : place] if place else []
+        remedy = "; write numbers with a decimal point" if any(map(_COMMA.search, lines)) else ""
+        raise InputError(path, "", f"is not valid TOML: {problem}{remedy}") from None
 
 
 def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: str) -> None:

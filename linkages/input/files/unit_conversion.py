@@ -14,6 +14,7 @@ _NUMBER = rf"[-+]?{_FRACTION}"
 _NAME = r"[A-Za-zµμ°%]+"
 _FACTOR = rf"{_NAME}(?:\^?-?\d)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*((?:1\s*/\s*)?{_FACTOR}(?:\s*[ */·]\s*{_FACTOR})*)\s*")
+_COMMA = re.compile(r"(\s*[-+]?\d+),(\d+(?:[eE][-+]?\d+)?(?:\s*[^\d\s,].*)?\s*)")  # 0,2 mm
 _IN_FORMULA = re.compile(rf"(?<![\w.])({_FRACTION})\s*({_FACTOR})(?![\w.(])")
 
 #: SI units, one of each usual kind.
@@ -50,6 +51,8 @@ def si(text: str, unit: str = "") -> float:
     """
     found = _QUANTITY.fullmatch(text)
     if found is None:
+        if comma := _COMMA.fullmatch(text):
+            raise ValueError(f'is "{text}"; write a decimal point, "{comma[1]}.{comma[2]}"')
         raise ValueError(f'is "{text}"; give a number, or a number with its unit such as "0.1 mm"')
     units = _registry()
     above, _, below = found[1].partition("/")
@@ -85,7 +88,7 @@ def read(value: Any, unit: str) -> Any:
     """Convert every quantity in a value or list to its number in `unit`; other items are unchanged."""
     if isinstance(value, list):
         return [read(item, unit) for item in value]
-    return si(value, unit) if isinstance(value, str) and is_quantity(value) else value
+    return si(value, unit) if isinstance(value, str) and (is_quantity(value) or _COMMA.fullmatch(value)) else value
 
 
 def read_either(value: Any, unit: str) -> Any:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
@@ -25,6 +27,7 @@ from linkages.input.model.experiment import (
     DEFINING,
     FRAME_BENDING,
     LINK_BENDING,
+    OF_DRIVES,
     PIN_QUANTITIES,
     QUANTITIES,
     Experiment,
@@ -41,39 +44,65 @@ from linkages.laws.film.closed_form import THINNEST
 #: Deepest wear, relative to the bearing's radius, for which the overlap geometry is valid.
 DEEPEST = 0.2
 
-_RECORDED = ("force", "fx", "fy", "moment", "torque", "power", "eccentricity_ratio", "ex", "ey")
+_NAMED = {"drives": "joint", "joints": "joint", "links": "link"}  # tables of the mechanism's elements
 _SAME = 1e-9  # distance below which a frame coincides with a joint [m]
 
 #: Names of the predefined windows.
 OWN_WINDOWS = ("whole", "report", "steady", "later")
 
 
-def without_deformation(mechanism: Mechanism, experiment: Experiment, replaced: Iterable[str]) -> Experiment:
-    """Remove the deformation outputs of links that became rigid by values replaced at these paths."""
+def without_lost_outputs(mechanism: Mechanism, experiment: Experiment, replaced: Iterable[str]) -> Experiment:
+    """Remove outputs of links that became rigid, and of joints that became ideal, by values replaced at these paths."""
     tables = {path.partition(".")[0] for path in replaced}
-    rigid = {name for name, link in experiment.links.items() if not link.bends}
-    if "links" not in tables or "outputs" in tables or not rigid:
+    if tables.isdisjoint(("links", "joints")) or "outputs" in tables:
         return experiment
+    rigid = {name for name, link in experiment.links.items() if not link.bends}
+    ideal = experiment.joints.keys() - set(experiment.play)
 
     def gone(name: str) -> bool:
         point, _, quantity = name.rpartition(".")
+        if point in ideal:
+            return not experiment.is_of_joint(point, quantity)
         return quantity in BENDING_QUANTITIES and point in mechanism.point and mechanism.point[point].link in rigid
 
     kept = [name for name in experiment.outputs if not gone(name)]
     return experiment if kept == experiment.outputs else experiment.replaced({"outputs": kept})
 
 
+@contextmanager
+def names_first(machine: Callable[[], Mechanism]) -> Iterator[None]:
+    """Report a joint or link that a mechanism lacks rather than a fault of its table of the experiment."""
+    try:
+        yield
+    except InputError as fault:
+        table, _, rest = fault.where.partition(".")
+        try:
+            mechanism = machine() if table in _NAMED and rest else None
+        except InputError:  # of a mechanism with faults nothing is known
+            raise fault from None
+        if mechanism is not None and not any(f"{rest}.".startswith(f"{name}.") for name in _known(mechanism, table)):
+            check_name(mechanism, fault.source, table, rest.partition(".")[0])
+        raise
+
+
+def check_name(mechanism: Mechanism, source: str | Path, table: str, name: str) -> None:
+    """Reject the name of a table of drives, joints or links that the mechanism lacks."""
+    if name not in (known := _known(mechanism, table)):
+        has_none = f"{mechanism.source.name} has no such {_NAMED[table]}; {nearest(name, known)}"
+        raise InputError(source, f"{table}.{name}", has_none)
+
+
+def _known(mechanism: Mechanism, table: str) -> Collection[str]:
+    """Return the names that a table can have."""
+    found: Collection[str] = getattr(mechanism, _NAMED[table])
+    return found
+
+
 def check(mechanism: Mechanism, experiment: Experiment) -> None:
     """Reject an experiment with names that the mechanism lacks, or values that do not suit it."""
-    for kind, owner, known in (
-        ("drives", "joint", mechanism.joint),
-        ("joints", "joint", mechanism.joint),
-        ("links", "link", mechanism.link),
-    ):
-        for name in getattr(experiment, kind):
-            if name not in known:
-                has_none = f"{mechanism.source.name} has no such {owner}; {nearest(name, known)}"
-                raise InputError(experiment.source, f"{kind}.{name}", has_none)
+    for table in _NAMED:
+        for name in getattr(experiment, table):
+            check_name(mechanism, experiment.source, table, name)
     for parameter, unit in mechanism.units.items():
         _Check(mechanism, experiment, f"sdf.{parameter}").measured(experiment.texts.get(f"sdf.{parameter}"), unit)
     for name, drive in experiment.drives.items():
@@ -404,17 +433,20 @@ class _Check:
                 self.refuse("rotor_inertia", f'needs a link without a beam, and "{link}" has one')
 
     def output(self, name: str) -> None:
+        """Check an output of a link, frame or joint; names of other elements are checked before a run.
+
+        See `linkages.results.outputs.registry.check_outputs`.
+        """
         point, _, quantity = name.rpartition(".")
-        if name in self.experiment.quantities.keys() - self.experiment.values.keys() or (
-            point in self.experiment.states and quantity == "value"
-        ):
-            return
         if point in self.mechanism.joint:
-            if quantity in _RECORDED:
-                always = "forces, torques, powers and eccentricities of joints are always recorded"
-                self.refuse("", f"needs no entry: {always}")
-            if quantity not in PIN_QUANTITIES:
-                self.refuse("", f'"{quantity}" of a joint is no output here; {nearest(quantity, PIN_QUANTITIES)}')
+            self.joint_output(point, quantity)
+            return
+        elements = {
+            *(label for _, label in self.experiment.acting),
+            *self.experiment.states,
+            *self.experiment.controllers,
+        }
+        if not point or point == "q" or point in elements or point.rpartition(".")[0] in elements:
             return
         if point not in self.mechanism.point:
             near = nearest(point, self.mechanism.place)
@@ -427,6 +459,16 @@ class _Check:
         known = {*QUANTITIES, *bending} if link in self.experiment.flexible else QUANTITIES
         if quantity not in known:
             self.refuse("", f'"{quantity}" is unknown; {nearest(quantity, known)}')
+
+    def joint_output(self, name: str, quantity: str) -> None:
+        """Check an output of a joint."""
+        if self.experiment.is_of_joint(name, quantity) or name in self.experiment.play:
+            return
+        if quantity in OF_DRIVES:
+            self.refuse("", f'needs a drive, and "{name}" has none; name a driven joint, or the angles of its links')
+        driven = OF_DRIVES if name in self.experiment.drives else ()
+        near = nearest(quantity, (*PIN_QUANTITIES, *driven))
+        self.refuse("", f'"{quantity}" of a joint is no output here; {near}')
 
     def covers(self, times: list[float] | None, fits: Iterable[Fit]) -> None:
         """Check that a table, or the signals of a file, cover the duration of the run."""

@@ -72,6 +72,9 @@ FRAME_BENDING = {
 PIN_QUANTITIES = {name: text for name, text in QUANTITIES.items() if name not in ("angle", "omega", "alpha")}
 PIN_QUANTITIES["x"] = "position of the joint, on its child, along x_P [m]"
 
+#: Outputs of all joints, and of driven ones.
+FORCES_OF_JOINTS, OF_DRIVES = ("fx", "fy", "force", "moment"), ("torque", "rate", "power")
+
 #: Additional outputs of a flexible link.
 LINK_BENDING = {
     "deflection": "largest magnitude of the distance from the chord between the beam's ends [m]",
@@ -114,7 +117,7 @@ class Experiment(Brief, Table):
     outputs: list[str] = Field(
         [],
         description=f"reported outputs: LINK_OR_FRAME.{'|'.join((*QUANTITIES, *BENDING_QUANTITIES))},"
-        f" JOINT.{'|'.join(PIN_QUANTITIES)}",
+        f" JOINT.{'|'.join(PIN_QUANTITIES)}; all other outputs are recorded, and reported if they are named here",
     )
     joints: Annotated[dict[str, JointModel], AfterValidator(with_worn)] = Field(
         {}, description="joint models by name; joints not named are ideal"
@@ -360,10 +363,22 @@ class Experiment(Brief, Table):
         perfect = {
             "joints": {name: {"model": "ideal"} for name in self.joints},
             "links": {name: {"model": "rigid"} for name in self.links},
-            "outputs": [name for name in self.outputs if name.rpartition(".")[2] not in BENDING_QUANTITIES],
+            "outputs": [name for name in self.outputs if self._stays(name)],
         }
         data = self.model_dump(exclude_unset=True) | perfect | self.without_backlash()
         return experiment_of(self._source, data, self._sources)
+
+    def _stays(self, output: str) -> bool:
+        """Check whether the linkage with ideal joints and gears and rigid links has an output."""
+        owner, _, quantity = output.rpartition(".")
+        if quantity in BENDING_QUANTITIES or owner == "q" or owner.rpartition(".")[0] in self.slack:
+            return False
+        return owner not in self.play or self.is_of_joint(owner, quantity)
+
+    def is_of_joint(self, joint: str, quantity: str) -> bool:
+        """Check whether a joint has an output without clearance."""
+        driven = OF_DRIVES if joint in self.drives else ()
+        return quantity in (*PIN_QUANTITIES, *FORCES_OF_JOINTS, *driven)
 
 
 @cache

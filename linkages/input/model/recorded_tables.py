@@ -19,7 +19,19 @@ Size = Annotated[float, Field(ge=0, allow_inf_nan=False)] | str
 
 _PER_TURN = re.compile(r"\s*(\d+)\s*/\s*(?:rev|r|turn)\s*")
 _TURN = 6.283185307179586
-_OWN = ("units", "resolution", "deviation", "periodic", "period", "unwrap", "smoothing", "shift", "columns")
+_OWN = (
+    "units",
+    "resolution",
+    "deviation",
+    "periodic",
+    "period",
+    "unwrap",
+    "smoothing",
+    "shift",
+    "gain",
+    "offset",
+    "columns",
+)
 
 
 class FromFile(Table):
@@ -51,6 +63,11 @@ class FromFile(Table):
         description="file: the order of the series or the number of spline segments is divided by it; default: 1 [1]",
     )
     shift: Finite | None = Field(None, description="file: time that is added to the file's times; default: 0 [s]")
+
+    gain: Finite | None = Field(None, description="file: factor of the value's column; not 0; default: 1 [1]")
+    offset: Finite | None = Field(
+        None, description="file: number that is added to gain times the column, in the value's SI unit; default: 0"
+    )
 
     _recording: Recording | None = PrivateAttr(None)
     _fits: tuple[Fit, ...] = PrivateAttr(())
@@ -90,6 +107,8 @@ class FromFile(Table):
             raise ValueError(f'units has "{unknown[0]}"; {nearest(unknown[0], ("time", *self.columns))}')
         if unknown := sorted(set(self.columns) - set(self.column_keys)):
             raise ValueError(f'columns has "{unknown[0]}"; {nearest(unknown[0], self.column_keys)}')
+        if self.gain == 0.0:
+            raise ValueError("gain is 0; the signal would not depend on the file")
         if self._folder is not None:
             self._recording = read_recording(self._folder / self.file)
 
@@ -120,14 +139,17 @@ class FromFile(Table):
         recording, self._recording = self._recording, None  # it is not part of what other processes get
         if recording is None:
             return
-        deviation = self._deviation(key)
+        line = 1.0 if self.gain is None else self.gain, self.offset or 0.0
+        deviation = abs(line[0]) * self._deviation(key)
         smoothing = Smoothing(deviation, self.periodic, self.period, self.unwrap, self.smoothing or 1.0)
         place, place_unit = over
         name = self.time if place == "time" else self.columns[place][0]
         shift = (self.shift or 0.0) if place == "time" else 0.0
         places, start = (name, place_unit, self.units.get(place)), float(getattr(self, "angle", 0.0) or 0.0)
         self._fits = tuple(
-            fitted(recording, places, (column, self.unit(key), self.units.get(key)), kind, smoothing, shift, start)
+            fitted(
+                recording, places, (column, self.unit(key), self.units.get(key)), kind, smoothing, shift, start, line
+            )
             for column in self.columns[key]
         )
 

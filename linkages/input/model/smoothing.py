@@ -94,11 +94,13 @@ def fitted(
     smoothing: Smoothing,
     shift: float = 0.0,
     start: float = 0.0,
+    line: tuple[float, float] = (1.0, 0.0),
 ) -> Fit:
     """Fit a column over another one, each given by name, SI unit and stated unit.
 
     `kind` is "angle" (of a drive: it may turn), "speed" (integrated, from the angle `start` at t = 0) or "value".
-    `shift` is added to the places. A ValueError has one sentence with the error and the remedy.
+    `shift` is added to the places; the signal is the gain times the column plus the offset of the `line`. A ValueError
+    has one sentence with the error and the remedy.
     """
     name = recording.path.name
     x, y = recording.column(*places) + shift, recording.column(*column)
@@ -113,6 +115,7 @@ def fitted(
         jump = np.flatnonzero(np.abs(np.diff(y)) > 0.5 * _TURN)
         if jump.size and column[1] == "rad" and not smoothing.unwrap:
             raise ValueError(f'column "{column[0]}" of {name} jumps after row {rows[jump[0]]}; set unwrap = true')
+    y = line[0] * y + line[1]
     return _series(x, y, kind, smoothing, start) or _spline(x, y, kind, smoothing, start)
 
 

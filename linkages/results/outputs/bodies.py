@@ -59,7 +59,8 @@ def _point(system: System, name: str) -> Element:
 
 def _joints_asked(system: System) -> Iterable[str]:
     """List the joints whose position the experiment reports."""
-    asked = {name.rpartition(".")[0] for name in system.experiment.outputs}
+    parts = (name.rpartition(".") for name in system.experiment.outputs)
+    asked = {joint for joint, _, quantity in parts if quantity in PIN_QUANTITIES}
     return (name for name in system.mechanism.joint if name in asked)
 
 

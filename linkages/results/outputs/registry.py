@@ -97,14 +97,19 @@ def check_output(system: System, name: str) -> None:
         _find(system, plain, ideal=plain != name)
 
 
+def check_outputs(system: System) -> None:
+    """Check that the experiment's outputs exist; InputError for the first unknown one."""
+    for name in system.experiment.outputs:
+        check_output(system, name)
+
+
 def default_outputs(system: System) -> tuple[str, ...]:
     """List the experiment's outputs, force and eccentricity of each contact, torques of the drives."""
     labels = [label for _, label in system.tree.contacts]
-    return (
-        *system.experiment.outputs,
-        *(f"{label}.{name}" for label in labels for name in ("force", "eccentricity_ratio")),
-        *(f"{name}.torque" for name in system.experiment.drives),
-    )
+    found = [*system.experiment.outputs]
+    found += [f"{label}.{name}" for label in labels for name in ("force", "eccentricity_ratio")]
+    found += [f"{name}.torque" for name in system.experiment.drives]
+    return tuple(dict.fromkeys(found))
 
 
 def pack(system: System, wanted: Iterable[str], ideal: bool = False) -> Records:

@@ -41,7 +41,8 @@ def embedded(content: Any) -> Markup:
 
 def columns(outputs: Iterable[str], play: Iterable[str], drives: Iterable[str]) -> list[str]:
     """Return the names of the main columns: outputs, forces in clearance joints, drive torques."""
-    return [*outputs, *(f"{name}.force" for name in play), *(f"{name}.torque" for name in drives)]
+    others = *(f"{name}.force" for name in play), *(f"{name}.torque" for name in drives)
+    return [*dict.fromkeys([*outputs, *others])]
 
 
 def curves(

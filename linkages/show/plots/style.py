@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import notice
-from linkages.input.model.functions import OF_OWN
+from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES
 from linkages.input.model.mechanism import Mechanism
 from linkages.input.model.skeleton import color_of
 from linkages.show.plots.presentation import presentation, shown
@@ -162,7 +162,8 @@ def round_length(most: float) -> tuple[float, str]:
 def asked_points(outputs: Iterable[str]) -> list[str]:
     """Return the distinct points with reported translational outputs."""
     parts = (name.rpartition(".") for name in outputs)
-    return list(dict.fromkeys(point for point, _, what in parts if what not in ("angle", "omega", "alpha", *OF_OWN)))
+    moving = {*QUANTITIES, *BENDING_QUANTITIES} - {"angle", "omega", "alpha"}
+    return list(dict.fromkeys(point for point, _, what in parts if what in moving))
 
 
 def color_for(mechanism: Mechanism | None, output: str) -> str:

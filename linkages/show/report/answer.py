@@ -98,7 +98,7 @@ def _effect(shown: dict[str, Any]) -> str:
     for name in [*shown.get("difference", {})][:1]:
         largest, part = shown["difference"][name]["peak"], words.percent(shown["difference"][name]["share"])
         of = "" if part == "-" else f" ({part} of its range)" if part.endswith("%") else f" ({part} its range)"
-        said.append(f"{name} differs by up to {_measured(largest, output_unit(name))}{of}")
+        said.append(f"{name} differs by up to {_measured(largest, output_unit(name, shown['drives']))}{of}")
     peaks = {
         name: (value["peak"], ideal["outputs"][name]["peak"])
         for name, value in shown["outputs"].items()

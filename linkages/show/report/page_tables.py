@@ -65,7 +65,8 @@ def _outputs(results: Results) -> PageTable:
         exact = ideal["outputs"][name]
         extremes = (exact["min"], exact["max"], value["min"], value["max"])
         judged = (words.change(value["peak"], exact["peak"]), error(results, f"{name}.peak"))
-        rows.append((f"{name} [{words.unit(name)}]", *map(number, extremes), *judged, *_whole(results, f"{name}.peak")))
+        label = f"{name} [{words.unit(name, shown['drives'])}]"
+        rows.append((label, *map(number, extremes), *judged, *_whole(results, f"{name}.peak")))
     head = (
         "output", "ideal min", "ideal max", "with clearance min", "with clearance max", "change of peak",
         "error of peak", *_whole(results),
@@ -128,7 +129,7 @@ def _links(results: Results) -> PageTable | None:
     rows, shown = [], words.reported(results.summary)
     for column, rigid, value in words.link_rows(shown):
         key, values = f"{column}.peak", map(number, (rigid, value["peak"], value["time"], value.get("place")))
-        rows.append((f"{column} [{words.unit(column)}]", *values, error(results, key), *_whole(results, key)))
+        rows.append((f"{column} [{words.unit(column, {})}]", *values, error(results, key), *_whole(results, key)))
     head = ("link", "rigid links", "peak", "at [s]", f"place along the beam [{shown_unit('m')}]", "error of peak")
     return PageTable("Flexible links", (*head, *_whole(results)), rows) if rows else None
 

@@ -57,7 +57,7 @@ def format_table(summary: dict[str, Any]) -> str:
     for name, value in shown["outputs"].items():
         exact = ideal["outputs"][name]
         extremes = exact["min"], exact["max"], value["min"], value["max"]
-        rows.append(row(f"{name} [{shown_unit(output_unit(name))}]", extremes, f"{name}.peak"))
+        rows.append(row(f"{name} [{shown_unit(output_unit(name, shown['drives']))}]", extremes, f"{name}.peak"))
     rows += [("", ""), row(f"joint force [{shown_unit('N')}]: links", ("ideal peak", "peak", "at [s]", "e/c peak"))]
     for name, value in shown["joints"].items():
         label = f"{name} ({value['model']})" if value["model"] != "ideal" else name

@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import deepcopy
+from functools import cache
+from types import MappingProxyType
 from typing import Any
 
-from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES
-from linkages.input.model.functions import OF_OWN
+from linkages.results.outputs.registry import OWNERS
 from linkages.show.plots.presentation import shown
 
 
-def output_unit(name: str) -> str:
-    """Return the SI unit of an output of a link, frame, motor or controller: "m/s2"."""
-    quantity = name.rpartition(".")[2]
-    known = (QUANTITIES | BENDING_QUANTITIES).get(quantity)
-    return OF_OWN.get(quantity, "SI") if known is None else known.rpartition("[")[2].rstrip("]")
+def output_unit(name: str, drives: Mapping[str, Any] = MappingProxyType({})) -> str:
+    """Return the SI unit of an output: "m/s2"; `drives` are the summary's. "SI" where its name does not tell it."""
+    owner, _, quantity = name.rpartition(".")
+    unit, prismatic = _declared().get(quantity, ("", ""))
+    slides = drives.get(owner, {}).get("unit") == "N"
+    return (prismatic if slides and prismatic else unit) or "SI"
+
+
+@cache
+def _declared() -> dict[str, tuple[str, str]]:
+    """Return the unit of each quantity, and its unit at a prismatic joint; the first declaration with both counts."""
+    found: dict[str, tuple[str, str]] = {}
+    for owner in OWNERS:
+        for name, one in owner.quantities.items():
+            if name not in found or (one.prismatic and not found[name][1]):
+                found[name] = one.unit, one.prismatic
+    return found
 
 
 def as_shown(summary: dict[str, Any]) -> dict[str, Any]:
@@ -25,7 +39,7 @@ def as_shown(summary: dict[str, Any]) -> dict[str, Any]:
         for part in (numbers, numbers.get("ideal") or {}):
             _scale(part)
     for name, one in found.get("measured", {}).items():
-        _times(one, _unit(name, found["drives"]), "peak", "rms", "largest")
+        _times(one, output_unit(name, found["drives"]), "peak", "rms", "largest")
     return found
 
 
@@ -33,7 +47,7 @@ def _scale(numbers: dict[str, Any]) -> None:
     """Scale the numbers of a run, a window, or their ideal motion."""
     drives = numbers.get("drives", {})
     for name, one in numbers.get("outputs", {}).items():
-        _times(one, output_unit(name), "min", "max", "peak")
+        _times(one, output_unit(name, drives), "min", "max", "peak")
     for joint in numbers.get("joints", {}).values():
         _times(joint["force"], "N", "peak")
         _times(joint.get("film_thickness", {}), "m", "min")
@@ -46,18 +60,10 @@ def _scale(numbers: dict[str, Any]) -> None:
             _times(one, output_unit(f".{quantity}"), "peak")
             _times(one, "m", "place")
     for name, one in numbers.get("difference", {}).items():
-        _times(one, _unit(name, drives), "peak")
+        _times(one, output_unit(name, drives), "peak")
     errors = numbers.get("error", {})
     for key in errors:
-        _times(errors, _unit(key.removesuffix(".peak"), drives), key)
-
-
-def _unit(name: str, drives: dict[str, Any]) -> str:
-    """Return the SI unit of an output, a force, a torque; "1" of a ratio."""
-    owner, _, quantity = name.rpartition(".")
-    of_drive = drives.get(owner, {}).get("unit", "N m")
-    kinds = {"force": "N", "torque": of_drive, "eccentricity_ratio": "1"}
-    return kinds[quantity] if quantity in kinds else output_unit(name)
+        _times(errors, output_unit(key.removesuffix(".peak"), drives), key)
 
 
 def _times(entry: dict[str, Any], si: str, *keys: str) -> None:

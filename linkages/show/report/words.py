@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import reduce
 from operator import getitem
 from typing import Any
@@ -69,7 +69,7 @@ def effects(summary: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], list[tup
     """Yield tables of the effects of clearance: headings, and rows of name, value, time [s] and share."""
     shown, apart, film = reported(summary), [], []
     for name, value in shown.get("difference", {}).items():
-        unit = shown_unit("N" if name.endswith(".force") else output_unit(name))
+        unit = shown_unit(output_unit(name, shown["drives"]))
         apart.append((f"{name} [{unit}]", value["peak"], value["time"], percent(value["share"])))
     for name, joint in shown["joints"].items():
         if found := joint.get("film_thickness"):
@@ -199,9 +199,9 @@ def toml_value(value: Any) -> str:
     return tomlkit.item(value).as_string()
 
 
-def unit(output: str) -> str:
-    """Return the shown, typeset unit of an output: m/s²."""
-    return typeset(shown_unit(output_unit(output)))
+def unit(output: str, drives: Mapping[str, Any]) -> str:
+    """Return the shown, typeset unit of an output: m/s²; `drives` are the summary's."""
+    return typeset(shown_unit(output_unit(output, drives)))
 
 
 def change(value: float | None, reference: float | None) -> str:

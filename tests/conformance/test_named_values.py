@@ -121,7 +121,6 @@ REFUSED = {
     "name of a joint": (MOVED + "speed = 1.0\n[values]\nO = 1.0\n", "values.O: is also the name of a link, frame,"),
     "name of a state": (MOVED + "speed = 1.0\n[values]\nz = 1.0\n[states.z]\nrate = '1'\n", "states.z: is also the name"),
     "name of a function": (MOVED + "speed = 1.0\n[values]\nsin = 1.0\n", "values.sin: cannot be a name in formulas"),
-    "an output": ("outputs = ['c']\n" + BRAKED, 'has no link, frame or joint ""'),
 }  # fmt: skip
 
 
