@@ -53,11 +53,3 @@ def processor_time(process: subprocess.Popen) -> float:
     """Time the processor has spent on a process [s], which does not depend on what else the machine does."""
     fields = (Path("/proc") / str(process.pid) / "stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def strike(process: subprocess.Popen, number: int, after: float) -> None:
-    """Send a signal when the processor has spent so long on a command, if it still runs."""
-    begun(process)
-    while process.poll() is None and processor_time(process) < after:
-        time.sleep(0.005)
-    process.send_signal(number)
