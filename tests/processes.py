@@ -1,4 +1,4 @@
-"""Commands in separate processes, which tests interrupt at any moment, or give little disk space."""
+"""Commands in separate processes, which tests interrupt at any step, or give little disk space."""
 
 from __future__ import annotations
 
@@ -10,12 +10,19 @@ import sys
 import time
 from pathlib import Path
 
+import strikes
+
 PROGRESS = re.compile(r".*, \d+ s so far$|.*: [\d.]+%( in \d+ s.*)?$")
 COMMAND = [sys.executable, "-m", "linkages.cli.main"]
 
 
-def start(*words: object, room: int | None = None, **settings) -> subprocess.Popen:
-    """Start a command; no file of it can grow beyond `room` bytes, as on a disk that is full."""
+def start(
+    *words: object, room: int | None = None, struck: tuple[str, int, int] | None = None, **settings
+) -> subprocess.Popen:
+    """Start a command; no file of it can grow beyond `room` bytes, as on a disk that is full.
+
+    It is `struck` by a signal at a call: place, number of the call and of the signal, see `strikes.command`.
+    """
 
     def limit() -> None:
         import resource
@@ -23,7 +30,7 @@ def start(*words: object, room: int | None = None, **settings) -> subprocess.Pop
         resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
 
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    words = [*COMMAND, *map(str, words)]
+    words = strikes.command(*struck, *words) if struck else [*COMMAND, *map(str, words)]
     return subprocess.Popen(words, **pipes | settings, preexec_fn=limit if room is not None else None)
 
 

@@ -15,8 +15,6 @@ import signal
 import sys
 from pathlib import Path
 
-from linkages import laws
-
 #: Place of a strike: at a call of any Python function, or of C code by one, in the main thread.
 ANY_CALL = "any call"
 
@@ -63,6 +61,8 @@ class Strike:
 
 def registered_film(name: str, strike: Strike) -> None:
     """Register a film, the one of short bearings, each evaluation of which counts; runs evaluate it in compiled code."""
+    from linkages import laws  # numba's import takes a second, which other struck processes need not wait for
+
     tick = ctypes.CFUNCTYPE(None)(strike)
     film = laws.FILMS["short"].force
 
@@ -79,7 +79,7 @@ def at_calls(strike: Strike) -> None:
 
 
 def command(place: str, at: int, number: int, *words: object) -> list[str]:
-    """Return the words of a command that is struck; at 0 it prints the number of calls at its end.
+    """Return the words of a command that is struck; at 0 it is not, and prints its number of any calls at its end.
 
     `place` is ``module:function``, of which a call counts before the function does anything, or `ANY_CALL`.
     """
@@ -106,7 +106,7 @@ def _main(place: str, at: str, number: str, *words: str) -> int:
         status = main()
     finally:
         sys.setprofile(None)
-    if int(at) == _NEVER:
+    if place == ANY_CALL and int(at) == _NEVER:
         print(f"calls: {strike.calls}", file=sys.stderr)
     return status
 

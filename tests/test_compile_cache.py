@@ -59,6 +59,7 @@ def start(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.processes
 def test_processes_that_fill_an_empty_cache_at_once_compile_once_between_them(start):
     """Each needs code for the same types in another order; then everything is there, and right."""
     compiled = 0
@@ -159,6 +160,7 @@ with ThreadPoolExecutor(2) as pool:
 
 
 @pytest.mark.slow
+@pytest.mark.processes
 def test_threads_that_load_callers_of_one_kernel_at_once_find_it(tmp_path):
     """The second caller is loaded while LLVM does not know the kernel yet, and would call address 0."""
     (tmp_path / "script.py").write_text(THREADS)
@@ -170,6 +172,7 @@ def test_threads_that_load_callers_of_one_kernel_at_once_find_it(tmp_path):
         assert (done.returncode, done.stdout, done.stderr) == (0, "3.0 4.0\n", "")
 
 
+@pytest.mark.processes
 def test_code_saved_at_the_same_moment_is_not_mixed_up(tmp_path, monkeypatch):
     """Eight that do not know of each other, as processes do not."""
     together = threading.Barrier(8)

@@ -9,7 +9,6 @@ import sqlite3
 import subprocess
 import sys
 import threading
-import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -17,7 +16,7 @@ import numpy as np
 import pytest
 from machines import LUBRICATED, four_bar, written
 from processes import finish, start
-from strikes import ANY_CALL, Strike, calls_in, command, registered_film
+from strikes import ANY_CALL, Strike, calls_in, registered_film
 
 import linkages
 from linkages import load_trajectory
@@ -96,16 +95,10 @@ def work(commands):
     """A folder with inputs; and the arguments, files and number of calls of each command."""
     (folder, words), known = commands, {}
     for name, these in words.items():
-        status, errors = finish(struck(0, 0, *these, "--out", place(folder / "whole", name)))
+        status, errors = finish(start(*these, "--out", place(folder / "whole", name), struck=(ANY_CALL, 0, 0)))
         assert status == 0
         known[name] = (these, made(folder / "whole" / name), calls_in(errors))
     return folder, known
-
-
-def struck(at: int, number: int, *words: object) -> subprocess.Popen:
-    """Start a command that a signal strikes at a call of any function."""
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen(command(ANY_CALL, at, number, *words), **pipes)
 
 
 def place(folder: Path, name: str) -> Path:
@@ -362,7 +355,7 @@ def test_a_command_struck_at_any_moment_leaves_whole_files_and_can_be_repeated(n
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
         resume = ("--resume",) if name == "optimise" and (out / "study.sqlite").exists() else ()
         at = round(dice.uniform(0.2, 1.0) * calls)
-        status, errors = finish(struck(at, number, *words, *resume, "--out", place(tmp_path, name)))
+        status, errors = finish(start(*words, *resume, "--out", place(tmp_path, name), struck=(ANY_CALL, at, number)))
         assert status in (0, 128 + number), errors
         assert "Traceback" not in errors
         before, left = left, made(out)

@@ -2,14 +2,13 @@
 
 import http.client
 import json
-import os
 import re
 import signal
 import socket
 import subprocess
 import sys
 import threading
-import time
+from collections import Counter
 
 import pytest
 
@@ -18,11 +17,12 @@ import linkages.show.live.session
 from linkages.cli import progress
 from linkages.cli.main import main
 from linkages.show.live.server import LiveServer, _Handler
+from linkages.show.live.watch import Watch
 
 
 def ask(server, method="POST", path=None, body=b'{"values": {}}', headers=None):
     """Send one request; returns status, headers and body."""
-    connection = http.client.HTTPConnection(*server.server_address, timeout=60)
+    connection = http.client.HTTPConnection(*server.server_address, timeout=600)
     given = {"Content-Type": "application/json"} | (headers or {})
     connection.request(method, f"/{server.token}/run" if path is None else path, body, given)
     reply = connection.getresponse()
@@ -137,25 +137,39 @@ def test_bad_requests_get_one_line(serve):
         assert "\n" not in json.loads(found)["error"]
 
 
+@pytest.mark.processes
 def test_a_hundred_requests_at_once_give_one_run_after_the_other(serve):
-    """Each is answered; all but the latest may be skipped, and the latest is computed."""
+    """All come during a run: each is answered, all but the latest are skipped, and the latest is computed."""
     server, replies = serve(), [None] * 100
     ask(server)
+    counted, count = threading.Semaphore(0), server._latest
+
+    class Counted(Counter):
+        def __setitem__(self, page, number):
+            super().__setitem__(page, number)
+            counted.release()
+
+    server._latest = Counted(count)
+    while counted.acquire(blocking=False):
+        pass
 
     def send(k):
         body = json.dumps({"values": {"joints.A.viscosity": 0.3 + 0.001 * k}}).encode()
         replies[k] = json.loads(ask(server, body=body)[2])
 
     threads = [threading.Thread(target=send, args=(k,)) for k in range(100)]
-    for thread in threads:
-        thread.start()
+    with server._computing:  # as during a run
+        for thread in threads:
+            thread.start()
+        for _ in threads:
+            assert counted.acquire(timeout=300.0)
     for thread in threads:
         thread.join()
-    assert all("outdated" in reply or reply["status"] == "ok" for reply in replies)
-    assert sum("status" in reply for reply in replies) < 100
-    assert any("status" in reply for reply in replies)
+    assert sum("outdated" in reply for reply in replies) == 99
+    assert [reply["status"] for reply in replies if "status" in reply] == ["ok"]
 
 
+@pytest.mark.processes
 def test_pages_do_not_overtake_each_other(serve):
     """Each of five pages gets its own run and its own table, however their requests are mixed."""
     server, tables = serve(), {}
@@ -169,7 +183,7 @@ def test_pages_do_not_overtake_each_other(serve):
         tables[page] = replies
 
     pages = {f"page {k}": 1e-4 * (1 + k) for k in range(5)}
-    ready = threading.Barrier(len(pages), timeout=60)
+    ready = threading.Barrier(len(pages), timeout=600)
     threads = [threading.Thread(target=table, args=given) for given in pages.items()]
     for thread in threads:
         thread.start()
@@ -182,7 +196,15 @@ def test_pages_do_not_overtake_each_other(serve):
         assert tables[page][1] == json.loads(json.dumps(alone.numbers()))
 
 
-def test_a_page_stops_its_run_and_no_other(serve):
+@pytest.mark.processes
+def test_a_page_stops_its_run_and_no_other(serve, monkeypatch):
+    looks, check = threading.Semaphore(0), Watch._check
+
+    def looked(watch):
+        check(watch)
+        looks.release()
+
+    monkeypatch.setattr(Watch, "_check", looked)
     server = serve(linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 100.0}))
     replies = {}
 
@@ -193,17 +215,20 @@ def test_a_page_stops_its_run_and_no_other(serve):
 
     thread = threading.Thread(target=run, args=["mine"])
     thread.start()
-    while not server._computing.locked():
-        time.sleep(0.01)
+    assert looks.acquire(timeout=300.0)  # it runs
     stop = f"/{server.token}/stop"
     ask(server, path=stop, body=b'{"page": "other"}')
-    time.sleep(0.2)
-    assert thread.is_alive()
+    while looks.acquire(blocking=False):
+        pass
+    for _ in range(3):  # its run has looked after the request, and goes on
+        assert looks.acquire(timeout=300.0)
+    assert replies == {}
     ask(server, path=stop, body=b'{"page": "mine"}')
-    thread.join(20.0)
+    thread.join(300.0)
     assert replies == {"mine": {"outdated": True}}
 
 
+@pytest.mark.processes
 def test_warnings_do_not_wait_for_a_run_nor_a_run_for_them(serve):
     server = serve()
     ask(server)
@@ -221,6 +246,7 @@ def test_names_with_markup_are_text(serve, system_of):
     assert "&lt;script" in picture
 
 
+@pytest.mark.processes
 def test_the_command_serves_until_ctrl_c(tmp_path):
     command = [
         sys.executable,
@@ -234,12 +260,13 @@ def test_the_command_serves_until_ctrl_c(tmp_path):
     ]
     served = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     address = re.search(r"http://127\.0\.0\.1:(\d+)/([\w-]+)/", served.stdout.readline())
-    connection = http.client.HTTPConnection("127.0.0.1", int(address[1]), timeout=60)
+    connection = http.client.HTTPConnection("127.0.0.1", int(address[1]), timeout=600)
     connection.request("GET", f"/{address[2]}/")
     assert connection.getresponse().status == 200
     connection.close()
-    os.kill(served.pid, signal.SIGINT)
-    assert served.wait(60) == 130
+    served.send_signal(signal.SIGINT)
+    assert served.wait(600) == 130
+    served.stdout.close()
     assert not list(tmp_path.iterdir())
 
 
@@ -260,7 +287,8 @@ def test_wrong_options_are_named(options, named, capsys):
     assert said.count("\n") == 1
 
 
-def test_a_served_page_prints_nothing(monkeypatch, capsys, tmp_path):
+@pytest.mark.processes
+def test_a_served_page_prints_nothing(monkeypatch, capsys, tmp_path, heartbeats):
     """The command waits for its user, and says so once; its folder is made when something is saved."""
     for name in ("_FIRST", "_LATER", "_GRACE"):
         monkeypatch.setattr(progress, name, 0.0)
@@ -268,7 +296,7 @@ def test_a_served_page_prints_nothing(monkeypatch, capsys, tmp_path):
 
     def serve(self, poll_interval):
         capsys.readouterr()
-        time.sleep(0.3)
+        heartbeats()
         printed.append(capsys.readouterr().err)
 
     monkeypatch.setattr(LiveServer, "serve_forever", serve)
