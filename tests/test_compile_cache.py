@@ -18,11 +18,12 @@ import pytest
 
 import linkages
 from linkages.base.disk import keep, kept
-from linkages.base.kernel import kernel, shipped
+from linkages.base.kernel import cache, folder, kernel, shipped
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.cache import pack
 from linkages.base.kernel.compile import Kernel
 from linkages.base.kernel.fingerprint import fingerprint, names_of, processor, toolchain
+from linkages.base.kernel.private import Stored
 
 SCRIPT = """
 import sys
@@ -228,6 +229,46 @@ def test_a_cache_that_other_users_can_write_to_is_not_used(start, tmp_path, mode
         f"warning: compiled code is kept in {private}, because other users can write to {cache};"
         " set NUMBA_CACHE_DIR to a folder that only you can write to\n",
     )
+
+
+@pytest.mark.skipif(os.name != "posix", reason="folders have other permissions here")
+@pytest.mark.parametrize("of", ["subfolder", "file"])
+def test_a_cache_with_a_part_that_other_users_can_write_to_is_not_used(tmp_path, of):
+    """As long as they can enter the folder; a part of a private folder is out of their reach."""
+    part = tmp_path / "cache" / "ab"
+    part.mkdir(parents=True)
+    if of == "file":
+        part.chmod(0o755)
+        part = part / "cd.nbc"
+        part.touch()
+    part.chmod(0o777)
+    (tmp_path / "cache").chmod(0o755)
+    assert folder._made(tmp_path / "cache") == f"other users can write to {part}"
+    (tmp_path / "cache").chmod(0o700)
+    assert folder._made(tmp_path / "cache") == ""
+    (tmp_path / "cache").chmod(0o755)
+    part.chmod(0o755)
+    assert folder._made(tmp_path / "cache") == ""
+
+
+@pytest.mark.skipif(os.name != "posix" or os.getuid() != 0, reason="only root can give a folder to another user")
+def test_a_cache_with_a_part_of_another_user_is_not_used(tmp_path):
+    part = tmp_path / "cache" / "ab"
+    part.mkdir(parents=True)
+    (tmp_path / "cache").chmod(0o755)
+    os.chown(part, 12345, -1)
+    assert folder._made(tmp_path / "cache") == f"other users can write to {part}"
+
+
+def test_folders_of_code_are_for_their_user_alone_whatever_the_permissions_of_new_files(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    before = os.umask(0)
+    try:
+        cache.write("abcd", Stored(b"code", ()))
+    finally:
+        os.umask(before)
+    assert [path.stat().st_mode & 0o777 for path in (tmp_path / "cache", tmp_path / "cache" / "ab")] == [0o700, 0o700]
+    assert cache.read("abcd").content == b"code"
 
 
 @pytest.mark.slow
