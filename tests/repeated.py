@@ -68,7 +68,7 @@ def main() -> int:
     parser.add_argument("--times", type=int, default=20, help="default: %(default)s")
     parser.add_argument("--conditions", nargs="+", choices=CONDITIONS, default=list(CONDITIONS), help="default: all")
     options, words = parser.parse_known_args()
-    os.nice(5)
+    os.nice(10)
     failed = 0
     for condition in options.conditions:
         passed, begun = 0, time.monotonic()

@@ -19,7 +19,7 @@ from linkages.system.rigid_segments import system_of
 PARTED, STRAYED = 1e-3, 0.05
 
 
-#: Part of the limit up to which the interpolation between steps of runs with contacts decides; it is less accurate there.
+#: Part of the limit up to which interpolation decides, with contacts, where it is less accurate.
 _CLEAR = 0.1
 
 _PART = 256  # times of one evaluation: an engine may take a millisecond for each
@@ -50,7 +50,7 @@ def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) ->
 
 
 class _Pair:
-    """Two runs at every n-th step of the second one; the first is evaluated only where its interpolation leaves a doubt.
+    """Two runs at every n-th step of the second one; the first is evaluated where its interpolation leaves a doubt.
 
     Attributes
     ----------
