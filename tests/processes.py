@@ -46,6 +46,17 @@ def without_progress(errors: str) -> str:
     return "".join(line for line in errors.splitlines(keepends=True) if not PROGRESS.match(line))
 
 
+def child(process: subprocess.Popen, word: str) -> int:
+    """Wait until a process has started another one with a word in its command; returns its id."""
+    while process.poll() is None:
+        for children in Path(f"/proc/{process.pid}/task").glob("*/children"):
+            for pid in children.read_text().split():
+                if word.encode() in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0"):
+                    return int(pid)
+        time.sleep(0.01)
+    raise AssertionError(f"the process has ended, and started nothing with {word}")
+
+
 def begun(process: subprocess.Popen) -> None:
     """Wait until a command catches SIGTERM: before, it is Python that starts."""
     status = Path("/proc") / str(process.pid) / "status"

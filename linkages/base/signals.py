@@ -14,7 +14,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from types import FrameType, TracebackType
@@ -212,6 +212,19 @@ def stopping() -> Iterator[None]:
     finally:
         _stopping -= 1
         _mark().clear()
+
+
+def end_with_parent(end: Callable[[], object] = lambda: os.kill(os.getpid(), signal.SIGTERM)) -> None:
+    """End this process when its parent ends, even if that is killed, by `end` (default: SIGTERM), called in a thread.
+
+    The parent holds the other end of the pipe at standard input, and writes nothing into it.
+    """
+
+    def wait() -> None:
+        sys.stdin.buffer.read()
+        end()
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 @contextmanager

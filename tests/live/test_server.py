@@ -2,15 +2,16 @@
 
 import http.client
 import json
+import os
 import re
+import select
 import signal
 import socket
-import subprocess
-import sys
 import threading
 from collections import Counter
 
 import pytest
+from processes import child, start
 
 import linkages
 import linkages.show.live.session
@@ -246,28 +247,48 @@ def test_names_with_markup_are_text(serve, system_of):
     assert "&lt;script" in picture
 
 
+@pytest.fixture
+def played(tmp_path):
+    """Return the process of a command that serves an experiment into a folder, and connection and path of its page."""
+    started = []
+
+    def play(name):
+        words = ["play", name, "--no-browser", "--out", tmp_path]
+        started.append(served := start(*words, cwd=tmp_path, stderr=None))
+        address = re.search(r"http://127\.0\.0\.1:(\d+)(/[\w-]+/)", served.stdout.readline())
+        return served, http.client.HTTPConnection("127.0.0.1", int(address[1]), timeout=600), address[2]
+
+    yield play
+    for served in started:
+        served.kill()
+        served.communicate()
+
+
 @pytest.mark.processes
-def test_the_command_serves_until_ctrl_c(tmp_path):
-    command = [
-        sys.executable,
-        "-m",
-        "linkages.cli.main",
-        "play",
-        "seven_bar.toml",
-        "--no-browser",
-        "--out",
-        str(tmp_path),
-    ]
-    served = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=tmp_path)
-    address = re.search(r"http://127\.0\.0\.1:(\d+)/([\w-]+)/", served.stdout.readline())
-    connection = http.client.HTTPConnection("127.0.0.1", int(address[1]), timeout=600)
-    connection.request("GET", f"/{address[2]}/")
+def test_the_command_serves_until_ctrl_c(played, tmp_path):
+    served, connection, path = played("seven_bar.toml")
+    connection.request("GET", path)
     assert connection.getresponse().status == 200
     connection.close()
     served.send_signal(signal.SIGINT)
     assert served.wait(600) == 130
-    served.stdout.close()
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.processes
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="waits for a process that another one has started")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_an_export_ends_with_the_command(played, number):
+    """Whatever ends it; the run would take minutes."""
+    served, connection, path = played("slider_crank_dry.toml")
+    request = {"values": {"duration": 1e4}, "name": "long", "replace": False}
+    connection.request("POST", f"{path}export", json.dumps(request), {"Content-Type": "application/json"})
+    end = os.pidfd_open(child(served, "simulate"))
+    served.send_signal(number)
+    assert served.wait(600) == {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGKILL: -signal.SIGKILL}[number]
+    assert select.select([end], [], [], 300.0)[0]
+    os.close(end)
+    connection.close()
 
 
 @pytest.mark.parametrize(
