@@ -221,7 +221,8 @@ def end_with_parent(end: Callable[[], object] = lambda: os.kill(os.getpid(), sig
     """
 
     def wait() -> None:
-        sys.stdin.buffer.read()
+        while os.read(0, 1024):  # `sys.stdin` would be locked, which Python does not survive at its end
+            pass
         end()
 
     threading.Thread(target=wait, daemon=True).start()

@@ -211,7 +211,7 @@ def test_a_page_stops_its_run_and_no_other(serve, monkeypatch):
 
     def run(page):
         replies[page] = json.loads(
-            ask(server, body=json.dumps({"page": page, "values": {"duration": 1e4}}).encode())[2]
+            ask(server, body=json.dumps({"page": page, "values": {"duration": 1e3}}).encode())[2]
         )
 
     thread = threading.Thread(target=run, args=["mine"])
@@ -278,10 +278,10 @@ def test_the_command_serves_until_ctrl_c(played, tmp_path):
 @pytest.mark.processes
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="waits for a process that another one has started")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_an_export_ends_with_the_command(played, number):
-    """Whatever ends it; the run would take minutes."""
+def test_an_export_ends_with_the_command(played, tmp_path, number):
+    """Whatever ends it: nothing is written but the part of the run that was computed."""
     served, connection, path = played("slider_crank_dry.toml")
-    request = {"values": {"duration": 1e4}, "name": "long", "replace": False}
+    request = {"values": {"duration": 30.0}, "name": "long", "replace": False}
     connection.request("POST", f"{path}export", json.dumps(request), {"Content-Type": "application/json"})
     end = os.pidfd_open(child(served, "simulate"))
     served.send_signal(number)
@@ -289,6 +289,19 @@ def test_an_export_ends_with_the_command(played, number):
     assert select.select([end], [], [], 300.0)[0]
     os.close(end)
     connection.close()
+    written = tmp_path / "long" / "summary.json"
+    assert not written.exists() or json.loads(written.read_text())["status"] == "interrupted"
+
+
+@pytest.mark.slow
+@pytest.mark.processes
+def test_an_export_that_is_not_interrupted_is_written(played, tmp_path):
+    _, connection, path = played("seven_bar.toml")
+    request = {"values": {"duration": 1e-3}, "name": "short", "replace": False}
+    connection.request("POST", f"{path}export", json.dumps(request), {"Content-Type": "application/json"})
+    assert json.loads(connection.getresponse().read())["written"] == str(tmp_path / "short")
+    connection.close()
+    assert json.loads((tmp_path / "short" / "summary.json").read_text())["status"] == "ok"
 
 
 @pytest.mark.parametrize(
