@@ -165,7 +165,7 @@ def test_the_exit_status_is_kept_where_a_signal_arrives_in_text_that_is_executed
 def test_a_run_ends_after_the_present_step_and_keeps_its_steps(rod, own_registries):
     """Not after 20,000 steps, which take half a minute for some machines; the signal comes within the 240th or so.
 
-    The steps of the flexible machine cost three times those of the rigid one.
+    The steps of the flexible machine cost more than those of the rigid one.
     """
     registered_film("striking", strike := Strike())
     values = {"duration": 1e3, "joints.B.film": "striking", "links.rod.model": rod}
