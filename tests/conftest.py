@@ -2,6 +2,7 @@ import os
 import signal
 from functools import partial
 from pathlib import Path
+from threading import Semaphore, current_thread, main_thread
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy is imported: tests use the cores, one worker each
 
@@ -35,6 +36,26 @@ def no_signs_of_life(monkeypatch):
     """Keep the standard error of commands free of lines that depend on how busy the machine is."""
     monkeypatch.setattr(progress, "_FIRST", 1e6)
     monkeypatch.setattr(progress, "_LATER", 1e6)
+
+
+@pytest.fixture
+def heartbeats(monkeypatch):
+    """Return a function that waits until the heartbeat of a command has judged its silence again, from the beginning."""
+    looks, rest = Semaphore(0), progress._Silence.rest
+
+    def looked(silence):
+        if current_thread() is not main_thread():
+            looks.release()
+        return rest(silence)
+
+    def wait():
+        while looks.acquire(blocking=False):
+            pass
+        for _ in range(4):  # it looks up to twice for a judgement, the first of which may have begun
+            assert looks.acquire(timeout=300.0)
+
+    monkeypatch.setattr(progress._Silence, "rest", looked)
+    return wait
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""Commands in separate processes, which tests interrupt at any moment, or give little disk space."""
+"""Commands in separate processes, which tests interrupt at any step, or give little disk space."""
 
 from __future__ import annotations
 
@@ -10,12 +10,19 @@ import sys
 import time
 from pathlib import Path
 
+import strikes
+
 PROGRESS = re.compile(r".*, \d+ s so far$|.*: [\d.]+%( in \d+ s.*)?$")
 COMMAND = [sys.executable, "-m", "linkages.cli.main"]
 
 
-def start(*words: object, room: int | None = None, **settings) -> subprocess.Popen:
-    """Start a command; no file of it can grow beyond `room` bytes, as on a disk that is full."""
+def start(
+    *words: object, room: int | None = None, struck: tuple[str, int, int] | None = None, **settings
+) -> subprocess.Popen:
+    """Start a command; no file of it can grow beyond `room` bytes, as on a disk that is full.
+
+    It is `struck` by a signal at a call: place, number of the call and of the signal, see `strikes.command`.
+    """
 
     def limit() -> None:
         import resource
@@ -23,7 +30,7 @@ def start(*words: object, room: int | None = None, **settings) -> subprocess.Pop
         resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
 
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    words = [*COMMAND, *map(str, words)]
+    words = strikes.command(*struck, *words) if struck else [*COMMAND, *map(str, words)]
     return subprocess.Popen(words, **pipes | settings, preexec_fn=limit if room is not None else None)
 
 
@@ -37,6 +44,17 @@ def finish(process: subprocess.Popen) -> tuple[int, str]:
 def without_progress(errors: str) -> str:
     """Leave out the lines of progress, which depend on how busy the machine is."""
     return "".join(line for line in errors.splitlines(keepends=True) if not PROGRESS.match(line))
+
+
+def child(process: subprocess.Popen, word: str) -> int:
+    """Wait until a process has started another one with a word in its command; returns its id."""
+    while process.poll() is None:
+        for children in Path(f"/proc/{process.pid}/task").glob("*/children"):
+            for pid in children.read_text().split():
+                if word.encode() in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0"):
+                    return int(pid)
+        time.sleep(0.01)
+    raise AssertionError(f"the process has ended, and started nothing with {word}")
 
 
 def begun(process: subprocess.Popen) -> None:
@@ -53,11 +71,3 @@ def processor_time(process: subprocess.Popen) -> float:
     """Time the processor has spent on a process [s], which does not depend on what else the machine does."""
     fields = (Path("/proc") / str(process.pid) / "stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def strike(process: subprocess.Popen, number: int, after: float) -> None:
-    """Send a signal when the processor has spent so long on a command, if it still runs."""
-    begun(process)
-    while process.poll() is None and processor_time(process) < after:
-        time.sleep(0.005)
-    process.send_signal(number)

@@ -18,11 +18,12 @@ import pytest
 
 import linkages
 from linkages.base.disk import keep, kept
-from linkages.base.kernel import kernel, shipped
+from linkages.base.kernel import cache, folder, kernel, shipped
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.cache import pack
 from linkages.base.kernel.compile import Kernel
 from linkages.base.kernel.fingerprint import fingerprint, names_of, processor, toolchain
+from linkages.base.kernel.private import Stored
 
 SCRIPT = """
 import sys
@@ -59,6 +60,7 @@ def start(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.processes
 def test_processes_that_fill_an_empty_cache_at_once_compile_once_between_them(start):
     """Each needs code for the same types in another order; then everything is there, and right."""
     compiled = 0
@@ -159,6 +161,7 @@ with ThreadPoolExecutor(2) as pool:
 
 
 @pytest.mark.slow
+@pytest.mark.processes
 def test_threads_that_load_callers_of_one_kernel_at_once_find_it(tmp_path):
     """The second caller is loaded while LLVM does not know the kernel yet, and would call address 0."""
     (tmp_path / "script.py").write_text(THREADS)
@@ -170,6 +173,7 @@ def test_threads_that_load_callers_of_one_kernel_at_once_find_it(tmp_path):
         assert (done.returncode, done.stdout, done.stderr) == (0, "3.0 4.0\n", "")
 
 
+@pytest.mark.processes
 def test_code_saved_at_the_same_moment_is_not_mixed_up(tmp_path, monkeypatch):
     """Eight that do not know of each other, as processes do not."""
     together = threading.Barrier(8)
@@ -225,6 +229,46 @@ def test_a_cache_that_other_users_can_write_to_is_not_used(start, tmp_path, mode
         f"warning: compiled code is kept in {private}, because other users can write to {cache};"
         " set NUMBA_CACHE_DIR to a folder that only you can write to\n",
     )
+
+
+@pytest.mark.skipif(os.name != "posix", reason="folders have other permissions here")
+@pytest.mark.parametrize("of", ["subfolder", "file"])
+def test_a_cache_with_a_part_that_other_users_can_write_to_is_not_used(tmp_path, of):
+    """As long as they can enter the folder; a part of a private folder is out of their reach."""
+    part = tmp_path / "cache" / "ab"
+    part.mkdir(parents=True)
+    if of == "file":
+        part.chmod(0o755)
+        part = part / "cd.nbc"
+        part.touch()
+    part.chmod(0o777)
+    (tmp_path / "cache").chmod(0o755)
+    assert folder._made(tmp_path / "cache") == f"other users can write to {part}"
+    (tmp_path / "cache").chmod(0o700)
+    assert folder._made(tmp_path / "cache") == ""
+    (tmp_path / "cache").chmod(0o755)
+    part.chmod(0o755)
+    assert folder._made(tmp_path / "cache") == ""
+
+
+@pytest.mark.skipif(os.name != "posix" or os.getuid() != 0, reason="only root can give a folder to another user")
+def test_a_cache_with_a_part_of_another_user_is_not_used(tmp_path):
+    part = tmp_path / "cache" / "ab"
+    part.mkdir(parents=True)
+    (tmp_path / "cache").chmod(0o755)
+    os.chown(part, 12345, -1)
+    assert folder._made(tmp_path / "cache") == f"other users can write to {part}"
+
+
+def test_folders_of_code_are_for_their_user_alone_whatever_the_permissions_of_new_files(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    before = os.umask(0)
+    try:
+        cache.write("abcd", Stored(b"code", ()))
+    finally:
+        os.umask(before)
+    assert [path.stat().st_mode & 0o777 for path in (tmp_path / "cache", tmp_path / "cache" / "ab")] == [0o700, 0o700]
+    assert cache.read("abcd").content == b"code"
 
 
 @pytest.mark.slow

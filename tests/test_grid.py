@@ -161,6 +161,7 @@ def test_ctrl_c_keeps_the_values_that_are_finished(machine, monkeypatch):
         linkages.sweep_grid(system, *axes, ["O.torque"], 1)
 
 
+@pytest.mark.processes
 def test_an_executor_computes_the_same_points(machine, tmp_path):
     system = linkages.load(machine)
     axes = ("drives.O.speed", [10.0, 20.0], "sdf.links.coupler.mass", [0.1, 0.2])

@@ -86,6 +86,7 @@ def test_a_result_of_unknown_type_is_refused(result):
         lazy_kernel(made)
 
 
+@pytest.mark.processes
 @compiled
 def test_threads_may_meet_a_lazy_kernel_at_once(monkeypatch):
     """Eight, without the interpreter's lock: one compiles it, and all get the same results."""

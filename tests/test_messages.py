@@ -1,6 +1,7 @@
 """Messages to users: choices, units, suggested names."""
 
 import argparse
+import re
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from machines import four_bar, slider_crank
 
 import linkages
 from linkages import AssemblyError, InputError, Status, Trajectory, assess, load, summarize
-from linkages.cli.main import report_failures
+from linkages.cli.main import main, report_failures
 from linkages.cli.options import load_system
 from linkages.input.files.shipped import find_file
 from linkages.input.files.table_keys import described_keys
@@ -166,3 +167,25 @@ def test_one_text_is_no_list_of_names(argument):
     system = load(find_file("slider_crank_lubricated.toml"))
     with pytest.raises(InputError, match=rf"^argument: {argument}: is a text; give a list: \[\""):
         ONE_TEXT[argument](system)
+
+
+def test_a_long_list_of_names_is_replaced_by_the_closest_their_number_and_the_place_of_the_list(tmp_path, capsys):
+    """An unknown output of a machine with some hundred, in the command line of a run and of stored ones."""
+    out = tmp_path / "out"
+    few = ["--duration", "1e-3", "--no-plots", "--no-animation", "--no-error-estimate", "--out", str(out)]
+    assert main(["simulate", "seven_bar.toml", *few]) == 0
+    count = len(linkages.load_trajectory(out / "trajectory.npz").columns)
+    capsys.readouterr()
+    assert main(["overlay", str(out), "--output", "NAME"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.fullmatch(
+        rf"error: --output: NAME: is in none of the runs; the closest of {count} are (\S+, ){{4}}\S+;"
+        r" `linkages keys` lists all kinds",
+        line,
+    )
+    assert main(["overlay", str(out), "--output", "A.forc"]) == 2
+    assert capsys.readouterr().err.endswith('; did you mean "A.force"?\n')
+    with pytest.raises(InputError) as refused:
+        linkages.simulate(linkages.load(find_file("seven_bar.toml")), "compiled", outputs=["NAME"])
+    assert len(str(refused.value)) < 250
+    assert str(refused.value).endswith("; `linkages keys` lists all kinds")

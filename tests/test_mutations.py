@@ -37,12 +37,22 @@ FAULT, HANG = "FAULT", "HANG"  # beginnings of the endings that must not be
 
 @contextmanager
 def at_most(seconds: float):
-    """Press Ctrl-C if it takes the processor longer, and again: results of an interrupted run are kept."""
-    before = signal.signal(signal.SIGPROF, lambda *_: signal.raise_signal(signal.SIGINT))
+    """Press Ctrl-C if it takes the processor longer, and again: results of an interrupted run are kept.
+
+    No signal is sent after the block, which the caller may leave at any moment by one of them.
+    """
+    under_way = [True]
+
+    def press(*_: object) -> None:
+        if under_way:
+            signal.raise_signal(signal.SIGINT)
+
+    before = signal.signal(signal.SIGPROF, press)
     signal.setitimer(signal.ITIMER_PROF, seconds, 2.0)
     try:
         yield
     finally:
+        under_way.clear()
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.signal(signal.SIGPROF, before)
 

@@ -305,6 +305,7 @@ def test_no_assembly_exits_with_1(experiment_file, tmp_path, capsys):
     assert "no-assembly" in capsys.readouterr().err
 
 
+@pytest.mark.processes
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("ctrl_c", "number", "status"),

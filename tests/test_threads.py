@@ -1,13 +1,15 @@
 """Independent runs in threads: errors end them at once, and the machine may refuse threads."""
 
+import itertools
 import threading
-import time
 
 import pytest
 
 from linkages import InputError, RunError, find_file, load, simulate_batch
 from linkages.engines.compiled.batch import runs as runs_of
 from linkages.engines.threads import in_threads
+
+pytestmark = pytest.mark.processes
 
 
 @pytest.mark.parametrize("threads", [1, 2, 7, None])
@@ -26,31 +28,33 @@ def test_results_are_in_order_and_the_end_is_looked_at(threads):
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_an_error_ends_the_runs_that_have_not_begun(threads):
-    begun = []
+    begun, ended = [], threading.Event()
 
     def work(k):
         begun.append(k)
         if k == 3:
             raise InputError("run", "3", "fails")
-        time.sleep(0.01)
+        if k > 3:
+            ended.wait(300.0)
 
     with pytest.raises(InputError, match="run: 3: fails"):
-        in_threads(work, 10_000, threads)
-    assert len(begun) < 1000
+        in_threads(work, 10_000, threads, stop=ended.set if threads > 1 else None)
+    assert max(begun) <= 3 + (threads - 1)
 
 
 def test_a_batch_without_memory_for_threads_ends_in_one_line(monkeypatch):
     """As under a limit of the address space that the stacks of many threads exceed."""
-    start, started = threading.Thread.start, []
+    start, started, full = threading.Thread.start, [], threading.Event()
 
     def refused(thread):
         if len(started) == 2:
+            full.set()
             raise RuntimeError("can't start new thread")
         started.append(thread)
         start(thread)
 
     monkeypatch.setattr(threading.Thread, "start", refused)
-    monkeypatch.setattr(runs_of.Runs, "_run", lambda *_: time.sleep(0.1))
+    monkeypatch.setattr(runs_of.Runs, "_run", lambda *_: full.wait(300.0))
     monkeypatch.setattr(runs_of, "_AT_ONCE", 1)
     system = load(find_file("seven_bar.toml"), {"duration": 0.01})
     with pytest.raises(RunError, match=r"the threads of 20 runs cannot be started .*: use fewer threads"):
@@ -59,15 +63,21 @@ def test_a_batch_without_memory_for_threads_ends_in_one_line(monkeypatch):
 
 def test_a_batch_whose_run_finds_no_memory_ends_at_once(monkeypatch):
     def run(*_):
-        runs.append(0)
-        if len(runs) == 5:
+        runs.append(number := next(numbers))
+        if number == 5:
             raise MemoryError
-        time.sleep(0.01)
+        if number > 5:
+            ended.wait(300.0)
 
-    runs, parts = [], []
+    def end(self):
+        stop(self)
+        ended.set()
+
+    runs, parts, numbers, ended, stop = [], [], itertools.count(), threading.Event(), runs_of.Runs._end
     monkeypatch.setattr(runs_of.Runs, "_run", run)
+    monkeypatch.setattr(runs_of.Runs, "_end", end)
     monkeypatch.setattr(runs_of, "_AT_ONCE", 1)
     system = load(find_file("seven_bar.toml"), {"duration": 0.01})
     with pytest.raises(MemoryError):
         simulate_batch(system, ["joints.A.clearance"], [[2e-4]] * 2000, ["A.force"], threads=2, progress=parts.append)
-    assert len(runs) < 500
+    assert max(runs) <= 6

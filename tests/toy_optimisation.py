@@ -1,16 +1,17 @@
 """A small optimisation with an analytic objective: a task that tests kill, resume, and send to workers.
 
-Run as a script: ``python toy_optimisation.py STORE RESULT [SECONDS]`` solves it, resuming STORE, and writes RESULT;
-every population is announced, and takes SECONDS.
+Run as a script: ``python toy_optimisation.py STORE RESULT POPULATION AT`` solves it, resuming STORE, and writes RESULT;
+it kills itself at a call of a function, counted from the evaluation of a population, and prints the number of calls.
 """
 
 import json
+import signal
 import sys
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import strikes
 
 from optim import Evaluations, Stopped
 from optim.algorithms import nlp
@@ -66,20 +67,14 @@ def evolve(problem, seed, progress, generations=GENERATIONS):
     return nlp.Result(best[None], kept, "budget-used", generations, generations * POPULATION)
 
 
-def make_task(seed=1, pause=0.0, evaluate=evaluate, generations=GENERATIONS, **changed):
-    def slowly(designs):
-        if pause:
-            print("population", flush=True)
-            time.sleep(pause)
-        return evaluate(designs)
-
+def make_task(seed=1, evaluate=evaluate, generations=GENERATIONS, **changed):
     arguments = {
         "task": {"algorithm": {"name": "evolve"}, "seed": seed, "problem": {"name": "Rosenbrock"}},
         "versions": {"numpy": np.__version__},
         "variables": ("x", "y"),
         "objectives": ("valley",),
         "constraints": ("radius",),
-        "evaluate": slowly,
+        "evaluate": evaluate,
         "minimise": lambda problem, progress: evolve(problem, seed, progress, generations),
     }
     return arguments | changed
@@ -103,8 +98,18 @@ def run(task, path, resume=False, observe=lambda row: None, stop=lambda: False):
         return SimpleNamespace(result=result, found=found, evaluations=count, failures=failures)
 
 
-def main(store, result, pause="0"):
-    outcome = run(make_task(pause=float(pause)), Path(store), resume=True)
+def main(store, result, population, at):
+    strike, left = strikes.Strike(int(at), signal.SIGKILL), [int(population)]
+
+    def counted(designs):
+        left[0] -= 1
+        if left[0] == 0:
+            strikes.at_calls(strike)
+        return evaluate(designs)
+
+    outcome = run(make_task(evaluate=counted), Path(store), resume=True)
+    sys.setprofile(None)
+    print(f"calls: {strike.calls}")
     found = {
         "x": outcome.result.x.tolist(),
         "objectives": outcome.found.objectives.tolist(),

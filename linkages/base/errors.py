@@ -72,15 +72,33 @@ def notice(text: str) -> None:
     print(f"notice: {text}", file=sys.stderr)
 
 
-def nearest(name: str, known: Iterable[str], others: str = "") -> str:
-    """Suggest the most similar name of `known`, as the end of a sentence; if none is, list all or say `others`."""
+#: Longest list of names in a message, and number of names in the place of a longer one.
+_LONGEST, _CLOSEST = 300, 5
+
+
+def nearest(name: str, known: Iterable[str], others: str = "", place: str = "") -> str:
+    """Suggest the most similar name of `known`, as the end of a sentence; if none is, list all or say `others`.
+
+    In the place of a long list are the closest names, their number, and what lists them all, the `place`.
+
+    Examples
+    --------
+    >>> nearest("colour", ["mass", "x"])
+    'known are: mass, x'
+    >>> nearest("colour", [f"point{k}.x" for k in range(100)], place="`linkages keys` lists them")
+    'the closest of 100 are point9.x, point8.x, point7.x, point6.x, point5.x; `linkages keys` lists them'
+    """
     known = sorted(known)
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     if close:
         return f'did you mean "{close[0]}"?'
     if others:
         return others
-    return f"known are: {', '.join(known)}" if known else "none are known here"
+    every = ", ".join(known)
+    if len(every) > _LONGEST:
+        closest = difflib.get_close_matches(name, known, n=_CLOSEST, cutoff=0.0)
+        return f"the closest of {len(known)} are {', '.join(closest)}{place and '; '}{place}"
+    return f"known are: {every}" if known else "none are known here"
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:

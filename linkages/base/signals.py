@@ -14,7 +14,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from types import FrameType, TracebackType
@@ -112,8 +112,9 @@ def interruptible(alone: bool = False) -> Iterator[Received]:
         """Send a signal again unless the command ends before."""
 
         def send() -> None:
-            if not received.over and not ended.is_set():
-                os.kill(os.getpid(), number)
+            with sending:
+                if not received.over and not ended.is_set():
+                    signal.pthread_kill(main.ident or 0, number)
 
         timer = threading.Timer(after, send)
         timer.daemon = True
@@ -148,6 +149,7 @@ def interruptible(alone: bool = False) -> Iterator[Received]:
         return
     before = {number: signal.getsignal(number) for number in _NUMBERS}
     hook, show, ended = sys.unraisablehook, sys.excepthook, threading.Event()
+    main, sending = threading.main_thread(), threading.Lock()  # held while a signal is sent again
     if alone:
         threading.Thread(target=_watch, args=(received, ended), daemon=True).start()
     with _noting():
@@ -158,10 +160,13 @@ def interruptible(alone: bool = False) -> Iterator[Received]:
         try:
             yield received
         finally:
+            received.over = True
+            with sending:
+                ended.set()
+            signal.pthread_sigmask(signal.SIG_BLOCK, ())  # handles what was sent up to here: none outlives the block
             for number, handler in before.items():
                 signal.signal(number, handler)
             sys.unraisablehook, sys.excepthook = hook, show
-            ended.set()
 
 
 def _importing(frame: FrameType | None) -> bool:
@@ -207,6 +212,20 @@ def stopping() -> Iterator[None]:
     finally:
         _stopping -= 1
         _mark().clear()
+
+
+def end_with_parent(end: Callable[[], object] = lambda: os.kill(os.getpid(), signal.SIGTERM)) -> None:
+    """End this process when its parent ends, even if that is killed, by `end` (default: SIGTERM), called in a thread.
+
+    The parent holds the other end of the pipe at standard input, and writes nothing into it.
+    """
+
+    def wait() -> None:
+        while os.read(0, 1024):  # `sys.stdin` would be locked, which Python does not survive at its end
+            pass
+        end()
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 @contextmanager

@@ -146,6 +146,7 @@ def exit_status(run: Callable[..., int], *arguments: object, alone: bool = False
             with heartbeat():
                 status = run(*arguments)
             sys.stdout.flush()
+            received.over = True
         except BaseException as problem:  # interrupted code may raise another exception
             received.over = True
             if received or isinstance(problem, KeyboardInterrupt):

@@ -90,8 +90,10 @@ def _unit(name: str, runs: dict[str, Trajectory]) -> str:
     """Return the common unit of an output; InputError if no run has it, or two runs have other units."""
     units = {label: run.units.get(name, "") for label, run in runs.items() if name in run}
     if not units:
+        from linkages.results.outputs.registry import LISTED
+
         known = {column for run in runs.values() for column in run}
-        raise InputError("--output", name, f"is in none of the runs; {nearest(name, known)}")
+        raise InputError("--output", name, f"is in none of the runs; {nearest(name, known, place=LISTED)}")
     if len(set(units.values())) > 1:
         said = ", ".join(f"[{unit}] in {label}" for label, unit in units.items())
         raise InputError("--output", name, f"is {said}; overlay runs where it has one unit")

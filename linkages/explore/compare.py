@@ -138,8 +138,7 @@ def compare(system: System, progress: Callable[[str], TimeReport] | None = None)
         horizons[engine] = float(runs[engine].time[-1])
         if system.experiment.can_touch:
             other = simulate(looser(system), engine, stage(f"{engine}, looser"))
-            stage(f"{engine}, horizon")
-            horizons[engine] = horizon(runs[engine], other, system)
+            horizons[engine] = horizon(runs[engine], other, system, stage(f"{engine}, horizon"))
     stage("differences")
     until, every = min(horizons.values()), names(system)
     sound = {engine: Soundness.of_run(system, run) for engine, run in runs.items()}

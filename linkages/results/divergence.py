@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from linkages.base.arrays import Array
+from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError
 from linkages.results.akima import interpolated
 from linkages.results.trajectory import Trajectory
@@ -19,10 +19,19 @@ from linkages.system.rigid_segments import system_of
 PARTED, STRAYED = 1e-3, 0.05
 
 
-def horizon(run: Trajectory, other: Trajectory, system: System) -> float:
-    """Return the time up to which two runs agree [s]; see `apart`."""
-    span = apart(run, other, system)
-    return float(min(run.time[-1], other.time[-1])) if span is None else span[0]
+#: Part of the limit up to which interpolation decides, with contacts, where it is less accurate.
+_CLEAR = 0.1
+
+_PART = 256  # times of one evaluation: an engine may take a millisecond for each
+
+
+def horizon(
+    run: Trajectory, other: Trajectory, system: System, progress: Callable[[float], None] | None = None
+) -> float:
+    """Return the time up to which two runs agree [s]; see `apart`. `progress` is called with the time reached [s]."""
+    pair = _Pair(run, other, system)
+    first = pair.first(progress)
+    return pair.end if first is None else float(pair.times[max(first - 1, 0)])
 
 
 def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) -> tuple[float, float] | None:
@@ -32,20 +41,54 @@ def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) ->
     time is the end of the shorter run. `run` needs dense output; both are compared at every n-th step of `other`, as
     each contact has many steps.
     """
-    evaluate, end = dense(run), min(run.time[-1], other.time[-1])
-    steps = np.flatnonzero(other.time <= end)[::every]
-    times, touching = other.time[steps], system.experiment.can_touch
-    there = configuration(system, {name: column[steps] for name, column in other.columns.items()})
-    here = interpolated(run.time, configuration(system, run.columns), times)
-    limit = PARTED if touching else STRAYED
-    # where the interpolation is not accurate enough
-    doubtful = np.flatnonzero(touching | ~(_distances(here, there) <= limit))
-    if len(doubtful):
-        here[doubtful] = configuration(system, evaluate(times[doubtful]))
-    beyond = np.flatnonzero(~(_distances(here, there) <= limit))
-    if not len(beyond):
+    pair = _Pair(run, other, system, every)
+    first, times = pair.first(), pair.times
+    if first is None:
         return None
-    return float(times[max(beyond[0] - 1, 0)]), float(times[beyond[-1] + 1] if beyond[-1] + 1 < len(times) else end)
+    after = pair.last() + 1
+    return float(times[max(first - 1, 0)]), float(times[after] if after < len(times) else pair.end)
+
+
+class _Pair:
+    """Two runs at every n-th step of the second one; the first is evaluated where its interpolation leaves a doubt.
+
+    Attributes
+    ----------
+    end : float
+        End of the shorter run [s].
+    times : (nt,) array
+        Times of the steps up to there [s].
+    """
+
+    def __init__(self, run: Trajectory, other: Trajectory, system: System, every: int = 1) -> None:
+        self._system, self._evaluate = system, dense(run)
+        self.end = float(min(run.time[-1], other.time[-1]))
+        steps = np.flatnonzero(other.time <= self.end)[::every]
+        self.times, touching = other.time[steps], system.experiment.can_touch
+        self._there = configuration(system, {name: column[steps] for name, column in other.columns.items()})
+        self._limit = PARTED if touching else STRAYED
+        here = interpolated(run.time, configuration(system, run.columns), self.times)
+        clear = _distances(here, self._there) <= (_CLEAR if touching else 1.0) * self._limit
+        doubtful = np.flatnonzero(~clear)
+        self._parts = [doubtful[k : k + _PART] for k in range(0, len(doubtful), _PART)]
+
+    def first(self, progress: Callable[[float], None] | None = None) -> int | None:
+        """Return the first step at which the runs have diverged; None without any."""
+        for part in self._parts:
+            if len(found := self._beyond(part)):
+                return int(found[0])
+            if progress is not None:
+                progress(float(self.times[part[-1]]))
+        return None
+
+    def last(self) -> int:
+        """Return the last step at which the runs have diverged, after `first` has found one."""
+        return next(int(found[-1]) for part in reversed(self._parts) if len(found := self._beyond(part)))
+
+    def _beyond(self, steps: Indices) -> Indices:
+        """Return those of some steps at which the runs have diverged."""
+        here = configuration(self._system, self._evaluate(self.times[steps]))
+        return steps[~(_distances(here, self._there[steps]) <= self._limit)]
 
 
 def _distances(here: Array, there: Array) -> Array:

@@ -53,6 +53,7 @@ print("alive")
 
 
 @pytest.mark.slow
+@pytest.mark.processes
 def test_a_recording_leaves_nothing_that_another_thread_could_free(tmp_path):
     """Drake ends the process where a Meshcat is freed by another thread than its own."""
     command = [sys.executable, "-c", AFTER, str(tmp_path / "animation.html")]

@@ -44,6 +44,7 @@ def test_both_ports_share_one_evaluation_of_the_laws(seven_bar, monkeypatch):
     assert len(calls) == 2
 
 
+@pytest.mark.processes
 def test_threads_may_evaluate_one_diagram_at_once(seven_bar):
     """Each context in a thread of its own has the derivatives that it has alone."""
     diagram, linkage = build_diagram(seven_bar)

@@ -4,25 +4,26 @@ import http.client
 import json
 import os
 import re
+import select
 import signal
 import socket
-import subprocess
-import sys
 import threading
-import time
+from collections import Counter
 
 import pytest
+from processes import child, start
 
 import linkages
 import linkages.show.live.session
 from linkages.cli import progress
 from linkages.cli.main import main
 from linkages.show.live.server import LiveServer, _Handler
+from linkages.show.live.watch import Watch
 
 
 def ask(server, method="POST", path=None, body=b'{"values": {}}', headers=None):
     """Send one request; returns status, headers and body."""
-    connection = http.client.HTTPConnection(*server.server_address, timeout=60)
+    connection = http.client.HTTPConnection(*server.server_address, timeout=600)
     given = {"Content-Type": "application/json"} | (headers or {})
     connection.request(method, f"/{server.token}/run" if path is None else path, body, given)
     reply = connection.getresponse()
@@ -137,25 +138,39 @@ def test_bad_requests_get_one_line(serve):
         assert "\n" not in json.loads(found)["error"]
 
 
+@pytest.mark.processes
 def test_a_hundred_requests_at_once_give_one_run_after_the_other(serve):
-    """Each is answered; all but the latest may be skipped, and the latest is computed."""
+    """All come during a run: each is answered, all but the latest are skipped, and the latest is computed."""
     server, replies = serve(), [None] * 100
     ask(server)
+    counted, count = threading.Semaphore(0), server._latest
+
+    class Counted(Counter):
+        def __setitem__(self, page, number):
+            super().__setitem__(page, number)
+            counted.release()
+
+    server._latest = Counted(count)
+    while counted.acquire(blocking=False):
+        pass
 
     def send(k):
         body = json.dumps({"values": {"joints.A.viscosity": 0.3 + 0.001 * k}}).encode()
         replies[k] = json.loads(ask(server, body=body)[2])
 
     threads = [threading.Thread(target=send, args=(k,)) for k in range(100)]
-    for thread in threads:
-        thread.start()
+    with server._computing:  # as during a run
+        for thread in threads:
+            thread.start()
+        for _ in threads:
+            assert counted.acquire(timeout=300.0)
     for thread in threads:
         thread.join()
-    assert all("outdated" in reply or reply["status"] == "ok" for reply in replies)
-    assert sum("status" in reply for reply in replies) < 100
-    assert any("status" in reply for reply in replies)
+    assert sum("outdated" in reply for reply in replies) == 99
+    assert [reply["status"] for reply in replies if "status" in reply] == ["ok"]
 
 
+@pytest.mark.processes
 def test_pages_do_not_overtake_each_other(serve):
     """Each of five pages gets its own run and its own table, however their requests are mixed."""
     server, tables = serve(), {}
@@ -169,7 +184,7 @@ def test_pages_do_not_overtake_each_other(serve):
         tables[page] = replies
 
     pages = {f"page {k}": 1e-4 * (1 + k) for k in range(5)}
-    ready = threading.Barrier(len(pages), timeout=60)
+    ready = threading.Barrier(len(pages), timeout=600)
     threads = [threading.Thread(target=table, args=given) for given in pages.items()]
     for thread in threads:
         thread.start()
@@ -182,28 +197,39 @@ def test_pages_do_not_overtake_each_other(serve):
         assert tables[page][1] == json.loads(json.dumps(alone.numbers()))
 
 
-def test_a_page_stops_its_run_and_no_other(serve):
+@pytest.mark.processes
+def test_a_page_stops_its_run_and_no_other(serve, monkeypatch):
+    looks, check = threading.Semaphore(0), Watch._check
+
+    def looked(watch):
+        check(watch)
+        looks.release()
+
+    monkeypatch.setattr(Watch, "_check", looked)
     server = serve(linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 100.0}))
     replies = {}
 
     def run(page):
         replies[page] = json.loads(
-            ask(server, body=json.dumps({"page": page, "values": {"duration": 1e4}}).encode())[2]
+            ask(server, body=json.dumps({"page": page, "values": {"duration": 1e3}}).encode())[2]
         )
 
     thread = threading.Thread(target=run, args=["mine"])
     thread.start()
-    while not server._computing.locked():
-        time.sleep(0.01)
+    assert looks.acquire(timeout=300.0)  # it runs
     stop = f"/{server.token}/stop"
     ask(server, path=stop, body=b'{"page": "other"}')
-    time.sleep(0.2)
-    assert thread.is_alive()
+    while looks.acquire(blocking=False):
+        pass
+    for _ in range(3):  # its run has looked after the request, and goes on
+        assert looks.acquire(timeout=300.0)
+    assert replies == {}
     ask(server, path=stop, body=b'{"page": "mine"}')
-    thread.join(20.0)
+    thread.join(300.0)
     assert replies == {"mine": {"outdated": True}}
 
 
+@pytest.mark.processes
 def test_warnings_do_not_wait_for_a_run_nor_a_run_for_them(serve):
     server = serve()
     ask(server)
@@ -221,26 +247,61 @@ def test_names_with_markup_are_text(serve, system_of):
     assert "&lt;script" in picture
 
 
-def test_the_command_serves_until_ctrl_c(tmp_path):
-    command = [
-        sys.executable,
-        "-m",
-        "linkages.cli.main",
-        "play",
-        "seven_bar.toml",
-        "--no-browser",
-        "--out",
-        str(tmp_path),
-    ]
-    served = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=tmp_path)
-    address = re.search(r"http://127\.0\.0\.1:(\d+)/([\w-]+)/", served.stdout.readline())
-    connection = http.client.HTTPConnection("127.0.0.1", int(address[1]), timeout=60)
-    connection.request("GET", f"/{address[2]}/")
+@pytest.fixture
+def played(tmp_path):
+    """Return the process of a command that serves an experiment into a folder, and connection and path of its page."""
+    started = []
+
+    def play(name):
+        words = ["play", name, "--no-browser", "--out", tmp_path]
+        started.append(served := start(*words, cwd=tmp_path, stderr=None))
+        address = re.search(r"http://127\.0\.0\.1:(\d+)(/[\w-]+/)", served.stdout.readline())
+        return served, http.client.HTTPConnection("127.0.0.1", int(address[1]), timeout=600), address[2]
+
+    yield play
+    for served in started:
+        served.kill()
+        served.communicate()
+
+
+@pytest.mark.processes
+def test_the_command_serves_until_ctrl_c(played, tmp_path):
+    served, connection, path = played("seven_bar.toml")
+    connection.request("GET", path)
     assert connection.getresponse().status == 200
     connection.close()
-    os.kill(served.pid, signal.SIGINT)
-    assert served.wait(60) == 130
+    served.send_signal(signal.SIGINT)
+    assert served.wait(600) == 130
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.processes
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="waits for a process that another one has started")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_an_export_ends_with_the_command(played, tmp_path, number):
+    """Whatever ends it: nothing is written but the part of the run that was computed."""
+    served, connection, path = played("slider_crank_dry.toml")
+    request = {"values": {"duration": 30.0}, "name": "long", "replace": False}
+    connection.request("POST", f"{path}export", json.dumps(request), {"Content-Type": "application/json"})
+    end = os.pidfd_open(child(served, "simulate"))
+    served.send_signal(number)
+    assert served.wait(600) == {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGKILL: -signal.SIGKILL}[number]
+    assert select.select([end], [], [], 300.0)[0]
+    os.close(end)
+    connection.close()
+    written = tmp_path / "long" / "summary.json"
+    assert not written.exists() or json.loads(written.read_text())["status"] == "interrupted"
+
+
+@pytest.mark.slow
+@pytest.mark.processes
+def test_an_export_that_is_not_interrupted_is_written(played, tmp_path):
+    _, connection, path = played("seven_bar.toml")
+    request = {"values": {"duration": 1e-3}, "name": "short", "replace": False}
+    connection.request("POST", f"{path}export", json.dumps(request), {"Content-Type": "application/json"})
+    assert json.loads(connection.getresponse().read())["written"] == str(tmp_path / "short")
+    connection.close()
+    assert json.loads((tmp_path / "short" / "summary.json").read_text())["status"] == "ok"
 
 
 @pytest.mark.parametrize(
@@ -260,7 +321,8 @@ def test_wrong_options_are_named(options, named, capsys):
     assert said.count("\n") == 1
 
 
-def test_a_served_page_prints_nothing(monkeypatch, capsys, tmp_path):
+@pytest.mark.processes
+def test_a_served_page_prints_nothing(monkeypatch, capsys, tmp_path, heartbeats):
     """The command waits for its user, and says so once; its folder is made when something is saved."""
     for name in ("_FIRST", "_LATER", "_GRACE"):
         monkeypatch.setattr(progress, name, 0.0)
@@ -268,7 +330,7 @@ def test_a_served_page_prints_nothing(monkeypatch, capsys, tmp_path):
 
     def serve(self, poll_interval):
         capsys.readouterr()
-        time.sleep(0.3)
+        heartbeats()
         printed.append(capsys.readouterr().err)
 
     monkeypatch.setattr(LiveServer, "serve_forever", serve)

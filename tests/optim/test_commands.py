@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import signal
 
 import numpy as np
@@ -186,6 +185,7 @@ def test_wrong_start(file, tmp_path, capsys, content, message):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.processes
 def test_ctrl_c_stops_at_once_and_keeps_the_generations(file, tmp_path, capsys, monkeypatch, invented_engine):
     out, populations = tmp_path / "out", []
     before = signal.getsignal(signal.SIGINT)
@@ -193,7 +193,7 @@ def test_ctrl_c_stops_at_once_and_keeps_the_generations(file, tmp_path, capsys, 
     def interrupted(request):
         populations.append(len(request.values))
         if len(populations) == 4:
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
         return invented_engine(request)
 
     monkeypatch.setattr("optim.evaluate.evaluator.run_compiled", interrupted)

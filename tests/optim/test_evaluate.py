@@ -210,6 +210,7 @@ def test_failures_are_explicit(study, monkeypatch):
         values_of(found, evaluations, failed)
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("parts", [1, 2, 3, 7, 50])
 def test_division_into_requests_does_not_change_a_bit(study, invented_engine, parts):
     found = study(LIMITED)
@@ -224,6 +225,7 @@ def test_division_into_requests_does_not_change_a_bit(study, invented_engine, pa
     assert alone.objectives.tobytes() == whole.objectives[7:8].tobytes()
 
 
+@pytest.mark.processes
 def test_requests_to_an_executor_carry_enough_work(study, invented_engine, monkeypatch):
     """By the clock every request takes 0.1 s; after one of a single design five designs make half a second."""
     found, now = study(LIMITED), iter(0.1 * np.arange(1000))

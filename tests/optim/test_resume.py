@@ -5,11 +5,11 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 import toy_optimisation as toy
+from strikes import calls_in
 from toy_optimisation import run
 
 from linkages import RunError
@@ -18,7 +18,6 @@ from optim.algorithms.nlp import Progress
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
 
 KILLS = 12
-PAUSE = 0.02  # s: a population's time, so that kills fall everywhere
 
 
 def contents(path):
@@ -31,25 +30,25 @@ def contents(path):
     return tables
 
 
-def toy_process(store, result):
-    command = [sys.executable, toy.__file__, str(store), str(result), str(PAUSE)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE)
+def solved(store, result, population=1, at=0):
+    """Solve in a process that kills itself at a call after so many populations; returns its status and what it says."""
+    command = [sys.executable, toy.__file__, *map(str, (store, result, population, at))]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+    return done.returncode, done.stdout
 
 
 @pytest.mark.slow
+@pytest.mark.processes
 def test_killed_at_random_moments(tmp_path):
     whole, broken = tmp_path / "whole.sqlite", tmp_path / "broken.sqlite"
-    assert toy_process(whole, tmp_path / "whole.json").wait() == 0
-    rng, kept = random.Random(0), []
+    status, said = solved(whole, tmp_path / "whole.json")
+    assert status == 0
+    rng, kept, most = random.Random(0), [], calls_in(said) // (2 * toy.GENERATIONS)  # of a population
     for _ in range(KILLS):
-        process = toy_process(broken, tmp_path / "broken.json")
-        for _ in range(rng.randint(1, 3)):
-            assert process.stdout.readline()
-        time.sleep(rng.uniform(0.0, 2.0 * PAUSE))
-        process.kill()
-        assert process.wait() == -signal.SIGKILL
+        population, at = rng.randint(1, 2), rng.randint(1, most)
+        assert solved(broken, tmp_path / "broken.json", population, at)[0] == -signal.SIGKILL
         kept.append(len(contents(broken)["evaluations"]))
-    assert toy_process(broken, tmp_path / "broken.json").wait() == 0
+    assert solved(broken, tmp_path / "broken.json")[0] == 0
     assert (tmp_path / "broken.json").read_bytes() == (tmp_path / "whole.json").read_bytes()
     assert contents(broken) == contents(whole)
     assert len(set(kept)) >= 8, f"the kills must fall at different moments, not at {kept}"

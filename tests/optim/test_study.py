@@ -1,6 +1,5 @@
 """The store rejects unreliable content with one line, and loses nothing."""
 
-import signal
 import sqlite3
 import subprocess
 import sys
@@ -213,18 +212,20 @@ def toy_count(path):
         return store.count()[0]
 
 
-HOLDER = "import sys, time; from pathlib import Path; from linkages.input.files.writing import locked; p = Path(sys.argv[1]);\nwith locked(p.with_name(p.name + '.lock'), p): print('held', flush=True); time.sleep(60)"
+HOLDER = "import sys; from pathlib import Path; from linkages.input.files.writing import locked; p = Path(sys.argv[1]);\nwith locked(p.with_name(p.name + '.lock'), p): print('held', flush=True); sys.stdin.read()"
 
 
+@pytest.mark.processes
 def test_one_process_at_a_time(begun):
-    holder = subprocess.Popen([sys.executable, "-c", HOLDER, str(begun)], stdout=subprocess.PIPE)
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    holder = subprocess.Popen([sys.executable, "-c", HOLDER, str(begun)], **pipes)
     try:
         assert holder.stdout.readline() == b"held\n"
         assert "study.sqlite: is in use by another process" in refused(toy.make_task(), begun)
         assert toy_count(begun) == 61  # looking is allowed
     finally:
-        holder.send_signal(signal.SIGKILL)
-        holder.wait()
+        holder.kill()
+        holder.communicate()
     assert run(toy.make_task(), begun, resume=True).evaluations > 100
 
 

@@ -382,6 +382,7 @@ at_most = 2.058
 """
 
 
+@pytest.mark.processes
 def test_same_rows_however_they_are_run(study_of, tmp_path, invented_engine):
     study = study_of(RUNS, "samples = 1500")
     whole = tolerances(study, tmp_path / "a.sqlite")

@@ -51,6 +51,7 @@ def write(name: str, stored: Stored) -> None:
     if place is None:
         return
     try:
+        _path(place, name).parent.mkdir(mode=0o700, exist_ok=True)
         keep(_path(place, name), name.encode(), pickle.dumps((stored.content, sorted(stored.symbols))))
     except OSError as problem:
         say(f"not kept ({place}: {problem.strerror})")

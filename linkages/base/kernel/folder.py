@@ -42,13 +42,31 @@ def _made(place: Path, follow_symlinks: bool = True) -> str:
     """Make a folder for this user alone; returns the reason why code cannot be kept there, "" if it can."""
     try:
         place.mkdir(mode=0o700, parents=True, exist_ok=True)
-        seen = place.stat(follow_symlinks=follow_symlinks)
-        if os.name == "posix" and (seen.st_uid not in (os.getuid(), 0) or seen.st_mode & 0o022):
-            return f"other users can write to {place}"
+        if os.name == "posix" and (foreign := _foreign(place, follow_symlinks)):
+            return f"other users can write to {foreign}"
         with tempfile.TemporaryFile(dir=place):
             return ""
     except OSError:
         return f"{place} cannot be written"
+
+
+def _foreign(place: Path, follow_symlinks: bool) -> Path | None:
+    """Return the folder, or a subfolder or file of it that other users can reach, if they can write to it."""
+    if _writable(place, follow_symlinks):
+        return place
+    if not place.stat().st_mode & 0o011:  # nobody else can enter it, whatever is in it
+        return None
+    within = (path for pattern in ("??", "??/*.nbc") for path in place.glob(pattern))
+    return next(filter(_writable, within), None)
+
+
+def _writable(path: Path, follow_symlinks: bool = True) -> bool:
+    """Check whether other users than this one and root can write to a path, or give themselves the right."""
+    try:
+        seen = path.stat(follow_symlinks=follow_symlinks)
+    except FileNotFoundError:  # another process has just removed it
+        return False
+    return seen.st_uid not in (os.getuid(), 0) or bool(seen.st_mode & 0o022)
 
 
 @cache

@@ -12,7 +12,6 @@ import importlib
 import os
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,6 +19,7 @@ from typing import Any
 
 from linkages.base.kernel import locks
 from linkages.base.kernel.folder import folder
+from linkages.base.signals import end_with_parent
 
 _EMPTY = 4  # kernels compiled in a process after which the cache is taken for empty
 _MOST = 3  # further processes: there are few jobs, and they share much
@@ -109,7 +109,7 @@ def assist(plans: list[tuple[str, tuple[Any, ...]]], which: int) -> None:
     _assisting, place = True, folder()
     if place is None or not locks.acquire(place, f"{which:x}"):
         return
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent(lambda: os._exit(0))
     jobs: list[Callable[[], Any]] = []
     for plan, settings in plans:
         module, _, function = plan.partition(":")
@@ -133,9 +133,3 @@ def _done(job: Callable[[], Any]) -> bool:
     except locks.LockedError:
         return False
     return True
-
-
-def _end_with_parent() -> None:
-    """End as soon as the parent has ended or been killed: its end of the pipe is closed then."""
-    sys.stdin.buffer.read()
-    os._exit(0)

@@ -33,6 +33,9 @@ from linkages.system import System
 
 JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
 
+#: Where a user finds all outputs.
+LISTED = "`linkages keys` lists all kinds"
+
 #: All kinds of elements with outputs; the first one wins if names are equal.
 OWNERS = (*POINTS, *PLAY, *FORCES, *WALLS, *LINKS, *OWN)
 
@@ -154,7 +157,7 @@ def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Declaration
             return owner, owner.quantities[quantity], thing
     known = names(system, ideal)
     same = [other for other in known if other.startswith(f"{name.partition('.')[0]}.")]
-    raise _wrong(system, name, f"is unknown; {nearest(name, same or known)}")
+    raise _wrong(system, name, f"is unknown; {nearest(name, same or known, place=LISTED)}")
 
 
 def _wrong(system: System, name: str, reason: str) -> InputError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -17,6 +18,14 @@ from linkages.input.model.experiment import Experiment
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _EXPORT = 600.0  # longest time of an export [s]
+
+#: Runs a command that ends with this process.
+_BELOW = """import sys
+from linkages.base.signals import end_with_parent
+from linkages.cli.main import main
+end_with_parent()
+sys.exit(main())
+"""
 
 _CODE = """import linkages
 
@@ -62,12 +71,17 @@ def write(target: Path, text: Callable[[], str], replace: bool) -> None:
 def export(target: Path) -> Path:
     """Let ``linkages simulate`` write the folder of a saved file; return the folder."""
     out = target.with_suffix("")
-    command = [sys.executable, "-m", "linkages.cli.main", "simulate", str(target), "--out", str(out), "--quiet"]
+    words = ["simulate", str(target), "--out", str(out), "--quiet"]
+    command = [sys.executable, "-c", _BELOW, *words]
+    watched, held = os.pipe()
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=_EXPORT, check=False)
+        done = subprocess.run(command, stdin=watched, capture_output=True, text=True, timeout=_EXPORT, check=False)
     except subprocess.TimeoutExpired:
-        problem = f"takes longer than {_EXPORT:g} s; run: {' '.join(command[3:])}"
+        problem = f"takes longer than {_EXPORT:g} s; run: linkages {' '.join(words)}"
         raise InputError("export", target.name, problem) from None
+    finally:
+        os.close(watched)
+        os.close(held)
     if done.returncode not in (0, 1):
         raise InputError("export", target.name, done.stderr.strip().rpartition("\n")[2] or "failed")
     return out
