@@ -97,7 +97,10 @@ def _answer(study: Study, report: dict[str, Any]) -> list[str]:
     """Tell for each quantity the variable with the largest share of the variance."""
     said = []
     for name, entry in report["quantities"].items():
-        shares = {path: one["total"] or 0.0 for path, one in entry["variables"].items()}
+        shares = {path: one["total"] for path, one in entry["variables"].items() if one["total"] is not None}
+        if not shares:
+            said.append(f"{study.label(name)} depends on no variable, or no run gives it.")
+            continue
         path = max(shares, key=shares.__getitem__)
         said.append(
             f"{study.label(name)} depends most on {path}: {shares[path]:.0%} of the variance, with interactions."

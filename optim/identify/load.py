@@ -17,7 +17,6 @@ from linkages.base.arrays import Array
 from linkages.input.files.recorded import Recording, read_recording
 from linkages.input.files.toml import leaves, read_toml, validate
 from linkages.input.files.unit_conversion import read, si
-from linkages.input.model.experiment import value_unit
 from linkages.results.outputs.registry import check_output, unit
 from optim.identify.schema import DataFile, Filter, IdentificationFile, MeasuredColumn, Unknown
 from optim.problem.load import shipped_or_beside, within
@@ -123,7 +122,7 @@ class Identification:
 
     def units(self) -> tuple[str, ...]:
         """Return the SI units of the unknowns."""
-        return tuple(value_unit(path) for path in self.paths)
+        return tuple(map(self.system.value_unit, self.paths))
 
 
 def load_identification(path: str | Path) -> Identification:

@@ -179,6 +179,11 @@ def pushed(folder, more=""):
     return folder / "task.toml", columns, values
 
 
+def test_the_force_of_a_prismatic_drive_has_newtons(tmp_path):
+    task = load_identification(pushed(tmp_path)[0])
+    assert dict(zip(task.names, task.units(), strict=True)) == {"force": "N", "speed": "m/s"}
+
+
 @pytest.mark.slow
 def test_samples_of_a_linear_problem_have_its_normal_posterior(tmp_path):
     """x = v t + F t^2 / (2 m) + offset is linear in the values: mean and covariance are those of linear regression."""

@@ -94,9 +94,11 @@ def _table(assessment: Assessment, peaks: dict[str, Any], exact: Trajectory | No
     system = assessment.system
     perfect = {} if exact is None else peaks_by_key(numbers(system, exact, ()) | {"links": {}})
     shown = {name.removesuffix(".peak"): value for name, value in peaks_by_key(peaks | {"loads": {}}).items()}
-    spreads = _spreads(assessment, list(shown))
+    spreads = _spreads(assessment, [name for name, value in shown.items() if value is not None])
+    none = {"least": None, "most": None}
     return [
-        {"name": name, "unit": unit(system, name), "value": value, "ideal": perfect.get(f"{name}.peak")} | spreads[name]
+        {"name": name, "unit": unit(system, name), "value": value, "ideal": perfect.get(f"{name}.peak")}
+        | spreads.get(name, none)
         for name, value in shown.items()
     ]
 

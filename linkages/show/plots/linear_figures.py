@@ -114,10 +114,10 @@ def tornado_figure(found: Sensitivities) -> Figure:
             shares = {path: share for path in found.values if (share := found.per_cent(path, key)) is not None}
             paths = [path for _, path in sorted((abs(share), path) for path, share in shares.items())]
             scales = [abs(found.values[path] / found.numbers[key]) for path in paths]
-            errors = [scale * (found.errors[path][key] or 0.0) for scale, path in zip(scales, paths, strict=True)]
+            known = [np.nan if (error := found.errors[path][key]) is None else error for path in paths]
             heights = [100.0 * shares[path] for path in paths]
             axis.barh(paths, heights, color=[COLORS[0] if x > 0 else COLORS[1] for x in heights])
-            axis.errorbar(heights, range(len(paths)), xerr=errors, fmt="none", ecolor="k", lw=0.8)
+            axis.errorbar(heights, range(len(paths)), xerr=np.multiply(scales, known), fmt="none", ecolor="k", lw=0.8)
             axis.axvline(0.0, color="k", lw=0.6)
             axis.tick_params(axis="y", labelsize=7)
             axis.set_title(key, fontsize="medium")

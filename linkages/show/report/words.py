@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import reduce
 from operator import getitem
 from typing import Any
 
 import tomlkit
 
-from linkages.base.errors import Status
+from linkages.base.errors import Status, listed
 from linkages.input.files.magnitudes import rounded
 from linkages.input.model.experiment import ARGUMENT, COMMAND_LINE
 from linkages.results.characteristics import peaks_by_key
@@ -22,12 +22,34 @@ from linkages.show.report.units import output_unit
 NONE = "–"  # symbol of an undefined value
 _ALIKE = 1e-3  # relative difference from the steady cycle's peak that is neglected
 _SAME = 1e-4  # relative change that is neglected
+_NAMED = 6  # most names in a sentence
+#: Why quantities have no value, by the kind of the warning.
+_VALUELESS = {"indeterminate": "statically indeterminate", "singular": "unbounded"}
 NOTHING = 1e-9  # relative value below which a difference is rounding
 
 
 def reported(summary: dict[str, Any]) -> dict[str, Any]:
     """Return the numbers for the tables: of the reported window, or of the whole run."""
     return summary.get("windows", {}).get(summary.get("report"), summary)
+
+
+def unknown(peaks: Mapping[str, float | None]) -> list[str]:
+    """Name the quantities without a value, which is not zero."""
+    return [name for name, peak in peaks.items() if peak is None]
+
+
+def some(names: Sequence[str]) -> str:
+    """List names, of many the first ones."""
+    return listed(names if len(names) <= _NAMED else [*names[: _NAMED - 1], f"{len(names) - _NAMED + 1} more"])
+
+
+def reason(warnings: Iterable[Mapping[str, Any]], count: int = 1) -> str:
+    """Tell why quantities have no value, by the kinds of a run's warnings: "are unbounded"."""
+    kinds = {one["kind"] for one in warnings}
+    why = [words for kind, words in _VALUELESS.items() if kind in kinds]
+    if not why:
+        return "has no value" if count == 1 else "have no value"
+    return f"{'is' if count == 1 else 'are'} {' or '.join(why)}"
 
 
 def beyond(summary: dict[str, Any], key: str, of: str = "") -> str:
@@ -112,7 +134,9 @@ def smoothing_lines(summary: dict[str, Any]) -> list[str]:
     """Describe the largest change of a peak force or torque with other smoothing of signals from data files."""
     found = []
     for name, ratios in summary.get("smoothing", {}).items():
-        key, ratio = max(ratios.items(), key=lambda one: abs(one[1] - 1.0), default=("", 1.0))
+        if not ratios:  # no force has a value
+            continue
+        key, ratio = max(ratios.items(), key=lambda one: abs(one[1] - 1.0))
         found.append(
             f"{name} smoothing changes the peaks of forces by at most {100.0 * abs(ratio - 1.0):.2g} % ({key})"
         )
