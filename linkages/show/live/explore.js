@@ -97,10 +97,12 @@ export function explore(page) {
     present(what, reply.peaks, (name) => {
       const found = Object.entries(reply.changes).map(([path, of]) => [path, of[name]]).sort(([, a], [, b]) => Math.abs(b ?? 0) - Math.abs(a ?? 0));
       const most = Math.max(...found.map(([, value]) => Math.abs(value ?? 0)), 1e-12), all = everything();
-      return [...all.length > paths.length ? [button(`all ${all.length} values with lengths and masses`, () => sensitivities(all), "may take half a minute")] : [], make("p", {}, `Change of the peak of ${labelOfOutput(name)} [%] when a value grows by 1 %:`), make("table", {class: "bars"}, make("tbody", {}, ...found.map(([path, value]) => {
+      return [...all.length > paths.length ? [button(`all ${all.length} values with lengths and masses`, () => sensitivities(all), "may take half a minute")] : [], make("p", {}, `Change of the peak of ${labelOfOutput(name)} [%] when a value grows by 1 %:`),
+        ...found.some(([, value]) => value === null) ? [make("p", {class: "unstated"}, `–: no statement about 1 % is possible. The row tells up to which change of the value the derivative predicts the peak, or why there is none: ${reply.why}.`)] : [],
+        make("table", {class: "bars"}, make("tbody", {}, ...found.map(([path, value]) => {
         const bar = make("span", {class: value < 0 ? "bar negative" : "bar"});
         bar.style.width = `${9 * Math.abs(value ?? 0) / most}rem`;
-        return make("tr", {}, make("th", {scope: "row", title: path}, button(labelOfPath(path), () => { shown.close(); page.show(path); }, "show this value")), make("td", {}, g(value, 3).replace("-", "−")), make("td", {}, bar));
+        return make("tr", {}, make("th", {scope: "row", title: path}, button(labelOfPath(path), () => { shown.close(); page.show(path); }, "show this value")), make("td", {}, g(value, 3).replace("-", "−")), make("td", {}, value === null ? make("small", {}, reply.reasons[path][name]) : bar));
       })))];
     });
   }

@@ -126,7 +126,8 @@ def tornado_figure(found: Sensitivities) -> Figure:
             axis.xaxis.set_major_formatter("{x:.3g}")
             if not any(heights):
                 axis.set(xticks=[0.0], xlim=(-1.0, 1.0))
-                axis.text(0.75, 0.5, "no change", transform=axis.transAxes, ha="center", va="center", fontsize="small")
+                said = "no change" if heights else "no statement about 1 %"
+                axis.text(0.75, 0.5, said, transform=axis.transAxes, ha="center", va="center", fontsize="small")
         for axis in axes.flat[len(keys) :]:
             axis.axis("off")
         return figure
