@@ -32,7 +32,7 @@ from optim.algorithms.archive import Archive
 from optim.algorithms.derivatives import DIFFERENCES, SOURCES, Source
 from optim.algorithms.line_search import Restored, search
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
-from optim.algorithms.standard_form import Phase, ScaledSlopes, StandardForm
+from optim.algorithms.standard_form import Phase, ScaledSlopes, StandardForm, pushed
 
 #: First step, relative to the scales.
 FIRST_STEP = 0.1
@@ -41,8 +41,6 @@ FIRST_STEP = 0.1
 FIRST_SOFTNESS, SOFTNESS = 1e-3, (1e-6, 1e3)
 #: The reduced Hessian is forgotten when it is worse conditioned.
 WORST_CONDITION = 1e14
-#: Step, relative to the scales, off a point where the violation seems least: it may be a saddle.
-PUSH = 1e-2
 #: The objective has converged if it falls by less than this, relatively, in so many iterations.
 STANDSTILL, PATIENCE = 1e-12, 5
 
@@ -142,11 +140,9 @@ class _Descent:
         self.hessian = self.last = None
 
     def _push(self) -> None:
-        """Leave what may be a saddle of the violation, by unequal steps away from the nearer bounds."""
-        n, x = self.form.n, self.point.y[: self.form.n]
-        lower, upper = self.form.lower[:n], self.form.upper[:n]
-        inward = np.where(upper - x >= x - lower, 1.0, -1.0)
-        self._place(np.clip(x + PUSH * (1.0 + np.arange(n) / n) * inward, lower, upper))
+        """Leave what may be a saddle of the violation."""
+        n = self.form.n
+        self._place(pushed(self.point.y[:n], self.form.lower[:n], self.form.upper[:n]))
 
     def _iterate(self, slopes: ScaledSlopes, phase: Phase) -> Ending | None:
         """Take one step, or say why there is none."""

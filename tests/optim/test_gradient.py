@@ -301,6 +301,22 @@ def test_it_does_not_depend_on_units(number, factor):
     assert other.x[0] / unit == pytest.approx(one.x[0], rel=1e-5)
 
 
+@pytest.mark.parametrize("name", ["grg", "snopt"])
+@pytest.mark.parametrize("factor", [1e-7, 2e7])
+def test_a_constraint_that_does_not_change_at_the_start_has_a_measure(name, factor):
+    """Problem 12: at the start (0, 0) its constraint 25 - 4 x^2 - y^2 is stationary."""
+    example = BY_NUMBER[12]
+
+    def evaluate(designs):
+        values = example.problem.evaluate(designs)
+        return dataclasses.replace(values, inequalities=values.inequalities * factor)
+
+    result = solved_by(name, dataclasses.replace(example.problem, evaluate=evaluate))
+    assert result.status is Ending.CONVERGED
+    assert error(result, example) <= OPTIMUM
+    assert result.values.inequalities.max() <= FEASIBILITY * factor
+
+
 def test_a_basis_that_becomes_singular():
     """The equality's derivative with respect to its only basic variable vanishes where the search arrives."""
     problem = quadratic(
