@@ -87,7 +87,7 @@ constraints in all directions in which the search has made no step: one populati
 **Phase I.** From an infeasible start the same method minimises the sum of the violations. At a stationary point, one small perturbation leaves a saddle before the status becomes `infeasible`.
 
 **Derivatives** come from [sensitivities of runs](sensitivity.md) (`derivatives = "sensitivities"`; in Python `Problem.jacobian`) or from central differences, one-sided of second order at bounds. Where a run has no
-sensitivities, because it fails or goes beyond the [horizon](glossary.md#horizon), differences take their place ([comparison](check_optimum.md)). The difference step is a share of the range between the bounds. A rough objective needs a large
+sensitivities, because it fails, goes beyond the [horizon](glossary.md#horizon) or has the extreme at a jump of the output, differences take their place ([comparison](check_optimum.md)). The difference step is a share of the range between the bounds. A rough objective needs a large
 step: with a step below the scale of its ripples the search ends with `no-progress`. A rough constraint needs a tolerance `feasibility` above its ripples.
 
 SNOPT is the sequential quadratic programming code of Gill, Murray and Saunders ([2005](references.md)).

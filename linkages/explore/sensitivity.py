@@ -19,7 +19,7 @@ from linkages.engines.compiled.derivatives.neighbours import magnitude_of
 from linkages.explore.prediction import STATED, finer, numbers_of, reaches, warnings_of
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs
-from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics, kink_weights
+from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics
 from linkages.results.trajectory import TimeReport, Trajectory
 from linkages.results.validity import warning
 from linkages.system import System
@@ -32,8 +32,6 @@ _SAFETY = 1.5  # factor on the change, because the tighter run has an error too
 _SHARED = 1e-6  # error that both runs share, in parts of a derivative: of differences of laws, of the times of peaks
 _ROUNDING = 1e-11  # of the differences in derivatives, in parts of the number over the value's magnitude
 _NEAR = 1e-3  # relative distance of two maxima whose order may change
-_BESIDE = 1e-4  # distance from a peak at which it is tested, in parts of the local step
-_SLOPE = 0.05  # of a parabola's own slope there: a steeper output has a jump, or a kink
 _STATISTICS = ("peak", "mean", "rms")
 #: Accuracy of runs whose derivatives err by less than 1 %, measured with the press (4 % at 1e-7).
 NEEDED = 1e-9
@@ -259,7 +257,7 @@ class _Differentiated:
     def _warnings(self, peaks: Mapping[str, Found]) -> Iterator[dict[str, Any]]:
         """Warn of peaks, by output, whose derivatives mean less, and of the end of the derivatives."""
         for name, peak in peaks.items():
-            if (mark := _mark(self.part, name, peak.sign, peak.time)) is not None:
+            if (mark := _mark(self.part, name, peak)) is not None:
                 what = f"the peak of {name} at t = {peak.time:.6g} s {mark}"
                 yield warning("peak", peak.time, what, "compare with differences of runs (--check)")
         rates = self.run.sensitivity
@@ -269,25 +267,18 @@ class _Differentiated:
             yield warning("derivatives", rates.until, what, remedy)
 
 
-def _mark(run: Trajectory, name: str, sign: float, time: float) -> str | None:
+def _mark(run: Trajectory, name: str, peak: Found) -> str | None:
     """Return why the derivative of a peak means less than others; None if nothing is known against it."""
-    values, times = sign * run[name], run.time
+    values, times, time = peak.sign * run[name], run.time, peak.time
     if time in (times[0], times[-1]):
         return "is at an end of its part of the run: its derivative is that at this fixed time"
-    assert run.evaluate is not None
     k = min(max(int(np.searchsorted(times, time)), 1), len(times) - 1)
-    h = _BESIDE * (times[k] - times[k - 1])
-    around = np.clip(time + h * np.array([-2.0, -1.0, 0.0, 1.0, 2.0]), times[0], times[-1])
-    beside = sign * run.evaluate(around)[name]
-    left, right = (beside[1] - beside[0]) / h, (beside[4] - beside[3]) / h
-    usual = (np.ptp(values) or 1.0) / (times[k] - times[k - 1])
-    kink = np.isfinite(kink_weights(run, [((name, times[0], times[-1]), time)])).all()
-    if max(abs(left), abs(right)) > _SLOPE * usual and not kink:
+    if peak.jump:
         return "is at a jump: its time changes with the values, which its derivative does not include"
     inner = values[1:-1]
     tops = np.flatnonzero((inner >= values[:-2]) & (inner > values[2:])) + 1
     away = tops[np.abs(tops - k) > 2]
-    if len(away) and values[away].max() > (1.0 - _NEAR) * beside[2]:
+    if len(away) and values[away].max() > (1.0 - _NEAR) * peak.number:
         other = times[away[np.argmax(values[away])]]
         return f"is as high as another one at t = {other:.6g} s: beyond a small change of the values that one counts"
     return None
