@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from linkages.base.arguments import Names, Vector, validated
+from linkages.base.arguments import Names, validated, vector
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, RunError, Status
@@ -105,7 +105,7 @@ def sensitivities(
     error_estimate: bool = True,
     check: bool = False,
     progress: Callable[[str], TimeReport] | None = None,
-    window: Vector | None = None,
+    window: Annotated[Sequence[float] | Array, vector] | None = None,
     reach: bool = True,
 ) -> Sensitivities:
     """Differentiate the peaks, means, root mean squares and works of a run with respect to values.
