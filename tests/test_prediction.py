@@ -95,6 +95,24 @@ def test_the_command_makes_no_statement_that_runs_contradict(tmp_path, capsys):
     ]
 
 
+def test_a_figure_has_no_bar_without_a_statement():
+    """A number that changes by 5 % for 1 % of the value, if the derivative predicted it; its error is not known."""
+    from linkages.explore.sensitivity import Sensitivities
+    from linkages.show.plots.linear_figures import tornado_figure
+
+    system = linkages.load(linkages.find_file(DRY[0]), {"duration": 1e-4})
+    key, derivatives = "B.force.peak", {CLEARANCE: {"B.force.peak": 5.0}}
+    run = linkages.simulate(system)
+    for reach, bars, said in ((0.0, 0, ["no statement about 1 %"]), (STATED, 1, [])):
+        found = Sensitivities(
+            {CLEARANCE: 1.0}, {key: 1.0}, derivatives, {CLEARANCE: {key: None}}, {}, [], run, (0.0, 1e-4), {key: 0.0},
+            {CLEARANCE: {key: reach}},
+        )  # fmt: skip
+        axes = tornado_figure(found).axes[0]
+        assert [text.get_text() for text in axes.texts] == said
+        assert len(axes.patches) == bars
+
+
 @pytest.mark.slow  # derivatives and 27 runs
 def test_the_live_page_makes_no_statement_that_runs_contradict(tmp_path):
     from linkages.show.live.answers import Answers

@@ -26,7 +26,7 @@ from linkages.show.plots.histories import links_figure
 from linkages.show.report.answer import answer, question, remarks
 from linkages.show.report.page import render
 from linkages.show.report.result_folder import load_results
-from linkages.show.report.words import change, commands, experiment_file, percent
+from linkages.show.report.words import change, commands, experiment_file, percent, smoothing_lines
 
 
 class Reader(HTMLParser):
@@ -416,3 +416,8 @@ def test_the_table_of_links_that_bend(tmp_path):
     assert (peak, time, place) == pytest.approx((link["peak"], link["time"], link["place"]), rel=5e-3)
     assert exact == pytest.approx(summary["ideal"]["links"]["rod"]["stress"]["peak"], rel=5e-3)
     assert error == pytest.approx(summary["error"]["rod.stress.peak"], rel=0.05)
+
+
+def test_smoothing_says_nothing_about_forces_without_a_value():
+    summary = {"smoothing": {"half": {}, "double": {"A.force.peak": 1.5}}}
+    assert smoothing_lines(summary) == ["double smoothing changes the peaks of forces by at most 50 % (A.force.peak)"]
