@@ -106,6 +106,17 @@ def test_forces_that_are_indeterminate_are_not_zero_in_the_answer(system_of):
         assert "The output G0.fx is statically indeterminate." in output
 
 
+def test_an_overlay_has_no_peak_of_an_indeterminate_force(experiment_file, tmp_path, capsys):
+    path, out = experiment_file(three_cranks_sdf(), CRANKS.replace("1.0", "0.2", 1)), str(tmp_path / "out")
+    assert main(["simulate", str(path), "--quiet", "--no-plots", "--no-animation", "--out", out]) == 0
+    names = ["--output", "G0.force", "--output", "rod.ay"]
+    assert main(["overlay", out, *names, "--no-plots", "--out", str(tmp_path / "over")]) == 0
+    found = json.loads((tmp_path / "over" / "overlay.json").read_text())["peaks"]
+    assert found["G0.force"]["out"] == {"peak": None, "time": None}
+    assert found["rod.ay"]["out"]["peak"] == pytest.approx(0.05 * 36.0, rel=1e-6)
+    assert json.loads((tmp_path / "over" / "record.json").read_text())["answer"][0] == "No run has a value of G0.force."
+
+
 def test_forces_at_change_points_are_not_zero_in_the_answer(system_of):
     summary = summarize(assess(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), error_estimate=False))
     assert answer(summary, "parallelogram.toml")[1] == f"The forces in {listed(summary['joints'])} are unbounded."
