@@ -57,7 +57,7 @@ equality; $y = (x, s)$:
 
 $$c(x) + s = 0, \qquad l \le y \le u, \qquad A = \partial (c + s) / \partial y = [\,J \;\; I\,].$$
 
-Variables are scaled by the distance of their bounds, objective and constraints by their change over it. Units therefore have no influence.
+Variables are scaled by the distance of their bounds, objective and constraints by their change over it; a constraint that does not change to first order at the start is scaled by its value. Units therefore have no influence.
 
 **Partition.** The m constraints determine m basic variables: $y = (y_B, y_N)$, $A = [\,B \;\; N\,]$. The gradient of the function of $y_N$ is the *reduced gradient*
 
@@ -81,10 +81,13 @@ A changed partition changes the coordinates: $v = T v'$, $H' = T^T H T$.
 is set to it and exchanged with a nonbasic one. If the correction does not converge, or an evaluation fails, $\alpha$ is
 reduced. Constraints that are formulas need no run: the objective is evaluated only where they hold. The step is accepted when $f - \pi^T (c + s)$ decreases enough (Armijo); the second term removes, to first order, the influence of the remaining residual.
 
+**Curvature.** A maximum or a saddle fulfils these conditions too. Before the search ends, second differences of the Lagrangian, with steps of 1 % of the scales, therefore give the curvature along the
+constraints in all directions in which the search has made no step: one population of k (k + 3)/2 designs for k directions. If the objective falls along the most negative curvature, the search goes on from there. SNOPT is started again from there.
+
 **Phase I.** From an infeasible start the same method minimises the sum of the violations. At a stationary point, one small perturbation leaves a saddle before the status becomes `infeasible`.
 
 **Derivatives** come from [sensitivities of runs](sensitivity.md) (`derivatives = "sensitivities"`; in Python `Problem.jacobian`) or from central differences, one-sided of second order at bounds. Where a run has no
-sensitivities, because it fails or goes beyond the [horizon](glossary.md#horizon), differences take their place ([comparison](check_optimum.md)). The difference step is a share of the range between the bounds. A rough objective needs a large
+sensitivities, because it fails, goes beyond the [horizon](glossary.md#horizon) or has the extreme at a jump of the output, differences take their place ([comparison](check_optimum.md)). The difference step is a share of the range between the bounds. A rough objective needs a large
 step: with a step below the scale of its ripples the search ends with `no-progress`. A rough constraint needs a tolerance `feasibility` above its ripples.
 
 SNOPT is the sequential quadratic programming code of Gill, Murray and Saunders ([2005](references.md)).

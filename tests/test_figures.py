@@ -179,6 +179,7 @@ def test_every_curve_of_a_figure_has_its_own_look():
 
 def test_the_figures_of_derivatives_and_of_a_frequency_response(drawn, tmp_path):
     run = "sensitivity slider_crank_lubricated.toml --duration 0.002 --output slider.x --output B.force --quiet"
+    run += " --set report=whole"
     assert main([*run.split(), "--wrt", "joints.B.clearance", "joints.B.viscosity", "--out", str(tmp_path)]) == 0
     tornado = drawn["tornado.png"]
     check(tornado, "tornado.png")

@@ -235,3 +235,19 @@ def test_figures_of_peaks(machine):
     assert [axis.get_visible() for axis in figure.axes] == [True, True, True, False]
     np.testing.assert_allclose(figure.axes[1].lines[0].get_ydata(), axes[1], rtol=1e-6)
     assert figure.bbox.height < 1000
+
+
+def test_the_unit_of_a_variable_is_that_of_a_prismatic_joint(tmp_path, capsys):
+    """A block on a slide: the speed of its drive is in m/s, which r/min do not scale."""
+    from machines import joint, model, solid, written
+
+    body = solid("block", 2.0) + joint("O", "world", "block", "prismatic", "1 0 0")
+    text = 'duration = 0.4\noutputs = ["block.x"]\n[drives.O]\nforce = 1.0\nspeed = 0.5\n[drives.Q]\nspeed = 20.0\n'
+    body += solid("wheel", 1.0) + joint("Q", "world", "wheel")
+    path = written(tmp_path, model("two", body), text)
+    vary = ["--vary", "drives.O.speed=0.5:1.0:2", "--revolutions", "1", "--transient", "0", "--units", "r/min"]
+    assert main(["sweep", str(path), *vary, "--no-plots", "--out", str(tmp_path / "out")]) == 0
+    assert "drives.O.speed [m/s]" in capsys.readouterr().out
+    first = (tmp_path / "out" / "sweep.csv").read_text().splitlines()
+    assert first[0].startswith("drives.O.speed [m/s]")
+    assert [float(line.split(",")[0]) for line in first[1:]] == [0.5, 1.0]

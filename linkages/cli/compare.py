@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from linkages.base.brief import counted
 from linkages.cli.options import add_experiment, add_number, load_system, output_folder, print_results, record
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
@@ -56,8 +57,10 @@ def _answer(result: Comparison) -> list[str]:
         return ["No output can be compared."]
     name, row = max(result.differences.items(), key=lambda one: one[1].relative)
     most = f"at most {row.relative:.1e} of their peaks ({name})"
-    said = f"Up to {result.until:.6g} s, outputs of both engines differ by {most}."
-    return [said, *(["Later the motion is chaotic."] if result.parted else [])]
+    said = [f"Up to {result.until:.6g} s, outputs of both engines differ by {most}."]
+    if none := len(result.meaningless):
+        said.append(f"{counted(none, 'output')} without a value cannot be compared.")
+    return [*said, *(["Later the motion is chaotic."] if result.parted else [])]
 
 
 def format_comparison(result: Comparison, system: System) -> str:

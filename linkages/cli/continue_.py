@@ -65,7 +65,6 @@ def run(options: argparse.Namespace) -> int:
     """Follow the branches; return the exit status."""
     from linkages.explore.periodic.branches import branches
     from linkages.explore.sweep import sweep
-    from linkages.input.model.experiment import value_unit
     from linkages.results.outputs.registry import unit
 
     if options.sweep != 0 and options.sweep < 2:
@@ -93,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.attractors import branches_figure
             from linkages.show.plots.style import axis_label, engineering, write_figure
 
-            shown, factor = engineering(value_unit(path), max(abs(low), abs(high)))
+            shown, factor = engineering(system.value_unit(path), max(abs(low), abs(high)))
             figure = branches_figure(found, units, axis_label(path, shown), factor, points)
             write_figure(figure, folder / "branches")
         table, title = format_branches(found, units), system.experiment.title or system.experiment.source.stem

@@ -74,9 +74,9 @@ def _export_loads(options: argparse.Namespace) -> int:
     from linkages.results.load_files import write_loads
 
     out = possible_folder(options.out or options.folder) if options.out else options.folder
-    system, run = _repeated(options.folder)
+    system, run, part = _repeated(options.folder)
     links = _links(options.link, system)
-    times = _times(options.at, system, run, links)
+    times = _times(options.at, system, run, part, links)
     cases = _cases(system, run, times, links)
     with errors_of_writing(out):
         out.mkdir(parents=True, exist_ok=True)
@@ -91,8 +91,8 @@ def _export_loads(options: argparse.Namespace) -> int:
     return 0
 
 
-def _repeated(folder: Path) -> tuple[System, Trajectory]:
-    """Repeat the run of a folder from its record."""
+def _repeated(folder: Path) -> tuple[System, Trajectory, Trajectory]:
+    """Repeat the run of a folder from its record; return it and the part that its tables are about."""
     from linkages.engines.assessment import assess
     from linkages.show.report.result_folder import load_results, recorded_system
 
@@ -101,7 +101,7 @@ def _repeated(folder: Path) -> tuple[System, Trajectory]:
     _compare(folder, found.run, stored_run(folder))
     if not found.run.evaluate or any(name in found.run for name in _segments(found.system, found.run)):
         raise InputError(str(folder), "summary.json", "has a run that gives no loads; repeat it with --engine compiled")
-    return found.system, found.run
+    return found.system, found.run, found.run.within(*found.reported_span)
 
 
 def _segments(system: System, run: Trajectory) -> list[str]:
@@ -131,8 +131,10 @@ def _links(asked: list[str] | None, system: System) -> list[str]:
     return asked or moving
 
 
-def _times(asked: list[str] | None, system: System, run: Trajectory, links: list[str]) -> dict[str, float]:
-    """Return the times of the cases, by the words of the option."""
+def _times(
+    asked: list[str] | None, system: System, run: Trajectory, part: Trajectory, links: list[str]
+) -> dict[str, float]:
+    """Return the times of the cases, by the words of the option; peaks are those of a part of the run."""
     from linkages.base.errors import nearest
     from linkages.results.extremes import extremes
 
@@ -142,7 +144,7 @@ def _times(asked: list[str] | None, system: System, run: Trajectory, links: list
     for name in names:
         if name not in run:
             raise InputError("--at", f"{_PEAK}{name}", f"is unknown; {nearest(name, [*run])}")
-    found: dict[str, Any] = {f"{_PEAK}{name}": extreme.time for name, extreme in extremes(run, names).items()}
+    found: dict[str, Any] = {f"{_PEAK}{name}": extreme.time for name, extreme in extremes(part, names).items()}
     return {word: found[word] if word in found else _time(word, run) for word in words}
 
 

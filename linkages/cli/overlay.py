@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from linkages.base.brief import cell
 from linkages.base.errors import InputError, listed, nearest
 from linkages.cli.options import (
     add_names,
@@ -50,11 +51,14 @@ def run(options: argparse.Namespace) -> int:
     names: list[str] = options.output or []
     if not names:
         raise InputError("--output", "", "is missing; name an output, such as B.force")
-    runs = {label: part_of(stored_run(folder), folder, options) for label, folder in _labels(options.folders).items()}
+    folders = _labels(options.folders)
+    runs = {label: part_of(stored_run(folder), folder, options) for label, folder in folders.items()}
     units = {name: _unit(name, runs) for name in names}
+    unknown = {label: _valueless(folder) for label, folder in folders.items()}
+    none: dict[str, float | None] = {"peak": None, "time": None}
     found = {
         name: {
-            label: {"peak": found.value, "time": found.time}
+            label: none if name in unknown[label] else {"peak": found.value, "time": found.time}
             for label, run in runs.items()
             if name in run
             for found in peaks(run, [name]).values()
@@ -100,9 +104,23 @@ def _unit(name: str, runs: dict[str, Trajectory]) -> str:
     return next(iter(units.values()))
 
 
-def _answer(name: str, unit: str, found: dict[str, dict[str, float]]) -> str:
-    run = max(found, key=lambda run: found[run]["peak"])
-    return f"The largest peak of {name} is {found[run]['peak']:.4g} {unit}, in {run}."
+def _valueless(folder: Path) -> set[str]:
+    """Name the columns whose peaks have no value in the summary of a folder: indeterminate or unbounded ones."""
+    from linkages.results.characteristics import peaks_by_key
+    from linkages.show.report.result_folder import load_results
+
+    if not (folder / "summary.json").exists():
+        return set()
+    known = peaks_by_key(load_results(folder).summary)
+    return {key.removesuffix(".peak") for key, peak in known.items() if peak is None}
+
+
+def _answer(name: str, unit: str, found: dict[str, dict[str, Any]]) -> str:
+    known = {run: one["peak"] for run, one in found.items() if one["peak"] is not None}
+    if not known:
+        return f"No run has a value of {name}."
+    run = max(known, key=known.__getitem__)
+    return f"The largest peak of {name} is {known[run]:.4g} {unit}, in {run}."
 
 
 def format_peaks(peaks: dict[str, dict[str, Any]], units: dict[str, str]) -> str:
@@ -117,7 +135,9 @@ def format_peaks(peaks: dict[str, dict[str, Any]], units: dict[str, str]) -> str
         lines += [f"{label:{width}s}{'peak':>14s}{'at [s]':>14s}{'peak over first':>18s}"]
         first = next(iter(found.values()))["peak"]
         for run, one in found.items():
-            cells = f"{factor * one['peak']:14.6g}{one['time']:14.6g}"
-            lines.append(f"  {run:{width - 2}s}{cells}" + (f"{one['peak'] / first:18.4g}" if first else f"{'-':>18s}"))
+            peak = one["peak"]
+            cells = cell(None if peak is None else factor * peak, 14, ".6g") + cell(one["time"], 14, ".6g")
+            ratio = peak / first if first and peak is not None else None
+            lines.append(f"  {run:{width - 2}s}{cells}{cell(ratio, 18, '.4g')}")
         lines.append("")
     return "\n".join(lines[:-1])

@@ -37,21 +37,26 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compute the derivatives; return the exit status."""
+    from linkages.engines.assessment import assess
     from linkages.explore.sensitivity import NEEDED, sensitivities
     from linkages.results.warnings import warning
 
     system, notes = load_system(options), []
+    progress = stages(options, system.experiment.duration, "s")
+    system.value(options.wrt[0])  # a wrong path ends the command before the first run
+    window = assess(system, error_estimate=False, progress=progress).reported_span
     if (accuracy := system.experiment.solver.accuracy) > NEEDED:
         what = f"solver.accuracy is {NEEDED:g} in this run instead of {accuracy:g}, which derivatives need"
         notes.append(warning("accuracy", None, what, "give a tighter one, if the stated errors are too large"))
         system = system.replaced({"solver.accuracy": NEEDED})
     out = output_folder(options, f"{system.experiment.source.stem}_sensitivity", "sensitivity")
-    progress = stages(options, system.experiment.duration, "s")
-    found = sensitivities(system, options.wrt, options.output, not options.no_error_estimate, options.check, progress)
+    asked = options.wrt, options.output, not options.no_error_estimate, options.check
+    found = sensitivities(system, *asked, progress, window)
     found.warnings.extend(notes)
     with out as folder:
         write_json(folder / "sensitivity.json", found.derivatives)
         details = {"values": found.values, "numbers": found.numbers, "errors": found.errors}
+        details |= {"window": found.window, "times": found.times, "reach": found.reach}
         details |= {"differences": found.checks, "warnings": found.warnings, "run": found.run.provenance}
         write_json(folder / "details.json", details)
         if not options.no_plots:
@@ -67,31 +72,62 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _answer(found: Sensitivities) -> list[str]:
+    """Tell for each peak the value that changes it most; only derivatives that predict a change of 1 % are compared."""
     said = []
-    for key in (key for key in found.numbers if key.endswith(".peak")):
+    for key in found.times:
         shares = {path: share for path in found.values if (share := found.per_cent(path, key)) is not None}
         if shares:
             path = max(shares, key=lambda path: abs(shares[path]))
-            said.append(f"{path} larger by 1 % changes {key} by {100.0 * shares[path]:+.3g} %, more than other values.")
-    return said
+            others = "other values" if len(shares) == len(found.values) else "others that derivatives predict"
+            said.append(f"{path} larger by 1 % changes {key} by {100.0 * shares[path]:+.3g} %, more than {others}.")
+    return said or ["No derivative predicts the change of a peak with 1 % of a value."]
 
 
 def format_sensitivities(found: Sensitivities, system: System) -> str:
     """Format the derivatives of peaks: for each output the values, the strongest first."""
-    from linkages.input.model.experiment import value_unit
     from linkages.results.outputs.registry import unit
     from linkages.show.report.terminal import format_warnings
 
-    lines = [system.experiment.title or system.experiment.source.stem, "derivatives of peaks, and changes by 1 %"]
-    for key in (key for key in found.numbers if key.endswith(".peak")):
-        label = unit(system, key.removesuffix(".peak")).removeprefix("1")
+    part = f"of the run from {found.window[0]:.6g} to {found.window[1]:.6g} s"
+    lines = [system.experiment.title or system.experiment.source.stem, f"derivatives {part}, and changes by 1 %"]
+    for key in _shown(found):
+        label = unit(system, key.rpartition(".")[0]).removeprefix("1")
         lines += ["", f"{key}: {found.numbers[key]:.6g} {label}".rstrip()]
-        head = f"  {'value':44s}{'derivative':>14s}{'error':>10s}{'per 1 %':>12s}"
+        if key in found.times:
+            lines[-1] += f" at {found.times[key]:.6g} s"
+        head = f"  {'value':44s}{'derivative':>14s}{'error':>10s}{'predicts to':>13s}{'per 1 %':>12s}"
         lines.append(head + (f"{'differences':>14s}" if found.checks else ""))
         for path in sorted(found.values, key=lambda path: -abs(found.per_cent(path, key) or 0.0)):
-            rate, error, share = found.derivatives[path][key], found.errors[path][key], found.per_cent(path, key)
-            value = f"{path} = {found.values[path]:.5g} {value_unit(path)}".rstrip()
-            line = f"  {value:44s}{cell(rate, 14, '.6g')}{cell(error, 10, '.1e')}"
-            line += f"{'-' if share is None else f'{100.0 * share:+.3g} %':>12s}"
-            lines.append(line + (f"{found.checks[path][key]:14.6g}" if found.checks else ""))
+            lines.append(_row(found, path, key, system.value_unit(path)))
     return "\n".join([*lines, *format_warnings(found.warnings)])
+
+
+def _shown(found: Sensitivities) -> list[str]:
+    """Name the peaks, and after a peak without a statement the mean and root mean square with one."""
+    from linkages.explore.prediction import STATED
+
+    keys = []
+    for key in found.times:
+        averages = [f"{key.removesuffix('.peak')}.{kind}" for kind in ("mean", "rms")]
+        lacking = [path for path in found.values if found.reaches(path, key) < STATED]
+        known = [
+            one
+            for one in averages
+            if any(found.per_cent(path, one) is not None for path in lacking if one in found.numbers)
+        ]
+        keys += [key, *known]
+    return keys
+
+
+def _row(found: Sensitivities, path: str, key: str, unit: str) -> str:
+    """Write the derivative of a number by a value: its error, how far it predicts, the change by 1 %."""
+    from linkages.explore.prediction import extent
+
+    rate, error, share = found.derivatives[path][key], found.errors[path][key], found.per_cent(path, key)
+    line = (
+        f"  {f'{path} = {found.values[path]:.5g} {unit}'.rstrip():44s}{cell(rate, 14, '.6g')}{cell(error, 10, '.1e')}"
+    )
+    reach = found.reach.get(path, {}).get(key)
+    line += cell(None if reach is None else extent(reach), 13)
+    line += f"{'-' if share is None else f'{100.0 * share:+.3g} %':>12s}"
+    return line + (cell(found.checks[path].get(key), 14, ".6g") if found.checks else "")

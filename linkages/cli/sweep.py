@@ -93,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
     units = {name: unit(system, name) for name in names}
     with out as folder:
         pairs = [((point.value,), point) for point in result.points]
-        write_tables((path,), pairs, units, True, folder)
+        write_tables({path: result.unit}, pairs, units, True, folder)
         write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
             _draw(result, units, system.mechanism, folder / "sweep")
@@ -125,7 +125,6 @@ def parse_range(text: str, system: System) -> tuple[str, list[float]]:
 
 def _draw(result: Sweep, units: dict[str, str], mechanism: Mechanism, path: Path) -> None:
     """Draw small panels of the peaks where every motion repeats in each revolution, else the bifurcation diagram."""
-    from linkages.input.model.experiment import value_unit
     from linkages.show.plots.attractors import bifurcation_figure
     from linkages.show.plots.style import axis_label, engineering, write_figure
     from linkages.show.plots.swept import peaks_figure
@@ -133,7 +132,7 @@ def _draw(result: Sweep, units: dict[str, str], mechanism: Mechanism, path: Path
     if all(_repeats(point, name) for point in result.points for name in result.names):
         figure = peaks_figure(result, units, mechanism)
     else:
-        shown, factor = engineering(value_unit(result.path), max(abs(point.value) for point in result.points))
+        shown, factor = engineering(result.unit, max(abs(point.value) for point in result.points))
         figure = bifurcation_figure(result, units, axis_label(result.path, shown), scale=factor, mechanism=mechanism)
     write_figure(figure, path)
 
@@ -170,7 +169,6 @@ def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
 
 def format_sweep(result: Sweep, units: dict[str, str]) -> str:
     """Format the peaks of at most a dozen values as lines of text, with the horizon of reproducible digits."""
-    from linkages.input.model.experiment import value_unit
     from linkages.show.plots.presentation import shown, shown_unit
 
     count = len(result.points)
@@ -179,7 +177,7 @@ def format_sweep(result: Sweep, units: dict[str, str]) -> str:
     heads = [f"{f'{name} [{shown_unit(units[name])}]':>{width + 12}s}" for name in result.names]
     several = any(point.section is not None and len(point.section.times) > 1 for point in result.points)
     spread = ": mean ± standard deviation over the revolutions" if several else ""
-    si = value_unit(result.path)
+    si = result.unit
     unit, scale = shown(si)
     variable = f"{result.path} [{unit}]" if si else result.path
     first = max(22, len(variable) + 2)

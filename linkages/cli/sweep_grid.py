@@ -43,7 +43,7 @@ def run_grid(options: argparse.Namespace, system: System, ranges: Ranges) -> int
         found = sweep_grid(system, path, values, other_path, other_values, *settings, executor, bar, "--vary")
     pairs = [((a, point.value), point) for a, row in zip(values, found.rows, strict=True) for point in row]
     with out as folder:
-        write_tables(found.paths, pairs, units, False, folder)
+        write_tables(dict(zip(found.paths, found.units, strict=True)), pairs, units, False, folder)
         write_json(folder / "sweep.json", _content(found, units, limits), None)
         if not options.no_plots:
             from linkages.show.plots.style import write_figure
@@ -102,13 +102,14 @@ def format_grid(found: Grid, units: Mapping[str, str], limits: Mapping[str, floa
     """Format the mean peaks of at most a dozen times seven pairs of values as lines of text."""
     import numpy as np
 
-    from linkages.input.model.experiment import value_unit
     from linkages.show.plots.presentation import shown, shown_unit
 
-    down, across = (f"{path} [{shown_unit(si)}]" if (si := value_unit(path)) else path for path in found.paths)
+    down, across = (
+        f"{path} [{shown_unit(si)}]" if si else path for path, si in zip(found.paths, found.units, strict=True)
+    )
     firsts, seconds = (some(len(those), most) for those, most in zip(found.values, _SHOWN, strict=True))
     size = " x ".join(str(len(those)) for those in found.values)
-    ups, rights = (_scaled(path, those) for path, those in zip(found.paths, found.values, strict=True))
+    ups, rights = (_scaled(si, those) for si, those in zip(found.units, found.values, strict=True))
     lines = [f"{down} downwards, {across} to the right: {size} values; mean of the revolutions' peaks"]
     for name in found.names:
         unit, factor = shown(units[name])
@@ -131,12 +132,11 @@ def _place(found: Grid, peaks: Any, what: str, at: int) -> str:
     """Tell an extreme of the peaks and the pair of values where it is."""
     k, j = divmod(at, len(found.values[1]))
     path, other_path = found.paths
-    values, other_values = _scaled(path, found.values[0]), _scaled(other_path, found.values[1])
+    values, other_values = map(_scaled, found.units, found.values)
     return f"{what}: {peaks[k, j]:.5g} at {path} = {values[k]:.5g}, {other_path} = {other_values[j]:.5g}"
 
 
-def _scaled(path: str, values: Sequence[float]) -> list[float]:
-    from linkages.input.model.experiment import value_unit
+def _scaled(si: str, values: Sequence[float]) -> list[float]:
     from linkages.show.plots.presentation import shown
 
-    return [shown(value_unit(path))[1] * value for value in values]
+    return [shown(si)[1] * value for value in values]

@@ -34,7 +34,7 @@ def statistics(point: SweepPoint, name: str) -> dict[str, float]:
 
 
 def write_tables(
-    paths: Sequence[str],
+    paths: Mapping[str, str],
     rows: Sequence[tuple[Sequence[float], SweepPoint]],
     units: Mapping[str, str],
     horizons: bool,
@@ -42,22 +42,22 @@ def write_tables(
 ) -> None:
     """Write ``sweep.csv`` and ``sweep.parquet``: a line for each point with its values; undefined numbers are empty.
 
-    `units` are the SI units of the outputs. Without pyarrow there is no Parquet file.
+    `paths` are the variables with their SI units, `units` the SI units of the outputs. Without pyarrow there is no
+    Parquet file.
     """
     import numpy as np
 
-    from linkages.input.model.experiment import value_unit
     from linkages.show.plots.presentation import presentation, shown, shown_unit
 
     values, points = zip(*rows, strict=True)
     table: dict[str, Any] = {
-        path: shown(value_unit(path))[1] * column for path, column in zip(paths, np.array(values).T, strict=True)
+        path: shown(si)[1] * column for (path, si), column in zip(paths.items(), np.array(values).T, strict=True)
     }
     table["status"] = np.array([point.status.value for point in points], dtype=object)
     table["revolutions"] = np.array([0 if point.section is None else len(point.section.times) for point in points])
     if horizons:
         table["horizon"] = np.array([point.horizon for point in points], dtype=np.float64)
-    of_columns = {path: shown_unit(si) for path in paths if (si := value_unit(path))}
+    of_columns = {path: shown_unit(si) for path, si in paths.items() if si}
     for name, si in units.items():
         found = [statistics(point, name) for point in points]
         unit, factor = shown(si)

@@ -312,4 +312,4 @@ def _cycle(assessment: Assessment) -> tuple[tuple[float, float], bool]:
         return motion.cycle, True
     if motion.period is not None and motion.period <= end:
         return (end - motion.period, end), False
-    return assessment.windows.get(assessment.reported, (float(assessment.run.time[0]), end)), False
+    return assessment.reported_span, False

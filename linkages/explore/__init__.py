@@ -16,6 +16,7 @@ It may import all lower folders.
 | operating_point   | a state or an equilibrium, and the equations there                                      |
 | local_coordinates | minimal coordinates near a state of closed loops                                        |
 | sensitivity       | derivatives of peaks, means and works with respect to values                            |
+| prediction        | how far derivatives predict, by runs at changed values                                  |
 | bearing           | a journal bearing under a static load: equilibrium, coefficients, stability             |
 | bearing_heat      | temperature of its oil by a lumped heat balance                                         |
 | periodic          | periodic motions: shooting, Floquet multipliers, branches by continuation               |

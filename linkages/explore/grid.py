@@ -45,6 +45,8 @@ class Grid(Brief):
         A row for each value of the first variable; the second one is the `value` of each point.
     status : Status
         INTERRUPTED if the sweep was: the points that are not finished have this status too.
+    units : (str, str)
+        SI units of the variables; empty for pure numbers.
     """
 
     paths: tuple[str, str]
@@ -53,6 +55,7 @@ class Grid(Brief):
     transient: int
     rows: tuple[tuple[SweepPoint, ...], ...]
     status: Status = Status.OK
+    units: tuple[str, str] = ("", "")
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         failed = sum(point.status is not Status.OK for row in self.rows for point in row)
@@ -168,7 +171,8 @@ def sweep_grid(
     none = Status.INTERRUPTED
     full = tuple(tuple(row.get(value) or SweepPoint(value, None, none) for value in seconds) for row in rows)
     status = none if interrupted else Status.OK
-    return Grid(paths, (tuple(firsts), tuple(seconds)), tuple(names), transient, full, status)
+    units = system.value_unit(path), system.value_unit(other_path)
+    return Grid(paths, (tuple(firsts), tuple(seconds)), tuple(names), transient, full, status, units)
 
 
 def _row(

@@ -59,6 +59,8 @@ class Sweep(Brief):
         In the order of the values.
     status : Status
         INTERRUPTED if the sweep was: some values then have no section or no horizon.
+    unit : str
+        SI unit of the variable; empty for a pure number.
     """
 
     path: str
@@ -66,6 +68,7 @@ class Sweep(Brief):
     transient: int
     points: tuple[SweepPoint, ...]
     status: Status = Status.OK
+    unit: str = ""
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         values = [point.value for point in self.points]
@@ -153,7 +156,7 @@ def sweep(
             interrupted = True
     status = Status.INTERRUPTED if interrupted else Status.OK
     found = (replace(point, horizon=known.get(k)) for k, point in enumerate(points))
-    return Sweep(path, tuple(names), transient, tuple(found), status)
+    return Sweep(path, tuple(names), transient, tuple(found), status, system.value_unit(path))
 
 
 def points_of(

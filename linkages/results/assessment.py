@@ -193,6 +193,11 @@ class Assessment(Brief):
         wanted = ("report",) if experiment.report_from is not None else ("steady", "later")
         return next((name for name in wanted if name in self.windows), "whole")
 
+    @property
+    def reported_span(self) -> tuple[float, float]:
+        """Return begin and end of the part that tables, derivatives and cases of loads are about [s]."""
+        return self.windows.get(self.reported, (float(self.run.time[0]), float(self.run.time[-1])))
+
     @cached_property
     def sound(self) -> Soundness:
         """Return where numbers of the run have no meaning."""

@@ -59,6 +59,8 @@ def numbers(
         result["joints"][name] = entry
     for name in experiment.drives:
         result["drives"][name] = effort(name, "torque") | {"unit": unit(system, f"{name}.torque")}
+        if not experiment.drives[name].acts:
+            result["drives"][name]["acts"] = False
         if name in system.tree.powered and f"{name}.rate" in trajectory:
             result["drives"][name]["fluctuation"] = _fluctuation(trajectory, f"{name}.rate")
     for table, name in experiment.acting:

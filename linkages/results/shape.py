@@ -81,6 +81,7 @@ class _Drive(_Entry):
     unit: str
     work: _Number
     fluctuation: Finite | None = None
+    acts: bool = True
 
 
 class _Load(_Entry):

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
 from linkages.results.extremes import Extremes, averages, extremes, integral
@@ -24,6 +25,8 @@ _VISIBLE = 1e-6  # bend over a distance in parts of the values; forces of contac
 _SLOPE, _BEND = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0, np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12.0
 _BESIDE = 1e-3  # distance from an extreme at which it is tested for a kink, in parts of the local step
 _SIDES = np.array([-2.0, -1.0, 1.0, 2.0])  # times at which both sides of a kink are differentiated, in the same unit
+_CLOSE, _LEAST = 1e-4, 1e-9  # distance from an extreme at which it is tested for a jump: in steps, and in windows
+_STEEP = 0.05  # slope there over the range of the output in a step, and difference of both sides over the range
 #: Peak: largest magnitude; range: maximum less minimum; fluctuation: range over the magnitude of the mean.
 _EXTREMES = ("minimum", "maximum", "peak", "range", "fluctuation")
 
@@ -45,6 +48,7 @@ class Found(NamedTuple):
     time: float = np.nan  # of an extreme [s], of the larger one for ``peak`` and ``range``
     sign: float = 1.0  # -1 for a peak that is a minimum
     quadrature: Array | None = None  # (np,), error of the rates of a mean, integral or root mean square, if asked for
+    jump: bool = False  # whether an extreme is at a jump, whose time changes with the values: the rates omit that
 
 
 def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted], errors: bool = False) -> list[Found]:
@@ -82,6 +86,7 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted], errors: 
         tops |= {(name, *window): top for name, top in extremes(part.run, list(names)).items()}
     places = [(key, time) for key, top in tops.items() for time in (top.time_min, top.time_max)]
     rates = _rates(run, places) if places else {}
+    jumping = dict(zip(places, at_jumps(run, places).tolist(), strict=True)) if places else {}
     found = []
     for output, statistic, start, end in wanted:
         if statistic not in _EXTREMES:
@@ -89,18 +94,19 @@ def differentiate_statistics(run: Trajectory, wanted: Sequence[Wanted], errors: 
             continue
         top = tops[output, start, end]
         low, high = (rates[(output, start, end), time] for time in (top.time_min, top.time_max))
+        least, most = (jumping[(output, start, end), time] for time in (top.time_min, top.time_max))
         sign = 1.0 if top.max >= -top.min else -1.0
         each = {
-            "minimum": Found(top.min, low, top.time_min),
-            "maximum": Found(top.max, high, top.time_max),
-            "peak": Found(top.peak, high if sign > 0.0 else -low, top.time, sign),
-            "range": Found(top.max - top.min, high - low, top.time),
+            "minimum": Found(top.min, low, top.time_min, jump=least),
+            "maximum": Found(top.max, high, top.time_max, jump=most),
+            "peak": Found(top.peak, high if sign > 0.0 else -low, top.time, sign, jump=most if sign > 0.0 else least),
+            "range": Found(top.max - top.min, high - low, top.time, jump=least or most),
         }
         if statistic == "fluctuation":
             mean = parts[start, end].average(output, "mean", errors)
             number, size = (top.max - top.min) / abs(mean.number), abs(mean.number)
             rates_of = (high - low) / size - number / mean.number * mean.rates
-            each[statistic] = Found(number, rates_of, top.time)
+            each[statistic] = Found(number, rates_of, top.time, jump=least or most)
         found.append(each[statistic])
     return found
 
@@ -146,6 +152,26 @@ def kink_weights(run: Trajectory, places: Sequence[_Place]) -> Array:
     kink &= np.abs(cross) <= 1.0
     sides = [-(1.0 + cross) * left, (2.0 + cross) * left, (2.0 - cross) * right, -(1.0 - cross) * right]
     return np.where(kink[:, None], np.column_stack(sides), np.nan)
+
+
+def at_jumps(run: Trajectory, places: Sequence[_Place]) -> NDArray[np.bool_]:
+    """Whether extremes are at jumps of their outputs (n,): other values on both sides, or steep beside, and no kink.
+
+    Not at the ends of their windows, and not where a sampled controller acts: these times do not change with values.
+    """
+    assert run.evaluate is not None
+    times, first, last, _ = _surroundings(run, places)
+    k = np.clip(np.searchsorted(run.time, times), 1, len(run.time) - 1)
+    steps = run.time[k] - run.time[k - 1]
+    near = np.maximum(_CLOSE * steps, _LEAST * (last - first))  # steps at the start of a contact are tiny
+    asked = np.clip(times + near * np.array([-2.0, -1.0, 1.0, 2.0])[:, None], run.time[0], run.time[-1])
+    columns = run.evaluate(asked.ravel())
+    values = np.array([columns[name].reshape(asked.shape)[:, j] for j, ((name, _, _), _) in enumerate(places)])
+    ranges = np.array([np.ptp(run[name]) or 1.0 for (name, _, _), _ in places])
+    apart = np.abs(values[:, 2] - values[:, 1]) > _STEEP * ranges
+    steep = np.abs(values[:, 1::2] - values[:, ::2]).max(axis=1) > _STEEP * ranges * near / steps
+    fixed = (times <= first) | (times >= last) | np.isclose(times[:, None], run.jumps, rtol=1e-9, atol=0.0).any(axis=1)
+    return np.asarray((apart | steep & np.isnan(kink_weights(run, places)[:, 0])) & ~fixed)
 
 
 def _surroundings(run: Trajectory, places: Sequence[_Place]) -> tuple[Array, Array, Array, Array]:

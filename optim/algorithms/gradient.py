@@ -24,15 +24,15 @@ from __future__ import annotations
 
 import numpy as np
 from pydantic import Field
-from scipy.linalg import solve_triangular
-from scipy.optimize import nnls
 
 from linkages.input.files.toml import Positive, Table
 from optim.algorithms.archive import Archive
+from optim.algorithms.curvature import escape
 from optim.algorithms.derivatives import DIFFERENCES, SOURCES, Source
 from optim.algorithms.line_search import Restored, search
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
-from optim.algorithms.standard_form import Phase, ScaledSlopes, StandardForm
+from optim.algorithms.quadratic_model import bounded_minimum, damped_bfgs
+from optim.algorithms.standard_form import Phase, ScaledSlopes, StandardForm, pushed
 
 #: First step, relative to the scales.
 FIRST_STEP = 0.1
@@ -41,8 +41,6 @@ FIRST_STEP = 0.1
 FIRST_SOFTNESS, SOFTNESS = 1e-3, (1e-6, 1e3)
 #: The reduced Hessian is forgotten when it is worse conditioned.
 WORST_CONDITION = 1e14
-#: Step, relative to the scales, off a point where the violation seems least: it may be a saddle.
-PUSH = 1e-2
 #: The objective has converged if it falls by less than this, relatively, in so many iterations.
 STANDSTILL, PATIENCE = 1e-12, 5
 
@@ -88,6 +86,7 @@ class _Descent:
         self.hessian: Array | None = None
         self.fresh = True  # nothing was learnt yet
         self.softness = FIRST_SOFTNESS
+        self.steps: list[Array] = []  # of the scaled variables in phase II
         # nonbasic variables and reduced gradient of the last point, in the partition of this one
         self.last: tuple[Array, Array] | None = None
 
@@ -101,12 +100,15 @@ class _Descent:
             slopes = form.slopes(self.point.y[: form.n])
             if slopes is None:
                 return Ending.EVALUATION_FAILED
-            slopes = form.measure(slopes)
+            measured, slopes = form.measured, form.measure(slopes)
             phase = form.phase(self.point.y, slopes, self.feasibility)
-            if first and not phase.first:
+            feasible = first and not phase.first
+            if feasible or form.measured is not measured:  # the objective is new, or has another scale
                 self.point = self.point._replace(f=form.evaluate(self.point.y[: form.n])[0])
                 self.hessian = self.last = None
-                if not np.isfinite(self.point.f):  # the problem takes the violation for one: it must become smaller
+                if feasible and not np.isfinite(
+                    self.point.f
+                ):  # the problem takes the violation for one: it must become smaller
                     self.feasibility *= 0.1
                     continue
             first = phase.first
@@ -142,11 +144,9 @@ class _Descent:
         self.hessian = self.last = None
 
     def _push(self) -> None:
-        """Leave what may be a saddle of the violation, by unequal steps away from the nearer bounds."""
-        n, x = self.form.n, self.point.y[: self.form.n]
-        lower, upper = self.form.lower[:n], self.form.upper[:n]
-        inward = np.where(upper - x >= x - lower, 1.0, -1.0)
-        self._place(np.clip(x + PUSH * (1.0 + np.arange(n) / n) * inward, lower, upper))
+        """Leave what may be a saddle of the violation."""
+        n = self.form.n
+        self._place(pushed(self.point.y[:n], self.form.lower[:n], self.form.upper[:n]))
 
     def _iterate(self, slopes: ScaledSlopes, phase: Phase) -> Ending | None:
         """Take one step, or say why there is none."""
@@ -167,7 +167,7 @@ class _Descent:
             if phase.first and -slope <= self.settings.tolerance * self.form.merit(phase, y, self.point.f):
                 return Ending.INFEASIBLE
             if not phase.first and self.error <= self.settings.tolerance * (1.0 + abs(self.point.f)):
-                return Ending.CONVERGED
+                return None if self._escape(slopes, phase, Z, r) else Ending.CONVERGED
             direction = Z[:, free] @ v
             room = np.minimum(y + direction - phase.low, phase.high - y - direction)
             if phase.first:
@@ -175,7 +175,7 @@ class _Descent:
             partition = self.point.partition.improved(slopes.A, room)
             found = search(self.form, slopes.A, self.point, partition, direction, slope, phase, self.feasibility)
             if found is not None:
-                self._move(*found, Z, r)
+                self._move(*found, phase, Z, r)
                 return None
             if self.fresh:
                 break
@@ -227,8 +227,19 @@ class _Descent:
         if not np.all(np.isfinite(self.hessian)) or np.linalg.cond(self.hessian) > WORST_CONDITION:
             self.hessian = None
 
-    def _move(self, point: Restored, trials: int, Z: Array, r: Array) -> None:
+    def _escape(self, slopes: ScaledSlopes, phase: Phase, Z: Array, r: Array) -> bool:
+        """Leave a stationary point that is no minimum; False if it is one as far as can be seen."""
+        tolerances = self.settings.tolerance, self.feasibility
+        found = escape(self.form, slopes, self.point, phase, self.steps, *tolerances)
+        if found is not None:
+            self._move(*found, phase, Z, r)
+            self.hessian = self.last = None  # the model bends upwards
+        return found is not None
+
+    def _move(self, point: Restored, trials: int, phase: Phase, Z: Array, r: Array) -> None:
         """Go to a new point; the curvature is transferred to the nonbasic variables of its partition."""
+        if not phase.first:
+            self.steps.append((point.y - self.point.y)[: self.form.n])
         nonbasic = point.partition.nonbasic
         T = np.linalg.inv(Z[nonbasic])
         if self.hessian is not None:
@@ -236,66 +247,3 @@ class _Descent:
         self.last = (self.point.y[nonbasic], T.T @ r)
         self.point = point
         self.softness = float(np.clip(self.softness * (10.0 if trials > 2 else 0.3), *SOFTNESS))
-
-
-def bounded_minimum(H: Array, r: Array, Z: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Minimise ``r.v + v.H.v / 2`` subject to ``low <= Z v <= high``.
-
-    H (k, k) is symmetric and positive definite, r (k,), Z (rows, k); ``low <= 0 <= high`` (rows,), infinite where there
-    is no bound. Written in ``z = L^T v + L^-1 r`` with ``H = L L^T`` this is a least-distance problem, which is one of
-    nonnegative least squares (C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, SIAM 1995, ch. 23).
-
-    Returns v (k,), and multipliers (rows,): positive where `low` holds the step back, negative where `high` does.
-    """
-    if len(r) == 0 or not np.any(r):
-        return np.zeros(len(r)), np.zeros(len(Z))
-    L = np.linalg.cholesky(H)
-    free = solve_triangular(L, r, lower=True)  # z of v = 0: the farthest that the solution can be
-    size = float(np.linalg.norm(free))
-    below, above = np.flatnonzero(np.isfinite(low)), np.flatnonzero(np.isfinite(high))
-    E = solve_triangular(L, np.vstack([Z[below], -Z[above]]).T, lower=True)
-    gaps = np.concatenate([low[below], -high[above]])
-    M = np.vstack([E, (gaps + E.T @ free)[None, :] / size])
-    norms = np.linalg.norm(M, axis=0)
-    norms[norms == 0.0] = 1.0
-    target = np.append(np.zeros(len(E)), 1.0)
-    weights = np.zeros(M.shape[1])
-    if M.shape[1]:
-        weights, _ = nnls(M / norms, target, maxiter=100 * M.shape[1])
-    residual = target - (M / norms) @ weights
-    u = weights / norms / residual[-1] * size
-    # E u = z at the solution; its rounding grows as H shrinks, so the active bounds and v are solved for once more
-    held = np.flatnonzero(u > 0.0)
-    rows = np.vstack([Z[below], -Z[above]])[held]
-    v, u[held] = _held_minimum(H, r, rows, gaps[held])
-    multipliers = np.zeros(len(Z))
-    np.add.at(multipliers, below, u[: len(below)])
-    np.subtract.at(multipliers, above, u[len(below) :])
-    return v, multipliers
-
-
-def _held_minimum(H: Array, r: Array, rows: Array, gaps: Array) -> tuple[Array, Array]:
-    """Minimise ``r.v + v.H.v / 2`` subject to ``rows v = gaps``: v (k,), and the multipliers of the rows."""
-    k, size = len(r), float(max(np.abs(H).max(), np.abs(r).max()))
-    K = np.block([[H / size, -rows.T], [rows, np.zeros((len(rows), len(rows)))]])
-    found = np.linalg.lstsq(K, np.concatenate([-r / size, gaps]))[0]
-    return found[:k], size * found[k:]
-
-
-def damped_bfgs(H: Array, s: Array, y: Array) -> Array:
-    """Update the Hessian by the step `s` and the change `y` of the gradient; it stays positive definite.
-
-    Damped where the curvature along the step is not positive enough: M. J. D. Powell, A fast algorithm for
-    nonlinearly constrained optimization calculations, Lecture Notes in Mathematics 630 (1978) 144-157.
-    """
-    Hs = H @ s
-    sHs = float(s @ Hs)
-    if sHs <= 0.0:
-        return H
-    curvature = float(s @ y)
-    if curvature < 0.2 * sHs:
-        theta = 0.8 * sHs / (sHs - curvature)
-        y = theta * y + (1.0 - theta) * Hs
-        curvature = float(s @ y)
-    H = H - np.outer(Hs, Hs) / sHs + np.outer(y, y) / curvature
-    return (H + H.T) / 2.0

@@ -6,6 +6,7 @@ P. E. Gill, W. Murray, M. A. Saunders, SNOPT: An SQP algorithm for large-scale c
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,9 @@ from pydrake.solvers import MathematicalProgram, SnoptSolver, SolverOptions
 from linkages import RunError
 from linkages.input.files.toml import Positive, Table
 from optim.algorithms.archive import Archive
+from optim.algorithms.curvature import escape
 from optim.algorithms.derivatives import DIFFERENCES, SOURCES, Source
+from optim.algorithms.line_search import Restored
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
 from optim.algorithms.standard_form import StandardForm
 
@@ -68,6 +71,8 @@ class _Snopt:
             if not np.isfinite(self.archive(start).objectives[0, 0]):
                 return self.result(start, Ending.INFEASIBLE)
         design, status = self._solve(start, 1.0)
+        while status is Ending.CONVERGED and (better := self._escape(design)) is not None:
+            design, status = self._solve(better, 1.0)
         known = np.isfinite(self.archive(design).objectives[0, 0])
         return self.result(design if known else None, status)
 
@@ -75,6 +80,7 @@ class _Snopt:
         """Call SNOPT, the objective times a weight: where it ends, and why."""
         form = self.form = StandardForm(self.problem, self.archive, start, self.settings.step)
         self._slopes: dict[bytes, Array] = {}
+        self._visited: list[Array] = []
         f, _ = form.evaluate(start / form.width)
         # stands for the objective where there is none, since constraints are violated: SNOPT passes there
         self.beyond = f if np.isfinite(f) else 0.0
@@ -104,6 +110,24 @@ class _Snopt:
         kind = 10 * (solution.get_solver_details().info // 10)
         design = form.design(np.clip(solution.GetSolution(x), form.lower[:n], form.upper[:n]))
         return design, _ENDINGS.get(kind, Ending.NO_PROGRESS)
+
+    def _escape(self, design: Array) -> Array | None:
+        """Return a better design beside a stationary one that is no minimum; None beside a minimum."""
+        form, x = self.form, design / self.form.width
+        (f, c), slopes = form.evaluate(x), form.slopes(x)
+        if slopes is None or not np.isfinite(f):
+            return None
+        feasibility = 10.0 * self.settings.feasibility
+        phase = form.phase(np.append(x, -c), slopes, feasibility)
+        if phase.first:
+            return None
+        y = np.clip(np.append(x, -c), phase.low, phase.high)
+        partition = form.slacks.improved(slopes.A, np.minimum(y - phase.low, phase.high - y))
+        steps = [after - before for before, after in pairwise(self._visited)]
+        found = escape(
+            form, slopes, Restored(y, f, c + y[form.n :], partition), phase, steps, self.settings.tolerance, feasibility
+        )
+        return None if found is None else form.design(found[0].y[: form.n])
 
     def result(self, design: Array | None, status: Ending) -> Result:
         """Return a design, or the best one that was evaluated."""
@@ -139,6 +163,7 @@ class _Snopt:
             none = np.zeros((1 + self.form.m, n))
             self._slopes = {key: none if slopes is None else np.vstack([slopes.f[:n], slopes.A[:, :n]])}
             self.iterations += 1
+            self._visited.append(x)
             if self.progress is not None:
                 design = self.form.design(x)[None, :]
                 self.progress(Progress(self.iterations, self.settings.iterations, design, self.archive(design)))

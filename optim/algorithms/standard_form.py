@@ -19,6 +19,11 @@ from optim.algorithms.nlp import Array, Problem
 #: A basis is kept while no exchange makes a weighted pivot so many times larger.
 GAIN = 10.0
 
+#: First-order change of a constraint, over its value, below which it does not change at the start.
+FLAT = 1e-6
+#: Step, relative to the scales, off a stationary point: it may be a saddle.
+PUSH = 1e-2
+
 
 class ScaledSlopes(NamedTuple):
     """First derivatives at a point, scaled.
@@ -48,9 +53,9 @@ class StandardForm:
     The slack of an inequality lies in [0, inf), the slack of an equality in [0, 0]. A variable is measured by the
     distance of its bounds (by its own start where they are infinite), the objective and each constraint by their
     largest change over such a distance, to first order at the start (n,): where the objective is not known there, since
-    constraints are violated, at the first feasible point (`measure`). `lower` and `upper` (n + m,) are the scaled
-    bounds, `width` (n,) the scales of the variables, `slacks` the partition with the slacks as basis. The step of the
-    differences is relative to the scales.
+    constraints are violated, at the first feasible point (`measure`). A constraint that does not change to first order
+    is measured by its value. `lower` and `upper` (n + m,) are the scaled bounds, `width` (n,) the scales of the
+    variables, `slacks` the partition with the slacks as basis. The step of the differences is relative to the scales.
     """
 
     def __init__(self, problem: Problem, archive: Archive, start: Array, step: float) -> None:
@@ -67,8 +72,12 @@ class StandardForm:
         self.upper = np.concatenate([problem.upper / self.width, slack_upper])
         slopes = self.slopes(start / self.width)
         if slopes is not None:
-            largest = np.abs(slopes.A[:, : self.n]).max(axis=1, initial=0.0)
-            self._size = np.where(largest > 0.0, largest, 1.0)
+            largest, values = (
+                np.abs(slopes.A[:, : self.n]).max(axis=1, initial=0.0),
+                self.evaluate(start / self.width)[1],
+            )
+            sizes = np.where(largest > FLAT * np.abs(values), largest, np.abs(values))
+            self._size = np.where(sizes > 0.0, sizes, 1.0)
             self.measure(slopes)
 
     def measure(self, slopes: ScaledSlopes) -> ScaledSlopes:
@@ -146,6 +155,12 @@ class StandardForm:
         """By how much the slacks violate their bounds: negative below, positive above, (m,)."""
         s, low, high = y[self.n :], self.lower[self.n :], self.upper[self.n :]
         return np.minimum(s - low, 0.0) + np.maximum(s - high, 0.0)
+
+
+def pushed(x: Array, lower: Array, upper: Array) -> Array:
+    """Move scaled variables (n,) off a stationary point, by unequal steps away from the nearer bounds."""
+    inward = np.where(upper - x >= x - lower, 1.0, -1.0)
+    return np.clip(x + PUSH * (1.0 + np.arange(len(x)) / len(x)) * inward, lower, upper)
 
 
 class Partition(NamedTuple):

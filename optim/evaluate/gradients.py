@@ -74,8 +74,9 @@ class Gradients:
     def __call__(self, design: Vector) -> Array:
         """Differentiate at a design (n,): rows of objectives, inequalities, equalities, (no + ni + ne, n).
 
-        Entries without a derivative are NaN: the run failed, or went beyond the horizon of predictability. At a design
-        that was not run, because formulas exclude it, derivatives of numbers of runs are zero.
+        Entries without a derivative are NaN: the run failed, it went beyond the horizon of predictability, or an
+        extreme is at a jump of its output, whose time changes with the design. At a design that was not run, because
+        formulas exclude it, derivatives of numbers of runs are zero.
         """
         study, rows = self.study, self.rates(design)
         names = [name for _, name, _ in study.quantities]
@@ -169,5 +170,5 @@ def _functionals(run: Trajectory, windows: Mapping[str, Array], terms: Sequence[
         for k, (start, end) in enumerate(windows[term[1]])
     }
     found = dict(zip(wanted, differentiate_statistics(run, list(wanted.values())), strict=True))
-    rows = {key: np.array([one.number, *one.rates]) for key, one in found.items()}
+    rows = {key: np.array([one.number, *np.where(one.jump, np.nan, one.rates)]) for key, one in found.items()}
     return {term: np.array([rows[term, k] for k in range(len(windows[term[1]]))]) for term in terms}

@@ -15,7 +15,6 @@ from linkages import System
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.input.files.formula import Formula
-from linkages.input.model.experiment import value_unit
 from optim.problem.scatter import Scatter, content
 from optim.problem.schema import Constraint, Objective, StudyFile
 
@@ -120,7 +119,7 @@ class Study(Brief):
 
     def variable_label(self, path: str) -> str:
         """Return the path of a variable, with its unit."""
-        unit = value_unit(path)
+        unit = self.points[0].system.value_unit(path)
         return f"{path} [{unit}]" if unit not in ("", "1") else path
 
     def named(self, design: Array) -> dict[str, float]:

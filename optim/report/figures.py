@@ -15,7 +15,6 @@ from matplotlib.ticker import MaxNLocator
 
 from linkages.base.brief import counted
 from linkages.input.files.writing import whole
-from linkages.input.model.experiment import value_unit
 from linkages.show.plots.style import COLORS, axis_label, figure_style, save_figure, stacked_axes, typeset
 from optim.algorithms import pareto
 from optim.algorithms.nlp import Values
@@ -200,7 +199,7 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
                 ax.ticklabel_format(axis="both", style="sci", scilimits=(-2, 3), useOffset=False)
                 ax.margins(y=0.1)
         for ax, name, value in zip(axes[-1], study.names, study.paths, strict=True):
-            unit = value_unit(value)
+            unit = study.points[0].system.value_unit(value)
             ax.set_xlabel(axis_label(f"{name}\n", "" if unit == "1" else typeset(unit)))  # a power of ten follows
         figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize="medium")
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from linkages.input.model.experiment import value_unit
 from linkages.show.plots.presentation import presentation
 from linkages.show.plots.style import COLORS, axis_label, typeset
 from optim.problem.study import Study
@@ -104,7 +103,7 @@ def _write_influence(study: Study, quantities: Mapping[str, Any], sample: Sample
             rows = np.flatnonzero(sample.good[:_SHOWN] == meets)
             ax.scatter(sample.designs[rows, i], sample.designs[rows, j], s=8, color=colour, alpha=0.6, label=text, lw=0)
         for k, axis in ((i, ax.xaxis), (j, ax.yaxis)):
-            unit = value_unit(study.paths[k])
+            unit = study.points[0].system.value_unit(study.paths[k])
             axis.set_label_text(axis_label(study.names[k], "" if unit == "1" else typeset(unit)))
         ax.locator_params(nbins=5)
         ax.ticklabel_format(useOffset=False, scilimits=(-3, 4))

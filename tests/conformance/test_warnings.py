@@ -11,10 +11,12 @@ from reference_machines import parallelogram_sdf
 from shipped import shipped
 
 from linkages import Status, assess, ideal, simulate, summarize
+from linkages.base.errors import listed
 from linkages.cli.main import main
 from linkages.results.peak_errors import SAFETY, noise
 from linkages.results.soundness import CHANGE_POINT, NEAR, Soundness
 from linkages.results.warnings import rough
+from linkages.show.report.answer import answer, remarks
 from linkages.show.report.terminal import format_summary
 
 #: Drawn at 1 rad and driven at 6 rad/s: flat at pi and 2 pi.
@@ -87,6 +89,37 @@ def test_three_cranks_on_one_rod_have_one_branch_and_a_finite_torque(engine, sys
         assert all(joint["force"]["peak"] is None for joint in numbers["joints"].values())
         assert numbers["drives"]["G0"]["torque"]["peak"] == pytest.approx(0.72 * 9.81 * 0.05, rel=1e-6)
         assert numbers["outputs"]["rod.ay"]["peak"] == pytest.approx(0.05 * 36.0, rel=1e-6)
+
+
+def test_forces_that_are_indeterminate_are_not_zero_in_the_answer(system_of):
+    """The rod weighs 5.9 N and hangs on the cranks, whose forces are indeterminate; the bob of 10 g weighs 0.1 N."""
+    bob = bar("bob", 0.02, "rod_1", -1.0, mass=0.01) + joint("P", "rod_1", "bob")
+    short = CRANKS.replace("1.0", "0.2", 1)  # before the cranks lie flat
+    for more, wanted in ((bob, "The largest known joint force is "), ("", "The forces in G0, ")):
+        sdf = three_cranks_sdf().replace("</model>", f"{more}</model>")
+        summary = summarize(assess(system_of(sdf, short), error_estimate=False))
+        said = answer(summary, "cranks.toml")[1]
+        assert said.startswith(wanted)
+        assert said.endswith("G0, G1, G2, rod0, rod1 and rod2 are statically indeterminate.")
+        assert ("in P;" in said) == bool(more)
+        output = remarks(summary | {"outputs": {"G0.fx": {"peak": None}}})
+        assert "The output G0.fx is statically indeterminate." in output
+
+
+def test_an_overlay_has_no_peak_of_an_indeterminate_force(experiment_file, tmp_path, capsys):
+    path, out = experiment_file(three_cranks_sdf(), CRANKS.replace("1.0", "0.2", 1)), str(tmp_path / "out")
+    assert main(["simulate", str(path), "--quiet", "--no-plots", "--no-animation", "--out", out]) == 0
+    names = ["--output", "G0.force", "--output", "rod.ay"]
+    assert main(["overlay", out, *names, "--no-plots", "--out", str(tmp_path / "over")]) == 0
+    found = json.loads((tmp_path / "over" / "overlay.json").read_text())["peaks"]
+    assert found["G0.force"]["out"] == {"peak": None, "time": None}
+    assert found["rod.ay"]["out"]["peak"] == pytest.approx(0.05 * 36.0, rel=1e-6)
+    assert json.loads((tmp_path / "over" / "record.json").read_text())["answer"][0] == "No run has a value of G0.force."
+
+
+def test_forces_at_change_points_are_not_zero_in_the_answer(system_of):
+    summary = summarize(assess(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), error_estimate=False))
+    assert answer(summary, "parallelogram.toml")[1] == f"The forces in {listed(summary['joints'])} are unbounded."
 
 
 def test_a_doubled_rod_leaves_both_branches(system_of):

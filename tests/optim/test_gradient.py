@@ -225,8 +225,56 @@ def test_values_that_are_no_numbers_count_as_failed():
     assert result.x[0, 0] <= 0.5
 
 
+def polynomial(f, start, equality=None, inequality=None):
+    """Minimise a function of one design within [-2, 2] from a start."""
+    columns = [np.empty if one is None else one for one in (inequality, equality)]
+
+    def evaluate(designs):
+        lines = [[[one(x)] if one is not np.empty else [] for x in designs] for one in columns]
+        sides = [np.array(line, dtype=float).reshape(len(designs), -1) for line in lines]
+        return Values(np.array([[f(x)] for x in designs]), *sides, np.zeros(len(designs), dtype=bool))
+
+    names = [() if one is None else ("c",) for one in (inequality, equality)]
+    box = np.full(len(start), 2.0)
+    return Problem(-box, box, evaluate, ("f",), *names, np.array(start, dtype=float))
+
+
+#: Problems whose start is stationary, or leads to a stationary point, that is no minimum; and their minima.
+STATIONARY = {
+    "maximum": (polynomial(lambda x: np.cos(x[0]), [0.0]), np.cos(2.0)),
+    "saddle": (polynomial(lambda x: x[0] * x[1], [0.0, 0.0]), -4.0),
+    "two saddles": (polynomial(lambda x: x[0] * x[1] + x[2] * x[3], [0.0] * 4), -8.0),
+    "line of symmetry": (polynomial(lambda x: x[0] ** 2 + (x[1] ** 2 - 1.0) ** 2, [1.0, 0.0]), 0.0),
+    "maximum on a circle": (polynomial(lambda x: -x[1], [0.0, -1.0], lambda x: x @ x - 1.0), -1.0),
+    "saddle on a sphere": (polynomial(lambda x: x**2 @ [1, 2, 3], [0.0, 1.0, 0.0], lambda x: x @ x - 1.0), 1.0),
+    "maximum in a disc": (polynomial(lambda x: -(x @ x), [0.0, 0.0], None, lambda x: x @ x - 1.0), -1.0),
+}
+
+
+@pytest.mark.parametrize("name", ["grg", "snopt"])
+@pytest.mark.parametrize("case", STATIONARY)
+def test_a_stationary_point_that_is_no_minimum_is_left(name, case):
+    problem, minimum = STATIONARY[case]
+    result = solved_by(name, problem)
+    assert result.status is Ending.CONVERGED
+    assert result.values.objectives[0, 0] == pytest.approx(minimum, abs=1e-6)
+    assert result.values.feasible(FEASIBILITY)[0]
+
+
+@pytest.mark.parametrize("name", ["grg", "snopt"])
+def test_a_start_at_the_minimum_stays_there(name):
+    """Ten designs for two gradients and the curvature; a flat objective has no direction either."""
+    for objective in (lambda x: x @ x, lambda x: 0.0 * x[0]):
+        result = solved_by(name, polynomial(objective, [0.0, 0.0]))
+        assert (result.status, result.x[0].tolist()) == (Ending.CONVERGED, [0.0, 0.0])
+        assert result.evaluations <= 10
+
+
 def test_differences_are_one_population():
-    """One call for the start, then 2 n designs for each gradient, in addition to one or two of the line search."""
+    """One call for the start, then 2 n designs for each gradient, in addition to one or two of the line search.
+
+    The bowl's minimum is found in one step: for the curvature in the four other directions 4 x 2 + 6 designs follow.
+    """
     sizes = []
     base = quadratic(n=5)
 
@@ -235,7 +283,8 @@ def test_differences_are_one_population():
         return base.evaluate(designs)
 
     reduced_gradient(dataclasses.replace(base, evaluate=evaluate), SETTINGS)
-    assert set(sizes) <= {1, 2, 10}
+    assert set(sizes) <= {1, 2, 10, 14}
+    assert sizes.count(14) == 1
 
 
 def test_no_design_is_evaluated_twice_or_outside_the_bounds():
@@ -299,6 +348,22 @@ def test_it_does_not_depend_on_units(number, factor):
     )
     one, other = reduced_gradient(base, SETTINGS), reduced_gradient(scaled, SETTINGS)
     assert other.x[0] / unit == pytest.approx(one.x[0], rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["grg", "snopt"])
+@pytest.mark.parametrize("factor", [1e-7, 2e7])
+def test_a_constraint_that_does_not_change_at_the_start_has_a_measure(name, factor):
+    """Problem 12: at the start (0, 0) its constraint 25 - 4 x^2 - y^2 is stationary."""
+    example = BY_NUMBER[12]
+
+    def evaluate(designs):
+        values = example.problem.evaluate(designs)
+        return dataclasses.replace(values, inequalities=values.inequalities * factor)
+
+    result = solved_by(name, dataclasses.replace(example.problem, evaluate=evaluate))
+    assert result.status is Ending.CONVERGED
+    assert error(result, example) <= OPTIMUM
+    assert result.values.inequalities.max() <= FEASIBILITY * factor
 
 
 def test_a_basis_that_becomes_singular():

@@ -4,9 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
+from machines import joint, model, solid
 
 import linkages
 import optim
+from linkages.cli.main import main
 from optim.algorithms.derivatives import jacobian
 
 STUDY = """
@@ -140,3 +142,62 @@ def test_the_shipped_study_of_a_flexible_machine_has_the_gradient_of_differences
     found = optim.Gradients(study, evaluate, evaluate(study.nominal[None]))(study.nominal)[0]
     gradient = dict(zip(study.names, found, strict=True))
     assert [gradient[name] for name in ("height", "width", "length")] == pytest.approx([-746.0, -1.91, 28.8], rel=0.015)
+
+
+#: A block of 2 kg falls 0.2 m onto a dashpot with a soft spring: its force jumps to D v at the touch, and falls.
+DASHPOT = """mechanism = "block.sdf"
+duration = 0.25
+gravity = [0.0, 0.0, 0.0]
+outputs = ["block.y"]
+[drives.slide]
+angle = 0.0
+speed = 0.0
+force = -19.62
+[stops.floor]
+joint = "slide"
+side = "lower"
+limit = -0.2
+contact = { law = "kelvin-voigt", restitution = 0.5, stiffness = 1e3, damping = 1e3 }
+[solver]
+max_step = 1e-2
+accuracy = 1e-11
+"""
+DROP = """
+experiment = "block.toml"
+[variables.limit]
+path = "stops.floor.limit"
+lower = -0.3
+upper = -0.1
+[objectives.force]
+terms = [{ functional = "peak", output = "floor.load" }]
+[algorithm]
+name = "grg"
+derivatives = "sensitivities"
+"""
+
+
+def test_the_gradient_of_a_peak_at_a_jump_is_that_of_differences(tmp_path, capsys):
+    """The peak D sqrt(2 g h) changes with the drop h by D g / v: the change of the time of the jump is part of it."""
+    body = solid("block", 2.0) + joint("slide", "world", "block", "prismatic", "0 1 0")
+    (tmp_path / "block.sdf").write_text(model("block", body))
+    (tmp_path / "block.toml").write_text(DASHPOT)
+    (tmp_path / "drop.toml").write_text(DROP)
+    study = optim.load_study(tmp_path / "drop.toml")
+    evaluate = optim.Evaluator(study)
+    nominal = evaluate(study.nominal[None])
+    damping, speed = 1e3, np.sqrt(2.0 * 9.81 * 0.2)
+    assert nominal.objectives[0, 0] == pytest.approx(damping * speed, rel=1e-6)
+    assert np.isnan(optim.Gradients(study, evaluate, nominal)(study.nominal)).all()
+    problem = optim.problem_of(study, evaluate, nominal)
+    slope = jacobian(problem, problem.evaluate, study.nominal, study.upper - study.lower, 1e-4)
+    assert slope[0, 0] == pytest.approx(-damping * 9.81 / speed, rel=1e-4)
+    (entry,) = optim.check_derivatives(study, study.nominal)["quantities"]["force"].values()
+    assert (entry["verdict"], entry["sensitivity"]) == ("none", None)
+    system = linkages.load(tmp_path / "block.toml")
+    batch = linkages.simulate_batch(system, outputs=["floor.load"], wrt=["stops.floor.limit"])
+    assert np.isnan(batch.sensitivity["stops.floor.limit"]["peak"]).all()
+    command = ["sensitivity", str(tmp_path / "block.toml"), "--wrt", "stops.floor.limit", "--no-plots"]
+    assert main([*command, "--output", "floor.load", "--no-error-estimate", "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert "is at a jump" in said
+    assert "no statement is possible about a change of stops.floor.limit by 1 %" in said

@@ -218,6 +218,17 @@ def pushed(folder, more=""):
     return folder / "task.toml", columns, values
 
 
+def test_forces_and_friction_in_a_prismatic_joint_have_newtons(tmp_path):
+    unknowns = ""
+    for key in ("constant", "viscous"):
+        unknowns += f'[unknowns.{key}]\npath = "frictions.rub.{key}"\nlower = 0.0\nupper = 1.0\n'
+    path = pushed(tmp_path, unknowns)[0]
+    (tmp_path / "pushed.toml").write_text(PUSHED + '[frictions.rub]\njoint = "O"\nconstant = 0.1\nviscous = 0.1\n')
+    task = load_identification(path)
+    units = {"force": "N", "speed": "m/s", "constant": "N", "viscous": "N s/m"}
+    assert dict(zip(task.names, task.units(), strict=True)) == units
+
+
 @pytest.mark.slow
 def test_samples_of_a_linear_problem_have_its_normal_posterior(tmp_path):
     """x = v t + F t^2 / (2 m) + offset is linear in the values: mean and covariance are those of linear regression."""

@@ -152,3 +152,16 @@ def test_command(tmp_path, capsys, invented_engine):
 def test_a_number_of_points_that_is_not_balanced_is_refused():
     with pytest.raises(InputError, match="samples: 3: must be a power of two"):
         sensitivity(load_study(find_study("sevenbar_force")), samples=3)
+
+
+def test_unknown_shares_are_not_zero_in_the_answer():
+    from optim.cli.study import _answer
+
+    study = load_study(find_study("sevenbar_force"))
+    totals = {path: {"total": None} for path in study.paths}
+    report = {"quantities": {"force": {"variables": totals}}}
+    assert _answer(study, report) == ["force [N] depends on no variable, or no run gives it."]
+    totals[study.paths[1]] = {"total": 0.25}
+    assert _answer(study, report) == [
+        f"force [N] depends most on {study.paths[1]}: 25% of the variance, with interactions."
+    ]

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from engines import slow_on_drake
 from flexible_machines import bent_machine
+from machines import joint, model, solid
 
 from linkages import InputError, assess, summarize
 from linkages.cli.main import main
@@ -25,7 +26,7 @@ from linkages.show.plots.histories import links_figure
 from linkages.show.report.answer import answer, question, remarks
 from linkages.show.report.page import render
 from linkages.show.report.result_folder import load_results
-from linkages.show.report.words import change, commands, experiment_file, percent
+from linkages.show.report.words import change, commands, experiment_file, percent, smoothing_lines
 
 
 class Reader(HTMLParser):
@@ -113,6 +114,37 @@ def test_parameters_stand_with_meaning_unit_and_source(page):
     assert table["joints.A.viscosity"][1] == "Pa s"
     assert table["joints.A.viscosity"][3] == "not given"
     assert table["joints.B.clearance"] == ["0.00015", "m", "radial clearance c", "command line"]
+
+
+SLIDE = """mechanism = "slide.sdf"
+duration = 0.1
+outputs = ["block.x"]
+[drives.O]
+force = {}
+speed = 0.5
+[frictions.rub]
+joint = "O"
+constant = 0.1
+viscous = 0.2
+"""
+
+
+@pytest.mark.parametrize("force", [0.0, 1.0])
+def test_tables_have_the_drives_that_act_and_the_units_of_prismatic_joints(force, tmp_path, capsys):
+    """A force of zero gives the start of the block alone; with 1 N the drive is in the tables."""
+    body = solid("block", 2.0) + joint("O", "world", "block", "prismatic", "1 0 0")
+    (tmp_path / "slide.sdf").write_text(model("slide", body))
+    (tmp_path / "slide.toml").write_text(SLIDE.format(force))
+    out = tmp_path / "out"
+    assert main(["simulate", str(tmp_path / "slide.toml"), "--no-plots", "--no-animation", "--out", str(out)]) == 0
+    said, summary = capsys.readouterr().out, json.loads((out / "summary.json").read_text())
+    found = rows(render(load_results(out)))
+    assert ("O force [N]" in said) == ("O force [N]" in found) == bool(force)
+    assert summary["drives"]["O"].get("acts", True) == bool(force)
+    assert "rub force [N]" in said
+    assert found["frictions.rub.constant"][:2] == ["0.1", "N"]
+    assert found["frictions.rub.viscous"][:2] == ["0.2", "N s/m"]
+    assert found["drives.O.speed"][:2] == ["0.5", "m/s"]
 
 
 def test_the_question_names_each_clearance_and_its_joints(results_folder):
@@ -384,3 +416,8 @@ def test_the_table_of_links_that_bend(tmp_path):
     assert (peak, time, place) == pytest.approx((link["peak"], link["time"], link["place"]), rel=5e-3)
     assert exact == pytest.approx(summary["ideal"]["links"]["rod"]["stress"]["peak"], rel=5e-3)
     assert error == pytest.approx(summary["error"]["rod.stress.peak"], rel=0.05)
+
+
+def test_smoothing_says_nothing_about_forces_without_a_value():
+    summary = {"smoothing": {"half": {}, "double": {"A.force.peak": 1.5}}}
+    assert smoothing_lines(summary) == ["double smoothing changes the peaks of forces by at most 50 % (A.force.peak)"]

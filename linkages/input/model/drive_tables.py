@@ -121,6 +121,11 @@ class Drive(FromFile):
             self._fit(column, kind=column if self.prescribed else "value")
 
     @property
+    def acts(self) -> bool:
+        """Check whether the drive acts; a constant torque or force of zero gives the start of a free joint alone."""
+        return self.prescribed or self.varies or bool(self.torque or self.force)
+
+    @property
     def prescribed(self) -> bool:
         """Check whether the drive prescribes the motion; otherwise it prescribes the torque or force."""
         given = (

@@ -152,6 +152,11 @@ class Experiment(Brief, Table):
     _sources: dict[str, str] = PrivateAttr(default_factory=dict)
     _texts: dict[str, Any] = PrivateAttr(default_factory=dict)
 
+    @property
+    def driving(self) -> list[str]:
+        """Name the drives that act, see `Drive.acts`."""
+        return [name for name, drive in self.drives.items() if drive.acts]
+
     def _facts(self) -> tuple[str, dict[str, str]]:
         rows = {"experiment": self.source.name, "mechanism": self.mechanism, "duration": f"{self.duration:g} s"}
         rows["drives"] = ", ".join(self.drives) or "none"

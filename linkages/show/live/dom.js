@@ -11,6 +11,9 @@ export function g(value, digits = 5) { // as Python's format(value, ".5g")
   const [mantissa, power] = value.toExponential(digits - 1).split("e");
   return `${Number(mantissa)}e${power[0]}${power.slice(1).padStart(2, "0")}`;
 }
+export function product(factor, value) { // no value is not zero
+  return Number.isFinite(value) ? factor * value : NaN;
+}
 export function percent(value, other) {
   if (value === null || !other) return "–";
   const change = 100 * (value / other - 1), size = Math.abs(change);

@@ -1,6 +1,6 @@
 // Exploring and keeping on the live page: sweeps, sensitivities, tolerances; notebooks, reports, notes. See joints.js.
 
-import {ask, button, download, draw, g, make, select} from "./dom.js";
+import {ask, button, download, draw, g, make, product, select} from "./dom.js";
 import {labelOfOutput, labelOfPath, OUT_OF_PLANE, unitOf} from "./words.js";
 
 const RUNS = 500; // of tolerances
@@ -67,7 +67,7 @@ export function explore(page) {
       const points = reply.values.map((value, k) => [factor * value, reply.peaks[name][k] === null ? null : outFactor * reply.peaks[name][k]]);
       const reach = points.filter((_, k) => !reply.reasons[k]).map(([x]) => g(x, 4)), here = page.valueOf(path), marker = typeof here === "number" ? factor * here : null;
       return [plot(points, marker, logarithmic, `${labelOfPath(path)} [${unit || "1"}]`, `Peak of ${labelOfOutput(name)} [${outUnit || "1"}]`),
-        target(points, outFactor * state.view.table?.find((row) => row.name === name)?.value, unit, outUnit, logarithmic, (x) => page.change({[path]: Number((x / factor).toPrecision(6))})),
+        target(points, product(outFactor, state.view.table?.find((row) => row.name === name)?.value), unit, outUnit, logarithmic, (x) => page.change({[path]: Number((x / factor).toPrecision(6))})),
         ...failed.length ? [make("p", {}, `${failed.length} of ${points.length} runs fail, all but ${reach[0] ?? "–"} to ${reach.at(-1) ?? "–"} ${unit}; set such a value to see where. The first: ${failed[0].split(";")[0]}`)] : []];
     }, path.replace(/^sdf\./, "").split(".")[1]);
   }
@@ -97,10 +97,12 @@ export function explore(page) {
     present(what, reply.peaks, (name) => {
       const found = Object.entries(reply.changes).map(([path, of]) => [path, of[name]]).sort(([, a], [, b]) => Math.abs(b ?? 0) - Math.abs(a ?? 0));
       const most = Math.max(...found.map(([, value]) => Math.abs(value ?? 0)), 1e-12), all = everything();
-      return [...all.length > paths.length ? [button(`all ${all.length} values with lengths and masses`, () => sensitivities(all), "may take half a minute")] : [], make("p", {}, `Change of the peak of ${labelOfOutput(name)} [%] when a value grows by 1 %:`), make("table", {class: "bars"}, make("tbody", {}, ...found.map(([path, value]) => {
+      return [...all.length > paths.length ? [button(`all ${all.length} values with lengths and masses`, () => sensitivities(all), "may take half a minute")] : [], make("p", {}, `Change of the peak of ${labelOfOutput(name)} [%] when a value grows by 1 %:`),
+        ...found.some(([, value]) => value === null) ? [make("p", {class: "unstated"}, `–: no statement about 1 % is possible. The row tells up to which change of the value the derivative predicts the peak, or why there is none: ${reply.why}.`)] : [],
+        make("table", {class: "bars"}, make("tbody", {}, ...found.map(([path, value]) => {
         const bar = make("span", {class: value < 0 ? "bar negative" : "bar"});
         bar.style.width = `${9 * Math.abs(value ?? 0) / most}rem`;
-        return make("tr", {}, make("th", {scope: "row", title: path}, button(labelOfPath(path), () => { shown.close(); page.show(path); }, "show this value")), make("td", {}, g(value, 3).replace("-", "−")), make("td", {}, bar));
+        return make("tr", {}, make("th", {scope: "row", title: path}, button(labelOfPath(path), () => { shown.close(); page.show(path); }, "show this value")), make("td", {}, g(value, 3).replace("-", "−")), make("td", {}, value === null ? make("small", {}, reply.reasons[path][name]) : bar));
       })))];
     });
   }
@@ -117,7 +119,7 @@ export function explore(page) {
     const units = new Map((state.view.table ?? []).map(({name, unit}) => [name, unitOf(unit, state.units)]));
     const rows = Object.entries(reply.peaks).map(([name, {mean, deviation, quantiles}]) => {
       const [unit, factor] = units.get(name) ?? ["", 1];
-      return make("tr", {}, make("th", {scope: "row"}, labelOfOutput(name)), ...[mean, deviation, ...quantiles].map((one) => make("td", {}, g(factor * one))), make("td", {}, unit));
+      return make("tr", {}, make("th", {scope: "row"}, labelOfOutput(name)), ...[mean, deviation, ...quantiles].map((one) => make("td", {}, g(product(factor, one)))), make("td", {}, unit));
     });
     shown.replaceChildren(make("div", {class: "head"}, make("h2", {}, what), button("close", () => shown.close(), "Escape")),
       make("p", {}, `${reply.runs} runs${reply.failed ? `, ${reply.failed} failed` : ""}; the curves show the band of 90 % of them. Scattered: ${Object.keys(reply.spreads).map(labelOfPath).join(", ")}.`),
@@ -151,7 +153,7 @@ export function explore(page) {
       table("value", paths.map((path) => make("tr", {}, make("th", {}, `${labelOfPath(path)} (${path})`), ...pins.map(({values}) => make("td", {}, String(value(path, values))))))),
       table("peak of", names.map((name) => make("tr", {}, make("th", {}, labelOfOutput(name)), ...tables.map((of) => {
         const row = of.get(name), [unit, factor] = unitOf(row?.unit ?? "", state.units);
-        return make("td", {}, row ? `${g(factor * row.value)} ${unit}` : "–");
+        return make("td", {}, row ? `${g(product(factor, row.value))} ${unit}` : "–");
       })))), at(".curves").cloneNode(true));
     body.querySelectorAll("button, input, select").forEach((element) => element.remove());
     const rules = [...document.styleSheets].flatMap((sheet) => { try { return [...sheet.cssRules]; } catch { return []; } }).map(({cssText}) => cssText).join("\n");

@@ -6,7 +6,7 @@ The runs start where the shown one did, in parts of their clearances, and are su
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
 from linkages.engines.compiled.batch.batch import Batch, simulate_batch
+from linkages.explore.prediction import STATED, WHY, extent, finer, numbers_of, reaches
+from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs, unit
 from linkages.show.live.controls import Control
 from linkages.show.live.session import Session
@@ -75,18 +77,53 @@ def sweep(around: Around, control: Control, request: Mapping[str, Any], progress
 
 
 def sensitivities(around: Around, paths: Sequence[str], progress: Callable[[float], None]) -> dict[str, Any]:
-    """Return peaks by output, and by path and output the relative change of a peak over the one of a value."""
-    batch = around.batch((), np.zeros((1, 0)), progress, wrt=paths)
+    """Return peaks by output, and by path and output the relative change of a peak over the one of a value.
+
+    A change is None where the derivative does not predict what 1 % of the value does; `reasons` then tells why.
+    """
+    batch = around.batch((), np.zeros((1, 0)), lambda part: progress(0.3 * part), wrt=paths)
     if batch.status[0] is not Status.OK:
         raise InputError("page", "sensitivities", f"the run has none: {batch.reason[0]}")
-    peak = batch.peak[0, 0]
-    changes = {}
-    for path in paths:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rate = batch.sensitivity[path]["peak"][0, 0] * around.system.value(path) / peak
-        changes[path] = dict(zip(batch.outputs, short(rate), strict=True))
-    said = {"peaks": dict(zip(batch.outputs, peak.tolist(), strict=True)), "changes": changes}
-    return said | {"units": {name: unit(around.system, name) for name in batch.outputs}}
+    peak, values = batch.peak[0, 0], np.array([around.system.value(path) for path in paths])
+    rates = np.array([batch.sensitivity[path]["peak"][0, 0] for path in paths])
+    reach = _reach(around, dict(zip(paths, values.tolist(), strict=True)), rates, peak, progress)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        changes = np.where(reach >= STATED, rates * values[:, None] / peak, np.nan)
+    found: dict[str, Any] = {
+        "peaks": dict(zip(batch.outputs, peak.tolist(), strict=True)),
+        "changes": {},
+        "reasons": {},
+    }
+    for path, line, reached in zip(paths, changes, reach.tolist(), strict=True):
+        found["changes"][path] = dict(zip(batch.outputs, short(line), strict=True))
+        why = {
+            name: _unstated(one, batch.sensitivity_status[0]) for name, one in zip(batch.outputs, reached, strict=True)
+        }
+        found["reasons"][path] = {name: text for name, text in why.items() if found["changes"][path][name] is None}
+    return found | {"why": WHY, "units": {name: unit(around.system, name) for name in batch.outputs}}
+
+
+def _reach(
+    around: Around, values: Mapping[str, float], rates: Array, peak: Array, progress: Callable[[float], None]
+) -> Array:
+    """Find how far derivatives of peaks predict, (np, no)."""
+    keys = [f"{name}.peak" for name in outputs_of(around.system)]
+
+    def numbers(table: Array, tight: bool) -> Array:
+        """Make the peaks (m, no) of runs with values (m, np)."""
+        one, done = (replace(around, system=finer(around.system)), 0.6) if tight else (around, 0.3)
+        return numbers_of(one.batch([*values], table, lambda part: progress(done + 0.3 * part)), keys)
+
+    found = reaches(values, rates, peak, numbers)
+    progress(1.0)
+    return found
+
+
+def _unstated(reach: float, status: str) -> str:
+    """Tell why a derivative makes no statement about a change of 1 %."""
+    if not np.isnan(reach):
+        return f"predicts to: {extent(reach)}"
+    return f"no derivative: {MEANING[status]}" if status != OK else "no derivative"
 
 
 def tolerances(

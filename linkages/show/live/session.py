@@ -181,7 +181,7 @@ class Session:
         assessment, period = self._result.assessment, _period(self._result.assessment.system)
         if period is not None and not assessment.system.experiment.can_touch:  # even if it has not settled
             return float(assessment.run.time[-1]) - period, float(assessment.run.time[-1])
-        return assessment.windows.get(assessment.reported, (0.0, float(assessment.run.time[-1])))
+        return assessment.reported_span
 
     def numbers(self) -> dict[str, Any]:
         """Return the numbers of the run that was shown last, see `linkages.show.live.view.numbers_for`."""

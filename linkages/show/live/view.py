@@ -50,7 +50,7 @@ def view(
     system, run = assessment.system, assessment.run
     shown = run.within(*part)
     moved = replace(shown, time=shown.time - shown.time[0], evaluate=None)
-    drawn = columns(system.experiment.outputs, system.tree.play, system.experiment.drives)
+    drawn = columns(system.experiment.outputs, system.tree.play, system.experiment.driving)
     return {
         "status": run.status.value,
         "remedy": "" if run.status is Status.OK else run.status.remedy,
@@ -93,10 +93,14 @@ def _table(assessment: Assessment, peaks: dict[str, Any], exact: Trajectory | No
     """Rows of the table: name, unit, peak, the ideal linkage's peak, and the spread of the peaks of single periods."""
     system = assessment.system
     perfect = {} if exact is None else peaks_by_key(numbers(system, exact, ()) | {"links": {}})
-    shown = {name.removesuffix(".peak"): value for name, value in peaks_by_key(peaks | {"loads": {}}).items()}
-    spreads = _spreads(assessment, list(shown))
+    drives = {name: one for name, one in peaks["drives"].items() if one.get("acts", True)}
+    listed = peaks_by_key(peaks | {"drives": drives, "loads": {}})
+    shown = {name.removesuffix(".peak"): value for name, value in listed.items()}
+    spreads = _spreads(assessment, [name for name, value in shown.items() if value is not None])
+    none = {"least": None, "most": None}
     return [
-        {"name": name, "unit": unit(system, name), "value": value, "ideal": perfect.get(f"{name}.peak")} | spreads[name]
+        {"name": name, "unit": unit(system, name), "value": value, "ideal": perfect.get(f"{name}.peak")}
+        | spreads.get(name, none)
         for name, value in shown.items()
     ]
 

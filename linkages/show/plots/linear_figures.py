@@ -114,10 +114,10 @@ def tornado_figure(found: Sensitivities) -> Figure:
             shares = {path: share for path in found.values if (share := found.per_cent(path, key)) is not None}
             paths = [path for _, path in sorted((abs(share), path) for path, share in shares.items())]
             scales = [abs(found.values[path] / found.numbers[key]) for path in paths]
-            errors = [scale * (found.errors[path][key] or 0.0) for scale, path in zip(scales, paths, strict=True)]
+            known = [np.nan if (error := found.errors[path][key]) is None else error for path in paths]
             heights = [100.0 * shares[path] for path in paths]
             axis.barh(paths, heights, color=[COLORS[0] if x > 0 else COLORS[1] for x in heights])
-            axis.errorbar(heights, range(len(paths)), xerr=errors, fmt="none", ecolor="k", lw=0.8)
+            axis.errorbar(heights, range(len(paths)), xerr=np.multiply(scales, known), fmt="none", ecolor="k", lw=0.8)
             axis.axvline(0.0, color="k", lw=0.6)
             axis.tick_params(axis="y", labelsize=7)
             axis.set_title(key, fontsize="medium")
@@ -126,7 +126,8 @@ def tornado_figure(found: Sensitivities) -> Figure:
             axis.xaxis.set_major_formatter("{x:.3g}")
             if not any(heights):
                 axis.set(xticks=[0.0], xlim=(-1.0, 1.0))
-                axis.text(0.75, 0.5, "no change", transform=axis.transAxes, ha="center", va="center", fontsize="small")
+                said = "no change" if heights else "no statement about 1 %"
+                axis.text(0.75, 0.5, said, transform=axis.transAxes, ha="center", va="center", fontsize="small")
         for axis in axes.flat[len(keys) :]:
             axis.axis("off")
         return figure

@@ -11,7 +11,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from linkages.base.arrays import Array
-from linkages.input.model.experiment import value_unit
 from linkages.show.plots.shown import new_figure
 from linkages.show.plots.style import COLORS, LEGEND, axis_label, color_for, engineering, figure_style
 
@@ -40,7 +39,7 @@ def peaks_figure(sweep: Sweep, units: Mapping[str, str], mechanism: Mechanism | 
     """
     columns = min(len(sweep.names), 2)
     rows = -(-len(sweep.names) // columns)
-    x, label = _axis(sweep.path, [point.value for point in sweep.points])
+    x, label = _axis(sweep.path, sweep.unit, [point.value for point in sweep.points])
     with figure_style():
         height, width = 0.3 + _PANEL[1] * rows, _PANEL[0] * columns
         figure, axes = new_figure(height, rows, columns, width, squeeze=False)
@@ -69,7 +68,7 @@ def map_figure(grid: Grid, name: str, unit: str, limit: float | None = None) -> 
     limit : float, optional
         Value in the SI unit whose line is drawn.
     """
-    (x, across), (y, up) = map(_axis, grid.paths, grid.values)
+    (x, across), (y, up) = map(_axis, grid.paths, grid.units, grid.values)
     peaks = grid.peaks(name).T
     shown, factor = engineering(unit, _largest(peaks))
     z = np.ma.masked_invalid(factor * peaks)
@@ -103,9 +102,9 @@ def map_figure(grid: Grid, name: str, unit: str, limit: float | None = None) -> 
         return figure
 
 
-def _axis(path: str, values: Sequence[float]) -> tuple[Array, str]:
+def _axis(path: str, si: str, values: Sequence[float]) -> tuple[Array, str]:
     """Return the values of a variable in a readable unit, and the label of their axis."""
-    unit, factor = engineering(value_unit(path), max(map(abs, values)))
+    unit, factor = engineering(si, max(map(abs, values)))
     return factor * np.array(values), axis_label(path, unit)
 
 

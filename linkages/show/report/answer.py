@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections import defaultdict
+from collections.abc import Sequence
 from typing import Any
 
 from linkages.base.errors import Status, listed
@@ -45,17 +46,17 @@ def answer(summary: dict[str, Any], file: str) -> list[str]:
     gears = {name: load for name, load in shown.get("loads", {}).items() if "impacts" in load}
     status = Status(summary["status"])
     if status is Status.OK:
-        return [_action(play, gears), _effect(shown), _trial(play, summary, file)]
+        return [_action(play, gears), _effect(shown, summary["warnings"]), _trial(play, summary, file)]
     asked = f"{summary['duration']:.4g} s of {summary['provenance']['experiment']['duration']:g} s"
     ended = f"The run ended early, at {asked}, with the status {status.value}; the numbers belong to this part."
-    return [ended, _action(play, gears), _effect(shown), f"Next, {status.remedy}."]
+    return [ended, _action(play, gears), _effect(shown, summary["warnings"]), f"Next, {status.remedy}."]
 
 
 def remarks(summary: dict[str, Any]) -> list[str]:
     """Write warnings, outputs without a peak, the final motion and signals from data files, a sentence each."""
     found = [f"{entry['what']}; {entry['remedy']}" for entry in summary.get("warnings", ())]
-    outputs = words.reported(summary)["outputs"]
-    found += [f"the output {name} is unbounded" for name, value in outputs.items() if value["peak"] is None]
+    outputs = {name: value["peak"] for name, value in words.reported(summary)["outputs"].items()}
+    found += [f"the output {name} {words.reason(summary['warnings'])}" for name in words.unknown(outputs)]
     signals = *words.recorded_lines(summary), *words.smoothing_lines(summary)
     return [_sentence(line) for line in (*found, *words.motion_lines(summary), *signals)]
 
@@ -92,8 +93,11 @@ def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
 
 
-def _effect(shown: dict[str, Any]) -> str:
-    """Tell the effect of clearance: the first output, the output whose peak changes most, and the largest force."""
+def _effect(shown: dict[str, Any], warned: Sequence[dict[str, Any]]) -> str:
+    """Tell the effect of clearance: the first output, the output whose peak changes most, and the largest force.
+
+    Forces without a value are named, with the reason that the run's warnings give.
+    """
     said, ideal = [], words.perfect(shown)
     for name in [*shown.get("difference", {})][:1]:
         largest, part = shown["difference"][name]["peak"], words.percent(shown["difference"][name]["share"])
@@ -108,14 +112,19 @@ def _effect(shown: dict[str, Any]) -> str:
     if said and known:
         name = max(known, key=lambda name: abs(known[name] - 1.0))
         said.append(f"the peak of {name} is {_changed(known[name])}")
-    forces = {name: joint["force"]["peak"] or 0.0 for name, joint in shown["joints"].items()}
+    every = {name: joint["force"]["peak"] for name, joint in shown["joints"].items()}
+    forces, unknown = {name: peak for name, peak in every.items() if peak is not None}, words.unknown(every)
     if forces:
         name = max(forces, key=forces.__getitem__)
         exact = ideal["joints"][name]["force"]["peak"] if said else None
         beside = f", {_changed(forces[name] / exact)}" if exact else ""
-        said.append(f"the largest joint force is {_measured(forces[name], 'N')}, in {name}{beside}")
+        which = "largest known joint force" if unknown else "largest joint force"
+        said.append(f"the {which} is {_measured(forces[name], 'N')}, in {name}{beside}")
     lead = "compared with ideal joints, " if shown.get("difference") else ""
-    return _sentence(f"{lead}{listed(said)}" if said else "no joint carries a force")
+    told = [f"{lead}{listed(said)}"] if said else []
+    if unknown:
+        told.append(f"the force{'s'[: len(unknown) > 1]} in {words.some(unknown)} {words.reason(warned, len(unknown))}")
+    return _sentence("; ".join(told) if told else "no joint carries a force")
 
 
 def _changed(ratio: float) -> str:

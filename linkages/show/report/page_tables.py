@@ -10,6 +10,7 @@ from typing import Any
 from linkages.input.files.magnitudes import rounded
 from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import leaves
+from linkages.input.files.unit_conversion import SLIDING
 from linkages.input.model.experiment import Experiment, value_unit
 from linkages.show.plots.presentation import shown_unit
 from linkages.show.plots.style import typeset
@@ -95,7 +96,8 @@ def _joints(results: Results) -> PageTable:
     return PageTable("Joint forces and journals", head, rows, frozenset({0, 1, 2}))
 
 
-def _drives(results: Results) -> PageTable:
+def _drives(results: Results) -> PageTable | None:
+    """Tabulate the drives that act; None without any."""
     rows, shown = [], words.reported(results.summary)
     for label, key, value, exact in words.effort_rows(shown, "drives"):
         judged = (words.change(value["peak"], exact["peak"]), error(results, key))
@@ -109,7 +111,7 @@ def _drives(results: Results) -> PageTable:
         "error of peak",
         *(f"{kind} [{shown_unit('J')}]" for kind in ("ideal work", "work")),
     )
-    return PageTable("Drives", (*head, *_whole(results)), rows)
+    return PageTable("Drives", (*head, *_whole(results)), rows) if rows else None
 
 
 def _heats(results: Results) -> PageTable | None:
@@ -239,10 +241,13 @@ def _plain(value: Any) -> str:
 
 
 def _si_unit(results: Results, path: str) -> str:
-    """Return the SI unit of a parameter; for a prismatic drive m, not rad."""
-    table, _, name = path.partition(".")
-    slides = table == "drives" and results.summary["drives"].get(name.partition(".")[0], {}).get("unit") == "N"
-    return value_unit(path).replace("rad", "m") if slides else value_unit(path)
+    """Return the SI unit of a parameter; for a prismatic joint m, not rad, and N, not N m."""
+    table, name, *_ = [*path.split("."), ""]
+    of_drive = results.summary["drives"].get(name, {}).get("unit") if table == "drives" else None
+    slides = of_drive == "N" or (
+        table not in ("drives", "joints") and "force" in results.summary.get("loads", {}).get(name, {})
+    )
+    return SLIDING.get(unit := value_unit(path), unit) if slides else value_unit(path)
 
 
 def _source(comment: str, si: str) -> str:

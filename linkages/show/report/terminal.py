@@ -73,9 +73,10 @@ def format_table(summary: dict[str, Any]) -> str:
         rows += [("", ""), ("oil (lumped heat balance)", "".join(f"{name:>12s}" for name in _HEAT_HEAD))]
         rows += [(name, "".join(cell(heat[key], 12) for key in _HEAT)) for name, heat in heats.items()]
     for kind in ("drives", "loads"):
-        if shown.get(kind):
+        efforts = list(words.effort_rows(shown, kind))
+        if efforts:
             rows += [("", ""), row(kind.removesuffix("s"), ("ideal peak", "peak", f"work [{shown_unit('J')}]", ""))]
-        for label, key, value, exact in words.effort_rows(shown, kind):
+        for label, key, value, exact in efforts:
             rows.append(row(label, (exact["peak"], value["peak"], value["work"], ""), key))
     for name, value in shown["drives"].items():
         if value.get("fluctuation") is not None:

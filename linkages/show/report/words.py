@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import reduce
 from operator import getitem
 from typing import Any
 
 import tomlkit
 
-from linkages.base.errors import Status
+from linkages.base.errors import Status, listed
 from linkages.input.files.magnitudes import rounded
 from linkages.input.model.experiment import ARGUMENT, COMMAND_LINE
 from linkages.results.characteristics import peaks_by_key
@@ -23,6 +23,9 @@ NONE = "–"  # symbol of an undefined value
 _COMPARED = "outputs", "joints", "drives", "loads"  # numbers that the ideal linkage has too
 _ALIKE = 1e-3  # relative difference from the steady cycle's peak that is neglected
 _SAME = 1e-4  # relative change that is neglected
+_NAMED = 6  # most names in a sentence
+#: Why quantities have no value, by the kind of the warning.
+_VALUELESS = {"indeterminate": "statically indeterminate", "singular": "unbounded"}
 NOTHING = 1e-9  # relative value below which a difference is rounding
 
 
@@ -41,6 +44,25 @@ def _emptied(content: Any) -> Any:
     if isinstance(content, dict):
         return {key: _emptied(value) for key, value in content.items()}
     return content if isinstance(content, str) else None
+
+
+def unknown(peaks: Mapping[str, float | None]) -> list[str]:
+    """Name the quantities without a value, which is not zero."""
+    return [name for name, peak in peaks.items() if peak is None]
+
+
+def some(names: Sequence[str]) -> str:
+    """List names, of many the first ones."""
+    return listed(names if len(names) <= _NAMED else [*names[: _NAMED - 1], f"{len(names) - _NAMED + 1} more"])
+
+
+def reason(warnings: Iterable[Mapping[str, Any]], count: int = 1) -> str:
+    """Tell why quantities have no value, by the kinds of a run's warnings: "are unbounded"."""
+    kinds = {one["kind"] for one in warnings}
+    why = [words for kind, words in _VALUELESS.items() if kind in kinds]
+    if not why:
+        return "has no value" if count == 1 else "have no value"
+    return f"{'is' if count == 1 else 'are'} {' or '.join(why)}"
 
 
 def beyond(summary: dict[str, Any], key: str, of: str = "") -> str:
@@ -97,8 +119,9 @@ def link_rows(shown: dict[str, Any]) -> Iterator[tuple[str, float | None, dict[s
 
 
 def effort_rows(shown: dict[str, Any], kind: str) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any]]]:
-    """Yield label, key of the peak, entry, and entry with ideal joints of the "drives" or "loads"."""
-    for name, entry in shown.get(kind, {}).items():
+    """Yield label, key of the peak, entry, and entry with ideal joints of the "drives" or "loads" that act."""
+    for name in (name for name, entry in shown.get(kind, {}).items() if entry.get("acts", True)):
+        entry = shown[kind][name]
         quantity = "torque" if "torque" in entry else "force"
         unit = entry.get("unit", "N m" if quantity == "torque" else "N")  # the force of a drive is its torque's entry
         label = f"{name} {'force' if unit == 'N' else 'torque'} [{shown_unit(unit)}]"
@@ -125,7 +148,9 @@ def smoothing_lines(summary: dict[str, Any]) -> list[str]:
     """Describe the largest change of a peak force or torque with other smoothing of signals from data files."""
     found = []
     for name, ratios in summary.get("smoothing", {}).items():
-        key, ratio = max(ratios.items(), key=lambda one: abs(one[1] - 1.0), default=("", 1.0))
+        if not ratios:  # no force has a value
+            continue
+        key, ratio = max(ratios.items(), key=lambda one: abs(one[1] - 1.0))
         found.append(
             f"{name} smoothing changes the peaks of forces by at most {100.0 * abs(ratio - 1.0):.2g} % ({key})"
         )

@@ -56,7 +56,7 @@ class Batch(Brief):
     sensitivity : dict of dict of (m, nw, no) arrays
         Derivatives of minimum, maximum, peak, mean, rms and last by path and statistic, in units of the output per unit
         of the value: ``batch.sensitivity[PATH]["peak"]``; NaN where there is none, as beyond the horizon of
-        predictability. Empty unless requested.
+        predictability, or where an extreme is at a jump of its output. Empty unless requested.
     sensitivity_status : list of str
         Why the derivatives of a run end, see `linkages.results.derivatives.MEANING`; empty unless requested.
     """

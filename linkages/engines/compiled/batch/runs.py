@@ -195,7 +195,8 @@ def differentiate_runs(
             except InputError:
                 status[row] = REFUSED
             else:
-                found = np.array([one.rates for one in differentiate_statistics(run, wanted)])
+                each = differentiate_statistics(run, wanted)
+                found = np.array([np.where(one.jump, np.nan, one.rates) for one in each])
                 table[:, :, row] = np.moveaxis(found.reshape(len(table), *shape[1:], len(paths)), 3, 1)
                 status[row] = run.sensitivity.status
         done[row] = 1.0
