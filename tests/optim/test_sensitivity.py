@@ -160,7 +160,7 @@ def test_unknown_shares_are_not_zero_in_the_answer():
     study = load_study(find_study("sevenbar_force"))
     totals = {path: {"total": None} for path in study.paths}
     report = {"quantities": {"force": {"variables": totals}}}
-    assert _answer(study, report) == ["force [N] depends on no variable, or no run gives it."]
+    assert _answer(study, report) == ["force [N] does not vary over the bounds."]
     totals[study.paths[1]] = {"total": 0.25}
     assert _answer(study, report) == [
         f"force [N] depends most on {study.paths[1]}: 25% of the variance, with interactions."
