@@ -13,6 +13,7 @@ from linkages.base.errors import AssemblyError, InputError, RunError, Status
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
 from linkages.engines.methods import expect_run
+from linkages.input.model.experiment_tables import FILM_ACCURACY
 from linkages.input.model.link_tables import MOST_SEGMENTS
 from linkages.laws.heat import NEAR
 from linkages.results.assessment import SMOOTHINGS, Assessment
@@ -28,6 +29,7 @@ from linkages.system.rigid_segments import system_of
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
 _SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, which no comparison shows
+_FILM = 0.25  # ratio of the errors that films with history permit, which are of first order: the run takes four times
 _FEWEST = 50  # steps of the repetition: two runs of few steps omit the same vibrations
 
 
@@ -177,15 +179,19 @@ def tightened(system: System, run: Trajectory, ratio: float) -> System:
     """Return the system for the repetition of a run that estimates its error, with the tolerance times a ratio.
 
     Its longest step is half the run's typical one, because Newton's method or the longest step may limit both runs at
-    any tolerance. It takes at least `_FEWEST` steps. Flexible links get twice as many rigid segments, and films with
-    history half the film step.
+    any tolerance. It takes at least `_FEWEST` steps. Flexible links get twice as many rigid segments. Films with
+    history choose their film step, also where the experiment gives a constant one: a constant one that is longer than
+    an impact has nearly the same error as half of it.
     """
     experiment, times = system.experiment, run.time
     tighter = {
         "solver.accuracy": experiment.solver.accuracy * ratio,
         "solver.max_step": min(_SHORTER * _typical_step(times), times[-1] / _FEWEST),
     }
-    tighter |= {f"joints.{name}.history.step": 0.5 * step for name, step in system.film_steps.items()}
+    for name, step in system.film_steps.items():
+        history = experiment.joints[name].history
+        accuracy = FILM_ACCURACY if history is None or history.accuracy is None else history.accuracy
+        tighter |= {f"joints.{name}.history.step": _SHORTER * step, f"joints.{name}.history.accuracy": _FILM * accuracy}
     if system_of(system, run.columns) is not system:
         counts = {name: experiment.links[name].segments for name in experiment.flexible}
         tighter |= {f"links.{name}.segments": min(2 * count, MOST_SEGMENTS) for name, count in counts.items()}
