@@ -12,9 +12,10 @@ import numpy as np
 from linkages.base.arguments import Names, validated
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, RunError, Status
-from linkages.engines.assessment import simulate, tightened
+from linkages.engines.assessment import simulate
 from linkages.engines.compiled.batch.batch import simulate_batch
 from linkages.engines.compiled.derivatives.neighbours import magnitude_of
+from linkages.engines.repetition import tightened
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs
 from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics, kink_weights

@@ -417,4 +417,9 @@ class SolverTable(Table):
     max_steps: Annotated[int, Field(ge=1, le=5_000_000)] | None = Field(
         None, description="largest number of steps; a run that needs more ends there; default: 5,000,000 [1]"
     )
+    resolve_vibrations: bool = Field(
+        False,
+        description="compiled engine: an implicit method follows vibrations of flexible links that are small against "
+        "the accuracy of positions, as an explicit one does; otherwise it damps them",
+    )
     stabilisation: NonNegative = Field(50.0, description="Drake: decay rate of drive and loop errors [1/s]")
