@@ -290,13 +290,18 @@ def never(problem, t):
 
 
 @kernel
+def unlimited(problem):
+    return np.inf
+
+
+@kernel
 def whole(problem, s, t, h, y, divisions):
     return h
 
 
 IMPLICIT, EXPLICIT = implicit(RADAU_IIA_5, rhs, residual, fill, arrive), explicit(DORMAND_PRINCE_5_4, rhs)
 _drive_implicit, _drive_explicit = (
-    driver(rhs, attempt, signs, settle, observe, never, whole) for attempt in (IMPLICIT, EXPLICIT)
+    driver(rhs, attempt, signs, settle, observe, never, unlimited, whole) for attempt in (IMPLICIT, EXPLICIT)
 )
 
 

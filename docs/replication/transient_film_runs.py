@@ -24,7 +24,8 @@ SWING_STEPS = 80  # at least, in a period of an oscillation
 STEPS, TURNS = 160, 12  # of the press: points in a turn of the crank, and turns
 STROKES = 1.0  # of the press, in a second
 PRESSURES = (0.0, 2e4)  # of the supply of joint A [Pa]
-PRESS_STEPS = (5e-3, 2.5e-3, 1.25e-3)  # film steps [s]; the first one is the default
+ACCURACIES = (1e-2, 1e-3)  # of the film step, beside the default
+ALONG_STEP = 1.25e-3  # constant film step of the run whose orbit `follow` repeats [s]
 MESHES = ((72, 6), (96, 8))  # beside CELLS
 #: Joint A: radial clearance and radius [m], viscosity [Pa s].
 CLEARANCE, RADIUS, VISCOSITY = 0.3e-3, 0.015, iso_vg_viscosity(460, press.SUPPLY)
@@ -176,16 +177,16 @@ def along_the_orbit(run: linkages.Trajectory, pressure: float, turns: int, steps
 
 
 def press_joint() -> dict[str, Any]:
-    """Run the press with the map, and with the history of the film in A for supply pressures, film steps and meshes."""
+    """Run the press with the map, and with the history of the film in A for supply pressures, accuracies of the film step and meshes."""
     times = (TURNS - 1 + np.arange(STEPS + 1) / STEPS) / STROKES
     maps = {pressure: seen_from_crank(press_run(TURNS, pressure), times).place for pressure in PRESSURES}
     usual = {"cells": list(CELLS)}
-    first = press_run(2, 0.0, usual | {"step": PRESS_STEPS[-1]})
+    first = press_run(2, 0.0, usual | {"step": ALONG_STEP})
     found = {
         "maps": {f"{pressure:g}": place.T.tolist() for pressure, place in maps.items()},
         "filling": [_filling_time(press_film(0.0), tuple(maps[0.0][:, k])) for k in range(0, STEPS, STEPS // 10)],
         "runs": {f"{pressure:g}": press_row(pressure, usual) for pressure in PRESSURES},
-        "steps": {f"{step:g}": press_row(0.0, usual | {"step": step}) for step in PRESS_STEPS},
+        "accuracies": {f"{value:g}": press_row(0.0, usual | {"accuracy": value}) for value in ACCURACIES},
         "meshes": {f"{around} x {along}": press_row(0.0, {"cells": [around, along]}) for around, along in MESHES},
         "along": along_the_orbit(first, 0.0, 1, 1600),
     }

@@ -8,6 +8,7 @@
 | budget         | largest number of steps of a run                                            |
 | assessment     | `simulate`; a run with its ideal linkage and error estimate                 |
 | drop           | drop test: the smallest mechanism, with a known impact                      |
+| repetition     | settings of the run that estimates the errors of a run                      |
 | threads        | independent runs in threads                                                 |
 | cluster        | an executor on a Dask cluster                                               |
 | precompilation | plans to compile the engines' kernels on an empty cache                     |

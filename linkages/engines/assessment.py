@@ -6,15 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-import numpy as np
-
 from linkages.base.arguments import Names, validated
-from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
 from linkages.engines.methods import expect_run
-from linkages.input.model.link_tables import MOST_SEGMENTS
+from linkages.engines.repetition import tightened
 from linkages.laws.heat import NEAR
 from linkages.results.assessment import SMOOTHINGS, Assessment
 from linkages.results.derivatives import Wrt
@@ -25,11 +22,8 @@ from linkages.results.outputs.registry import check_outputs, unit
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import check_duration, ideal_motion
-from linkages.system.rigid_segments import system_of
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
-_SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, which no comparison shows
-_FEWEST = 50  # steps of the repetition: two runs of few steps omit the same vibrations
 
 T = TypeVar("T")
 
@@ -191,32 +185,6 @@ def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -
     finer = finer.replaced(part) if part else finer
     tighter = simulate(finer, engine, stage("error estimate"))
     return replace(assessment, tighter=tighter, resmoothed=resmoothed)
-
-
-def tightened(system: System, run: Trajectory, ratio: float) -> System:
-    """Return the system for the repetition of a run that estimates its error, with the tolerance times a ratio.
-
-    Its longest step is half the run's typical one, because Newton's method or the longest step may limit both runs at
-    any tolerance. It takes at least `_FEWEST` steps. Flexible links get twice as many rigid segments, and films with
-    history half the film step.
-    """
-    experiment, times = system.experiment, run.time
-    tighter = {
-        "solver.accuracy": experiment.solver.accuracy * ratio,
-        "solver.max_step": min(_SHORTER * _typical_step(times), times[-1] / _FEWEST),
-    }
-    tighter |= {f"joints.{name}.history.step": 0.5 * step for name, step in system.film_steps.items()}
-    if system_of(system, run.columns) is not system:
-        counts = {name: experiment.links[name].segments for name in experiment.flexible}
-        tighter |= {f"links.{name}.segments": min(2 * count, MOST_SEGMENTS) for name, count in counts.items()}
-    return system.replaced(tighter)
-
-
-def _typical_step(times: Array) -> float:
-    """Median of the steps [s], weighted by their length: longer ones cover half of the time."""
-    steps = np.sort(np.diff(times))
-    covered = np.cumsum(steps)
-    return float(steps[np.searchsorted(covered, 0.5 * covered[-1])])
 
 
 @validated

@@ -13,9 +13,10 @@ from linkages.base.arguments import Names, validated, vector
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, RunError, Status
-from linkages.engines.assessment import simulate, tightened
+from linkages.engines.assessment import simulate
 from linkages.engines.compiled.batch.batch import simulate_batch
 from linkages.engines.compiled.derivatives.neighbours import magnitude_of
+from linkages.engines.repetition import tightened
 from linkages.explore.prediction import STATED, finer, numbers_of, reaches, warnings_of
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs

@@ -127,6 +127,10 @@ def lugre(v: float, bristle: float, joint: np.record) -> float:
     return joint.bristle_stiffness * bristle + fading * lugre_rate(v, bristle, joint)
 
 
+#: Most sliding speeds, of either sign counted, at which a law can have kinks.
+MOST_KINKS = 4
+
+
 class FrictionLaw(NamedTuple):
     """A friction law: coefficient, formula, validity, source."""
 

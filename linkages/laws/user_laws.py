@@ -13,9 +13,10 @@ Registries belong to a process. To transfer laws to another process, send the re
 from __future__ import annotations
 
 import inspect
+import math
 import re
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from types import FunctionType
 from typing import Any, NamedTuple
 
@@ -26,7 +27,7 @@ from linkages.laws.contact.contact_laws import ContactLaw
 from linkages.laws.control import ControlLaw
 from linkages.laws.declared import REGISTRIES, check_parameters, declared
 from linkages.laws.film.films import Film
-from linkages.laws.friction import LUGRE, FrictionLaw
+from linkages.laws.friction import LUGRE, MOST_KINKS, FrictionLaw
 from linkages.laws.parameters import Parameter
 
 _BUILT_IN = {kind: frozenset(registry) for kind, registry in REGISTRIES.items()}
@@ -149,6 +150,7 @@ def register_friction(
     parameters: Sequence[Parameter] | None = None,
     needs: Sequence[str] | None = None,
     bristles: bool = False,
+    kinks: Sequence[str | float] = (),
     formula: str = "",
     valid: str = "",
     source: str = "",
@@ -170,6 +172,10 @@ def register_friction(
     bristles : bool
         Whether the joint gets LuGre's bristles as a state, with `linkages.laws.friction.lugre_rate`. It needs the
         coefficient and has the parameters ``v_1`` and ``bristle_stiffness``, which are added unless declared.
+    kinks : sequence of str or float, optional
+        Sliding speeds at which the slope or the curvature of the coefficient jumps: names of parameters, or numbers
+        [m/s]. The law has them on both sides of zero. Accurate runs and derivatives have steps that end there; without
+        that a step across a kink has an error of the order of its size. Two at most, or zero and one more.
     formula, valid, source : str
         Texts for the tables of the laws.
 
@@ -190,7 +196,7 @@ def register_friction(
     >>> "smooth" in laws.FRICTIONS
     True
     """
-    own = {"coefficient": coefficient, "bristles": bristles, "parameters": parameters, "needs": needs}
+    own = {"coefficient": coefficient, "bristles": bristles, "kinks": kinks, "parameters": parameters, "needs": needs}
     _register("friction", name, **own, formula=formula, valid=valid, source=source)
 
 
@@ -260,7 +266,7 @@ def restore(records: Iterable[Registered]) -> None:
 
 def _register(kind: str, name: str, **arguments: Any) -> None:
     plain = {key: getattr(value, "py_func", value) for key, value in arguments.items()}
-    for key in ("parameters", "needs"):
+    for key in ("parameters", "needs", "kinks"):
         if plain.get(key) is not None:
             plain[key] = tuple(plain[key])
     _add(Registered(kind, name, plain, time.time_ns()))
@@ -303,14 +309,30 @@ def _film(force: Any, parameters: Any, **texts: Any) -> Film:
     return Film(force, parameters=parameters, **texts)
 
 
-def _friction(coefficient: Any, bristles: bool, parameters: Any, needs: Any, **texts: Any) -> FrictionLaw:
+def _friction(coefficient: Any, bristles: bool, kinks: Any, parameters: Any, needs: Any, **texts: Any) -> FrictionLaw:
     _check(coefficient, "v", "bristle", "joint")
     own, needs = declared("friction", parameters, needs)
     if bristles:
         names = {parameter.name for parameter in own}
         own += tuple(p for p in LUGRE if p.name in ("v_1", "bristle_stiffness") and p.name not in names)
         needs = ("coefficient",)
-    return FrictionLaw(coefficient, bristles=bristles, parameters=own, needs=needs, **texts)
+    _check_kinks(kinks, {parameter.name for parameter in own})
+
+    def speeds(values: Mapping[str, float]) -> tuple[float, ...]:
+        return tuple(values[kink] if isinstance(kink, str) else float(kink) for kink in kinks)
+
+    return FrictionLaw(coefficient, bristles=bristles, parameters=own, needs=needs, kinks=speeds, **texts)
+
+
+def _check_kinks(kinks: Sequence[str | float], parameters: Set[str]) -> None:
+    """Reject kinks that are neither parameters nor speeds, and more than a contact has room for."""
+    for kink in kinks:
+        if isinstance(kink, str) and kink not in parameters:
+            raise ValueError(f'kinks: "{kink}" is no parameter of the law; there are {", ".join(sorted(parameters))}')
+        if not isinstance(kink, str) and not 0.0 <= float(kink) < math.inf:
+            raise ValueError(f"kinks: {kink!r} is not a speed of 0 or more [m/s]")
+    if sum(1 if kink == 0 else 2 for kink in kinks) > MOST_KINKS:
+        raise ValueError("kinks: there may be two speeds, or zero and one speed")
 
 
 def _controller(function: Any) -> ControlLaw:

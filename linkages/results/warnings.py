@@ -41,8 +41,8 @@ def warnings(assessment: Assessment, peaks: Peaks, error: Peaks) -> list[dict[st
     return [
         *_singular(sound.singular, () if ideal is None else ideal.singular),
         *_undetermined(sound.indeterminate, () if ideal is None else ideal.indeterminate),
-        *rough(tighter, peaks, error, assessment.noise),
-        *_chaotic(assessment.apart, unknown),
+        *rough(tighter, peaks, error, assessment.noise, refinements(system, run)),
+        *_chaotic(assessment.apart, unknown, refinements(system, run)),
         *outside(system, run, assessment.contacts),
         *_unstretched(system, run),
         *_geared(system),
@@ -88,10 +88,27 @@ def _undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, An
     return [warning("indeterminate", None, what, remedy)]
 
 
-def rough(tighter: Trajectory | None, peaks: Peaks, errors: Peaks, noise: Mapping[str, float]) -> list[dict[str, Any]]:
+def refinements(system: System, run: Trajectory) -> tuple[str, ...]:
+    """Name the settings beside solver.accuracy that reduce the errors of a run, most effective ones first."""
+    experiment, found = system.experiment, list[str]()
+    for name in system.film_steps:
+        history = experiment.joints[name].history
+        if history is None or (history.step is not None and history.accuracy is None):
+            found.append(f"shorten joints.{name}.history.step, or leave it out: the run then chooses the film step")
+        else:
+            found.append(f"reduce joints.{name}.history.accuracy")
+    if system_of(system, run.columns) is not system:
+        found += [f"increase links.{name}.segments" for name in experiment.flexible]
+    return tuple(found)
+
+
+def rough(
+    tighter: Trajectory | None, peaks: Peaks, errors: Peaks, noise: Mapping[str, float], refinements: Sequence[str] = ()
+) -> list[dict[str, Any]]:
     """Warn of peaks whose errors exceed a tenth of them, and of errors that could not be estimated.
 
-    Peaks below the rounding level of their columns count as zero and give no warning.
+    Peaks below the rounding level of their columns count as zero and give no warning. `refinements` name settings
+    that reduce the errors beside the accuracy.
     """
     if tighter is not None and tighter.status is not Status.OK:
         time = float(tighter.time[-1])
@@ -102,14 +119,17 @@ def rough(tighter: Trajectory | None, peaks: Peaks, errors: Peaks, noise: Mappin
     if not changed:
         return []
     names = _listed([f"{100.0 * part:.0f} % of {key}" for key, part in changed])
+    settings = "; ".join([*refinements, "tighten solver.accuracy"])
     remedy = (
-        "tighten solver.accuracy; if that does not reduce them, the motion is too sensitive to its start: "
+        f"{settings}; if that does not reduce them, the motion is too sensitive to its start: "
         "compare statistics of many runs, not peaks"
     )
     return [warning("rough", None, f"the estimated errors are {names}", remedy)]
 
 
-def _chaotic(apart: tuple[float, float] | None, unknown: Sequence[str]) -> list[dict[str, Any]]:
+def _chaotic(
+    apart: tuple[float, float] | None, unknown: Sequence[str], refinements: Sequence[str]
+) -> list[dict[str, Any]]:
     """Warn of peaks without error estimate because a run and its repetition diverge."""
     if apart is None or not unknown:
         return []
@@ -119,6 +139,8 @@ def _chaotic(apart: tuple[float, float] | None, unknown: Sequence[str]) -> list[
         f"{_listed(unknown)} are lower bounds without errors"
     )
     remedy = "compare statistics of many runs, not peaks; or define a window that ends before"
+    if refinements:
+        remedy = f"{'; '.join(refinements)}; if the runs still differ, {remedy}"
     return [warning("rough", apart[0], what, remedy)]
 
 

@@ -33,13 +33,18 @@ class ContactLaws(NamedTuple):
     bristles: Indices
 
 
-def contact_laws(bearings: tuple[BearingSize | None, ...], models: tuple[JointModel, ...]) -> ContactLaws:
-    """Collect the laws of contacts in bearings (or other ones), with these models."""
+def contact_laws(
+    bearings: tuple[BearingSize | None, ...], models: tuple[JointModel, ...], least_force: float = 0.0
+) -> ContactLaws:
+    """Collect the laws of contacts in bearings (or other ones), with these models.
+
+    `least_force` of a film with history: errors of smaller forces do not count [N].
+    """
     records: Records = np.zeros(len(models), PARAMETERS)
     films, profiles, limits = list[Array](), list[Array](), np.zeros(len(models))
     for k, (bearing, joint) in enumerate(zip(bearings, models, strict=True)):
         _fill(records[k], joint, bearing)
-        films.append(_film_table(joint, bearing))
+        films.append(_film_table(joint, bearing, least_force))
         profiles.append(np.concatenate(joint.wear.depths) if joint.is_worn and joint.wear else np.zeros(0))
         limits[k] = _film_limit(joint, records["tilt"][k], films[k])
     return ContactLaws(
@@ -60,7 +65,7 @@ def _tables(films: Sequence[Array], profiles: Sequence[Array]) -> Array:
     return tables
 
 
-def _film_table(joint: JointModel, bearing: BearingSize | None) -> Array:
+def _film_table(joint: JointModel, bearing: BearingSize | None, least_force: float) -> Array:
     """Load the map of a finite film, or lay out its cells if it has a history; empty for a contact without both."""
     if bearing is None or not joint.has_film or joint.is_tilted or FILMS[joint.film].force is not None:
         return np.zeros(0)
@@ -69,7 +74,8 @@ def _film_table(joint: JointModel, bearing: BearingSize | None) -> Array:
         return load_map(MapCase(slenderness, joint.cavitation, joint.feed))
     assert history.step is not None  # `linkages.system.unassembled.Unassembled.models`
     around, along = history.cells
-    return history_table(slenderness, joint.feed, (around, along), history.step, history.content)
+    accuracy = history.accuracy or 0.0  # of a constant film step
+    return history_table(slenderness, joint.feed, (around, along), history.step, history.content, accuracy, least_force)
 
 
 def _film_limit(joint: JointModel, tilt: float, table: Array) -> float:

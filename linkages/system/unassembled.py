@@ -18,7 +18,7 @@ from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.check import check
 from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.experiment_tables import FilmHistory, JointModel
+from linkages.input.model.experiment_tables import FILM_ACCURACY, FilmHistory, JointModel
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
@@ -32,9 +32,7 @@ from linkages.system.tree import Tree, chained
 
 _UNKNOWN = 1.0  # rate for a linkage without motion and forces at the start [rad/s]
 _FILM_STEPS = 200  # of a turn of the fastest drive
-# Longest step over the film step: the content changes between steps; with whole film steps a journal that crosses the
-# cavity overshoots the oil.
-_OF_FILM_STEP = 0.25
+_LEAST_FORCE = 0.03  # force of a film whose errors count, over the forces that the drives need for all masses
 _SAMPLED = 2000  # number of times at which the drives' rates are compared
 
 T = TypeVar("T")
@@ -210,27 +208,22 @@ class Unassembled(Brief):
 
     @cached_property
     def models(self) -> tuple[JointModel, ...]:
-        """Return the joint model of each contact; a film with history has its step."""
+        """Return the joint model of each contact; a film with history has its longest step, and its accuracy if any."""
         play = tuple(self._with_film_step(name) for name, _ in self.tree.contacts)
         return (*play, *unilateral_models(self.tree, self.experiment))
 
     @cached_property
     def film_steps(self) -> dict[str, float]:
-        """Return the film step of each clearance joint whose film has a history [s]."""
+        """Return the longest film step of each clearance joint whose film has a history [s]."""
         joints = {name: self.experiment.joints[name] for name in self.experiment.play}
         histories = {name: joint.history for name, joint in joints.items() if joint.has_history}
         return {name: self._film_step(name, history) for name, history in histories.items() if history is not None}
-
-    @property
-    def longest_film_step(self) -> float:
-        """Return the longest step of a run with these film steps [s]; infinite without films with history."""
-        return _OF_FILM_STEP * min(self.film_steps.values(), default=np.inf)
 
     def _film_step(self, name: str, history: FilmHistory) -> float:
         if history.step is not None:
             return history.step
         if self.drive_rate == 0.0:
-            problem = "is missing: without a prescribed speed it has no default; give about 1/200 of a turn [s]"
+            problem = "is missing: without a prescribed speed it has no default; give 1/200 turn [s], and an accuracy"
             raise InputError(self.experiment.source, f"joints.{name}.history.step", problem)
         return 2.0 * np.pi / (_FILM_STEPS * self.drive_rate)
 
@@ -238,8 +231,9 @@ class Unassembled(Brief):
         model = self.experiment.joints[name]
         if name not in self.film_steps or model.history is None:
             return model
-        history = model.history.model_copy(update={"step": self.film_steps[name]})
-        return model.model_copy(update={"history": history})
+        accuracy = FILM_ACCURACY if model.history.step is None else None
+        chosen = {"step": self.film_steps[name], "accuracy": model.history.accuracy or accuracy}
+        return model.model_copy(update={"history": model.history.model_copy(update=chosen)})
 
     def check_analysis(self, analysis: Analysis) -> None:
         """Refuse an analysis that does not support a model of this system, see `linkages.input.model.capabilities`."""
@@ -249,7 +243,13 @@ class Unassembled(Brief):
     def _contact_laws(self) -> ContactLaws:
         joints = self.mechanism.joint
         bearings = tuple(joints[name].bearing if name in joints else None for name, _ in self.contacts)
-        return self._memory(contact_laws, bearings, self.models)
+        return self._memory(contact_laws, bearings, self.models, self._least_force if self.film_steps else 0.0)
+
+    @property
+    def _least_force(self) -> float:
+        """Return the force of a film below which its errors do not count [N]."""
+        acceleration = self.tree.extent * self.drive_rate**2 + float(np.linalg.norm(self.gravity))
+        return _LEAST_FORCE * acceleration * sum(link.mass for link in self.mechanism.links)
 
     @property
     def laws(self) -> Records:

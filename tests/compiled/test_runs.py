@@ -16,7 +16,7 @@ from shipped import run as run_shipped
 from shipped import shipped
 
 import linkages
-from linkages import simulate
+from linkages import laws, simulate
 from linkages.base.errors import notice
 from linkages.base.kernel import kernel
 from linkages.base.kernel.by_reference import packed, reference
@@ -263,6 +263,38 @@ def test_steps_of_accurate_runs_end_at_kinks_of_friction():
         assert np.all(apart.min(axis=1) < 2e-9 * np.abs(speeds))
         between.append(np.diff(run.time[reversal][apart.argmin(axis=1)]))
     np.testing.assert_allclose(between[0], between[1], rtol=1e-6)
+
+
+def _ramp(v, bristle, joint):
+    """Ambrosio's coefficient, which is built in."""
+    return joint.mu_d * min(max((abs(v) - joint.v_0) / (joint.v_1 - joint.v_0), 0.0), 1.0) * (1.0 if v > 0.0 else -1.0)
+
+
+@pytest.mark.parametrize(("kinks", "limit"), [(["v_0", 1e-3], 1e-12), ([], None)])
+def test_a_user_names_the_kinks_of_a_friction_law(own_registries, kinks, limit):
+    """A copy of a built-in law then has the run and the derivatives of the built-in law; without its kinks it errs."""
+    laws.register_friction("ramp", _ramp, kinks=kinks)
+    path, found = "joints.B.friction.v_0", []
+    for law in ("ambrosio", "ramp"):
+        values = {"duration": 7.3e-4, "solver.accuracy": 1e-10, "joints.B.friction.law": law}
+        system = linkages.load(linkages.find_file("slider_crank_dry.toml"), values)
+        run = linkages.simulate(system, outputs=["slider.ax", "B.force"], wrt=[path])
+        found.append(np.array([run["B.force"][-1], *(run.sensitivity[path][n][-1] for n in ("slider.ax", "B.force"))]))
+    errors = np.abs(found[1] - found[0]) / np.abs(found[0])
+    assert errors.max() < limit if limit else errors.max() > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("kinks", "problem"),
+    [
+        (["v_9"], 'kinks: "v_9" is no parameter of the law'),
+        ([-1.0], "kinks: -1.0 is not a speed of 0 or more"),
+        ([0.0, "v_0", "v_1"], "kinks: there may be two speeds, or zero and one speed"),
+    ],
+)
+def test_wrong_kinks_of_a_friction_law_are_refused(own_registries, kinks, problem):
+    with pytest.raises(ValueError, match=f'friction law "ramp": {problem}'):
+        laws.register_friction("ramp", _ramp, kinks=kinks)
 
 
 UNCOMPILED = """

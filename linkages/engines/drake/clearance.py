@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from pydrake.systems.framework import (
     BasicVector,
@@ -32,6 +34,7 @@ from linkages.mechanics.planar.contacts import (
     approach_at_start,
     fill_landing,
     has_films,
+    longest_film_step,
     make_memory,
 )
 from linkages.mechanics.planar.record_types import WORN
@@ -79,7 +82,7 @@ class ClearanceJoints(LeafSystem):
     a start then evaluates the law without damping; any other approach speed could make the damping arbitrarily large.
     `begin` latches the speeds of contacts that start with the run, because no witness function changes its sign there.
     LuGre friction: the bristles are continuous state. Films that remember: their content is discrete state too, which
-    an event at the start of each step moves to its time; steps of up to `System.longest_film_step` follow it.
+    an event at the start of each step moves to its time; `limit_step` is told how long this step may be.
 
     Parameters
     ----------
@@ -93,6 +96,8 @@ class ClearanceJoints(LeafSystem):
         Names of the contacts, in the order of the ports' entries.
     replaying : bool
         Whether steps of a run are repeated with the content of films that they had.
+    limit_step : callable
+        Called at the start of each step with its longest permitted size [s], if films remember.
     """
 
     def __init__(self, system: System, place: StatePlace) -> None:
@@ -120,6 +125,7 @@ class ClearanceJoints(LeafSystem):
             self.DeclareContinuousState(len(self._bristles))
             needs.add(self.xc_ticket())
         self.replaying = False
+        self.limit_step: Callable[[float], None] = lambda longest: None
         if has_films(self._memory):
             self.DeclarePerStepDiscreteUpdateEvent(update=self._advance_films)
         self._witnesses = [self._witness(int(k)) for k in self._touching]
@@ -166,6 +172,7 @@ class ClearanceJoints(LeafSystem):
             moved = self._remembered(context)
             move_films(self._placed, self._rooms.work, moved, context.get_time(), self._state.Eval(context), False)
             memory.set_value(moved.ravel())
+            self.limit_step(longest_film_step(self._ends, moved))
         return EventStatus.Succeeded()
 
     def _witness(self, k: int) -> WitnessFunction:

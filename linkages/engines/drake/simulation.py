@@ -38,6 +38,8 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     system, simulator = linkage.system, Simulator(diagram)
     linkage.set_initial_state(simulator.get_mutable_context())
     watch = _Watch(linkage, StepControl(simulator, system), progress)
+    if linkage.clearance is not None:
+        linkage.clearance.limit_step = watch.steps.limit
     simulator.set_monitor(watch)
     status = Status.OK
     try:

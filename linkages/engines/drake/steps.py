@@ -41,9 +41,8 @@ _SHORTER = 0.9  # reduction of a repeated step that needed a second attempt
 
 
 def longest_step(system: System) -> float:
-    """Return the longest step [s]: the experiment's, otherwise 20 microseconds with contacts; shorter with films."""
-    longest = system.experiment.solver.max_step or (2e-5 if system.experiment.can_touch else 2e-3)
-    return min(longest, system.longest_film_step)
+    """Return the longest step [s]: the experiment's, otherwise 20 microseconds with contacts."""
+    return system.experiment.solver.max_step or (2e-5 if system.experiment.can_touch else 2e-3)
 
 
 def is_collapse(problem: RuntimeError) -> bool:
@@ -99,6 +98,10 @@ class StepControl:
         """Begin again at the context's state, which has changed, with steps of the last size."""
         self._state = self.simulator.get_context().get_continuous_state_vector().CopyToVector()
         self._restart(self._step or _FIRST * self.largest)
+
+    def limit(self, longest: float) -> None:
+        """Limit the next step [s]; for events at its start."""
+        self._integrator.set_maximum_step_size(min(self.largest, longest))
 
     def advance(self, end: float) -> None:
         """Advance to a time [s], or until the monitor ends the run.

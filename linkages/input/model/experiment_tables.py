@@ -18,6 +18,8 @@ from linkages.laws.viscosity import ISO_VG
 
 #: Least and most cells of a film with history, around it and along half its length.
 FILM_CELLS = (16, 240), (2, 20)
+#: Error of the force of a film with history, over its largest force, from which a run chooses the film step.
+FILM_ACCURACY = 0.003
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # pitch has 2e8 Pa s
@@ -214,7 +216,14 @@ class FilmHistory(Table):
 
     content: Annotated[float, Field(ge=0, le=1)] = Field(1.0, description="film content at t = 0 [1]")
     step: Positive | None = Field(
-        None, description="film step; runs take steps of up to a quarter [s]; default: 1/200 turn of the fastest drive"
+        None,
+        description="film step, constant without accuracy, otherwise the longest one; runs take steps of up to a "
+        "quarter [s]; default: chosen by accuracy, up to 1/200 turn of the fastest drive",
+    )
+    accuracy: Fraction | None = Field(
+        None,
+        description="error of the film's force over the largest force so far, from which a run chooses the film step; "
+        f"default without step: {FILM_ACCURACY} [1]",
     )
     cells: TwoOf[int] = Field(
         [48, 4],
@@ -407,5 +416,10 @@ class SolverTable(Table):
     )
     max_steps: Annotated[int, Field(ge=1, le=5_000_000)] | None = Field(
         None, description="largest number of steps; a run that needs more ends there; default: 5,000,000 [1]"
+    )
+    resolve_vibrations: bool = Field(
+        False,
+        description="compiled engine: an implicit method follows vibrations of flexible links that are small against "
+        "the accuracy of positions, as an explicit one does; otherwise it damps them",
     )
     stabilisation: NonNegative = Field(50.0, description="Drake: decay rate of drive and loop errors [1/s]")

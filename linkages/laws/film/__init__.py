@@ -8,7 +8,8 @@
 | map_nodes      | the films at the nodes of a map                                         |
 | film_map       | which films are given by maps, how a map is built, maps on disk         |
 | tilted_film    | the finite film under a tilted journal, solved at each evaluation       |
-| film_history   | the film whose content is a state: its force, and its steps             |
+| film_history   | the film whose content is a state: its force                            |
+| film_steps     | its steps: the content moves on, the film step follows from its error   |
 | films          | the films by name, and the evaluation of any of them                    |
 
 A film is a function ``film(eps, deps, ew, slenderness) -> (f_n, f_t, extent)``:

@@ -12,7 +12,8 @@ velocity at any instant, which an integrator of any order can use, and D changes
 
     V(t + h) = (1 - h/tau) V(t) + (h/tau) V_implicit,    V = W - D the oil.
 
-The oil thus stays within 0 and W, and its balance holds to round-off in each step. The error is of first order in tau.
+The oil thus stays within 0 and W, and its balance holds to round-off in each step. The error is of first order in tau,
+and the film step follows from it, see `linkages.laws.film.film_steps`.
 
 Passivity: in full cells D >= 0 and the flow that arrives is at most the one of a full film. So the sum of
 p (div(u h) + dW/dt) over the cells is at most the one of p div(h^3/12 grad p), which is not positive: nor is the power
@@ -44,12 +45,13 @@ from linkages.laws.parameters import SHEAR
 
 #: Largest eccentricity ratio of these films; the coarse mesh does not resolve thinner ones.
 LARGEST = GROOVED_LIMIT
-#: Entries of the memory of a film: time of its last step [s], place there (2), and from then on the missing volumes of
-#: the cells and, as a guess that no result depends on, the last solution.
-TIME, PLACE_X, PLACE_Y, MISSING = range(4)
+#: Entries of the memory of a film: time of its last step [s], place there (2), its largest force so far [N], the film
+#: step [s], and from then on the missing volumes of the cells and, as a guess that no result depends on, the last
+#: solution. A state between the steps of a run depends on those from `STEP` on.
+TIME, PLACE_X, PLACE_Y, FORCE, STEP, MISSING = range(6)
 
 _LEAST = 1e-6  # part of a gap that stays where it would close within the film step: there is no cavity then
-_HEAD = 4  # numbers of a table before its arrays
+_HEAD = 6  # numbers of a table before its arrays
 _NO_SHEAR = SHEAR["none"]
 
 
@@ -60,22 +62,33 @@ class Sheet(NamedTuple):
     ends: Array
     zeta: Array
     supply: Array  # pressure of the cells in grooves, over the largest; -1 elsewhere, (n, m)
-    step: float  # film step tau [s]
+    longest: float  # longest film step [s]
     content: float  # film content at the start, 0 to 1
+    accuracy: float  # permitted error of the force, over the largest one; 0: the film step is the longest one
+    least: float  # force that counts as the largest one until a film has a larger one [N]
 
 
 def history_table(
-    slenderness: float, grooves: Sequence[Groove], cells: tuple[int, int], step: float, content: float
+    slenderness: float,
+    grooves: Sequence[Groove],
+    cells: tuple[int, int],
+    step: float,
+    content: float,
+    accuracy: float = 0.0,
+    least: float = 0.0,
 ) -> Array:
     """Lay out a film with history as a row of numbers, which `sheet_of` reads.
 
     From L/D; grooves in the bearing's frame, whose pressures count in parts of the largest; cells around and along half
-    the length, to which edges of grooves add some; film step tau [s]; film content at the start, 0 to 1.
+    the length, to which edges of grooves add some; longest film step [s]; film content at the start, 0 to 1. The film
+    step is the longest one, or with an `accuracy` as long as the error of the force is below this part of the largest
+    force so far, and of the `least` one [N].
     """
     mesh = surface_mesh(slenderness, grooves, around=cells[0], along=cells[1])
     pressures = np.array([groove.pressure for groove in grooves])
     supply = mesh.pressures(pressures / (pressures.max(initial=0.0) or 1.0))
-    return np.concatenate([[*supply.shape, step, content], *map(np.ravel, mesh.geometry), supply.ravel()])
+    numbers = [*supply.shape, step, content, accuracy, least]
+    return np.concatenate([numbers, *map(np.ravel, mesh.geometry), supply.ravel()])
 
 
 @inlined_kernel
@@ -91,6 +104,8 @@ def sheet_of(table: Array) -> Sheet:
         table[zeta + m : zeta + m + n * m].reshape(n, m),
         table[2],
         table[3],
+        table[4],
+        table[5],
     )
 
 
@@ -106,7 +121,13 @@ def remembered_cells(entries: int) -> int:
 
 
 @inlined_kernel
-def _gap(sheet: Sheet, i: int, x: float, y: float) -> float:
+def recorded_entries(entries: int) -> int:
+    """Return the number of entries from `STEP` on that a state depends on, in a memory of so many entries."""
+    return remembered_cells(entries) + (MISSING - STEP if entries > MISSING else 0)
+
+
+@inlined_kernel
+def gap_of(sheet: Sheet, i: int, x: float, y: float) -> float:
     """Volume of the gap in a line of cells, over its length."""
     return sheet.lines[i, 0] - x * sheet.lines[i, 1] - y * sheet.lines[i, 2]
 
@@ -120,6 +141,7 @@ def solve_history(
     Parameters
     ----------
     table, oil : arrays of float
+        The memory has the film step.
     x, y, vx, vy : float
         Eccentricity in the bearing's frame, over the clearance, and its rate there [1/s].
     spin : float
@@ -140,13 +162,13 @@ def solve_history(
     """
     sheet = sheet_of(table)
     n, m = sheet.supply.shape
-    lines, ends, supplies, often = sheet.lines, sheet.ends, sheet.supply, 1.0 / sheet.step
+    lines, ends, supplies, often = sheet.lines, sheet.ends, sheet.supply, 1.0 / oil[STEP]
     known = np.empty((n, m))
     balance = new_balance(known)
     missing = oil[MISSING : MISSING + n * m].reshape(n, m)
     z = oil[MISSING + n * m : MISSING + 2 * n * m].reshape(n, m)
     for i in range(n):
-        gap = often * _gap(sheet, i, x, y)
+        gap = often * gap_of(sheet, i, x, y)
         growth = -vx * lines[i, 1] - vy * lines[i, 2]
         most = max(gap + growth, _LEAST * gap)
         for j in range(m):
@@ -159,7 +181,7 @@ def solve_history(
     settle(film, 0.0, True, z)
     fx, fy, _, _, shear, flow = integrate_film(lines, ends, sheet.zeta, film, 0.0, z)
     if advance > 0.0:
-        kept = 1.0 - advance / sheet.step
+        kept = 1.0 - advance / oil[STEP]
         for i in range(n):
             for j in range(m):  # keeps the arrays alive, too
                 missing[i, j] = kept * missing[i, j] + advance * balance.most[i, j] * max(-z[i, j], 0.0)
@@ -175,7 +197,7 @@ def mean_content(table: Array, oil: Array, x: float, y: float) -> float:
     for i in range(n):
         for j in range(m):
             if sheet.supply[i, j] < 0.0:
-                gap += (sheet.ends[j + 1] - sheet.ends[j]) * _gap(sheet, i, x, y)
+                gap += (sheet.ends[j + 1] - sheet.ends[j]) * gap_of(sheet, i, x, y)
                 missing += oil[MISSING + i * m + j]
     return 1.0 - missing / gap
 
@@ -219,37 +241,3 @@ def history_force(
         couple = -joint.clearance * scale * shear * spin - 0.5 * (ex * fy - ey * fx)
     content, flow = mean_content(table, oil, x, y), joint.clearance * joint.radius**2 * flow
     return fx, fy, couple, 0.0, e - joint.clearance, v_n, sliding, 0.0, content, flow
-
-
-@lazy_kernel
-def advance_film(
-    joint: np.record, table: Array, oil: Array, t: float, ex: float, ey: float, omega_b: float, omega_j: float,
-    angle: float,
-) -> None:  # fmt: skip
-    """Move the missing volumes of a film from the last step to time t, at which the journal is at a place.
-
-    Arguments of `history_force`. The volumes of the gap change by their true amounts: the oil is
-    balanced.
-    """
-    x, y, _, _, _, _ = in_bearing(joint, ex, ey, 0.0, 0.0, omega_b, angle)
-    h = t - oil[TIME]
-    if h > 0.0:
-        u, v = (x - oil[PLACE_X]) / h, (y - oil[PLACE_Y]) / h
-        solve_history(table, oil, x, y, u, v, omega_j - omega_b, supply_of(joint), h)
-        oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y
-
-
-@lazy_kernel
-def start_film(
-    joint: np.record, table: Array, oil: Array, t: float, ex: float, ey: float, angle: float, fresh: bool
-) -> None:
-    """Set time and place of a film's last step, and with ``fresh`` its content to the one at the start of a run."""
-    x, y, _, _, _, _ = in_bearing(joint, ex, ey, 0.0, 0.0, 0.0, angle)
-    sheet = sheet_of(table)
-    n, m = sheet.supply.shape
-    for i in range(n if fresh else 0):
-        for j in range(m):
-            missing = (1.0 - sheet.content) * ((sheet.ends[j + 1] - sheet.ends[j]) * _gap(sheet, i, x, y))
-            oil[MISSING + i * m + j] = missing if sheet.supply[i, j] < 0.0 else 0.0
-            oil[MISSING + n * m + i * m + j] = 0.0
-    oil[TIME], oil[PLACE_X], oil[PLACE_Y] = t, x, y

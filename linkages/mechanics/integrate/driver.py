@@ -15,6 +15,7 @@ settle     ``settle(problem, t, y, event) -> (status, changed)`` is called with 
            and with the event at the end of the step, or -1; it may change y
 stop       ``stop(problem, t) -> time`` is the next time at which a step must end and `settle` may change the state at
            once; infinite if there is none
+limit      ``limit(problem) -> size`` is the longest next step, which may change in `settle`; infinite if there is none
 divide     ``divide(problem, s, t, h, y, divisions) -> size`` shortens an attempted step to end where the equations stop
            being smooth, and attempts it again; h if they are smooth, negative if the attempt failed
 observe    ``observe(problem, observer, t, y, row)`` fills further columns of the record; the last evaluation of
@@ -125,7 +126,7 @@ def _set_scale(s: Stepper, tolerance: Array, relative: float, y: Array) -> None:
         s.scale[i] = tolerance[i] + relative * abs(y[i])
 
 
-def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, stop: Any, divide: Any) -> Any:
+def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, stop: Any, limit: Any, divide: Any) -> Any:
     """Make the function that integrates, from compiled functions; see the table at the head of the module."""
     first_step, land = starter(rhs), lander(attempt, signs)
 
@@ -169,7 +170,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any, stop: 
                 break
             _set_scale(s, tolerance, options.relative, y)
             end = min(options.end, stop(problem, t))
-            h, last = _fitted(h, t, end, options.largest)
+            h, last = _fitted(h, t, end, min(options.largest, limit(problem)))
             error, ratio = attempt(problem, s, t, h, y, False)
             event, size = -1, h
             if error <= 1.0 and ne:

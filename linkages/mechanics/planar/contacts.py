@@ -6,14 +6,8 @@ import numpy as np
 
 from linkages.base.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.film.film_history import (
-    MISSING,
-    advance_film,
-    history_force,
-    memory_of,
-    remembered_cells,
-    start_film,
-)
+from linkages.laws.film.film_history import STEP, history_force, memory_of, recorded_entries
+from linkages.laws.film.film_steps import advance_film, longest_step_of, start_film
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.laws.wear.force import call_worn
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_rate, row_value
@@ -63,7 +57,7 @@ def has_films(memory: Array) -> bool:
 @inlined_kernel
 def recorded_part(memory: Array) -> tuple[int, int]:
     """Return the first of the entries of a film, and their number, that its next step depends on."""
-    return OIL + MISSING, remembered_cells(memory.shape[1] - OIL)
+    return OIL + STEP, recorded_entries(memory.shape[1] - OIL)
 
 
 @kernel
@@ -199,8 +193,19 @@ def start_films(
 def advance_films(
     ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array
 ) -> None:
-    """Move the content of the films that remember to time t and these states."""
+    """Move the content of the films that remember to time t and these states, and choose their film steps."""
     for k in range(len(ends)):
         if ends[k].kind == REMEMBERING:
-            ex, ey, _, _, wb, wj, angle, _ = contact_motion(ends[k], pose, vel)[0]
-            advance_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, wb, wj, angle)
+            ex, ey, vx, vy, wb, wj, angle, _ = contact_motion(ends[k], pose, vel)[0]
+            advance_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, vx, vy, wb, wj, angle)
+
+
+@inlined_kernel
+def longest_film_step(ends: Records, memory: Array) -> float:
+    """Return the longest step of a run that its films allow [s]; infinite without films that remember."""
+    longest = np.inf
+    if has_films(memory):
+        for k in range(len(ends)):
+            if ends[k].kind == REMEMBERING:
+                longest = min(longest, longest_step_of(memory[k, OIL:]))
+    return longest

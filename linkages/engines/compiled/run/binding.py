@@ -26,6 +26,7 @@ from linkages.mechanics.planar.contacts import (
     approach_at_start,
     fill_landing,
     has_films,
+    longest_film_step,
     start_films,
 )
 from linkages.mechanics.planar.joint_friction import is_jammed
@@ -97,6 +98,12 @@ def next_sample(equations: Equations, t: float) -> float:
     return earliest
 
 
+@inlined_kernel
+def longest_step(equations: Equations) -> float:
+    """Return the longest next step that the films with history allow [s]; infinite without them."""
+    return longest_film_step(equations.model.ends, equations.work.memory)
+
+
 @lazy_kernel
 def _sample(equations: Equations, t: float, y: Array) -> None:
     """Give the states that are due at time t their next values, and solve the equations with these."""
@@ -161,7 +168,7 @@ def _observe_outputs(job: Job, t: float, y: Array, out: Array) -> None:
         look(job, t, out)
 
 
-_drive = driver(derivatives, attempt, signs, settle, _observe, next_sample, divide)
+_drive = driver(derivatives, attempt, signs, settle, _observe, next_sample, longest_step, divide)
 
 
 @kernel

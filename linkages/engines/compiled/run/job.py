@@ -74,7 +74,7 @@ def make_given(system: System, outputs: Records, windows: Array, steps: int | No
     """Collect the numbers of a system, with the model of `model_of`; a run has at most `steps`, default `most`."""
     tree, solver, duration = system.tree, system.experiment.solver, system.experiment.duration
     model = model_of(system, outputs)
-    longest = min(solver.max_step or _longest(system), system.longest_film_step)
+    longest = solver.max_step or _longest(system)
     return Given(
         start_state(system),
         solver.accuracy * error_scale(system),

@@ -1,0 +1,61 @@
+"""The repetition of a run that estimates its error: with finer settings it does not omit what the run omits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from linkages.base.arrays import Array
+from linkages.input.model.experiment_tables import FILM_ACCURACY
+from linkages.input.model.link_tables import MOST_SEGMENTS
+from linkages.results.trajectory import Trajectory
+from linkages.system import System
+from linkages.system.rigid_segments import system_of
+
+_SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, which no comparison shows
+_FILM = 0.25  # ratio of the errors that films with history permit, which are of first order: the run takes four times
+_FEWEST = 50  # steps of the repetition
+# Its accuracies with which an implicit method resolves vibrations of flexible links: a looser one omits those that the
+# run omits, and from the finest one on the positions are so accurate that no vibration is small against it.
+_LOOSEST, _FINEST = 1e-6, 1e-10
+
+
+def tightened(system: System, run: Trajectory, ratio: float) -> System:
+    """Return the system for the repetition of a run that estimates its error, with the tolerance times a ratio.
+
+    Its longest step is half the run's typical one, because Newton's method or the longest step may limit both runs at
+    any tolerance. It takes at least `_FEWEST` steps, resolves the vibrations of flexible links, or has twice as many
+    rigid segments. Films with history choose their film step, also where the experiment gives a constant one: a
+    constant one that is longer than an impact has nearly the same error as half of it.
+    """
+    accuracy, times = system.experiment.solver.accuracy * ratio, run.time
+    step = float(min(_SHORTER * _typical_step(times), times[-1] / _FEWEST))
+    finer = {"solver.accuracy": accuracy, "solver.max_step": step} | _finer_films(system)
+    if len(system.tree.modal_frequencies):
+        if system_of(system, run.columns) is not system:
+            finer |= _finer_segments(system)
+        elif accuracy >= _FINEST:
+            finer |= {"solver.accuracy": min(accuracy, _LOOSEST), "solver.resolve_vibrations": True}
+    return system.replaced(finer)
+
+
+def _finer_films(system: System) -> dict[str, float]:
+    """Return the settings of films with history that are finer than those of a system."""
+    finer = dict[str, float]()
+    for name, step in system.film_steps.items():
+        history = system.experiment.joints[name].history
+        accuracy = FILM_ACCURACY if history is None or history.accuracy is None else history.accuracy
+        finer |= {f"joints.{name}.history.step": _SHORTER * step, f"joints.{name}.history.accuracy": _FILM * accuracy}
+    return finer
+
+
+def _finer_segments(system: System) -> dict[str, float]:
+    """Return twice the numbers of rigid segments."""
+    counts = {name: system.experiment.links[name].segments for name in system.experiment.flexible}
+    return {f"links.{name}.segments": min(2 * count, MOST_SEGMENTS) for name, count in counts.items()}
+
+
+def _typical_step(times: Array) -> float:
+    """Median of the steps [s], weighted by their length: longer ones cover half of the time."""
+    steps = np.sort(np.diff(times))
+    covered = np.cumsum(steps)
+    return float(steps[np.searchsorted(covered, 0.5 * covered[-1])])
