@@ -212,13 +212,29 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
     worn = _worn_values(options.worn) if getattr(options, "worn", None) else {}
     values = {**(defaults or {}), **worn, **set_values(options)}
-    system = load(find_file(options.file, ".toml"), values, COMMAND_LINE)
+    file = find_file(options.file, ".toml")
+    system = load(file, values, COMMAND_LINE)
+    _check_set(system, file, values)
     if getattr(options, "units", None) is None:
         show_in(system.experiment.units, (system.experiment.source, "units"))
     if getattr(options, "ideal", False):
         ideal = {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}
         return system.replaced(ideal, COMMAND_LINE)
     return system
+
+
+def _check_set(system: System, file: Path, values: Mapping[str, Any]) -> None:
+    """Refuse a number of the command line that changes nothing in a run, see `linkages.engines.compiled.effects`."""
+    from linkages.engines.compiled.effects import check_set
+    from linkages.input.model.experiment import COMMAND_LINE
+    from linkages.system import load
+
+    for path in values:
+        try:
+            before = load(file, {other: value for other, value in values.items() if other != path}, COMMAND_LINE)
+        except InputError:  # the others need this value
+            continue
+        check_set(system, before, path, COMMAND_LINE)
 
 
 def _worn_values(path: Path) -> dict[str, Any]:

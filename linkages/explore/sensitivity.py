@@ -15,6 +15,7 @@ from linkages.base.errors import InputError, RunError, Status
 from linkages.engines.assessment import simulate, tightened
 from linkages.engines.compiled.batch.batch import simulate_batch
 from linkages.engines.compiled.derivatives.neighbours import magnitude_of
+from linkages.engines.compiled.effects import check_varied, near
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs
 from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics, kink_weights
@@ -131,6 +132,8 @@ def sensitivities(
     if not paths:
         raise InputError("argument", "wrt", "names no value; give dotted paths, such as joints.A.clearance")
     names = list(dict.fromkeys(default_outputs(system) if outputs is None else outputs))
+    for path in paths:
+        check_varied(system, path, near(system, path), "argument", names)
     stage = progress or (lambda name: lambda time: None)
     found = _Differentiated(system, paths, names, stage("run"))
     errors: dict[str, dict[str, float | None]] = {path: dict.fromkeys(found.numbers) for path in paths}

@@ -14,6 +14,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from linkages import InputError, System
 from linkages.base.arrays import Array
+from linkages.engines.compiled.effects import varied
 from linkages.input.files.recorded import Recording, read_recording
 from linkages.input.files.toml import leaves, read_toml, validate
 from linkages.input.files.unit_conversion import read, si
@@ -162,6 +163,8 @@ def load_identification(path: str | Path) -> Identification:
     owners = tuple(one.of for one in unknowns)
     paths = tuple(one.path for one in unknowns)
     names = tuple(file.unknowns)
+    for name, one, values in zip(names, unknowns, rows[:, :3].tolist(), strict=True):
+        _check_effect(path, name, one, values, measurements)
     return Identification(
         path, file, system, measurements, names, paths, owners, lower, upper, start, rows[:, 3:].copy()
     )
@@ -185,6 +188,16 @@ def _unknown(path: Path, name: str, unknown: Unknown, system: System) -> tuple[f
     if deviation <= 0.0:
         raise InputError(path, f"{where}.prior", f"has the deviation {deviation:g}; it must be positive")
     return lower, upper, start, mean, deviation
+
+
+def _check_effect(
+    path: Path, name: str, unknown: Unknown, values: list[float], measurements: tuple[Measurement, ...]
+) -> None:
+    """Refuse an unknown that changes no number of the measured machines."""
+    asked = [one for one in measurements if unknown.of in (None, one.name)]
+    said = [varied(one.system, unknown.path, values, [c.output for c in one.channels]) for one in asked]
+    if said and all(said):
+        raise InputError(path, f"unknowns.{name}.path", f"{unknown.path} {said[0]}")
 
 
 def _number(path: Path, where: str, value: Any, unit: str) -> float:
