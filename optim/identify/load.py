@@ -17,7 +17,7 @@ from linkages.base.arrays import Array
 from linkages.engines.compiled.effects import varied
 from linkages.input.files.recorded import Recording, read_recording
 from linkages.input.files.toml import leaves, read_toml, validate
-from linkages.input.files.unit_conversion import read, si
+from linkages.input.files.unit_conversion import decimal_comma, read, si
 from linkages.input.model.experiment import value_unit
 from linkages.results.outputs.registry import check_output, unit
 from optim.identify.schema import DataFile, Filter, IdentificationFile, MeasuredColumn, Unknown
@@ -204,7 +204,8 @@ def _number(path: Path, where: str, value: Any, unit: str) -> float:
     try:
         found = float(read(value, unit))
     except (TypeError, ValueError) as problem:
-        raise InputError(path, where, str(problem)) from None
+        comma = decimal_comma(value) if isinstance(value, str) else ""
+        raise InputError(path, where, f'is "{value}"{comma}' if comma else str(problem)) from None
     if isinstance(value, bool) or not math.isfinite(found):
         raise InputError(path, where, f"is {value!r}; give a number, or one with a unit between quotes")
     return float(found)

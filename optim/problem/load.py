@@ -19,7 +19,7 @@ from linkages.base.errors import AssemblyError, RunError, nearest
 from linkages.engines.compiled.effects import differ, explained, varied
 from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import leaves, read_toml, validate
-from linkages.input.files.unit_conversion import is_quantity, read
+from linkages.input.files.unit_conversion import decimal_comma, is_quantity, read
 from linkages.results.outputs.registry import check_output
 from optim.problem.scatter import read_scatter
 from optim.problem.schema import LIFE, PointTable, ScatterTable, StudyFile, StudyWindow, Term, Variable
@@ -181,6 +181,8 @@ def _moving(file: StudyFile) -> Mapping[str, Variable | ScatterTable]:
 def _formula(path: Path, where: str, text: Any, known: Mapping[str, Any]) -> Formula:
     if not isinstance(text, str):
         raise InputError(path, where, f"is {text!r}; write a formula between quotes")
+    if comma := decimal_comma(text):
+        raise InputError(path, where, f'is "{text}"{comma}')
     with within(path, where):
         found = parse(text)
     for name in sorted(found.names - set(known)):

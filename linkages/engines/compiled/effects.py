@@ -96,17 +96,19 @@ def near(system: System, path: str) -> list[float]:
     return [value, value * (1.0 + _STEP) if value else _unit(system, path)]
 
 
-def check_set(system: System, before: System, path: str, origin: str | Path) -> None:
-    """Refuse a replaced number that changes nothing; `before` is the system without it.
+def without_effect(system: System, before: System, path: str) -> str:
+    """Say why a replaced number changes nothing; empty if it does. `before` is the system without it.
 
-    Numbers that a run does not read but another command does, and numbers that are not replaced by others, are allowed.
+    Numbers that a run does not read but another command does, and values equal to those before, are allowed.
     """
     new, old = (_numbers_at(one, path) for one in (system, before))
     if new is None or new == old or path.partition(".")[0] in _SETTINGS or set(path.split(".")) & _ELSEWHERE.keys():
-        return
-    with suppress(AssemblyError, RunError):  # the run will report it
-        if not differ(system, before):
-            raise InputError(origin, path, explained(before, path))
+        return ""
+    try:
+        same = not differ(system, before)
+    except (AssemblyError, RunError):  # the run will report it
+        return ""
+    return explained(before, path) if same else ""
 
 
 def differ(one: System, other: System, outputs: Sequence[str] = ()) -> bool:

@@ -8,6 +8,7 @@ may not repeat at all. Without a common period of the drives, or with additional
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -20,7 +21,9 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
 from linkages.engines.assessment import ideal, simulate
+from linkages.engines.compiled.effects import without_effect
 from linkages.input.model.capabilities import Analysis
+from linkages.input.model.experiment import ARGUMENT
 from linkages.input.model.mechanism import Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
@@ -63,11 +66,15 @@ class Session:
         self._drawings: dict[str, tuple[Drawing, dict[str, Any]]] = {}
         self._ideals: dict[tuple[Any, ...], Trajectory | None] = {}
         self._places: dict[str, Places] = {}
+        self._asked: dict[str, Any] = {}  # values of the last request
+        self._texts: dict[str, str] = {}  # those of them that are texts
+        self._acting: set[str] = set()  # paths of numbers that are known to change a run with these texts
 
     def for_page(self) -> Session:
         """Return a session of the same machine for another page; both share drawings and ideal motions."""
         other = copy(self)
         other._ends, other._shown, other._result, other._slow = [], ({}, {}), None, False
+        other._asked, other._texts, other._acting = {}, {}, set()
         return other
 
     def _added(self, values: Mapping[str, Any], system: System, period: float | None) -> dict[str, Any]:
@@ -96,6 +103,7 @@ class Session:
         """
         begun = clock.perf_counter()
         changed = self.system.replaced(values)
+        self._check_effects(values, changed)
         period = _period(changed)
         exact = self._ideal(values, changed, changed.experiment.duration if period is None else period)
         if exact is not None and exact.status is Status.LOCKED and changed.determinate:
@@ -117,6 +125,37 @@ class Session:
         exact = self._ideal(values, changed, part[1] - part[0])
         shown = self._view(values, system, run, exact, part, begun, added, coarse)
         return shown | {"settled": settled, "locked": None}
+
+    def _check_effects(self, values: Mapping[str, Any], changed: System) -> None:
+        """Refuse a number of the file that changes nothing, and any number that is changed alone and changes nothing.
+
+        Numbers that are known to act are not compared again, until a text changes: with another model they need not
+        act. Numbers that the file lacks are proposals of an edit, of which a law may need some only.
+        """
+        texts = {path: value for path, value in values.items() if isinstance(value, str)}
+        if texts != self._texts:
+            self._texts, self._acting = texts, set()
+        before, self._asked = self._asked, dict(values)
+        new = {path for path in values if values[path] != before.get(path)}
+        for path in sorted(values.keys() - self._acting):
+            alone = new == {path}
+            if not alone and not self._has(path):
+                continue
+            kept = {path: before[path]} if alone and path in before else {}
+            others = {other: value for other, value in values.items() if other != path} | kept
+            try:
+                problem = without_effect(changed, self.system.replaced(others), path)
+            except InputError:  # the others need this value
+                continue
+            if problem:
+                raise InputError(ARGUMENT, path, problem)
+            self._acting.add(path)
+
+    def _has(self, path: str) -> bool:
+        """Check whether the file has a number at a path."""
+        with suppress(InputError):
+            return math.isfinite(self.system.value(path))
+        return False
 
     def _run(
         self, system: System, period: float | None, outdated: Callable[[], bool], refine: bool
