@@ -67,14 +67,14 @@ class Session:
         self._ideals: dict[tuple[Any, ...], Trajectory | None] = {}
         self._places: dict[str, Places] = {}
         self._asked: dict[str, Any] = {}  # values of the last request
-        self._texts: dict[str, str] = {}  # those of them that are texts
-        self._acting: set[str] = set()  # paths of numbers that are known to change a run with these texts
+        self._acting: set[str] = set()  # paths of numbers that are known to change a run
+        self._idle: set[str] = set()  # of those that were refused, or not compared yet
 
     def for_page(self) -> Session:
         """Return a session of the same machine for another page; both share drawings and ideal motions."""
         other = copy(self)
         other._ends, other._shown, other._result, other._slow = [], ({}, {}), None, False
-        other._asked, other._texts, other._acting = {}, {}, set()
+        other._asked, other._acting, other._idle = {}, set(), set()
         return other
 
     def _added(self, values: Mapping[str, Any], system: System, period: float | None) -> dict[str, Any]:
@@ -127,27 +127,31 @@ class Session:
         return shown | {"settled": settled, "locked": None}
 
     def _check_effects(self, values: Mapping[str, Any], changed: System) -> None:
-        """Refuse a number of the file that changes nothing, and any number that is changed alone and changes nothing.
+        """Refuse a number that is changed and changes nothing, as long as it is requested.
 
-        Numbers that are known to act are not compared again, until a text changes: with another model they need not
-        act. Numbers that the file lacks are proposals of an edit, of which a law may need some only.
+        Numbers that act are not compared again until a model or law changes, which is allowed to make others idle.
+        Numbers that the file lacks count if they are changed alone: an edit proposes several, of which a law may need
+        some only.
         """
-        texts = {path: value for path, value in values.items() if isinstance(value, str)}
-        if texts != self._texts:
-            self._texts, self._acting = texts, set()
         before, self._asked = self._asked, dict(values)
+        choices, last = (
+            {path: value for path, value in some.items() if isinstance(value, str) and not self._has(path)}
+            for some in (values, before)
+        )
         new = {path for path in values if values[path] != before.get(path)}
-        for path in sorted(values.keys() - self._acting):
-            alone = new == {path}
-            if not alone and not self._has(path):
-                continue
-            kept = {path: before[path]} if alone and path in before else {}
+        if choices != last:
+            self._acting, new = set(), set()
+        asked = {path for path in new if len(new) == 1 or self._has(path)} | (self._idle & values.keys())
+        self._idle = set()
+        for path in sorted(asked - self._acting):
+            kept = {path: before[path]} if new == {path} and path in before else {}
             others = {other: value for other, value in values.items() if other != path} | kept
             try:
                 problem = without_effect(changed, self.system.replaced(others), path)
             except InputError:  # the others need this value
                 continue
             if problem:
+                self._idle = asked
                 raise InputError(ARGUMENT, path, problem)
             self._acting.add(path)
 
