@@ -133,6 +133,8 @@ def _same_motion(one: System, other: System, outputs: Sequence[str]) -> bool:
         return False
     if _counts_from_reference(one) or one.tree.coordinates != other.tree.coordinates:
         return False
+    if np.abs(one.mechanism.basis - other.mechanism.basis).max() > _SAME:
+        return False
     size, owners = one.tree.extent, {name.rpartition(".")[0] for name in outputs}
     parts = [
         (_inertias(each.mechanism), _places(each.mechanism, owners, size), _start(each, size)) for each in (one, other)
