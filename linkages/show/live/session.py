@@ -8,7 +8,6 @@ may not repeat at all. Without a common period of the drives, or with additional
 
 from __future__ import annotations
 
-import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -21,14 +20,13 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
 from linkages.engines.assessment import ideal, simulate
-from linkages.engines.compiled.effects import without_effect
 from linkages.input.model.capabilities import Analysis
-from linkages.input.model.experiment import ARGUMENT
 from linkages.input.model.mechanism import Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import warnings_of_run
+from linkages.show.live.changes import Changes
 from linkages.show.live.pins import Places
 from linkages.show.live.view import columns_of, frames_of, joints_of, numbers_for, poses_of, view
 from linkages.show.live.watch import TimeLimitError, Watch
@@ -66,15 +64,13 @@ class Session:
         self._drawings: dict[str, tuple[Drawing, dict[str, Any]]] = {}
         self._ideals: dict[tuple[Any, ...], Trajectory | None] = {}
         self._places: dict[str, Places] = {}
-        self._asked: dict[str, Any] = {}  # values of the last request
-        self._acting: set[str] = set()  # paths of numbers that are known to change a run
-        self._idle: set[str] = set()  # of those that were refused, or not compared yet
+        self._changes = Changes(system)
 
     def for_page(self) -> Session:
         """Return a session of the same machine for another page; both share drawings and ideal motions."""
         other = copy(self)
         other._ends, other._shown, other._result, other._slow = [], ({}, {}), None, False
-        other._asked, other._acting, other._idle = {}, set(), set()
+        other._changes = Changes(self.system)
         return other
 
     def _added(self, values: Mapping[str, Any], system: System, period: float | None) -> dict[str, Any]:
@@ -103,7 +99,7 @@ class Session:
         """
         begun = clock.perf_counter()
         changed = self.system.replaced(values)
-        self._check_effects(values, changed)
+        self._changes.check(values, changed)
         period = _period(changed)
         exact = self._ideal(values, changed, changed.experiment.duration if period is None else period)
         if exact is not None and exact.status is Status.LOCKED and changed.determinate:
@@ -125,41 +121,6 @@ class Session:
         exact = self._ideal(values, changed, part[1] - part[0])
         shown = self._view(values, system, run, exact, part, begun, added, coarse)
         return shown | {"settled": settled, "locked": None}
-
-    def _check_effects(self, values: Mapping[str, Any], changed: System) -> None:
-        """Refuse a number that is changed and changes nothing, as long as it is requested.
-
-        Numbers that act are not compared again until a model or law changes, which is allowed to make others idle.
-        Numbers that the file lacks count if they are changed alone: an edit proposes several, of which a law may need
-        some only.
-        """
-        before, self._asked = self._asked, dict(values)
-        choices, last = (
-            {path: value for path, value in some.items() if isinstance(value, str) and not self._has(path)}
-            for some in (values, before)
-        )
-        new = {path for path in values if values[path] != before.get(path)}
-        if choices != last:
-            self._acting, new = set(), set()
-        asked = {path for path in new if len(new) == 1 or self._has(path)} | (self._idle & values.keys())
-        self._idle = set()
-        for path in sorted(asked - self._acting):
-            kept = {path: before[path]} if new == {path} and path in before else {}
-            others = {other: value for other, value in values.items() if other != path} | kept
-            try:
-                problem = without_effect(changed, self.system.replaced(others), path)
-            except InputError:  # the others need this value
-                continue
-            if problem:
-                self._idle = asked
-                raise InputError(ARGUMENT, path, problem)
-            self._acting.add(path)
-
-    def _has(self, path: str) -> bool:
-        """Check whether the file has a number at a path."""
-        with suppress(InputError):
-            return math.isfinite(self.system.value(path))
-        return False
 
     def _run(
         self, system: System, period: float | None, outdated: Callable[[], bool], refine: bool
