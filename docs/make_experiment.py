@@ -20,10 +20,14 @@ An experiment is a TOML file that names a [mechanism](glossary.md#mechanism) and
 - **Paths.** Any value can be replaced by its [dotted path](glossary.md#dotted-path): `--set joints.A.clearance=2e-4` on the command line,
   `linkages.load(file, {"joints.A.clearance": 2e-4})` or `system.replaced({...})` in Python. `system.value(path)` returns it.
 - **Values of the SDF file** have paths with `sdf.`: `sdf.links.link2.mass` [kg], `sdf.links.link2.inertia` (about the plane's normal) [kg m2],
-  `sdf.links.link2.com.x` [m], `sdf.frames.crank1_A.pose.x` [m] (a length of a link), `sdf.joints.A.bearing.radius` [m],
+  `sdf.links.link2.com.x` [m], `sdf.frames.crank1_A.pose.x` [m] (a length of a link whose joint A is at this frame), `sdf.joints.A.bearing.radius` [m],
   `sdf.links.rod.beam.height` [m], `sdf.links.rod.beam.youngs_modulus` [Pa]. The beam of a link determines its mass. A joint without a bearing gets
   one by both `bearing.radius` and `bearing.length`, a guide its slot by `slot.length` and `slot.height`, a link
   between two pins its beam by `beam.width`, `beam.height`, `beam.youngs_modulus` and `beam.density`.
+- **A number that changes nothing in a run** is refused by `--set`, `--vary`, `--wrt`, studies, identification and the live page: the place of a frame that only the drawing
+  uses, a parameter of another law, a value across the plane. The message names the path that acts. Numbers of wear, heat and warnings, solver settings and
+  windows are not refused by `--set`, nor is the present value.
+- **Decimal sign.** It is a point: `0,2 mm` is refused.
 
 ## Drives
 

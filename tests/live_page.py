@@ -24,6 +24,9 @@ class Page:
     def one(self, selector):
         return self.browser.find_element(By.CSS_SELECTOR, selector)
 
+    def all(self, selector):
+        return self.browser.find_elements(By.CSS_SELECTOR, selector)
+
     def wait(self, found):
         return WebDriverWait(self.browser, _PATIENCE, 0.05).until(lambda _: found())
 

@@ -12,6 +12,7 @@ import errno
 import gc
 import importlib.metadata
 import os
+import re
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -22,6 +23,7 @@ from linkages.base.signals import interruptible
 from linkages.cli import commands
 from linkages.cli.options import as_presented
 from linkages.cli.progress import be_quiet, heartbeat
+from linkages.input.files.unit_conversion import decimal_comma
 
 if TYPE_CHECKING:
     from linkages.results.trajectory import Trajectory
@@ -83,7 +85,9 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise an `InputError` for the command line."""
-        raise InputError(self.prog, "", f"{message}; see {self.prog} --help")
+        wrong = re.search(r"value: '(.*)'$", message)
+        comma = decimal_comma(wrong[1]) if wrong else ""
+        raise InputError(self.prog, "", f"{message}{comma or f'; see {self.prog} --help'}")
 
     def parse_known_args(  # type: ignore[override]  # argparse tells namespaces of several types apart
         self, args: Sequence[str] | None = None, namespace: Any = None

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
 from linkages.cli import commands
-from linkages.input.files.unit_conversion import is_quantity, read, si, si_unit
+from linkages.input.files.unit_conversion import decimal_comma, is_quantity, read, si, si_unit
 from linkages.input.files.writing import OutputFolder, write_json
 from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
 
@@ -181,13 +181,30 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
     worn = _worn_values(options.worn) if getattr(options, "worn", None) else {}
     values = {**(defaults or {}), **worn, **set_values(options)}
-    system = load(find_file(options.file, ".toml"), values, COMMAND_LINE)
+    file = find_file(options.file, ".toml")
+    system = load(file, values, COMMAND_LINE)
+    _check_set(system, file, values)
     if getattr(options, "units", None) is None:
         show_in(system.experiment.units, (system.experiment.source, "units"))
     if getattr(options, "ideal", False):
         ideal = {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}
         return system.replaced(ideal, COMMAND_LINE)
     return system
+
+
+def _check_set(system: System, file: Path, values: Mapping[str, Any]) -> None:
+    """Refuse a number of the command line that changes nothing in a run, see `linkages.engines.compiled.effects`."""
+    from linkages.engines.compiled.effects import without_effect
+    from linkages.input.model.experiment import COMMAND_LINE
+    from linkages.system import load
+
+    for path in values:
+        try:
+            before = load(file, {other: value for other, value in values.items() if other != path}, COMMAND_LINE)
+        except InputError:  # the others need this value
+            continue
+        if problem := without_effect(system, before, path):
+            raise InputError(COMMAND_LINE, path, problem)
 
 
 def _worn_values(path: Path) -> dict[str, Any]:
@@ -339,7 +356,8 @@ def number(where: str, text: str, unit: str) -> float:
         value = float(read(text, unit) if unit else text)
     except ValueError as problem:
         said = str(problem)
-        raise InputError(where, "", said if said.startswith("is ") else f'is "{text}"; give a number') from None
+        remedy = decimal_comma(text) or "; give a number"
+        raise InputError(where, "", said if said.startswith("is ") else f'is "{text}"{remedy}') from None
     if not math.isfinite(value):
         raise InputError(where, "", f'is "{text}"; give a finite number')
     return value

@@ -17,6 +17,7 @@ from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.disk import keep, kept
 from linkages.base.errors import InputError, Status
+from linkages.engines.compiled.effects import check_varied
 from linkages.explore.sections import Section, checked
 from linkages.explore.sweep import SweepPoint, points_of
 from linkages.input.files.writing import errors_of_writing
@@ -141,6 +142,8 @@ def sweep_grid(
         raise InputError("argument", path if not firsts else other_path, "has no values")
     corners = [{paths[0]: a, paths[1]: b} for a in (firsts[0], firsts[-1]) for b in (seconds[0], seconds[-1])]
     checked([system.replaced(corner, origin) for corner in corners], names, revolutions, transient, drive)
+    for one, given in zip(paths, (firsts, seconds), strict=True):
+        check_varied(system, one, [min(given), max(given)], origin, names)
     base = f"{identity(system)} {(paths, seconds, tuple(names), revolutions, transient, drive)}"
     stores = [_RowStore(folder, k, f"{base} {first!r}") for k, first in enumerate(firsts)]
     rows = [store.read(seconds) for store in stores]

@@ -16,6 +16,7 @@ from linkages.base.errors import InputError, RunError, Status
 from linkages.engines.assessment import simulate
 from linkages.engines.compiled.batch.batch import simulate_batch
 from linkages.engines.compiled.derivatives.neighbours import magnitude_of
+from linkages.engines.compiled.effects import check_varied, near
 from linkages.engines.repetition import tightened
 from linkages.explore.prediction import STATED, finer, numbers_of, reaches, warnings_of
 from linkages.results.derivatives import MEANING, OK
@@ -151,6 +152,8 @@ def sensitivities(
     if not paths:
         raise InputError("argument", "wrt", "names no value; give dotted paths, such as joints.A.clearance")
     names = list(dict.fromkeys(default_outputs(system) if outputs is None else outputs))
+    for path in paths:
+        check_varied(system, path, near(system, path), "argument", names)
     stage = progress or (lambda name: lambda time: None)
     span = (0.0, system.experiment.duration) if window is None else (float(window[0]), float(window[-1]))
     found = _Differentiated(system, paths, names, span, stage("run"))

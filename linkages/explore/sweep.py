@@ -10,6 +10,7 @@ from linkages.base.arguments import Count, Names, Whole, validated, vector
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, Status
+from linkages.engines.compiled.effects import check_varied
 from linkages.engines.threads import in_threads
 from linkages.explore.sections import Section, checked, horizon, sections
 from linkages.input.model.experiment import ARGUMENT
@@ -139,6 +140,7 @@ def sweep(
     if len(values) == 0:
         raise InputError("argument", path, "has no values")
     systems = [system.replaced({path: float(value)}, origin) for value in values]
+    check_varied(system, path, [min(values), max(values)], origin, names)
     wanted = [k for k, case in enumerate(systems) if horizons and case.experiment.can_touch]
     share = 0.5 if wanted else 1.0  # a horizon takes about the same time again
     look = None if progress is None else lambda done: progress(share * done)

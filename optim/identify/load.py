@@ -14,9 +14,10 @@ from scipy.signal import butter, sosfiltfilt
 
 from linkages import InputError, System
 from linkages.base.arrays import Array
+from linkages.engines.compiled.effects import varied
 from linkages.input.files.recorded import Recording, read_recording
 from linkages.input.files.toml import leaves, read_toml, validate
-from linkages.input.files.unit_conversion import read, si
+from linkages.input.files.unit_conversion import decimal_comma, read, si
 from linkages.results.outputs.registry import check_output, unit
 from optim.identify.schema import DataFile, Filter, IdentificationFile, MeasuredColumn, Unknown
 from optim.problem.load import shipped_or_beside, within
@@ -161,6 +162,8 @@ def load_identification(path: str | Path) -> Identification:
     owners = tuple(one.of for one in unknowns)
     paths = tuple(one.path for one in unknowns)
     names = tuple(file.unknowns)
+    for name, one, values in zip(names, unknowns, rows[:, :3].tolist(), strict=True):
+        _check_effect(path, name, one, values, measurements)
     return Identification(
         path, file, system, measurements, names, paths, owners, lower, upper, start, rows[:, 3:].copy()
     )
@@ -186,11 +189,22 @@ def _unknown(path: Path, name: str, unknown: Unknown, system: System) -> tuple[f
     return lower, upper, start, mean, deviation
 
 
+def _check_effect(
+    path: Path, name: str, unknown: Unknown, values: list[float], measurements: tuple[Measurement, ...]
+) -> None:
+    """Refuse an unknown that changes no number of the measured machines."""
+    asked = [one for one in measurements if unknown.of in (None, one.name)]
+    said = [varied(one.system, unknown.path, values, [c.output for c in one.channels]) for one in asked]
+    if said and all(said):
+        raise InputError(path, f"unknowns.{name}.path", f"{unknown.path} {said[0]}")
+
+
 def _number(path: Path, where: str, value: Any, unit: str) -> float:
     try:
         found = float(read(value, unit))
     except (TypeError, ValueError) as problem:
-        raise InputError(path, where, str(problem)) from None
+        comma = decimal_comma(value) if isinstance(value, str) else ""
+        raise InputError(path, where, f'is "{value}"{comma}' if comma else str(problem)) from None
     if isinstance(value, bool) or not math.isfinite(found):
         raise InputError(path, where, f"is {value!r}; give a number, or one with a unit between quotes")
     return float(found)

@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from linkages import Experiment, InputError, System, find_file, load
-from linkages.base.errors import nearest
+from linkages.base.errors import AssemblyError, RunError, nearest
+from linkages.engines.compiled.effects import differ, explained, varied
 from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import leaves, read_toml, validate
-from linkages.input.files.unit_conversion import is_quantity, read
+from linkages.input.files.unit_conversion import decimal_comma, is_quantity, read
 from linkages.results.outputs.registry import check_output
 from optim.problem.scatter import read_scatter
 from optim.problem.schema import LIFE, PointTable, ScatterTable, StudyFile, StudyWindow, Term, Variable
@@ -108,6 +109,7 @@ def load_study(path: str | Path) -> Study:
         scatter,
     )
     _check_quantities(study)
+    _check_effects(study)
     return study
 
 
@@ -179,6 +181,8 @@ def _moving(file: StudyFile) -> Mapping[str, Variable | ScatterTable]:
 def _formula(path: Path, where: str, text: Any, known: Mapping[str, Any]) -> Formula:
     if not isinstance(text, str):
         raise InputError(path, where, f"is {text!r}; write a formula between quotes")
+    if comma := decimal_comma(text):
+        raise InputError(path, where, f'is "{text}"{comma}')
     with within(path, where):
         found = parse(text)
     for name in sorted(found.names - set(known)):
@@ -277,3 +281,28 @@ def _check_life(study: Study, where: str, term: Term) -> None:
     for point in study.points:
         with within(study.source, f"lives.{name}"):
             check_life(point.system, lives[name].until, lives[name].drive)
+
+
+def _check_effects(study: Study) -> None:
+    """Refuse variables and scattering values that change no number of any operating point."""
+    terms = [term.output for _, _, quantity in study.quantities for term in quantity.terms or ()]
+    outputs = [name for name in terms if not name.startswith((LIFE, "ideal."))]
+    for k, (name, path) in enumerate(zip(study.names, study.paths, strict=True)):
+        if path.startswith("scatter.") or (study.file.lives and ".wear." in path):
+            continue
+        low, high = study.nominal.copy(), study.nominal.copy()
+        low[k], high[k] = study.lower[k], study.upper[k]
+        try:
+            acts = any(differ(study.system(low, one), study.system(high, one), outputs) for one in study.points)
+        except (InputError, AssemblyError, RunError):  # the designs report it
+            continue
+        if not acts:
+            kind = "scatter" if study.file.sampled else "variables"
+            problem = f"{path} {explained(study.points[0].system, path)}"
+            raise InputError(study.source, f"{kind}.{name}.path", problem)
+    if study.scatter is not None and not study.file.sampled:
+        for name, ends in zip(study.scatter.names, study.scatter.bounds().T.tolist(), strict=True):
+            path = study.file.scatter[name].path
+            if all(varied(one.system, path, ends, outputs) for one in study.points):
+                problem = f"{path} {explained(study.points[0].system, path)}"
+                raise InputError(study.source, f"scatter.{name}.path", problem)

@@ -14,7 +14,7 @@ import numpy as np
 from linkages import InputError, System, fit
 from linkages.base.arrays import Array
 from linkages.base.errors import nearest
-from linkages.input.files.unit_conversion import read
+from linkages.input.files.unit_conversion import decimal_comma, read
 from optim.problem.distributions import Marginal, of_file, of_fit, of_shape
 from optim.problem.schema import SHAPES, ScatterTable, StudyFile
 
@@ -150,7 +150,8 @@ def _numbers(given: list[Any], kind: str, unit: str) -> list[float]:
     found = [*given[:pure], *read(given[pure:], unit)]
     for number in found:
         if not isinstance(number, int | float):
-            raise ValueError(f'is "{number}"; give a number, or a number with its unit such as "0.1 mm"')
+            remedy = decimal_comma(str(number)) or '; give a number, or a number with its unit such as "0.1 mm"'
+            raise ValueError(f'is "{number}"{remedy}')
     return [float(number) for number in found]
 
 

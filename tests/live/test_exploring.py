@@ -183,3 +183,34 @@ def test_a_warning_has_its_remedy(answers, ask):
     assert warned[0]["remedies"] == [{"label": "A.film = finite", "values": {"joints.A.film": "finite"}}]
     ask(of, "run", values=values | warned[0]["remedies"][0]["values"])
     assert not [one for one in ask(of, "warnings")["warnings"] if "outside its validity" in one["text"]]
+
+
+LARGE = 10**400  # no floating-point number
+STRANGE = {
+    "a place that is too far": ("move", {"joint": "A", "to": [LARGE, 0], "phase": 0}),
+    "a phase that is too large": ("move", {"joint": "A", "to": [0, 0], "phase": LARGE}),
+    "an end of a sweep": ("sweep", {"path": "drives.O1.speed", "low": 1, "high": LARGE, "count": 5}),
+    "a number of runs of a sweep": ("sweep", {"path": "drives.O1.speed", "low": 1, "high": 2, "count": LARGE}),
+    "a list for a path": ("sensitivities", {"paths": [["x"]]}),
+    "a table for a path": ("sensitivities", {"paths": [{"x": 1}]}),
+    "a deviation": ("tolerances", {"runs": 2, "spreads": {"joints.A.clearance": LARGE}}),
+    "a number of machines": ("tolerances", {"runs": LARGE}),
+    "a value": ("run", {"values": {"joints.A.clearance": LARGE}}),
+}
+
+
+@pytest.mark.parametrize("case", STRANGE)
+def test_numbers_and_paths_that_are_none_are_refused(answers, case):
+    kind, request = STRANGE[case]
+    assert answers("seven_bar").answer(kind, request)["error"]
+
+
+def test_values_without_effect_are_named_and_the_others_are_explored(answers):
+    """A bearing's length has an effect on its film alone."""
+    of = answers("slider_crank_lubricated", duration=0.02)
+    idle = "sdf.joints.A.bearing.length"
+    found = of.answer("sensitivities", {"paths": ["joints.B.viscosity", idle]})
+    assert [*found["changes"]] == ["joints.B.viscosity"]
+    assert found["without"][idle].endswith("joint A is ideal; give it a clearance with joints.A.model")
+    assert "joint A is ideal" in of.answer("sweep", {"path": idle})["error"]
+    assert "joint A is ideal" in of.answer("sensitivities", {"paths": [idle]})["error"]

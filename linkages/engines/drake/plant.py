@@ -64,7 +64,7 @@ def tree_sdf(tree: Tree) -> str:
         if joint.child == "world":  # not in plain SDFormat: the same coordinate about the opposite axis
             joint = replace(joint, parent="world", child=joint.parent, axis=-joint.axis)
         joints.append(replace(joint, position=place, position_on_parent=place, bearing=None, slot=None))
-    return sdf_text(RawModel(mechanism.name, tuple(links), tuple(joints), {}, {}))
+    return sdf_text(RawModel(mechanism.name, tuple(links), tuple(joints), {}, {}), at_frames=False)
 
 
 def drawn_shifts(tree: Tree) -> dict[str, Array]:

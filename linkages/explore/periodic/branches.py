@@ -10,6 +10,7 @@ import numpy as np
 from linkages.base.arguments import Names, validated
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, Status
+from linkages.engines.compiled.effects import check_varied
 from linkages.explore.periodic.continuation import Settings, Solution, rescaled, solve
 from linkages.explore.periodic.motion import PeriodicMotion, made
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
@@ -178,6 +179,7 @@ def branches(
         raise InputError(origin, path, f"the first motion's value {first:g} is not from {low:g} to {high:g}")
     for value in (low, high, first):
         system.replaced({path: value}, origin)
+    check_varied(system, path, [low, high], origin, outputs)
     outputs = tuple(outputs)
     pack(system, outputs)
     search = _BranchSearch(system, path, low, high, step, accuracy, tolerance, outputs, progress or (lambda done: None))

@@ -75,16 +75,19 @@ def redrawn(
             raise InputError(path, f"sdf.{key}", f"there is no such parameter; {nearest(key, drawn.parameters)}")
     if not overrides:
         return model, drawn.parameters, drawn.units
-    if _content(_element(path, drawn)) != _content(model):
+    layouts = [
+        at_frames for at_frames in (True, False) if _content(_element(path, drawn, at_frames)) == _content(model)
+    ]
+    if not layouts:
         problem = "the model no longer agrees with its description; write it again with `linkages new --from`"
         raise InputError(path, "<linkages:description>", f"{problem}, or replace values of its links instead")
     own = {key.partition(".")[2]: value for key, value in overrides.items()}
     other = described(path, name, data | {"parameters": data.get("parameters", {}) | own}, stored=True)
-    return _element(path, other), other.parameters, drawn.units
+    return _element(path, other, layouts[0]), other.parameters, drawn.units
 
 
-def _element(path: Path, drawn: Described) -> ET.Element:
-    return parse_xml(path, sdf_text(drawn.model, (), drawn.text).encode())[0]
+def _element(path: Path, drawn: Described, at_frames: bool) -> ET.Element:
+    return parse_xml(path, sdf_text(drawn.model, (), drawn.text, at_frames).encode())[0]
 
 
 def _content(element: ET.Element) -> tuple[Any, ...]:

@@ -12,13 +12,13 @@ from typing import Annotated, Any, ClassVar, Self, TypeVar, cast
 
 import tomlkit
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
-from tomlkit.exceptions import TOMLKitError
+from tomlkit.exceptions import ParseError, TOMLKitError
 
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.magnitudes import implausible
 from linkages.input.files.reading import read_whole
 from linkages.input.files.table_keys import bracketed, inner_table, is_number, names_taken, taken_keys
-from linkages.input.files.unit_conversion import read, read_either
+from linkages.input.files.unit_conversion import decimal_comma, read, read_either
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -28,7 +28,6 @@ T = TypeVar("T")
 TwoOf = Annotated[list[T], Field(min_length=2, max_length=2)]
 
 _DEEPEST = 20  # most levels of nesting (reading recurses)
-_COMMA = re.compile(r"=\s*[-+]?\d+,\d")  # a decimal comma
 _LONGEST = 80  # most characters of a wrong value in a message
 
 
@@ -94,10 +93,16 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
     except RecursionError:
         raise InputError(path, "", "is nested too deeply") from None
     except (TOMLKitError, ValueError) as problem:  # ValueError: not UTF-8, or a number with too many digits
-        place = getattr(problem, "line", None)
-        lines = data.decode("utf-8", "replace").splitlines()[place - 1 : place] if place else []
-        remedy = "; write numbers with a decimal point" if any(map(_COMMA.search, lines)) else ""
-        raise InputError(path, "", f"is not valid TOML: {problem}{remedy}") from None
+        raise InputError(path, "", f"is not valid TOML: {problem}{_comma_at(problem, data)}") from None
+
+
+def _comma_at(problem: Exception, data: bytes) -> str:
+    """Say that the value of the line that is not valid has a decimal comma."""
+    if not isinstance(problem, ParseError):
+        return ""
+    line = data.decode("utf-8", "replace").splitlines()[problem.line - 1 : problem.line]
+    value = "".join(line).partition("=")[2].partition("#")[0]
+    return decimal_comma(value)
 
 
 def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: str) -> None:
@@ -233,8 +238,8 @@ def _explain(model: type[Table], data: Mapping[str, Any], error: Any) -> str:
     message = (
         message.replace("be a valid i", "be an i").replace("be a valid ", "be a ").replace(" after validation", "")
     )
-    shown = repr(value)
-    return f"is {shown if len(shown) <= _LONGEST else shown[:_LONGEST] + '...'}; {message}{meaning}"
+    shown, comma = repr(value), decimal_comma(value) if isinstance(value, str) else ""
+    return f"is {shown if len(shown) <= _LONGEST else shown[:_LONGEST] + '...'}{comma or f'; {message}'}{meaning}"
 
 
 def _table_at(model: type[Table], data: Any, loc: tuple[Any, ...]) -> tuple[type[Table], Any]:

@@ -14,8 +14,9 @@ _NUMBER = rf"[-+]?{_FRACTION}"
 _NAME = r"[A-Za-zµμ°%]+"
 _FACTOR = rf"{_NAME}(?:\^?-?\d)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*((?:1\s*/\s*)?{_FACTOR}(?:\s*[ */·]\s*{_FACTOR})*)\s*")
-_COMMA = re.compile(r"(\s*[-+]?\d+),(\d+(?:[eE][-+]?\d+)?(?:\s*[^\d\s,].*)?\s*)")  # 0,2 mm
 _IN_FORMULA = re.compile(rf"(?<![\w.])({_FRACTION})\s*({_FACTOR})(?![\w.(])")
+
+_WITH_COMMA = re.compile(r"([-+]?\d+),(\d+(?:[eE][-+]?\d+)?)(\s*[A-Za-zµμ°%].*)?")
 
 #: SI units, one of each usual kind.
 _SI = ("m", "rad", "kg", "kg m2", "Pa", "kg/m3", "m2", "m4", "s", "rad/s", "m/s", "N", "N m", "N/m", "N m/rad")
@@ -36,6 +37,19 @@ def is_quantity(text: str) -> bool:
     return _QUANTITY.fullmatch(text) is not None
 
 
+def decimal_comma(text: str) -> str:
+    """Say how a number with a decimal comma is written, as the end of a message; empty for other texts.
+
+    Examples
+    --------
+    >>> from linkages.input.files.unit_conversion import decimal_comma
+    >>> decimal_comma("0,2 mm")
+    '; it has a decimal comma: write 0.2 mm'
+    """
+    found = _WITH_COMMA.fullmatch(text.strip())
+    return f"; it has a decimal comma: write {found[1]}.{found[2]}{found[3] or ''}" if found else ""
+
+
 def si(text: str, unit: str = "") -> float:
     """Read a number with its unit, in `unit` (default: SI units of any dimension).
 
@@ -51,9 +65,8 @@ def si(text: str, unit: str = "") -> float:
     """
     found = _QUANTITY.fullmatch(text)
     if found is None:
-        if comma := _COMMA.fullmatch(text):
-            raise ValueError(f'is "{text}"; write a decimal point, "{comma[1]}.{comma[2]}"')
-        raise ValueError(f'is "{text}"; give a number, or a number with its unit such as "0.1 mm"')
+        remedy = decimal_comma(text) or '; give a number, or a number with its unit such as "0.1 mm"'
+        raise ValueError(f'is "{text}"{remedy}')
     units = _registry()
     above, _, below = found[1].partition("/")
     try:
@@ -88,7 +101,7 @@ def read(value: Any, unit: str) -> Any:
     """Convert every quantity in a value or list to its number in `unit`; other items are unchanged."""
     if isinstance(value, list):
         return [read(item, unit) for item in value]
-    return si(value, unit) if isinstance(value, str) and (is_quantity(value) or _COMMA.fullmatch(value)) else value
+    return si(value, unit) if isinstance(value, str) and is_quantity(value) else value
 
 
 def read_either(value: Any, unit: str) -> Any:

@@ -18,14 +18,14 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, create
 
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief
-from linkages.base.errors import InputError
+from linkages.base.errors import InputError, shortened
 from linkages.elements.machine import KINDS
 from linkages.elements.spring import Spring
 from linkages.elements.torsion_spring import TorsionSpring
 from linkages.input.files.beams import MATERIAL, SECTIONS
 from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leaves, read_toml, replace_values, validate
-from linkages.input.files.unit_conversion import read
+from linkages.input.files.unit_conversion import decimal_comma, read
 from linkages.input.model import load_tables as tables
 from linkages.input.model.drive_tables import Drive, GearboxBacklash
 from linkages.input.model.experiment_tables import JointModel, RunWindow, SolverTable
@@ -211,7 +211,9 @@ class Experiment(Brief, Table):
             except ValueError as problem:
                 raise InputError(source, f"sdf.{path}", str(problem)) from None
             if isinstance(number, bool) or not isinstance(number, int | float):
-                raise InputError(source, f"sdf.{path}", "must be a number")
+                comma = decimal_comma(value) if isinstance(value, str) else ""
+                what = f"is {shortened(repr(value))}{comma or '; it must be a number'}"
+                raise InputError(source, f"sdf.{path}", what)
             result[path] = float(number)
         return result
 

@@ -1,4 +1,4 @@
-"""Default shape of a link without visuals: bars between its joints and frames, and the plate they span."""
+"""Default shape of a link without visuals: bars between its joints and other points, and the plate they span."""
 
 from __future__ import annotations
 
@@ -56,10 +56,16 @@ def color_of(mechanism: Mechanism, name: str) -> str:
 
 
 def _places(mechanism: Mechanism, link: Link, same: float) -> Array:
-    """Return the joints and frames of a link (n, 2), or its mass centre."""
+    """Return the joints and frames of a link (n, 2), or its mass centre.
+
+    A frame that is named after the link and one of its joints stands for the joint, whose own place counts: written
+    files of earlier versions do not move both together.
+    """
     ends = [end for j in mechanism.joints for end in ((j.parent, j.on_parent), (j.child, j.on_child))]
+    own = {f"{link.name}_{joint.name}" for joint in mechanism.joints if link.name in (joint.parent, joint.child)}
+    points = [(frame.link, frame.origin) for frame in mechanism.frames if frame.name not in own]
     found: list[Array] = []
-    for body, at in (*ends, *((frame.link, frame.origin) for frame in mechanism.frames)):
+    for body, at in (*ends, *points):
         if body == link.name and all(np.linalg.norm(at - other) > same for other in found):
             found.append(at)
     return np.array(found or [link.com])

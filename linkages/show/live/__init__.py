@@ -4,6 +4,7 @@
 |-----------|---------------------------------------------------------------------------------------------|
 | controls  | which values of an experiment and its machine can be changed, and within which ranges       |
 | edits     | changes of parts as values: models of joints and links                                      |
+| changes   | changed values that change nothing in a run are refused                                     |
 | pins      | pins that are moved in a shown pose, as changes of lengths                                  |
 | exploring | sweeps, sensitivities and tolerances around the run that is shown                           |
 | keeping   | files of the run that a page shows: experiments, folders of results, notebooks              |

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import threading
 from collections.abc import Callable, Mapping
@@ -17,6 +16,7 @@ from typing import Any
 
 from linkages.base.errors import AssemblyError, InputError, RunError
 from linkages.input.files.versions import versions
+from linkages.input.model.experiment import ARGUMENT
 from linkages.input.model.skeleton import color_of
 from linkages.show.live.controls import Control, controls, extended
 from linkages.show.live.edits import parts, with_addition, with_model
@@ -25,6 +25,7 @@ from linkages.show.live.exploring import (
     Around,
     checked_paths,
     checked_spreads,
+    is_number,
     outputs_of,
     sensitivities,
     sweep,
@@ -99,7 +100,9 @@ class Answers:
             return {"outdated": True}
         except TimeLimitError:
             return {"error": f"the run takes longer than {self.session.limit:g} s and was given up"}
-        except (InputError, AssemblyError, RunError) as problem:
+        except InputError as problem:
+            return refusal(problem)
+        except (AssemblyError, RunError) as problem:
             return {"error": str(problem)}
         except OSError as problem:
             return {"error": f"{problem.filename or self.folder}: {problem.strerror or problem}"}
@@ -151,7 +154,7 @@ class Answers:
     def _move(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
         to, phase = request.get("to"), request.get("phase")
         numbers: list[Any] = [phase, *to] if isinstance(to, list) else []
-        finite = [float(one) for one in numbers if isinstance(one, int | float) and math.isfinite(one)]
+        finite = [float(one) for one in numbers if is_number(one)]
         if not len(numbers) == len(finite) == 3 or not 0.0 <= finite[0] <= 1.0:
             raise InputError("page", "to", "must be a place [x, y] in metres, with a phase from 0 to 1")
         return {"values": session.moved(self._values(request), _text(request, "joint"), finite[1:], finite[0])}
@@ -280,6 +283,14 @@ def front_end(name: str) -> str:
     if name == "curves.js":
         return f"{script()}\nexport {{drawCurves, valueAt}};\n"
     return own_text("linkages.show.live", name)
+
+
+def refusal(problem: InputError) -> dict[str, Any]:
+    """Return an error as the page shows it: `error`, and of a value its `path` and its `problem` beside its label."""
+    if problem.source != ARGUMENT:
+        return {"error": str(problem)}
+    said = str(problem).removeprefix(f"{ARGUMENT}: ")
+    return {"error": said, "path": problem.where, "problem": said.removeprefix(f"{problem.where}: ")}
 
 
 def _text(request: Mapping[str, Any], key: str) -> str:

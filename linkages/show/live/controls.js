@@ -58,6 +58,15 @@ export function controls(page) {
     [control.low, control.high].forEach((end, k) => { row.querySelectorAll(".slider span")[k].textContent = g(factor * end, 5); });
     if (typeof known === "number") row.querySelector("[type=range]").value = toSlider(control, known);
   }
+  function mark(wrong) { // the field of a value that is refused; null for none
+    if (state.controls.has(wrong)) show(wrong);
+    for (const row of at(".rows").children) {
+      const refused = row.dataset.path === wrong, field = row.querySelector(".typed, select");
+      row.classList.toggle("wrong", refused);
+      if (refused) field.setAttribute("aria-invalid", "true");
+      else field.removeAttribute("aria-invalid");
+    }
+  }
   function hits() { // all values with each word in their path or label; those that matter in the plane first, zeros behind
     const words = at(".search input").value.toLowerCase().split(/\s+/).filter(Boolean);
     const found = [...state.controls.keys()].filter((path) => {
@@ -95,7 +104,7 @@ export function controls(page) {
   });
   root.addEventListener("ready", () => { at(".search input").placeholder = `search any of ${state.controls.size} values`; });
   root.addEventListener("units", () => state.shown.forEach((path) => tell(path)));
-  return {show, tell};
+  return {mark, pick, show, tell};
 }
 
 function fromSlider({low, high, logarithmic, whole}, place) {

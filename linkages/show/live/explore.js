@@ -1,7 +1,7 @@
 // Exploring and keeping on the live page: sweeps, sensitivities, tolerances; notebooks, reports, notes. See joints.js.
 
 import {ask, button, download, draw, g, make, product, select} from "./dom.js";
-import {labelOfOutput, labelOfPath, OUT_OF_PLANE, unitOf} from "./words.js";
+import {labelOfOutput, labelOfPath, OUT_OF_PLANE, refusal, unitOf} from "./words.js";
 
 const RUNS = 500; // of tolerances
 const MOST = 40; // values of one request
@@ -27,7 +27,7 @@ export function explore(page) {
     clearInterval(telling);
     if (reply.error || reply.outdated) {
       shown.close();
-      page.complain(reply.error ?? "");
+      page.complain(refusal(reply, state.controls));
       return null;
     }
     return reply;
@@ -89,6 +89,8 @@ export function explore(page) {
     return make("p", {}, "Where is the peak ", field, found);
   }
 
+  const ineffective = ({without}) => Object.entries(without).map(([path, why]) => make("p", {}, `${labelOfPath(path)}: ${why}.`));
+
   // -- sensitivities ---------------------------------------------------------------------------------------------------
 
   async function sensitivities(paths) {
@@ -103,7 +105,7 @@ export function explore(page) {
         const bar = make("span", {class: value < 0 ? "bar negative" : "bar"});
         bar.style.width = `${9 * Math.abs(value ?? 0) / most}rem`;
         return make("tr", {}, make("th", {scope: "row", title: path}, button(labelOfPath(path), () => { shown.close(); page.show(path); }, "show this value")), make("td", {}, g(value, 3).replace("-", "−")), make("td", {}, value === null ? make("small", {}, reply.reasons[path][name]) : bar));
-      })))];
+      }))), ...ineffective(reply)];
     });
   }
 
@@ -122,7 +124,7 @@ export function explore(page) {
       return make("tr", {}, make("th", {scope: "row"}, labelOfOutput(name)), ...[mean, deviation, ...quantiles].map((one) => make("td", {}, g(product(factor, one)))), make("td", {}, unit));
     });
     shown.replaceChildren(make("div", {class: "head"}, make("h2", {}, what), button("close", () => shown.close(), "Escape")),
-      make("p", {}, `${reply.runs} runs${reply.failed ? `, ${reply.failed} failed` : ""}; the curves show the band of 90 % of them. Scattered: ${Object.keys(reply.spreads).map(labelOfPath).join(", ")}.`),
+      make("p", {}, `${reply.runs} runs${reply.failed ? `, ${reply.failed} failed` : ""}; the curves show the band of 90 % of them. Scattered: ${Object.keys(reply.spreads).map(labelOfPath).join(", ")}.`), ...ineffective(reply),
       make("table", {}, make("thead", {}, make("tr", {}, ...["peak of", "mean", "deviation", "5 %", "median", "95 %", ""].map((head) => make("th", {scope: "col"}, head)))), make("tbody", {}, ...rows)));
   }
 

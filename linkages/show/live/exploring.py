@@ -5,7 +5,9 @@ The runs start where the shown one did, in parts of their clearances, and are su
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,7 +16,9 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
 from linkages.engines.compiled.batch.batch import Batch, simulate_batch
+from linkages.engines.compiled.effects import check_varied, near, varied
 from linkages.explore.prediction import STATED, WHY, extent, finer, numbers_of, reaches
+from linkages.input.model.experiment import ARGUMENT
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs, unit
 from linkages.show.live.controls import Control
@@ -43,6 +47,13 @@ class Around:
         start, end = session.part_shown(values, outdated)
         return cls(session.system.replaced(session.values_shown(values)), start, end)
 
+    def acting(self, paths: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+        """Return the paths that change a number of the run, and the reasons of the others; InputError without any."""
+        found = {path: varied(self.system, path, near(self.system, path), outputs_of(self.system)) for path in paths}
+        if all(found.values()):
+            raise InputError(ARGUMENT, *next(iter(found.items())))
+        return [path for path in paths if not found[path]], {path: why for path, why in found.items() if why}
+
     def batch(self, paths: Sequence[str], table: Array, progress: Callable[[float], None], **options: Any) -> Batch:
         """Run for a table of values; a journal whose clearance varies starts in the same part of it."""
         columns = dict(zip(paths, np.asarray(table).T, strict=True))
@@ -65,8 +76,9 @@ def outputs_of(system: System) -> list[str]:
 def sweep(around: Around, control: Control, request: Mapping[str, Any], progress: Callable[[float], None]) -> Any:
     """Return peaks by output for values (n,) of a control; None where a run fails, with its reason."""
     low, high, count = (request.get(key, getattr(control, key, 21)) for key in ("low", "high", "count"))
-    if not all(map(_is_number, (low, high, count))) or not low < high or not 2 <= count <= MOST_RUNS:
+    if not all(map(is_number, (low, high, count))) or not low < high or not 2 <= count <= MOST_RUNS:
         raise InputError("page", control.path, f"a sweep needs low < high, and a count from 2 to {MOST_RUNS}")
+    check_varied(around.system, control.path, [low, high], ARGUMENT, outputs_of(around.system))
     space = np.geomspace if control.logarithmic and low > 0.0 else np.linspace
     values = space(low, high, int(count))
     values = np.unique(values.round()) if control.whole else values
@@ -80,7 +92,9 @@ def sensitivities(around: Around, paths: Sequence[str], progress: Callable[[floa
     """Return peaks by output, and by path and output the relative change of a peak over the one of a value.
 
     A change is None where the derivative does not predict what 1 % of the value does; `reasons` then tells why.
+    Paths `without` an effect have their reasons.
     """
+    paths, without = around.acting(paths)
     batch = around.batch((), np.zeros((1, 0)), lambda part: progress(0.3 * part), wrt=paths)
     if batch.status[0] is not Status.OK:
         raise InputError("page", "sensitivities", f"the run has none: {batch.reason[0]}")
@@ -100,7 +114,11 @@ def sensitivities(around: Around, paths: Sequence[str], progress: Callable[[floa
             name: _unstated(one, batch.sensitivity_status[0]) for name, one in zip(batch.outputs, reached, strict=True)
         }
         found["reasons"][path] = {name: text for name, text in why.items() if found["changes"][path][name] is None}
-    return found | {"why": WHY, "units": {name: unit(around.system, name) for name in batch.outputs}}
+    return found | {
+        "why": WHY,
+        "without": without,
+        "units": {name: unit(around.system, name) for name in batch.outputs},
+    }
 
 
 def _reach(
@@ -131,6 +149,8 @@ def tolerances(
 ) -> dict[str, Any]:
     """Return quantiles of curves over time and of peaks for normally scattered values: deviations over the values."""
     system = around.system
+    paths, without = around.acting([*spreads])
+    spreads = {path: spreads[path] for path in paths}
     nominal = np.array([system.value(path) for path in spreads])
     scatter = np.random.default_rng(0).standard_normal((runs, len(spreads)))
     table = nominal * (1.0 + np.array([*spreads.values()]) * scatter)
@@ -151,6 +171,7 @@ def tolerances(
         "runs": int(good.sum()),
         "failed": int((~good).sum()),
         "spreads": dict(spreads),
+        "without": without,
     }
 
 
@@ -170,7 +191,7 @@ def checked_spreads(given: Any, controls: Mapping[str, Control]) -> dict[str, fl
         raise InputError("page", "spreads", f"must be a table of 1 to {_MOST_PATHS} deviations by path")
     checked_paths(list(given), controls)
     for path, spread in given.items():
-        if not _is_number(spread) or not 0.0 < spread < 1.0:
+        if not is_number(spread) or not 0.0 < spread < 1.0:
             raise InputError("page", path, "its deviation must be a part of the value, above 0 and below 1")
     return given
 
@@ -180,7 +201,7 @@ def checked_paths(given: Any, controls: Mapping[str, Control]) -> list[str]:
     if not isinstance(given, list) or not 0 < len(given) <= _MOST_PATHS:
         raise InputError("page", "paths", f"must be a list of 1 to {_MOST_PATHS} paths")
     for path in given:
-        if path not in controls or controls[path].choices or controls[path].whole:
+        if not isinstance(path, str) or path not in controls or controls[path].choices or controls[path].whole:
             raise InputError("page", str(path)[:100], "is not the path of a number that can be varied")
     return given
 
@@ -190,5 +211,8 @@ def _by_output(batch: Batch, table: Array) -> dict[str, list[float | None]]:
     return {name: [None if np.isnan(x) else float(x) for x in table[:, k]] for k, name in enumerate(batch.outputs)}
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
+def is_number(value: Any) -> bool:
+    """Check whether a value from outside is a finite number; an integer can be too large for one."""
+    with suppress(OverflowError):
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return False

@@ -13,7 +13,7 @@
 // {row, control} as its detail. ".tools" is for buttons of further actions.
 
 import {button, draw, make, select} from "./dom.js";
-import {labelOfPath} from "./words.js";
+import {labelOfPath, refusal} from "./words.js";
 
 const NEAR = 16, MOVED = 5; // distance of a click from a pin, way of the mouse that is a drag [px]
 const FIRST = /(\.mass|\.inertia|\.pose\.x|\.pose\.y|\.model|\.width|\.height|\.diameter|\.outer|\.inner|\.second_moment)$/;
@@ -103,7 +103,7 @@ export function joints(page) {
       const to = own.next;
       own.next = null;
       const reply = await send("move", {values: own.base, joint: own.names[0], to, phase: state.phase}).catch(({message}) => ({error: message}));
-      page.complain(reply.error ?? "");
+      page.complain(refusal(reply, state.controls));
       if (reply.error) continue;
       const before = {...state.values};
       change(reply.values, own.first);
@@ -154,7 +154,7 @@ export function joints(page) {
   async function edit(part, name, what) {
     editor.close();
     const reply = await send("edit", {values: state.values, part, name, ...what}).catch(({message}) => ({error: message}));
-    page.complain(reply.error ?? "");
+    page.complain(refusal(reply, state.controls));
     if (!reply.error) apply(reply.values, reply.controls);
     return !reply.error;
   }

@@ -10,6 +10,7 @@ import {layout} from "./layout.js";
 import {machine} from "./machine.js";
 import {numbers} from "./numbers.js";
 import {runs} from "./runs.js";
+import {refusal} from "./words.js";
 
 const RETRIES = 12; // runs after a change until the motion is steady
 const SHARE = 0.1; // most of the time that picture and table take while values change
@@ -20,7 +21,7 @@ export function mount(root, answer) {
   const own = crypto.getRandomValues(new Uint32Array(3)).join("-"); // the server keeps the runs of pages apart
   const send = (kind, request) => answer(kind, {...request, page: own});
   const state = { // limits: {least, value [SI]} by output
-    limits: {}, began: null, start: null, controls: new Map(), shown: [], values: {}, past: [], future: [], view: null, pins: [],
+    limits: {}, began: null, since: null, start: null, controls: new Map(), shown: [], values: {}, past: [], future: [], view: null, pins: [],
     picture: null, wanted: null, busy: false, refining: false, tries: 0, next: 0, phase: 0, plots: null, bands: null, frame: null,
   };
   const at = (selector) => root.querySelector(selector);
@@ -100,6 +101,9 @@ export function mount(root, answer) {
   }
   function changed(restart = false) {
     state.tries = 0;
+    state.since ??= performance.now(); // from now on what is shown belongs to other values
+    Object.keys(state.values).filter((path) => state.controls.has(path)).forEach(page.show);
+    page.mark(null);
     state.bands = null;
     state.wanted = {restart};
     buttons.undo.disabled = !state.past.length;
@@ -125,7 +129,8 @@ export function mount(root, answer) {
         const reply = await send("run", {values, restart, refine});
         state.began = null;
         if (reply.error) {
-          fail(reply.error);
+          fail(refusal(reply, state.controls));
+          page.mark(reply.path);
           if (!state.picture) await page.redraw(values); // a machine whose first run fails is drawn as its file has it
         } else if (reply.outdated) state.wanted = {restart: restart || Boolean(state.wanted?.restart)};
         else {
@@ -151,7 +156,12 @@ export function mount(root, answer) {
   }
   async function complete(values) { // picture and table can take longer than curves: they get a part of the time
     const {view} = state, began = performance.now();
-    if (view.picture !== state.picture) await page.redraw(values);
+    if (view.picture !== state.picture) {
+      const slow = setTimeout(() => at(".stage").classList.add("older"), SLOW);
+      await page.redraw(values);
+      clearTimeout(slow);
+      at(".stage").classList.remove("older");
+    }
     const locked = {table: [], motion: [view.remedy, "a linkage that locks has no steady motion and no peaks"]};
     const reply = view.locked === null ? await send("numbers", {}) : locked;
     state.next = performance.now() + (performance.now() - began) / SHARE;
@@ -168,9 +178,9 @@ export function mount(root, answer) {
     } catch { /* the run before has reported the failure */ }
   }
   async function tellSlow() {
-    const {began} = state;
+    const {began, since} = state;
+    root.classList.toggle("waiting", since !== null && performance.now() - since > SLOW);
     if (began === null) return;
-    root.classList.toggle("waiting", !state.refining);
     try {
       if (state.wanted && performance.now() - began > 2 * SLOW) await send("stop", {}); // newer values wait
       const {said} = await send("status", {});
@@ -179,6 +189,7 @@ export function mount(root, answer) {
   }
   function display(view) {
     state.view = view;
+    state.since = state.wanted ? performance.now() : null; // newer values wait
     for (const [path, value] of Object.entries(view.numbers)) page.tell(path, value);
     const kind = view.coarse ? "preview" : !view.settled ? "settling" : view.periodic ? "periodic" : "not periodic";
     if (view.locked !== null) note(`locks at ${g(view.locked, 4)} s`);
@@ -189,11 +200,15 @@ export function mount(root, answer) {
   function note(text) { at(".state").textContent = at(".state").title = text; }
   function complain(text) {
     if (!text && root.classList.contains("stale")) return; // the reason is still shown
-    at(".error").textContent = text;
+    at(".error").replaceChildren(...text.split(/(?<=\s)|(?=\s)/).map((word) => { // a value that the page has can be shown
+      const path = word.replace(/[,;:.]+$/, "");
+      return state.controls.has(path) ? button(word, () => page.pick(path), "show this value") : word;
+    }));
     at(".error").hidden = !text;
   }
   function fail(text) { // what is shown belongs to other values
     root.classList.toggle("stale", Boolean(text));
+    state.since = null;
     complain(text);
     root.classList.remove("waiting");
     if (text) note("not computed");

@@ -26,6 +26,7 @@ from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import warnings_of_run
+from linkages.show.live.changes import Changes
 from linkages.show.live.pins import Places
 from linkages.show.live.view import columns_of, frames_of, joints_of, numbers_for, poses_of, view
 from linkages.show.live.watch import TimeLimitError, Watch
@@ -63,11 +64,13 @@ class Session:
         self._drawings: dict[str, tuple[Drawing, dict[str, Any]]] = {}
         self._ideals: dict[tuple[Any, ...], Trajectory | None] = {}
         self._places: dict[str, Places] = {}
+        self._changes = Changes(system)
 
     def for_page(self) -> Session:
         """Return a session of the same machine for another page; both share drawings and ideal motions."""
         other = copy(self)
         other._ends, other._shown, other._result, other._slow = [], ({}, {}), None, False
+        other._changes = Changes(self.system)
         return other
 
     def _added(self, values: Mapping[str, Any], system: System, period: float | None) -> dict[str, Any]:
@@ -96,6 +99,7 @@ class Session:
         """
         begun = clock.perf_counter()
         changed = self.system.replaced(values)
+        self._changes.check(values, changed)
         period = _period(changed)
         exact = self._ideal(values, changed, changed.experiment.duration if period is None else period)
         if exact is not None and exact.status is Status.LOCKED and changed.determinate:

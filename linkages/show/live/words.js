@@ -21,6 +21,9 @@ export function labelOfOutput(name) {
   const [owner, ...rest] = name.split(".");
   return rest.length ? `${sentence(rest.map(word).join(" "))} of ${owner}` : sentence(owner);
 }
+export function refusal({error = "", path, problem}, controls) { // an error of the server, in the words of the field
+  return controls.has(path) ? `${labelOfPath(path)}: ${problem}` : error;
+}
 export function labelOfPath(path) {
   const [kind, name, ...rest] = path.replace(/^sdf\./, "").split(".");
   if (!name) return sentence(word(kind));

@@ -116,7 +116,7 @@ def _fill_sides(sampler: Sampler, times: Array, values: Array, sides: Array, out
     return count
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _averages(sampler: Sampler, times: Array, values: Array, middles: Array, out: Array) -> None:
     """Fill mean and root mean square of outputs (no, ns) from samples (n,) and (no, n).
 

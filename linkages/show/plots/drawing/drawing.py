@@ -48,7 +48,7 @@ class Drawing:
     title: str
     shapes: tuple[Shape, ...]  # from bottom to top
     pose: Array  # (nb, 3) pose at the start
-    reference: Array  # (nb, 3) pose in the reference configuration
+    reference: Array  # (nb, 3) pose in the reference configuration of each link, even if the loops are open there
     links_of: dict[int, str]  # a link on each body, by the body's index
     sliders: tuple[Slider, ...]
     low: Array  # (2,) lower left corner of the picture, plane axes [m]
@@ -93,7 +93,7 @@ def draw(asked: System) -> Drawing:
     title = experiment.title or mechanism.name
     sliders = tuple(_slider(system, way, done.senses.get(way.drive, 1.0)) for way in ways if system)
     return Drawing(
-        title, shapes, pose, _pose(tree, np.zeros(tree.size)), {body: link for link, body in tree.index.items()},
+        title, shapes, pose, _reference(tree), {body: link for link, body in tree.index.items()},
         sliders, low, high,
         tuple(facts(mechanism, system, ways, starts, tree.extent)), tuple(doubts(mechanism, tree.extent, experiment)),
         joint_table(mechanism, experiment), link_table(mechanism, tree.extent), problem,
@@ -102,6 +102,10 @@ def draw(asked: System) -> Drawing:
 
 def _pose(tree: Tree, q: Array) -> Array:
     return poses_at(tree.bodies, q)[:, :3]
+
+
+def _reference(tree: Tree) -> Array:
+    return np.column_stack([tree.drawn, _pose(tree, np.zeros(tree.size))[:, 2]])
 
 
 def _box(tree: Tree, poses: Array, anchors: Sequence[Array]) -> tuple[Array, Array]:

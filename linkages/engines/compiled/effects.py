@@ -1,0 +1,303 @@
+"""Values that change no number of a run: they are found by comparison, and refused with the path that does.
+
+Two systems whose runs read the same numbers (`linkages.engines.compiled.run.job.Given`) have the same results. Places
+of links in the reference configuration are compared apart: where the start and all places on the links stay, they
+change coordinates only, and no motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from linkages.base.arrays import Array
+from linkages.base.errors import AssemblyError, InputError, RunError, listed
+from linkages.base.kernel.block import Contents, contents
+from linkages.engines.compiled.run.job import make_given
+from linkages.input.model.mechanism import Frame, Mechanism
+from linkages.mechanics.planar.kinematics import poses_at
+from linkages.results.outputs.registry import pack
+from linkages.system import System
+
+#: Keys of an experiment that are no model: what is run, how exactly, and what is said of it.
+_SETTINGS = frozenset(
+    (
+        "mechanism",
+        "title",
+        "units",
+        "duration",
+        "start",
+        "outputs",
+        "data",
+        "report",
+        "report_from",
+        "windows",
+        "solver",
+    )
+)
+#: Keys of joints that other computations than a run read, and these.
+_ELSEWHERE = {
+    "wear": "`linkages wear` and lives of studies use it",
+    "heat": "the heat balance of `linkages simulate` uses it",
+    "yield_strength": "a warning uses it",
+}
+_POSE = ("x", "y", "z", "roll", "pitch", "yaw")
+_SAME = 1e-9  # of places over the linkage's size, and of angles [rad]: they are the same but for rounding
+_STEP = 1e-2  # by which a value is changed to see its effect: relative, or of the size, or [rad]
+
+
+def varied(system: System, path: str, values: Sequence[float], outputs: Sequence[str] = ()) -> str:
+    """Say why values of a path change nothing in a run; empty if they change a number.
+
+    Parameters
+    ----------
+    system : System
+    path : str
+        Dotted path, see `linkages.System.replaced`.
+    values : sequence of float
+        Values to compare with each other; of one alone, with the system's.
+    outputs : sequence of str
+        Outputs that are asked for, with the experiment's.
+    """
+    if path.partition(".")[0] in _SETTINGS:
+        return ""
+    found = [system] if len(set(values)) == 1 else []
+    try:
+        found += [system.replaced({path: float(value)}) for value in values]
+        same = not any(differ(one, other, outputs) for one, other in combinations(found, 2))
+    except (InputError, AssemblyError, RunError):  # the run will report it
+        return ""
+    return explained(system, path) if same else ""
+
+
+def explained(system: System, path: str) -> str:
+    """Say that a value changes no number, what uses it, and which path acts instead."""
+    return f"changes no number of the model: {_reason(system, path)}"
+
+
+def check_varied(
+    system: System, path: str, values: Sequence[float], origin: str | Path, outputs: Sequence[str] = ()
+) -> None:
+    """Refuse to vary a path whose values change nothing in a run: InputError with the path that does, see `varied`."""
+    if problem := varied(system, path, values, outputs):
+        raise InputError(origin, path, problem)
+
+
+def near(system: System, path: str) -> list[float]:
+    """Return the value at a path, and one near it."""
+    value = system.value(path)
+    if isinstance(value, int):
+        return [value, value + 1]
+    return [value, value * (1.0 + _STEP) if value else _unit(system, path)]
+
+
+def without_effect(system: System, before: System, path: str) -> str:
+    """Say why a replaced number changes nothing; empty if it does. `before` is the system without it.
+
+    Numbers that a run does not read but another command does, and values equal to those before, are allowed.
+    """
+    new, old = (_numbers_at(one, path) for one in (system, before))
+    if new is None or new == old or path.partition(".")[0] in _SETTINGS or set(path.split(".")) & _ELSEWHERE.keys():
+        return ""
+    try:
+        same = not differ(system, before)
+    except (AssemblyError, RunError):  # the run will report it
+        return ""
+    return explained(before, path) if same else ""
+
+
+def differ(one: System, other: System, outputs: Sequence[str] = ()) -> bool:
+    """Check whether the runs of two systems, and the outputs that are asked for, read different numbers."""
+    wanted = [*dict.fromkeys((*one.experiment.outputs, *outputs))]
+    first, second = (_numbers(each, wanted) for each in (one, other))
+    if first.structure != second.structure:
+        return True
+    return not np.array_equal(first.words, second.words) and not _same_motion(one, other, wanted)
+
+
+def _numbers(system: System, outputs: Sequence[str]) -> Contents:
+    return contents(make_given(system, pack(system, outputs), np.array([[0.0, system.experiment.duration]])))
+
+
+# -- the same linkage in another reference configuration ---------------------------------------------------------------
+
+
+def _same_motion(one: System, other: System, outputs: Sequence[str]) -> bool:
+    """Check whether nothing but the reference configuration differs, from which no part counts a coordinate."""
+    if one.experiment.model_dump(exclude={"sdf"}) != other.experiment.model_dump(exclude={"sdf"}):
+        return False
+    if _counts_from_reference(one) or one.tree.coordinates != other.tree.coordinates:
+        return False
+    if np.abs(one.mechanism.basis - other.mechanism.basis).max() > _SAME:
+        return False
+    size, owners = one.tree.extent, {name.rpartition(".")[0] for name in outputs}
+    parts = [
+        (_inertias(each.mechanism), _places(each.mechanism, owners, size), _start(each, size)) for each in (one, other)
+    ]
+    return all(
+        first.shape == second.shape and bool(np.all(np.abs(first - second) <= _SAME))
+        for first, second in zip(*parts, strict=True)
+    )
+
+
+def _counts_from_reference(system: System) -> bool:
+    """Check for parts that count coordinates or directions from the reference configuration."""
+    experiment = system.experiment
+    tables = experiment.stops, experiment.torsion_springs, experiment.gears, experiment.couplings, experiment.quantities
+    oriented = any(joint.feed or joint.is_tilted or joint.is_worn for joint in experiment.joints.values())
+    return any(map(bool, tables)) or oriented or bool(system.tree.flexible)
+
+
+def _inertias(mechanism: Mechanism) -> Array:
+    """Return masses [kg] and moments of inertia [kg m2] of the links, sizes of bearings and slots [m]."""
+    sizes = [tuple(vars(part).values()) for joint in mechanism.joints for part in (joint.bearing, joint.slot) if part]
+    return np.array([*((link.mass, link.inertia) for link in mechanism.links), *sizes])
+
+
+def _places(mechanism: Mechanism, owners: Collection[str], size: float) -> Array:
+    """Return mass centres, joints and frames in the axes of their links, over a size.
+
+    Along a guide any place on the parent is the same; the moment acts at the place on the child. Of frames that are
+    `owners` of outputs the direction counts too.
+    """
+    found = [local(mechanism, link.name, link.com) / size for link in mechanism.links]
+    for joint in mechanism.joints:
+        rail, along = (turned(mechanism, link, joint.direction) for link in (joint.parent, joint.child))
+        place = local(mechanism, joint.parent, joint.on_parent) / size
+        found += [place - (place @ rail) * rail, local(mechanism, joint.child, joint.on_child) / size, rail, along]
+    for frame in mechanism.frames:
+        found.append(local(mechanism, frame.link, frame.origin) / size)
+        if frame.name in owners:
+            found.append(turned(mechanism, frame.link, np.array([np.cos(frame.angle), np.sin(frame.angle)])))
+    return np.concatenate(found)
+
+
+def _start(system: System, size: float) -> Array:
+    """Return positions over a size and directions of the links, and the rates, at the start of the ideal linkage."""
+    tree, mechanism = system.tree, system.mechanism
+    poses = poses_at(tree.bodies, system.assembly.q)
+    found: list[Any] = [system.assembly.v]
+    for link in mechanism.links:
+        x, y, turn, cosine, sine = poses[tree.index[link.name], :5]
+        way = link.origin - tree.drawn[tree.index[link.name]]
+        place = np.array([x + cosine * way[0] - sine * way[1], y + sine * way[0] + cosine * way[1]])
+        found += [place / size, [np.cos(link.angle + turn), np.sin(link.angle + turn)]]
+    return np.concatenate(found)
+
+
+def local(mechanism: Mechanism, link: str, place: Array) -> Array:
+    """Return a place (2,) of the reference configuration in the axes of a link [m]; of the world as it is."""
+    return place if link == "world" else turned(mechanism, link, place - mechanism.link[link].origin)
+
+
+def turned(mechanism: Mechanism, link: str, direction: Array) -> Array:
+    """Return a direction (2,) of the reference configuration in the axes of a link; of the world as it is."""
+    if link == "world":
+        return direction
+    cosine, sine = np.cos(mechanism.link[link].angle), np.sin(mechanism.link[link].angle)
+    return np.array([[cosine, sine], [-sine, cosine]]) @ direction
+
+
+# -- what acts instead -------------------------------------------------------------------------------------------------
+
+
+def _reason(system: System, path: str) -> str:
+    """Say what uses the value at a path, and which path acts instead."""
+    table, name, *keys = [*path.split("."), ""]
+    if table == "sdf":
+        return _of_machine(system, path)
+    for key in set(keys) & _ELSEWHERE.keys():
+        return f"only {_ELSEWHERE[key]}"
+    if table == "joints":
+        return _of_joint(system, name)
+    if table == "links" and name not in system.experiment.flexible:
+        return f'link {name} is rigid; give links.{name}.model = "flexible"'
+    return "no model or law that is chosen uses it"
+
+
+def _of_machine(system: System, path: str) -> str:
+    _, kind, name, *keys = [*path.split("."), "", ""]
+    if keys[0] in ("bearing", "slot"):
+        return _of_joint(system, name)
+    if keys[0] in ("pose", "com") and _is_across(system.mechanism, keys[1]):
+        return "it is across the plane of motion"
+    instead = [*_instead(system, path, kind, name, keys[1])] if keys[0] == "pose" else []
+    said = [f"of joint {joint} is {other}" for joint, other in instead[:3]]
+    known = f"; the place {listed(said)}" if said else ""
+    if kind == "joints":
+        return _of_axis(system, name, keys[1])
+    return ("it moves the reference configuration only" if kind == "links" else "only the drawing uses it") + known
+
+
+def _of_joint(system: System, name: str) -> str:
+    model = system.experiment.joints.get(name)
+    if model is None or not model.has_play:
+        return f"joint {name} is ideal; give it a clearance with joints.{name}.model"
+    return f"the model and the laws of joint {name} do not use it"
+
+
+def _of_axis(system: System, name: str, key: str) -> str:
+    joint = system.mechanism.joint[name]
+    if joint.type == "revolute":
+        return "a revolute joint has no direction in the plane"
+    frames = (f"sdf.frames.{frame.name}.pose.{key}" for frame in system.mechanism.frames if frame.link == joint.parent)
+    turning = next((path for path in frames if _acts(system, path)), "")
+    return "its direction belongs to a frame" + (f"; {turning} turns it" if turning else "")
+
+
+def _is_across(mechanism: Mechanism, key: str) -> bool:
+    """Check whether a part of a pose is normal to a plane that axes of the world span."""
+    normal = int(np.argmax(np.abs(mechanism.basis[:, 2])))
+    in_plane = [axis for k, axis in enumerate("xyz") if k != normal] + [_POSE[3 + normal]]
+    return bool(abs(mechanism.basis[normal, 2]) > 1.0 - _SAME) and key in _POSE and key not in in_plane
+
+
+def _instead(system: System, path: str, kind: str, name: str, key: str) -> Iterator[tuple[str, str]]:
+    """Find the joints at a frame, or on a link, and the path that moves each on this link."""
+    mechanism = system.mechanism
+    place = mechanism.point.get(name) if kind != "joints" else None
+    if place is None:
+        return
+    keys = (key,) if key in "xyz" else tuple(k for k in "xyz" if not _is_across(mechanism, k))
+    for joint in mechanism.joints:
+        for link, at in ((joint.parent, joint.on_parent), (joint.child, joint.on_child)):
+            if link != place.link or (kind == "frames" and not _is_at(system, place, at)):
+                continue
+            frames = [f for f in mechanism.frames if f.link == link and _is_at(system, f, at)]
+            starts = [*(f"sdf.frames.{frame.name}" for frame in frames), f"sdf.joints.{joint.name}"]
+            tried = [f"{start}.pose.{k}" for start in starts for k in keys]
+            if other := next((one for one in tried if one != path and _acts(system, one)), None):
+                yield joint.name, other
+                break
+
+
+def _is_at(system: System, frame: Frame, place: Array) -> bool:
+    return float(np.abs(frame.origin - place).max()) <= 1e-6 * system.tree.extent
+
+
+def _acts(system: System, path: str) -> bool:
+    """Check whether a value that is changed a little changes a number."""
+    try:
+        return differ(system, system.replaced({path: system.value(path) + _unit(system, path)}))
+    except (InputError, AssemblyError, RunError):
+        return False
+
+
+def _unit(system: System, path: str) -> float:
+    return _STEP * (system.tree.extent if system.value_unit(path) == "m" else 1.0)
+
+
+def _numbers_at(system: System, path: str) -> float | Collection[float] | None:
+    """Return the number or the list of numbers at a path; None where there is none."""
+    with suppress(InputError):
+        return system.value(path)
+    value: Any = system.experiment.model_dump()
+    for key in path.split("."):
+        value = value.get(key) if isinstance(value, dict) else None
+    is_list = isinstance(value, list) and all(isinstance(one, int | float) for one in value)
+    return value if is_list else None
