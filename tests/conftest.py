@@ -13,6 +13,7 @@ from own_registries import own_registries, registries_of_module  # noqa: F401 - 
 from shipped import shipped
 
 import linkages
+from linkages.base.kernel import stored
 from linkages.cli import progress
 from linkages.cli.main import main
 
@@ -56,6 +57,15 @@ def heartbeats(monkeypatch):
 
     monkeypatch.setattr(progress._Silence, "rest", looked)
     return wait
+
+
+@pytest.fixture(autouse=True)
+def declared_arrays():
+    """Refuse kernels of the package that make arrays without declaring it: they are compiled twice."""
+    yield
+    found = {name for name in stored.undeclared if name.startswith(("linkages.", "optim."))}
+    stored.undeclared.clear()
+    assert not found, f"declare makes_arrays=True: {found}"
 
 
 @pytest.fixture(scope="session")

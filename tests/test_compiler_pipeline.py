@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import config
 
-from linkages.base.kernel import kernel
+from linkages.base.kernel import kernel, stored
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -108,7 +108,9 @@ def view_of_array(values: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize(("function", "given"), [(own_array, 3), (view_of_array, np.ones(3))])
-def test_a_kernel_that_counts_references_without_declaring_it_is_refused(function, given):
-    with pytest.raises(Exception, match="Declare it if it makes arrays: makes_arrays=True"):
-        kernel(function)(given)
+def test_a_kernel_that_counts_references_without_declaring_it_is_compiled_twice(function, given, monkeypatch):
+    monkeypatch.setattr(stored, "undeclared", [])
+    assert kernel(function)(given) == function(given)
+    assert stored.undeclared == [f"{__name__}.{function.__name__}"]
     assert kernel(makes_arrays=True)(function)(given) == function(given)
+    assert len(stored.undeclared) == 1

@@ -10,7 +10,8 @@ An external function (`linkages.base.kernel.external`) returns nothing, a number
 annotation says. A `kernel` with another result, or without an annotation, is compiled with each caller. All kernels
 divide as IEEE says. Calls from Python release the GIL.
 
-References to arrays are counted where a kernel makes arrays, which it declares: ``@kernel(makes_arrays=True)``.
+References to arrays are counted where a kernel makes arrays. Declare it, ``@kernel(makes_arrays=True)``: else it is
+compiled twice.
 """
 
 from __future__ import annotations

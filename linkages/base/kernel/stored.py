@@ -6,7 +6,7 @@ import gc
 import inspect
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FunctionType
 from typing import Any
 
@@ -22,6 +22,7 @@ from linkages.base.signals import deferred
 
 PREFIX = "linkages_"  #: of symbols
 alive: dict[str, Any] = {}  #: external functions by symbol, None while one is compiled
+undeclared: list[str] = []  #: kernels that were compiled twice: they count references, which ``makes_arrays`` declares
 _interrupts: list[list[Any]] = []  # signals that arrived during each of the compilations under way
 _PARTS = "code", "globals", "name", "defaults", "closure"
 
@@ -96,29 +97,33 @@ def link(symbol: str, made: Any) -> bool:
 
 
 def _compile(name: str | None, function: Any, make: Callable[..., Any], counts: bool) -> Any:
-    """Compile a function that counts references to arrays, or does not."""
+    """Compile a function that counts references to arrays, or does not; one that must, and is not declared, twice."""
     if any(_interrupts):
         raise KeyboardInterrupt
     precompiled.compiling()
-    stored = Stored()
     with deferred() as interrupts, _rare_collections():
         _interrupts.append(interrupts)
         try:
-            made = make(_renamed(function, name), stored, **(COUNTED if counts else UNCOUNTED))
-        except numba.NumbaError as problem:
-            raise problem if counts else _undeclared(function, problem) from problem
+            made, stored = (None, None) if counts else _uncounted(name, function, make)
+            if stored is None:
+                stored = Stored()
+                made = make(_renamed(function, name), stored, **COUNTED)
+                undeclared.extend([] if counts else [f"{function.__module__}.{function.__qualname__}"])
         finally:
             _interrupts.pop()
-    if stored.counts and not counts:
-        raise _undeclared(function, "it counts references to arrays")
     if name and stored.content:
         write(name, stored)
     return made
 
 
-def _undeclared(function: Any, problem: object) -> numba.TypingError:
-    """Make the error of a kernel that does not compile without counts of references."""
-    return numba.TypingError(f"{function.__qualname__}: {problem}\nDeclare it if it makes arrays: makes_arrays=True")
+def _uncounted(name: str | None, function: Any, make: Callable[..., Any]) -> tuple[Any, Stored | None]:
+    """Compile a function that does not count references; without a result if it must."""
+    stored = Stored()
+    with suppress(numba.NumbaError):
+        made = make(_renamed(function, name), stored, **UNCOUNTED)
+        if not stored.counts:
+            return made, stored
+    return None, None
 
 
 def _renamed(function: Any, name: str | None) -> FunctionType:

@@ -68,7 +68,7 @@ def _choose_step(
         oil[STEP] = min(2.0 * step, sheet.longest)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def advance_film(
     joint: np.record, table: Array, oil: Array, t: float, ex: float, ey: float, vx: float, vy: float, omega_b: float,
     omega_j: float, angle: float,
@@ -89,7 +89,7 @@ def advance_film(
         _choose_step(joint, table, oil, place, spin)
 
 
-@lazy_kernel
+@lazy_kernel(makes_arrays=True)
 def start_film(
     joint: np.record, table: Array, oil: Array, t: float, ex: float, ey: float, angle: float, fresh: bool
 ) -> None:
