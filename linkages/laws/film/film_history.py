@@ -188,7 +188,7 @@ def solve_history(
     return fx, fy, shear, flow
 
 
-@kernel
+@kernel(makes_arrays=True)
 def mean_content(table: Array, oil: Array, x: float, y: float) -> float:
     """Return the share of the gap outside of the grooves that is filled with oil."""
     sheet = sheet_of(table)
