@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -17,7 +18,7 @@ from linkages.base.arrays import Array
 from linkages.engines.threads import in_threads
 from optim.identify.batches import SumsOfSquares
 from optim.identify.impacts import Impacts
-from optim.identify.residuals import Evaluated, Residuals
+from optim.identify.residuals import Evaluated, Residuals, complement
 from optim.identify.schema import Windows
 from optim.identify.statistics import WIDTHS, Statistics
 
@@ -67,47 +68,72 @@ class Fitted:
 
 
 class Search:
-    """The residuals as two functions of `least_squares`, with one run for both.
+    """Least squares over the values that move, with one run for residuals and derivatives.
 
-    `reduced` (k,) marks the values that move; the others stay as in `z`.
+    Factors and biases are eliminated: each design has its best ones, by linear regression (variable projection, Golub
+    and Pereyra 1973; the Jacobian as Kaufman 1975). A design that does not run shortens the step.
+
+    `moving` (k,) marks the values that move; the others stay as in `z`.
     """
 
     def __init__(self, residuals: Residuals, z: Array, horizon: float, moving: Array | None = None) -> None:
         self.residuals, self.horizon, self.runs = residuals, horizon, 0
-        self.z, self.moving = z.copy(), np.ones(len(z), bool) if moving is None else moving
+        moving = np.ones(len(z), bool) if moving is None else moving
+        self.z, self.linear, self.moving = z.copy(), residuals.linear & moving, moving & ~residuals.linear
         self._latest: tuple[bytes, Evaluated] | None = None
+        self._best: Evaluated | None = None
 
     def at(self, x: Array) -> Evaluated:
         """Evaluate the residuals, once for equal values."""
-        if self._latest is None or self._latest[0] != x.tobytes():
-            z = self.z.copy()
-            z[self.moving] = x
-            self._latest = x.tobytes(), self.residuals(z, self.horizon)
-            self.runs += 1
-        return self._latest[1]
+        for one in (self._latest, self._best and (self._best.z[self.moving].tobytes(), self._best)):
+            if one is not None and one[0] == x.tobytes():
+                return one[1]
+        if self._best is not None and time.time() > self.residuals.deadline:
+            raise _TimeIsUp
+        z = self.z.copy()
+        z[self.moving] = x
+        found = self.residuals(z, self.horizon, self.linear)
+        self._latest, self.runs = (x.tobytes(), found), self.runs + 1
+        if self._best is None or np.sum(found.residual**2) < np.sum(self._best.residual**2):
+            self._best = found
+        return found
 
-    def solve(self, most: int = _MOST) -> tuple[Array, Evaluated]:
-        """Minimise the sum of squares; return all values, and the residuals there."""
+    def _projected(self, x: Array) -> Array:
+        """Return the derivatives of the residuals with the best factors and biases of each design."""
+        jacobian = self.at(x).jacobian
+        if not self.linear.any():
+            return jacobian[:, self.moving]
+        return complement(jacobian[:, self.linear], jacobian[:, self.moving])
+
+    def solve(self, most: int = _MOST) -> Evaluated:
+        """Minimise the sum of squares; return the residuals there, and all values."""
         moving, residuals = self.moving, self.residuals
         room = 1e-9 * np.where(np.isfinite(residuals.upper), residuals.upper - residuals.lower, 1.0)
         x = np.clip(self.z, residuals.lower + room, residuals.upper - room)[moving]
         if not len(x) or self.at(x).reason:
-            return self.z, self.at(x)
-        held, first = np.diag(self._weights(self.at(x).jacobian)[moving]), x
-        found = least_squares(
-            lambda x: np.append(self.at(x).residual, held @ (x - first)), x,
-            lambda x: np.vstack([self.at(x).jacobian[:, moving], held]), x_scale="jac",
-            bounds=(residuals.lower[moving], residuals.upper[moving]), ftol=_ENOUGH, xtol=_ENOUGH,
-            gtol=None, max_nfev=most,
-        )  # fmt: skip
-        z = self.z.copy()
-        z[moving] = found.x
-        return z, self.at(found.x)
+            return self.at(x)
+        held, first = np.diag(self._weights(self._projected(x))), x
+        try:
+            found = least_squares(
+                lambda x: np.append(self.at(x).residual, held @ (x - first)), x,
+                lambda x: np.vstack([self._projected(x), held]), x_scale="jac",
+                bounds=(residuals.lower[moving], residuals.upper[moving]), ftol=_ENOUGH, xtol=_ENOUGH,
+                gtol=None, max_nfev=most,
+            )  # fmt: skip
+            return self.at(found.x)
+        except _TimeIsUp:
+            assert self._best is not None
+            return self._best
 
     def _weights(self, jacobian: Array) -> Array:
-        """Return weights (k,) that hold values on which no residual depends; SciPy's steps are too long otherwise."""
-        room, size = self.residuals.upper - self.residuals.lower, np.linalg.norm(jacobian, axis=0)
+        """Return weights that hold values on which no residual depends; SciPy's steps are too long otherwise."""
+        room = (self.residuals.upper - self.residuals.lower)[self.moving]
+        size = np.linalg.norm(jacobian, axis=0)
         return np.where(np.isfinite(room), _HELD / room, np.where(size > 0.0, _HELD_SENSOR * size, 1.0))
+
+
+class _TimeIsUp(Exception):
+    """The limit of time is reached within a search."""
 
 
 def first_window(residuals: Residuals, last: float, windows: Windows) -> float:
@@ -133,7 +159,7 @@ def fit_from(
         runs = 0
         for width in WIDTHS:
             search = Search(Statistics(residuals.task, tuple(residuals.names), width), z, last)
-            z, _ = search.solve(_MOST_BATCHES)
+            z = search.solve(_MOST_BATCHES).z
             runs += search.runs * residuals.size
             show(f"statistics, {runs} runs")
         return Fitted(z, Statistics(residuals.task, tuple(residuals.names))(z, last), last, runs, ())
@@ -150,8 +176,8 @@ def fit_from(
     runs, history, first = 0, [], residuals.span()[0]
     while True:
         search = Search(residuals, z, horizon)
-        z, evaluated = search.solve()
-        runs += search.runs
+        evaluated = search.solve()
+        z, runs = evaluated.z, runs + search.runs
         if evaluated.reason:
             return found_last or Fitted(z, evaluated, horizon, runs, ())
         history.append((float(runs), horizon, float(np.mean(evaluated.residual**2))))
@@ -172,8 +198,11 @@ def _led(residuals: Residuals, z: Array, last: float) -> tuple[Array, int]:
         impacts = Impacts(residuals, count)
         horizon = impacts.horizon(last)
         if horizon > residuals.span()[0]:
+            if not runs:  # offsets would be errors of all peaks
+                aligned = residuals(z, horizon, residuals.of_kind("bias"), derivatives=False)
+                z = z if aligned.reason else aligned.z
             search = Search(impacts, z, horizon)
-            z, _ = search.solve(_MOST // 2)
+            z = search.solve(_MOST // 2).z
             runs += search.runs
     return z, runs
 
@@ -206,7 +235,8 @@ def starts(residuals: Residuals, count: int, seed: int, first: float) -> Array:
     sobol = qmc.Sobol(n, rng=np.random.default_rng(seed)).random(2 ** math.ceil(math.log2(_CANDIDATES * count)))
     points = np.tile(residuals.start, (len(sobol), 1))
     points[:, :n] = residuals.lower[:n] + sobol * (residuals.upper - residuals.lower)[:n]
-    order = np.argsort(SumsOfSquares(residuals, first, residuals.start, 0.0 * residuals.start)(points), kind="stable")
+    sums = SumsOfSquares(residuals, first, residuals.start, 0.0 * residuals.start, residuals.linear)
+    order = np.argsort(sums(points), kind="stable")
     return np.vstack([residuals.start, points[order[: count - 1]]])
 
 
@@ -262,6 +292,13 @@ def best_of(residuals: Residuals, found: list[Fitted]) -> Fitted:
     return min(found, key=lambda one: (lost[id(one)], one.horizon < 0.99 * longest, one.cost))
 
 
+def fit_again(residuals: Residuals, found: Fitted) -> Fitted:
+    """Continue a fit with changed residuals."""
+    search = Search(residuals, found.z, found.horizon)
+    evaluated = search.solve()
+    return replace(found, z=evaluated.z, evaluated=evaluated, runs=found.runs + search.runs)
+
+
 def refine(residuals: Residuals, found: Fitted) -> Fitted:
     """Repeat a fit with the deviations of the residuals, where the file leaves deviations open."""
     for _ in range(_ROUNDS):
@@ -276,7 +313,5 @@ def refine(residuals: Residuals, found: Fitted) -> Fitted:
                     changed = True
         if not changed:
             return found
-        search = Search(residuals, found.z, found.horizon)
-        z, evaluated = search.solve()
-        found = Fitted(z, evaluated, found.horizon, found.runs + search.runs, found.history)
+        found = fit_again(residuals, found)
     return found

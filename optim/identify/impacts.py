@@ -24,6 +24,11 @@ class Impacts(Residuals):
         self.__dict__.update(residuals.__dict__)
         self.most = most
 
+    @property
+    def linear(self) -> NDArray[np.bool_]:
+        """No value: another factor moves other samples above the height of an impact."""
+        return np.zeros(len(self.start), bool)
+
     def horizon(self, last: float) -> float:
         """Return the end of a run [s] that should show these impacts; the first sample's time if there are none."""
         first, ends = self.span()[0], [self.span()[0]]
@@ -38,10 +43,11 @@ class Impacts(Residuals):
         return max(_HEIGHT * float(np.ptp(channel.values[part])), _CERTAIN * deviation)
 
     def compared(
-        self, channel: Channel, part: slice, computed: Array, lines: Array, deviation: float
+        self, channel: Channel, part: slice, left: Array, lines: Array, deviation: float
     ) -> tuple[Array, Array]:
         """Compare the first impacts; one that the run lacks has the run's end as time, and no peak."""
-        measured, height = channel.values[part], self._height(channel, part, deviation)
+        measured, height = channel.filtered(channel.raw[part]), self._height(channel, part, deviation)
+        computed = measured - left
         wanted, found = (_peaks(values, height)[: self.most] for values in (measured, computed))
         residual, rows = np.zeros((2, len(wanted))), np.zeros((2, len(wanted), lines.shape[1]))
         for k, i in enumerate(wanted):

@@ -39,8 +39,8 @@ class Channel:
     unit : str
     times : (n,) array
         Increasing times of the file's clock, without its shift [s].
-    values : (n,) array
-        Measured values, filtered.
+    raw, values : (n,) arrays
+        Measured values, without and with the filter.
     deviation : float
         Of a sample, after the filter; NaN if it is not known.
     gain, offset : float
@@ -53,6 +53,7 @@ class Channel:
     output: str
     unit: str
     times: Array
+    raw: Array
     values: Array
     deviation: float
     gain: float
@@ -226,13 +227,13 @@ def _channel(
         _check_times(times, data.time.shift, system.experiment.duration)
         sections = None if column.filter is None else _sections(column.filter, times)
         deviation = _deviation(column, recording, column.column or name, si_unit)
-    values = filtered(values, sections)
+    raw, values = values, filtered(values, sections)
     if sections is not None:
         impulse = np.zeros(len(values))
         impulse[len(values) // 2] = 1.0
         deviation *= float(np.linalg.norm(filtered(impulse, sections)))
     gain, offset = (math.nan if x == "fit" else float(x) for x in (column.gain, column.offset))
-    return Channel(name, column.output, si_unit, times, values, deviation, gain, offset, sections)
+    return Channel(name, column.output, si_unit, times, raw, values, deviation, gain, offset, sections)
 
 
 def _check_samples(times: Array, values: Array) -> None:

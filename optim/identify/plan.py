@@ -97,8 +97,9 @@ def _planned(task: Identification, wanted: Plan, system: System) -> Measurement:
 def _measurement(name: str, system: System, sensors: Iterable[Sensor], rate: float, shift: float) -> Measurement:
     """Return a measurement, the values of which are zero, with samples at a rate [Hz]."""
     times = np.arange(0.0, system.experiment.duration * (1.0 + 1e-12), 1.0 / rate)
+    none = np.zeros(len(times))
     channels = (
-        Channel(one.name, one.output, "", times, np.zeros(len(times)), one.deviation, one.gain, one.offset, None)
+        Channel(one.name, one.output, "", times, none, none, one.deviation, one.gain, one.offset, None)
         for one in sensors
     )
     return Measurement(name, system, tuple(channels), shift)

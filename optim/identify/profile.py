@@ -66,7 +66,7 @@ def _at(
     start = z.copy()
     start[k] = value
     search = Search(residuals, start, found.horizon, others)
-    z, evaluated = search.solve(most)
+    evaluated = search.solve(most)
     if evaluated.reason:
-        return z, math.inf, search.runs
-    return z, float(np.sum(evaluated.residual**2)) - least, search.runs
+        return evaluated.z, math.inf, search.runs
+    return evaluated.z, float(np.sum(evaluated.residual**2)) - least, search.runs
