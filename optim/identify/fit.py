@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -88,8 +87,8 @@ class Search:
         for one in (self._latest, self._best and (self._best.z[self.moving].tobytes(), self._best)):
             if one is not None and one[0] == x.tobytes():
                 return one[1]
-        if self._best is not None and time.time() > self.residuals.deadline:
-            raise _TimeIsUp
+        if self._best is not None and self.residuals.budget.late:
+            raise _TimeIsUpError
         z = self.z.copy()
         z[self.moving] = x
         found = self.residuals(z, self.horizon, self.linear)
@@ -121,7 +120,7 @@ class Search:
                 gtol=None, max_nfev=most,
             )  # fmt: skip
             return self.at(found.x)
-        except _TimeIsUp:
+        except _TimeIsUpError:
             assert self._best is not None
             return self._best
 
@@ -132,7 +131,7 @@ class Search:
         return np.where(np.isfinite(room), _HELD / room, np.where(size > 0.0, _HELD_SENSOR * size, 1.0))
 
 
-class _TimeIsUp(Exception):
+class _TimeIsUpError(Exception):
     """The limit of time is reached within a search."""
 
 
@@ -158,15 +157,15 @@ def fit_from(
     if isinstance(residuals, Statistics):
         runs = 0
         for width in WIDTHS:
-            search = Search(Statistics(residuals.task, tuple(residuals.names), width), z, last)
+            search = Search(residuals.of_width(width), z, last)
             z = search.solve(_MOST_BATCHES).z
             runs += search.runs * residuals.size
             show(f"statistics, {runs} runs")
-        return Fitted(z, Statistics(residuals.task, tuple(residuals.names))(z, last), last, runs, ())
+        return Fitted(z, residuals.of_width(WIDTHS[-1])(z, last), last, runs, ())
     if windows == "impacts":
         led, runs = _led(residuals, z, last)
         found = [fit_from(residuals, led, last, "grow", show)]
-        if runs and hopeless(residuals, found[0]):
+        if runs and hopeless(residuals, found[0]) and not residuals.budget.late:
             found.append(fit_from(residuals, z, last, "grow", show))
         return replace(best_of(residuals, found), runs=runs + sum(one.runs for one in found))
     horizon = first_window(residuals, last, windows)
@@ -183,6 +182,8 @@ def fit_from(
         history.append((float(runs), horizon, float(np.mean(evaluated.residual**2))))
         show(f"up to {horizon:.4g} s: chi-square of a sample {history[-1][2]:.4g}, {runs} runs")
         found_last = Fitted(z, evaluated, horizon, runs, tuple(history))
+        if residuals.budget.late:
+            return found_last
         longer = min(first + _GROWTH * (horizon - first), last)
         if longer > horizon:
             longer = min(longer, _reach(residuals, z, longer))
@@ -259,6 +260,8 @@ def fit_all(
 ) -> list[Fitted]:  # fmt: skip
     """Fit from starts, in threads or by an executor; those in `known` are taken from an interrupted search.
 
+    A search that the limit of time ends is not `done`, and no further one begins then.
+
     The number of starts `before` counts in their names.
     """
     jobs = [(before + k, before + len(points), z) for k, z in enumerate(points)]
@@ -273,16 +276,20 @@ def fit_all(
         work_there = partial(fit_start, residuals, last, windows, _silent)
         for (k, *_), one in zip(left, executor.map(work_there, left), strict=True):
             found[k] = one
-            done(k, one)
+            if not residuals.budget.late:
+                done(k, one)
     else:
 
         def work(i: int) -> None:
             k = left[i][0]
+            if k > 0 and residuals.budget.late:
+                return
             found[k] = fit_start(residuals, last, windows, show, left[i])
-            done(k, found[k])
+            if not residuals.budget.late:
+                done(k, found[k])
 
         in_threads(work, len(left), threads)
-    return [found[k] for k, *_ in jobs]
+    return [found[k] for k, *_ in jobs if k in found]
 
 
 def best_of(residuals: Residuals, found: list[Fitted]) -> Fitted:

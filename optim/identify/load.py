@@ -304,5 +304,5 @@ def described(identification: Identification) -> Mapping[str, Any]:
         content.update(one.system.experiment.model_dump_json(exclude={"title"}).encode())
         for channel in one.channels:
             content.update(channel.times.tobytes() + channel.values.tobytes())
-    other: Any = {"title": True, "plan": True, "fit": {"posterior_runs"}}  # --resume continues a chain that was short
+    other: Any = {"title": True, "plan": True, "fit": {"posterior_runs", "time"}}  # --resume continues
     return {**identification.file.model_dump(mode="json", exclude=other), "content": content.hexdigest()}

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from linkages import AssemblyError, InputError, RunError
 from linkages.base.arrays import Array
+from optim.identify.budget import Budget
 from optim.identify.curves import Curves
 from optim.identify.load import SHIFT, Channel, Identification, Measurement
 
@@ -65,8 +66,8 @@ class Residuals:
         Limits and start of z.
     deviations : list of lists of float
         Of a sample, by measurement and column; those that the file leaves open may be set.
-    deadline : float
-        Time of the clock at which searches end with their best values [s since the epoch].
+    budget : Budget
+        When searches end with their best values; the residuals of other windows and accuracies share it.
     """
 
     def __init__(self, task: Identification, active: tuple[str, ...] | None = None) -> None:
@@ -90,7 +91,7 @@ class Residuals:
             [_UNKNOWN * float(np.std(c.values)) if math.isnan(c.deviation) else c.deviation for c in one.channels]
             for one in task.measurements
         ]
-        self.deadline = math.inf
+        self.budget = Budget()
 
     @property
     def linear(self) -> NDArray[np.bool_]:
@@ -178,17 +179,14 @@ class Residuals:
         return factor if kind == "factor" else -offset * factor
 
     def __call__(
-        self,
-        z: Array,
-        horizon: float = math.inf,
-        regressed: NDArray[np.bool_] | None = None,
-        derivatives: bool = True,
+        self, z: Array, horizon: float = math.inf, regressed: NDArray[np.bool_] | None = None, derivatives: bool = True
     ) -> Evaluated:
         """Evaluate the residuals of the samples up to a time.
 
         `regressed` (k,) marks factors and biases that a linear regression replaces by the best ones of this design.
         Without derivatives the Jacobian is zero.
         """
+        self.budget.made += 1
         z, parts, until = z.copy(), [], math.inf
         free = np.zeros(len(z), bool) if regressed is None else regressed
         for m, one in enumerate(self.task.measurements):
@@ -298,6 +296,17 @@ def regression(columns: Array, wanted: Array) -> Array:
         return np.zeros(columns.shape[1])
     scale = np.maximum(np.linalg.norm(columns, axis=0), _TINY)
     return np.asarray(np.linalg.lstsq(columns / scale, wanted, rcond=None)[0] / scale, np.float64)
+
+
+def inverse(jacobian: Array) -> tuple[Array, Array]:
+    """Return sides (r, k) and root (k, k): root @ sides.T is the inverse of derivatives (r, k).
+
+    The covariance is root @ root.T; directions on which no residual depends are very uncertain.
+    """
+    scale = np.maximum(np.linalg.norm(jacobian, axis=0), _TINY)
+    sides, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)
+    root = (rows / np.maximum(singular, _INDEPENDENT)[:, None]).T / scale[:, None]
+    return np.asarray(sides, np.float64), np.asarray(root, np.float64)
 
 
 def complement(columns: Array, rows: Array) -> Array:

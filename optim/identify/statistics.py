@@ -6,8 +6,9 @@ tell, by a regression, the statistics there, their derivatives, and how much the
 
 from __future__ import annotations
 
+import copy
 import math
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,12 +36,16 @@ class Statistics(Residuals):
         self.deviations = [[1.0 for _ in one.channels] for one in task.measurements]
         self._roots: dict[int, Array] = {}
         for one in task.measurements:
-            if math.isnan(one.shift):
-                raise InputError(task.source, f"data.{one.name}.time.shift", "is not in statistics; give a number")
             for c in one.channels:
                 if len(c.times) < _PARTS**2:
                     where, count = f"data.{one.name}.columns.{c.name}", len(c.times)
                     raise InputError(task.source, where, f"has {count} samples; statistics need at least {_PARTS**2}")
+
+    def of_width(self, width: float) -> Self:
+        """Return the statistics of points at another distance from the values, with a scatter of their own."""
+        other = copy.copy(self)
+        other.width, other._roots = width, {}
+        return other
 
     @property
     def linear(self) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ import linkages
 import optim
 from linkages.cli.main import main
 from optim.identify.batches import SumsOfSquares
-from optim.identify.certainty import coloured, correlation_of
+from optim.identify.correlation import coloured, correlation_of
 from optim.identify.impacts import _parabola
 from optim.identify.load import load_identification
 from optim.identify.residuals import Residuals
