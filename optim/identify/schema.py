@@ -154,7 +154,7 @@ class IdentificationFile(Table):
             )
         for name, data in self.data.items():
             if self.fit.windows == "statistics" and data.time.shift == "fit":
-                raise ValueError(f'data.{name}.time.shift is not in statistics (fit.windows); give a number, not "fit"')
+                raise ValueError(f"data.{name}.time.shift: is not in statistics; give a number")
         for name, unknown in self.unknowns.items():
             if unknown.of is not None and unknown.of not in self.data:
                 raise ValueError(f'unknowns.{name}.of is "{unknown.of}"; there is no such table in data')
