@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 USUAL = 50.0  # most seconds of a fit if the file gives none
 _LEAST = 20  # runs that are made then in any case
@@ -23,16 +23,24 @@ class Budget:
         Runs that are made in any case.
     made : int
         Runs so far.
+    begin : float
+        Time of the clock [s since the epoch].
     """
 
     end: float = math.inf
     least: int = 0
     made: int = 0
+    begin: float = field(default_factory=time.time)
 
     @property
     def late(self) -> bool:
         """Whether searches must end."""
         return self.made >= self.least and time.time() > self.end
+
+    @property
+    def used(self) -> float:
+        """Part of the time that is over."""
+        return (time.time() - self.begin) / (self.end - self.begin)
 
 
 def search_budget(seconds: float | None) -> Budget:

@@ -16,7 +16,7 @@ from scipy.stats import qmc
 from linkages.base.arrays import Array
 from linkages.engines.threads import in_threads
 from optim.identify.batches import SumsOfSquares
-from optim.identify.impacts import Impacts
+from optim.identify.integrals import ORDERS, impacts_end, integrated, near_starts
 from optim.identify.residuals import Evaluated, Residuals, complement
 from optim.identify.schema import Windows
 from optim.identify.statistics import WIDTHS, Statistics
@@ -31,7 +31,8 @@ _HELD_SENSOR = 1e-6  # the same of a value without limits, relative to its effec
 _MOST = 60  # runs in a window
 _MOST_BATCHES = 4  # evaluations of statistics in a stage
 _WORTH = 1.02  # least ratio of two windows, at the horizon
-_IMPACTS = (2, 4)  # first impacts that lead a start
+_LED = 15  # runs with integrals of each order
+_TOGETHER = 2  # starts between two checks whether one has led
 _HOPELESS = 0.2, 25.0  # residuals of a wrong minimum: least part of a column's spread, and chi-square of a sample
 
 
@@ -150,10 +151,7 @@ def first_window(residuals: Residuals, last: float, windows: Windows) -> float:
 def fit_from(
     residuals: Residuals, z: Array, last: float, windows: Windows, show: Callable[[str], None] = lambda text: None
 ) -> Fitted:
-    """Fit from a start (k,), over windows that end before the horizon, from where on derivatives are not known.
-
-    First impacts lead the start, but where that ends in a wrong minimum it is fitted as it is, too.
-    """
+    """Fit from a start (k,), over windows that end before the horizon, from where on derivatives are not known."""
     if isinstance(residuals, Statistics):
         runs = 0
         for width in WIDTHS:
@@ -162,15 +160,34 @@ def fit_from(
             runs += search.runs * residuals.size
             show(f"statistics, {runs} runs")
         return Fitted(z, residuals.of_width(WIDTHS[-1])(z, last), last, runs, ())
-    if windows == "impacts":
-        led, runs = _led(residuals, z, last)
-        found = [fit_from(residuals, led, last, "grow", show)]
-        if runs and hopeless(residuals, found[0]) and not residuals.budget.late:
-            found.append(fit_from(residuals, z, last, "grow", show))
-        return replace(best_of(residuals, found), runs=runs + sum(one.runs for one in found))
+    if windows == "impacts" and (horizon := impacts_end(residuals, last)) > residuals.span()[0]:
+        return _through_impacts(residuals, z, horizon, last, show)
     horizon = first_window(residuals, last, windows)
     if windows == "all" and residuals(z, horizon).reason:  # a shorter beginning may run, and lead to values that do
         return fit_from(residuals, z, last, "grow", show)
+    return _grown(residuals, z, horizon, last, show)
+
+
+def _through_impacts(
+    residuals: Residuals, z: Array, horizon: float, last: float, show: Callable[[str], None]
+) -> Fitted:
+    """Fit integrals over the first impacts, then samples over windows that grow, unless they do not fit there."""
+    runs = 0
+    for order in ORDERS:
+        search = Search(integrated(residuals, horizon, order), z, horizon)
+        z, runs = search.solve(_LED).z, runs + search.runs
+    search = Search(residuals, z, horizon)
+    evaluated = search.solve(_MOST // 2)
+    found = Fitted(evaluated.z, evaluated, horizon, runs + search.runs, ())
+    if hopeless(residuals, found):
+        show(f"first impacts, {found.runs} runs: they do not fit")
+        return found
+    grown = _grown(residuals, found.z, horizon, last, show)
+    return replace(grown, runs=found.runs + grown.runs)
+
+
+def _grown(residuals: Residuals, z: Array, horizon: float, last: float, show: Callable[[str], None]) -> Fitted:
+    """Fit over a window, and longer ones as far as derivatives are known."""
     found_last: Fitted | None = None
     runs, history, first = 0, [], residuals.span()[0]
     while True:
@@ -190,22 +207,6 @@ def fit_from(
         if longer - first <= _WORTH * (horizon - first):
             return found_last
         horizon = longer
-
-
-def _led(residuals: Residuals, z: Array, last: float) -> tuple[Array, int]:
-    """Fit times and peaks of the first impacts; return the values and the number of runs, none without impacts."""
-    runs = 0
-    for count in _IMPACTS:
-        impacts = Impacts(residuals, count)
-        horizon = impacts.horizon(last)
-        if horizon > residuals.span()[0]:
-            if not runs:  # offsets would be errors of all peaks
-                aligned = residuals(z, horizon, residuals.of_kind("bias"), derivatives=False)
-                z = z if aligned.reason else aligned.z
-            search = Search(impacts, z, horizon)
-            z = search.solve(_MOST // 2).z
-            runs += search.runs
-    return z, runs
 
 
 def hopeless(residuals: Residuals, found: Fitted) -> bool:
@@ -228,11 +229,14 @@ def _reach(residuals: Residuals, z: Array, horizon: float) -> float:
     return 0.0 if evaluated.reason else max(evaluated.until, 0.0) * (1.0 + 1e-9)
 
 
-def starts(residuals: Residuals, count: int, seed: int, first: float) -> Array:
+def starts(residuals: Residuals, count: int, seed: int, last: float, windows: Windows) -> Array:
     """Return the starts (count, k): the given one, and the best of some points spread between the limits."""
     n = len(residuals.active)
     if count == 1:
         return residuals.start[None]
+    if windows == "impacts" and (first := impacts_end(residuals, last)) > residuals.span()[0]:
+        return np.vstack([residuals.start, near_starts(residuals, count - 1, seed, first)])
+    first = first_window(residuals, last, windows)
     sobol = qmc.Sobol(n, rng=np.random.default_rng(seed)).random(2 ** math.ceil(math.log2(_CANDIDATES * count)))
     points = np.tile(residuals.start, (len(sobol), 1))
     points[:, :n] = residuals.lower[:n] + sobol * (residuals.upper - residuals.lower)[:n]
@@ -256,11 +260,12 @@ def fit_start(
 def fit_all(
     residuals: Residuals, points: Array, before: int, last: float, windows: Windows, threads: int | None,
     executor: Executor | None, known: Mapping[int, Mapping[str, Any]], done: Callable[[int, Fitted], None],
-    show: Callable[[str], None],
+    show: Callable[[str], None], enough: bool = False,
 ) -> list[Fitted]:  # fmt: skip
     """Fit from starts, in threads or by an executor; those in `known` are taken from an interrupted search.
 
-    A search that the limit of time ends is not `done`, and no further one begins then.
+    A search that the limit of time ends is not `done`, and no further one begins then. With `enough`, none begins
+    after one that is not hopeless.
 
     The number of starts `before` counts in their names.
     """
@@ -272,23 +277,26 @@ def fit_all(
             z, history = np.array(row["z"]), tuple(tuple(line) for line in row["history"])
             found[k] = Fitted(z, residuals(z, row["horizon"]), row["horizon"], row["runs"], history)
     left = [job for job in jobs if job[0] not in found]
-    if executor is not None:
-        work_there = partial(fit_start, residuals, last, windows, _silent)
-        for (k, *_), one in zip(left, executor.map(work_there, left), strict=True):
-            found[k] = one
-            if not residuals.budget.late:
-                done(k, one)
-    else:
+    work_there = partial(fit_start, residuals, last, windows, _silent)
 
-        def work(i: int) -> None:
-            k = left[i][0]
-            if k > 0 and residuals.budget.late:
-                return
-            found[k] = fit_start(residuals, last, windows, show, left[i])
-            if not residuals.budget.late:
-                done(k, found[k])
+    def work(i: int) -> None:
+        k = left[i][0]
+        if k > 0 and residuals.budget.late:
+            return
+        found[k] = fit_start(residuals, last, windows, show, left[i])
+        if not residuals.budget.late:
+            done(k, found[k])
 
-        in_threads(work, len(left), threads)
+    while left and not (enough and any(not hopeless(residuals, one) for one in found.values())):
+        later, left = (left[_TOGETHER:], left[:_TOGETHER]) if enough else ([], left)
+        if executor is None:
+            in_threads(work, len(left), threads)
+        else:
+            for (k, *_), one in zip(left, executor.map(work_there, left), strict=True):
+                found[k] = one
+                if not residuals.budget.late:
+                    done(k, one)
+        left = later
     return [found[k] for k, *_ in jobs if k in found]
 
 

@@ -22,7 +22,7 @@ from optim.identify.accuracy import ErrorOfRuns, accurate
 from optim.identify.budget import extend, search_budget
 from optim.identify.certainty import Certainty, certainty
 from optim.identify.content import agreement, best_prediction, content_of, parameters, prediction
-from optim.identify.fit import Fitted, best_of, first_window, fit_all, hopeless, refine, starts
+from optim.identify.fit import Fitted, best_of, fit_all, hopeless, refine, starts
 from optim.identify.load import Identification, described
 from optim.identify.posterior import check_sampler, posterior
 from optim.identify.profile import profile
@@ -178,17 +178,16 @@ def _fit(
     last = last - share * (last - first)
     touches = any(one.system.experiment.can_touch for one in residuals.task.measurements)
     windows = fit.windows or ("impacts" if touches else "all")
-    shortest = first_window(residuals, last, windows)
     found: list[Fitted] = []
-    points = starts(residuals, fit.starts, fit.seed, shortest)
+    points = starts(residuals, fit.starts, fit.seed, last, windows)
     keep, known = partial(kept.keep, name), kept.known(name)
     for more in range(1, _ROUNDS + 2):
         least = best_of(residuals, found).cost if found else math.inf
-        found += fit_all(residuals, points, len(found), last, windows, *where, known, keep, show)
+        found += fit_all(residuals, points, len(found), last, windows, *where, known, keep, show, more > 1)
         best = best_of(residuals, found)
         if not hopeless(residuals, best) or best.cost > _BETTER * least or residuals.budget.late:
             break
-        points = starts(residuals, _NEW + 1, fit.seed + more, shortest)[1:]
+        points = starts(residuals, _NEW + 1, fit.seed + more, last, windows)[1:]
     if best.evaluated.reason:
         raise RunError(
             f"no start can be fitted: {best.evaluated.reason}; change the start or the limits of the unknowns"

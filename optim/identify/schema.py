@@ -81,7 +81,7 @@ class FitTable(Table):
     windows: Windows | None = Field(
         None,
         description="all: all samples at once; grow: first the beginning of the run, then up to the horizon of"
-        " predictability; impacts: times and peaks of the first impacts, then grow; statistics: means, deviations"
+        " predictability; impacts: integrals over the first impacts, then grow; statistics: means, deviations"
         " and peaks of many turns; default: impacts with contacts, else all",
     )
     deviations: Deviations = Field(
