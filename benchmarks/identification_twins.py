@@ -96,7 +96,7 @@ KINDS = {"film": film, "stribeck": stribeck, "dry": dry}
 def readings(
     folder: Path, twin: Twin, values: np.ndarray, sensors: dict[str, list[float]], shift: float
 ) -> list[np.ndarray]:
-    """Return the columns of the file: gain times the column plus offset is the output, the clock is late by the shift."""
+    """Return the columns of the file: gain times them plus offset is the output, the clock is late."""
     end = float(twin.times[-1]) + abs(shift)
     system = linkages.load(folder / "twin.toml", dict(zip(twin.values, map(float, values), strict=True)) | TIGHT)
     system = system.replaced({"duration": end})
@@ -160,7 +160,7 @@ def fitted(kind: str, seed: int, folder: Path) -> dict[str, Any]:
     heads = ",".join(["t", *(f"c{k}" for k in range(len(noisy)))])
     np.savetxt(folder / "run.csv", np.column_stack([twin.times, *noisy]), delimiter=",", header=heads, comments="")
     lines = ['experiment = "twin.toml"', "[data.run]", 'file = "run.csv"', 'time = { column = "t", shift = "fit" }']
-    true = {**{path: value for path, value in twin.values.items()}, "run.shift": shift}
+    true = twin.values | {"run.shift": shift}
     for k, ((name, free), size) in enumerate(zip(twin.columns.items(), sizes, strict=True)):
         lines += [f"[data.run.columns.c{k}]", f'output = "{name}"', f"deviation = {size}"]
         lines += [f'{what} = "fit"' for what in free]
@@ -223,7 +223,7 @@ def main() -> None:
                 print(f"    {line}", flush=True)
         size = np.abs(errors)
         print(
-            f"{kind}: {len(seconds)} twins; intervals of unknowns that hold {np.mean(intervals):.3f} of {len(intervals)};"
+            f"{kind}: {len(seconds)} twins; intervals of unknowns hold {np.mean(intervals):.3f} of {len(intervals)};"
             f" all errors within 1.96 deviations {np.mean(size < 1.96):.3f} of {len(size)}, largest {size.max():.2f};"
             f" deviations in exact ones {min(ratios, default=np.nan):.2f} to {max(ratios, default=np.nan):.2f};"
             f" longest fit {max(seconds):.1f} s",

@@ -20,6 +20,7 @@ from optim.identify.plan import missing_sensors
 from optim.identify.residuals import Residuals
 from optim.identify.statistics import NAMES, Statistics
 
+_NEARLY = 2.0  # largest ratio of sums of squares of predictions that are nearly as good
 _SAME = 0.05  # relative difference of chi-square up to which two starts have found the same
 
 
@@ -157,12 +158,30 @@ def _statistics(residuals: Residuals, z: Array) -> dict[str, dict[str, dict[str,
 
 def best_prediction(models: Mapping[str, Any], residuals: Residuals) -> str:
     """Return the name of the model whose prediction has the least sum of squares, in deviations of the columns."""
-    deviations = [x for one in residuals.deviations for x in one]
-    misses = {}
+    misses = _misses(models, residuals)
+    return min(misses, key=lambda name: misses[name])
+
+
+def other_laws(models: Mapping[str, Any], residuals: Residuals) -> dict[str, float]:
+    """Return how far each unknown lies from this model's value in those that predict nearly as well as the best one.
+
+    It estimates the error of a value that comes from the choice of a law.
+    """
+    misses, found = _misses(models, residuals), dict[str, float]()
+    for name in (name for name in models if name != "this" and misses[name] <= _NEARLY * min(misses.values())):
+        for key, one in models[name]["parameters"].items():
+            away = abs(one["value"] - models["this"]["parameters"][key]["value"])
+            found[key] = max(away, found.get(key, 0.0))
+    return found
+
+
+def _misses(models: Mapping[str, Any], residuals: Residuals) -> dict[str, float]:
+    """Return the sums of squares of the predictions, in deviations of the columns."""
+    deviations, misses = [x for one in residuals.deviations for x in one], {}
     for name, one in models.items():
         left = [math.inf if x is None else x for x in one["prediction"]["rms"].values()]
         misses[name] = sum((x / deviation) ** 2 for x, deviation in zip(left, deviations, strict=True))
-    return min(misses, key=lambda name: misses[name])
+    return misses
 
 
 def _curves(residuals: Residuals, found: Fitted) -> dict[str, Any]:

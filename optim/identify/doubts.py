@@ -25,7 +25,8 @@ def doubts(residuals: Residuals, found: Fitted, judged: Certainty) -> list[str]:
     if judged.lost:
         result.append(
             "these values do not explain the data, so no deviation is stated: the search has ended at a wrong minimum,"
-            " or the model lacks something; give fit.starts, nearer starts, or other laws"
+            " or the model lacks something; give fit.starts, nearer starts, other laws, or with contacts fit.windows ="
+            ' "statistics", which compares means and peaks of long records'
         )
     for k, name in enumerate(names):
         probability = judged.tests["chi_square_probability"][k]

@@ -21,7 +21,7 @@ from linkages.input.files.writing import write_json
 from optim.identify.accuracy import ErrorOfRuns, accurate
 from optim.identify.budget import extend, search_budget
 from optim.identify.certainty import Certainty, certainty
-from optim.identify.content import agreement, best_prediction, content_of, parameters, prediction
+from optim.identify.content import agreement, best_prediction, content_of, other_laws, parameters, prediction
 from optim.identify.fit import Fitted, best_of, fit_all, hopeless, refine, starts
 from optim.identify.load import Identification, described
 from optim.identify.posterior import check_sampler, posterior
@@ -126,6 +126,7 @@ def identify(
             for name in results
         }
         content["best_alternative"] = best_prediction(content["alternatives"], residuals)
+        content["other_laws"] = other_laws(content["alternatives"], residuals)
     if profiles:
         for k, name in enumerate(residuals.names[: len(residuals.active)]):
             show(f"profile of {name}")

@@ -26,6 +26,7 @@ _FEWEST = 8  # samples of a column
 SHIFT = 0.1  # largest shift of a clock that is fitted, relative to the time of its samples
 _BEFORE = 1e-2  # the same without a fit, before the start of the run, where the run continues in straight lines
 _LONGEST = 100.0  # last time relative to the duration of the experiment: longer ones have a wrong unit
+_LARGEST = 1e100  # of a sample: sums of squares are numbers
 _UNEVEN = 1e-3  # largest deviation of the intervals of a column with a filter, relative to their mean
 
 
@@ -244,6 +245,11 @@ def _check_samples(times: Array, values: Array) -> None:
         if not np.isfinite(array).all():
             line = int(np.flatnonzero(~np.isfinite(array))[0])
             raise ValueError(f"{what} no number in row {line + 1}; remove the row, or repair it")
+        if np.abs(array).max() > _LARGEST:
+            line = int(np.abs(array).argmax())
+            raise ValueError(
+                f"{what} {array[line]:g} in row {line + 1}; at most {_LARGEST:g} is possible; remove or repair it"
+            )
     if not np.all(np.diff(times) > 0.0):
         line = int(np.flatnonzero(np.diff(times) <= 0.0)[0])
         raise ValueError(f"the times do not increase from row {line + 1} to row {line + 2}; sort the rows")
@@ -284,6 +290,11 @@ def _sections(chosen: Filter, times: Array) -> Array:
     if chosen.cutoff >= 0.5 * rate:
         raise ValueError(
             f"filter.cutoff, {chosen.cutoff:g} Hz, must be below half the sampling rate, {0.5 * rate:g} Hz"
+        )
+    if chosen.cutoff < 1.0 / float(np.ptp(times)):
+        raise ValueError(
+            f"filter.cutoff, {chosen.cutoff:g} Hz, must be at least {1.0 / float(np.ptp(times)):.3g} Hz, one period in"
+            " the time of the samples"
         )
     return np.asarray(butter(chosen.order, chosen.cutoff, fs=rate, output="sos"), np.float64)
 

@@ -76,6 +76,8 @@ def format_identification(found: Mapping[str, Any]) -> str:
         lines.append(f"model {name}: rms of the prediction {rows}")
     if "best_alternative" in found:
         lines.append(f"model {found['best_alternative']} predicts best")
+    for name, away in found.get("other_laws", {}).items():
+        lines.append(f"other laws that predict nearly as well change {name} by {away:.2g}")
     for pair in found["correlated"]:
         lines.append(
             f"strongly correlated ({pair['correlation']:.3f}): {pair['together']}; with one given, the other has"
