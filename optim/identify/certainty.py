@@ -24,7 +24,6 @@ _TINY = 1e-120  # stands for zero in denominators: its square is a number, too
 AT_LIMIT = 1e-4  # distance from a limit, relative to the distance of the limits
 _LAGS = 20  # of the test of whiteness
 _LEAST_FREEDOM = 3.0
-_SEE = "chi_square_probability", "whiteness"  # tests that see an error of the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,9 +198,8 @@ def _tests(
         found["whiteness"].append(_ljung_box(left) if enough else None)
         thin = left[:: max(1, round(time))]
         found["normality"].append(float(normaltest(thin).pvalue) if enough and len(thin) >= FEWEST else None)
-        found["model_error"].append(
-            _model_error(left, mean, *(found[key][-1] for key in _SEE), channel.sections is None)
-        )
+        size, white = found["chi_square_probability"][-1], found["whiteness"][-1]
+        found["model_error"].append(_model_error(left, mean, size, white, channel.sections is None))
     return found
 
 

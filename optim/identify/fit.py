@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
@@ -76,24 +77,24 @@ class Search:
     `moving` (k,) marks the values that move; the others stay as in `z`.
     """
 
-    def __init__(self, residuals: Residuals, z: Array, horizon: float, moving: Array | None = None) -> None:
+    def __init__(self, residuals: Residuals, z: Array, horizon: float, moving: NDArray[np.bool_] | None = None) -> None:
         self.residuals, self.horizon, self.runs = residuals, horizon, 0
-        moving = np.ones(len(z), bool) if moving is None else moving
+        moving = np.ones(len(z), np.bool_) if moving is None else moving
         self.z, self.linear, self.moving = z.copy(), residuals.linear & moving, moving & ~residuals.linear
-        self._latest: tuple[bytes, Evaluated] | None = None
+        self._latest: Evaluated | None = None
         self._best: Evaluated | None = None
 
     def at(self, x: Array) -> Evaluated:
         """Evaluate the residuals, once for equal values."""
-        for one in (self._latest, self._best and (self._best.z[self.moving].tobytes(), self._best)):
-            if one is not None and one[0] == x.tobytes():
-                return one[1]
+        for one in (self._latest, self._best):
+            if one is not None and np.array_equal(one.z[self.moving], x):
+                return one
         if self._best is not None and self.residuals.budget.late:
             raise _TimeIsUpError
         z = self.z.copy()
         z[self.moving] = x
         found = self.residuals(z, self.horizon, self.linear)
-        self._latest, self.runs = (x.tobytes(), found), self.runs + 1
+        self._latest, self.runs = found, self.runs + 1
         if self._best is None or np.sum(found.residual**2) < np.sum(self._best.residual**2):
             self._best = found
         return found

@@ -130,11 +130,11 @@ def identify(
     if profiles:
         for k, name in enumerate(residuals.names[: len(residuals.active)]):
             show(f"profile of {name}")
-            ends, points, runs = profile(residuals, found, judged, k)
+            ends, points, made = profile(residuals, found, judged, k)
             content["parameters"][name] |= {
                 "profile": points.tolist(),
                 "profile_interval": list(ends),
-                "profile_runs": runs,
+                "profile_runs": made,
             }
     if samples:
         store = None if checkpoint is None else checkpoint.with_name(SAMPLES)

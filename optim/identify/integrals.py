@@ -120,7 +120,7 @@ def _costs_of(residuals: Residuals, m: int, one: Measurement, points: Array, hor
         moves = np.arange(-most, most + 1, max(1, 2 * most // _SHIFTS))
     count = int(np.ptp(times) / interval) + 1
     first = round((float(times[0]) + (0.0 if places else one.shift)) / interval)
-    grid = interval * np.arange(max(first + count + int(moves.max()), 2))
+    grid: Array = interval * np.arange(max(first + count + int(moves.max()), 2), dtype=np.float64)
     mine, outputs = residuals.owned(one), list(dict.fromkeys(c.output for c in one.channels))
     batch: Any = simulate_batch(
         one.system.replaced({"duration": float(grid[-1])}), [residuals.task.paths[residuals.active[k]] for k in mine],
