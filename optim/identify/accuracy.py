@@ -11,9 +11,10 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.input.files.writing import finite
+from optim.identify.algebra import inverse
 from optim.identify.budget import USUAL
 from optim.identify.fit import Fitted, fit_again, refine
-from optim.identify.residuals import Residuals, inverse
+from optim.identify.residuals import Residuals
 from optim.identify.statistics import Statistics
 
 _ENOUGH = 0.1  # largest shift of a value by the error of the runs, in deviations

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, normaltest, t
 
 from linkages.base.arrays import Array
+from optim.identify.algebra import inverse
 from optim.identify.correlation import DOUBT, FEWEST, INDEPENDENT, Correlation, coloured, correlation_of
 from optim.identify.fit import Fitted, hopeless
-from optim.identify.residuals import Residuals, inverse
+from optim.identify.residuals import Residuals
 from optim.identify.schema import Deviations
 
 LEVEL = 0.95

@@ -19,7 +19,8 @@ from scipy.stats import qmc
 
 from linkages import simulate_batch
 from linkages.base.arrays import Array
-from optim.identify.load import Channel, Measurement, filtered
+from optim.identify.filters import filtered
+from optim.identify.load import Channel, Measurement
 from optim.identify.residuals import Residuals
 
 ORDERS = (2, 1)  # of the integrals that lead a search, in turn

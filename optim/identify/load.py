@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from linkages import InputError, System
 from linkages.base.arrays import Array
@@ -19,7 +18,8 @@ from linkages.input.files.toml import leaves, read_toml, validate
 from linkages.input.files.unit_conversion import read, si
 from linkages.input.model.experiment import value_unit
 from linkages.results.outputs.registry import check_output, unit
-from optim.identify.schema import DataFile, Filter, IdentificationFile, MeasuredColumn, Unknown
+from optim.identify.filters import filtered, sections_of
+from optim.identify.schema import DataFile, IdentificationFile, MeasuredColumn, Unknown
 from optim.problem.load import shipped_or_beside, within
 
 _FEWEST = 8  # samples of a column
@@ -27,7 +27,6 @@ SHIFT = 0.1  # largest shift of a clock that is fitted, relative to the time of 
 _BEFORE = 1e-2  # the same without a fit, before the start of the run, where the run continues in straight lines
 _LONGEST = 100.0  # last time relative to the duration of the experiment: longer ones have a wrong unit
 _LARGEST = 1e100  # of a sample: sums of squares are numbers
-_UNEVEN = 1e-3  # largest deviation of the intervals of a column with a filter, relative to their mean
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +225,7 @@ def _channel(
         values = recording.column(column.column or name, si_unit, column.unit)
         _check_samples(times, values)
         _check_times(times, data.time.shift, system.experiment.duration)
-        sections = None if column.filter is None else _sections(column.filter, times)
+        sections = None if column.filter is None else sections_of(column.filter, times)
         deviation = _deviation(column, recording, column.column or name, si_unit)
     raw, values = values, filtered(values, sections)
     if sections is not None:
@@ -280,31 +279,6 @@ def _deviation(column: MeasuredColumn, recording: Recording, name: str, si_unit:
     if not size > 0.0:
         raise ValueError(f"deviation is {column.deviation!r}; it must be positive")
     return float(size)
-
-
-def _sections(chosen: Filter, times: Array) -> Array:
-    steps = np.diff(times)
-    if np.abs(steps - steps.mean()).max() > _UNEVEN * steps.mean():
-        raise ValueError("a filter needs equal intervals between the samples")
-    rate = 1.0 / steps.mean()
-    if chosen.cutoff >= 0.5 * rate:
-        raise ValueError(
-            f"filter.cutoff, {chosen.cutoff:g} Hz, must be below half the sampling rate, {0.5 * rate:g} Hz"
-        )
-    if chosen.cutoff < 1.0 / float(np.ptp(times)):
-        raise ValueError(
-            f"filter.cutoff, {chosen.cutoff:g} Hz, must be at least {1.0 / float(np.ptp(times)):.3g} Hz, one period in"
-            " the time of the samples"
-        )
-    return np.asarray(butter(chosen.order, chosen.cutoff, fs=rate, output="sos"), np.float64)
-
-
-def filtered(rows: Array, sections: Array | None) -> Array:
-    """Filter samples (n, ...) forwards and backwards."""
-    if sections is None:
-        return rows
-    most = 3 * (2 * len(sections) + 1)
-    return np.asarray(sosfiltfilt(sections, rows, axis=0, padlen=min(most, len(rows) - 1)), np.float64)
 
 
 def described(identification: Identification) -> Mapping[str, Any]:

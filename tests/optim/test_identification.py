@@ -17,9 +17,10 @@ from optim.identify.batches import SumsOfSquares
 from optim.identify.certainty import certainty
 from optim.identify.correlation import coloured, correlation_of
 from optim.identify.doubts import doubts
-from optim.identify.fit import Search, fit_from
+from optim.identify.fit import fit_from
 from optim.identify.load import load_identification
 from optim.identify.residuals import Residuals
+from optim.identify.search import Search
 
 SLIDER = """<sdf version="1.9"><model name="oscillator">
 <link name="mass"><inertial><mass>0.5</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial></link>
