@@ -484,7 +484,13 @@ def test_the_press_of_the_tutorial_needs_a_probe_at_its_journal(tmp_path, monkey
     task.write_text(machine + data)
     assert optim.plan(load_identification(task))["best"]["sensors"] == ["torque", "probe"]
     without = optim.identify(load_identification(task))
-    assert [one["identifiable"] for one in without["parameters"].values()] == [False, False, True, True]
+    assert [one["identifiable"] for one in without["parameters"].values()] == [True, False, True, True]
+    relative = [one["deviation"] / one["value"] for one in without["parameters"].values()]
+    assert relative[0] == pytest.approx(0.12, abs=0.03)  # as the page says
+    assert relative[1] == pytest.approx(0.40, abs=0.08)
+    for one in without["parameters"].values():
+        assert one["interval"][0] < names["true"][one["path"]] < one["interval"][1]
+    assert without["correlated"][0]["unknowns"] == ["clearance", "viscosity"]
     assert without["sensors"]  # further ones: the torque was measured
     assert not {"slider7.ax", "O1.torque"} & set(without["sensors"])
     task.write_text(machine + data + probe)
