@@ -25,6 +25,7 @@ _TINY = 1e-120  # stands for zero in denominators: its square is a number, too
 AT_LIMIT = 1e-4  # distance from a limit, relative to the distance of the limits
 _LAGS = 20  # of the test of whiteness
 _LEAST_FREEDOM = 3.0
+_FAR = 25.0  # chi-square of a sample that no noise explains
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +73,13 @@ class Certainty:
         return np.sqrt(np.diag(self.covariance))
 
 
-def certainty(residuals: Residuals, found: Fitted, deviations: Deviations, shift: Array | None = None) -> Certainty:
-    """Judge the values of a fit, which the error of the runs shifts (k,)."""
+def certainty(
+    residuals: Residuals, found: Fitted, deviations: Deviations, shift: Array | None = None, single: bool = False
+) -> Certainty:
+    """Judge the values of a fit, which the error of the runs shifts (k,).
+
+    `single` says that one start of several has found them: if they explain a column badly, too, the minimum is wrong.
+    """
     n, residual, jacobian = len(residuals.active), found.evaluated.residual, found.evaluated.jacobian
     groups = residuals.groups(found.horizon)
     correlations = [INDEPENDENT if deviations == "white" else correlation_of(residual[rows]) for _, rows in groups]
@@ -91,7 +97,9 @@ def certainty(residuals: Residuals, found: Fitted, deviations: Deviations, shift
     alone, idle = _covariance(jacobian), np.linalg.norm(jacobian, axis=0) == 0.0
     jacobian = _independent(jacobian, groups, correlations) / math.sqrt(factor)
     room = residuals.upper[:n] - residuals.lower[:n]
-    lost = hopeless(residuals, found)
+    stated = (p is not None for p in tests["chi_square_probability"])
+    far = any(known and (x or 0.0) > _FAR for known, x in zip(stated, tests["chi_square"], strict=True))
+    lost = hopeless(residuals, found) or (single and far)
     inside = np.minimum(found.z[:n] - residuals.lower[:n], residuals.upper[:n] - found.z[:n]) > AT_LIMIT * room
     covariance, singular, mixtures, told, known = judge(residuals, jacobian, inside & (not lost))
     inflation = np.diag(covariance) / np.diag(alone)

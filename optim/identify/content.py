@@ -15,13 +15,12 @@ from optim.identify.accuracy import ErrorOfRuns
 from optim.identify.certainty import Certainty, interval
 from optim.identify.correlation import DOUBT
 from optim.identify.doubts import ASSUMED, correlated, doubts, mixture_text
-from optim.identify.fit import Fitted
+from optim.identify.fit import Fitted, agreeing
 from optim.identify.plan import missing_sensors
 from optim.identify.residuals import Residuals
 from optim.identify.statistics import NAMES, Statistics
 
 _NEARLY = 2.0  # largest ratio of sums of squares of predictions that are nearly as good
-_SAME = 0.05  # relative difference of chi-square up to which two starts have found the same
 
 
 def content_of(
@@ -207,8 +206,7 @@ def _curves(residuals: Residuals, found: Fitted) -> dict[str, Any]:
 def agreement(all_starts: list[Fitted], best: Fitted, judged: Certainty) -> dict[str, Any]:
     """Return how many starts have ended at the best chi-square, and a warning if one has that no deviation confirms."""
     costs = [one.cost for one in all_starts]
-    least = min((one.cost for one in all_starts if one.horizon >= 0.99 * best.horizon), default=math.inf)
-    same = sum(one.cost <= least * (1.0 + _SAME) + 1e-9 and one.horizon >= 0.99 * best.horizon for one in all_starts)
+    same = agreeing(all_starts, best)
     result: dict[str, Any] = {
         "count": len(costs),
         "same": same,

@@ -29,6 +29,7 @@ _MOST_BATCHES = 4  # evaluations of statistics in a stage
 _WORTH = 1.02  # least ratio of two windows, at the horizon
 _LED = 15  # runs with integrals of each order
 _TOGETHER = 2  # starts between two checks whether one has led
+_SAME = 0.05  # relative difference of chi-square up to which two starts have found the same
 _HOPELESS = 0.2, 25.0  # residuals of a wrong minimum: least part of a column's spread, and chi-square of a sample
 
 
@@ -239,6 +240,12 @@ def fit_again(residuals: Residuals, found: Fitted) -> Fitted:
     search = Search(residuals, found.z, found.horizon)
     evaluated = search.solve()
     return replace(found, z=evaluated.z, evaluated=evaluated, runs=found.runs + search.runs)
+
+
+def agreeing(all_starts: list[Fitted], best: Fitted) -> int:
+    """Return how many starts have ended at the best chi-square of the window of the best one."""
+    costs = [one.cost for one in all_starts if one.horizon >= 0.99 * best.horizon]
+    return sum(cost <= min(costs) * (1.0 + _SAME) + 1e-9 for cost in costs)
 
 
 def refine(residuals: Residuals, found: Fitted) -> Fitted:

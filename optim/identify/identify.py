@@ -22,7 +22,7 @@ from optim.identify.accuracy import ErrorOfRuns, accurate
 from optim.identify.budget import extend, search_budget
 from optim.identify.certainty import Certainty, certainty
 from optim.identify.content import agreement, best_prediction, content_of, other_laws, parameters, prediction
-from optim.identify.fit import Fitted, best_of, fit_all, hopeless, refine, starts
+from optim.identify.fit import Fitted, agreeing, best_of, fit_all, hopeless, refine, starts
 from optim.identify.load import Identification, described
 from optim.identify.posterior import check_sampler, posterior
 from optim.identify.profile import profile
@@ -196,7 +196,9 @@ def _fit(
     ended = residuals.budget.late
     extend(residuals.budget, fit.time)
     residuals, best, runs = accurate(residuals, refine(residuals, best), show)
-    return residuals, best, certainty(residuals, best, fit.deviations, runs.shift), found, replace(runs, ended=ended)
+    single = len(found) > 1 and agreeing(found, best) == 1
+    judged = certainty(residuals, best, fit.deviations, runs.shift, single)
+    return residuals, best, judged, found, replace(runs, ended=ended)
 
 
 class _Checkpoint:

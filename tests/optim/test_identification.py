@@ -782,6 +782,18 @@ def test_the_error_of_the_model_is_estimated_from_the_residuals(tmp_path):
     assert found["residual"]["model_error"][0] == pytest.approx(4e-3 / np.sqrt(2.0), rel=0.1)
 
 
+def test_a_poor_fit_that_one_of_several_starts_has_found_states_no_deviation(tmp_path):
+    """Residuals of 5.7 deviations: a model with an error if all starts agree, else a wrong minimum."""
+    path, times = oscillator(tmp_path), np.linspace(0.01, 1.9, 400)
+    table = np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1)
+    table[:, 1] += 4.0 * np.sin(40.0 * times)
+    np.savetxt(tmp_path / "run.csv", table, delimiter=",", header="t,x", comments="")
+    residuals = Residuals(load_identification(path))
+    found = fit_from(residuals, residuals.start, 1.9, "all")
+    assert np.isfinite(certainty(residuals, found, "autocorrelated").deviations).all()
+    assert np.isnan(certainty(residuals, found, "autocorrelated", single=True).deviations).all()
+
+
 def test_other_laws_that_predict_as_well_tell_the_error_of_a_value(tmp_path):
     task = TASK + "[alternatives.thicker]\nset = { sdf.links.mass.mass = 0.5005 }\n"
     found = optim.identify(load_identification(oscillator(tmp_path, task=task)))
