@@ -221,10 +221,10 @@ def main() -> None:
             print(f"{kind} {seed}, {one['seconds']:.1f} s, up to {one['horizon']:.2f}: {', '.join(parts)}", flush=True)
             for line in one["warnings"] if given.warnings else ():
                 print(f"    {line}", flush=True)
-        size = np.abs(errors or [np.nan])
+        size, share = np.abs(errors or [np.nan]), np.mean(intervals or [np.nan])
         print(
-            f"{kind}: {len(seconds)} twins; intervals of unknowns hold {np.mean(intervals or [np.nan]):.3f} of {len(intervals)};"
-            f" all errors within 1.96 deviations {np.mean(size < 1.96):.3f} of {len(size)}, largest {max(size, default=np.nan):.2f};"
+            f"{kind}: {len(seconds)} twins; intervals of unknowns hold {share:.3f} of {len(intervals)};"
+            f" all errors within 1.96 deviations {np.mean(size < 1.96):.3f} of {len(errors)}, largest {size.max():.2f};"
             f" deviations in exact ones {min(ratios, default=np.nan):.2f} to {max(ratios, default=np.nan):.2f};"
             f" longest fit {max(seconds, default=np.nan):.1f} s",
             flush=True,
