@@ -116,9 +116,10 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
 def _answer(found: dict[str, Any]) -> list[str]:
     said = []
     for name, one in found["parameters"].items():
-        if one["identifiable"]:
+        if one["interval"]:
             low, high = one["interval"]
             said.append(f"{name} is {one['value']:.4g} {one['unit']}, in 95 % of cases {low:.4g} to {high:.4g}.")
         else:
             said.append(f"{name} is not identifiable from these measurements.")
+    said.append(f"{found['assumed'][0].upper()}{found['assumed'][1:]}.")
     return said + [f"{warning[0].upper()}{warning[1:]}." for warning in found["warnings"]]

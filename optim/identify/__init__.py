@@ -1,18 +1,27 @@
 """Identification: the values of a machine that explain measurements, and how certain they are.
 
-| module     | content                                                                     |
-|------------|-----------------------------------------------------------------------------|
-| schema     | the tables of an identification file                                        |
-| load       | the file, its experiment and its data, checked: an `Identification`         |
-| residuals  | measured less computed samples, and their derivatives, from one run         |
-| batches    | the sum of squares of many values, from runs in a batch                     |
-| impacts    | times and peaks of the first impacts, which lead the start of the fit       |
-| statistics | means, deviations and peaks of many turns, beyond the horizon               |
-| fit        | least squares from several starts, over windows that grow                   |
-| certainty  | deviations, intervals, what is identifiable, tests of the residuals         |
-| profile    | profile likelihood of one unknown                                           |
-| posterior  | samples of the posterior by emcee                                           |
-| plan       | certainty that candidate sensors would give, before any measurement         |
-| writing    | results as text, and as an experiment                                       |
-| identify   | all of it; the content of ``result.json``                                   |
+| module      | content                                                                     |
+|-------------|-----------------------------------------------------------------------------|
+| schema      | the tables of an identification file                                        |
+| load        | the file, its experiment and its data, checked: an `Identification`         |
+| filters     | filters of measured and computed samples                                    |
+| residuals   | measured less computed samples, and their derivatives, from one run         |
+| batches     | the sum of squares of many values, from runs in a batch                     |
+| curves      | outputs of a run and their derivatives at the times of samples              |
+| integrals   | integrals over the first impacts, which lead the start of the fit           |
+| budget      | the limit of time of a fit                                                  |
+| accuracy    | the error of the runs, and runs that are accurate enough                    |
+| statistics  | means, deviations and peaks of many turns, beyond the horizon               |
+| algebra     | linear algebra of least squares                                             |
+| search      | least squares from one start                                                |
+| fit         | least squares from several starts, over windows that grow                   |
+| certainty   | deviations, intervals, what is identifiable, tests of the residuals         |
+| correlation | correlation of neighbouring residuals                                       |
+| doubts      | warnings, mixtures of unknowns                                              |
+| profile     | profile likelihood of one unknown                                           |
+| posterior   | samples of the posterior by emcee                                           |
+| plan        | certainty that candidate sensors would give, before any measurement         |
+| writing     | results as text, and as an experiment                                       |
+| content     | the content of ``result.json`` that follows from a fit                      |
+| identify    | all of it                                                                   |
 """

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linkages import simulate_batch
 from linkages.base.arrays import Array
+from optim.identify.curves import step_in_time
+from optim.identify.load import Channel
 from optim.identify.residuals import Residuals
 
 _NODES = 5  # shifts of a clock between which samples are interpolated
@@ -24,10 +27,20 @@ class SumsOfSquares:
     centre, reach : (k,) arrays
         Values around which fitted shifts of clocks lie, and their largest distances from them [s]; other values are
         not limited.
+    regressed : (k,) array of bool, optional
+        Factors and biases that a linear regression replaces by the best ones of each design; default: none.
     """
 
-    def __init__(self, residuals: Residuals, horizon: float, centre: Array, reach: Array) -> None:
+    def __init__(
+        self,
+        residuals: Residuals,
+        horizon: float,
+        centre: Array,
+        reach: Array,
+        regressed: NDArray[np.bool_] | None = None,
+    ) -> None:
         self._residuals = residuals
+        self._free = np.zeros(len(centre), bool) if regressed is None else regressed
         measurements = range(len(residuals.task.measurements))
         self._batches = [_Batch(residuals, m, horizon, centre, reach) for m in measurements]
 
@@ -35,37 +48,43 @@ class SumsOfSquares:
         """Return the sums (m,), with the residuals of the priors; infinite where a run fails."""
         total = np.array([np.sum(self._residuals.priors(z)[0] ** 2) for z in points])
         for batch in self._batches:
-            total += batch.squares(points, threads)
+            total += batch.squares(points.copy(), self._free, threads)
         return np.where(np.isfinite(total), total, math.inf)
 
 
 class _Batch:
     """Runs of the machine of measurement m.
 
-    They have common times of samples. If a shift is fitted, each sample is taken at some shifts, and a polynomial
-    interpolates it; samples before the beginning of a run are left out.
+    They have common times of samples. If a shift is fitted, each sample is taken at some shifts within the run, and a
+    polynomial interpolates it; before the beginning of a run it continues in a straight line, as in a single run.
     """
 
     def __init__(self, residuals: Residuals, m: int, horizon: float, centre: Array, reach: Array) -> None:
         self._residuals, self._m, task = residuals, m, residuals.task
         self._one = one = task.measurements[m]
-        self._mine = [k for k, j in enumerate(residuals.active) if task.owners[j] in (None, one.name)]
+        self._mine = residuals.owned(one)
         ends = (residuals.lower, residuals.upper)
         self._limits = np.array([residuals.values(end)[self._mine] for end in ends])
         place = ("shift", m, -1)
         room = sum(reach[k] for k, one in enumerate(residuals.places, len(residuals.active)) if one == place)
-        nodes = room * np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES) if room else np.zeros(1)
-        self._nodes = nodes + residuals.sensor(centre, "shift", m)
-        self._parts = [
-            slice(int(np.searchsorted(c.times, -self._nodes.min())), residuals.used(c, horizon).stop)
-            for c in one.channels
-        ]
-        times = [c.times[part, None] + self._nodes for c, part in zip(one.channels, self._parts, strict=True)]
+        middle = residuals.sensor(centre, "shift", m)
+        self._low, self._high = middle - room, middle + room
+        self._parts = [residuals.used(c, horizon) for c in one.channels]
+        times = [self._nodes(c, part) for c, part in zip(one.channels, self._parts, strict=True)]
         self._times = np.unique(np.concatenate([at.ravel() for at in times]))
         self._places = [np.searchsorted(self._times, at) for at in times]
         self._system = one.system.replaced({"duration": float(self._times[-1])}) if len(self._times) else one.system
 
-    def squares(self, points: Array, threads: int | None) -> Array:
+    def _nodes(self, channel: Channel, part: slice) -> Array:
+        """Return the times (n, _NODES + 2) of a column: the nodes of each sample, and both of the run's beginning."""
+        times = channel.times[part, None]
+        first, last = np.maximum(times + self._low, 0.0), np.maximum(times + self._high, 0.0)
+        beginning = np.zeros((len(times), 2))
+        if np.any(times + self._low < 0.0):
+            beginning[:, 1] = step_in_time(channel.times[part], float(last[-1, 0]))
+        return np.hstack([first + (last - first) * _UNIT, beginning])
+
+    def squares(self, points: Array, free: NDArray[np.bool_], threads: int | None) -> Array:
         """Return the sums of squares (m,) of all columns; NaN where a run fails."""
         residuals, m, channels = self._residuals, self._m, self._one.channels
         paths = [residuals.task.paths[residuals.active[k]] for k in self._mine]
@@ -75,19 +94,35 @@ class _Batch:
             self._system, paths, values, outputs, None, threads, lambda part: None, limits=self._limits,
             samples=self._times,
         ).samples  # fmt: skip
-        blend = _interpolation(self._nodes, np.array([residuals.sensor(z, "shift", m) for z in points]))
-        result = np.zeros(len(points))
+        shifts, result = np.array([residuals.sensor(z, "shift", m) for z in points]), np.zeros(len(points))
         for c, channel in enumerate(channels):
-            factor, bias = np.array([[residuals.sensor(z, kind, m, c) for z in points] for kind in ("factor", "bias")])
-            curves = found[:, self._places[c], outputs.index(channel.output)]
-            computed = channel.filtered(factor * np.einsum("mtn,mn->tm", curves, blend) + bias)
-            left = channel.values[self._parts[c], None] - computed
+            curves = found[:, :, outputs.index(channel.output)]
+            left, _ = residuals.left(m, c, self._parts[c], self._shifted(c, curves, shifts), points, free)
             result += np.sum((left / residuals.deviations[m][c]) ** 2, axis=0)
         return result
 
+    def _shifted(self, c: int, curves: Array, shifts: Array) -> Array:
+        """Return the samples (n, m) of a column at the shifts of m runs, from their curves (m, nt)."""
+        places, times = self._places[c], self._one.channels[c].times[self._parts[c]]
+        early = int(np.searchsorted(times, -self._low))  # their nodes are not those of the others
+        result = np.empty((len(times), len(shifts)))
+        room = self._high - self._low
+        weights = _weights((shifts - self._low) / room if room else 0.0 * shifts)
+        result[early:] = np.einsum("mtn,mn->tm", curves[:, places[early:, :_NODES]], weights)
+        for i in range(early):
+            first, last = self._times[places[i, [0, _NODES - 1]]]
+            at = times[i] + shifts
+            weights = _weights((np.maximum(at, 0.0) - first) / (last - first) if last > first else 0.0 * at)
+            start, next_one = places[i, _NODES:]
+            rate = (curves[:, next_one] - curves[:, start]) / (self._times[next_one] - self._times[start])
+            result[i] = np.sum(curves[:, places[i, :_NODES]] * weights, axis=1) + rate * np.minimum(at, 0.0)
+        return result
 
-def _interpolation(nodes: Array, at: Array) -> Array:
-    """Return the weights (m, nn) of values at nodes (nn,) in the values of a polynomial at m places."""
-    scale = float(np.ptp(nodes)) or 1.0
-    powers = np.vander((nodes - nodes.mean()) / scale)
-    return np.asarray(np.vander((at - nodes.mean()) / scale, len(nodes)) @ np.linalg.inv(powers), np.float64)
+
+#: Nodes of the interpolation between 0 and 1, with both ends.
+_UNIT = 0.5 - 0.5 * np.cos(np.pi * np.arange(_NODES) / (_NODES - 1))
+
+
+def _weights(at: Array) -> Array:
+    """Return the weights (m, _NODES) of values at the nodes in the values of their polynomial at m places."""
+    return np.asarray(np.vander(at - 0.5, _NODES) @ np.linalg.inv(np.vander(_UNIT - 0.5)), np.float64)

@@ -10,28 +10,26 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from linkages.base.arrays import Array
 from linkages.engines.threads import in_threads
 from optim.identify.batches import SumsOfSquares
-from optim.identify.impacts import Impacts
+from optim.identify.integrals import ORDERS, impacts_end, integrated, near_starts
 from optim.identify.residuals import Evaluated, Residuals
 from optim.identify.schema import Windows
+from optim.identify.search import MOST, Search
 from optim.identify.statistics import WIDTHS, Statistics
 
 _FIRST = 20  # fewest samples of the first window, and samples for each value
 _GROWTH = 2.0  # ratio of two windows
 _CANDIDATES = 8  # points of which one becomes a start
-_ENOUGH = 1e-8  # relative change of the sum of squares, or of the values, at which a fit ends
 _ROUNDS = 2  # fits with deviations that follow from residuals, after the first
-_HELD = 1e-2  # residual of a value that moves from one limit to the other
-_HELD_SENSOR = 1e-6  # the same of a value without limits, relative to its effect on all residuals
-_MOST = 60  # runs in a window
 _MOST_BATCHES = 4  # evaluations of statistics in a stage
 _WORTH = 1.02  # least ratio of two windows, at the horizon
-_IMPACTS = (2, 4)  # first impacts that lead a start
+_LED = 15  # runs with integrals of each order
+_TOGETHER = 2  # starts between two checks whether one has led
+_SAME = 0.05  # relative difference of chi-square up to which two starts have found the same
 _HOPELESS = 0.2, 25.0  # residuals of a wrong minimum: least part of a column's spread, and chi-square of a sample
 
 
@@ -66,50 +64,6 @@ class Fitted:
         return math.inf if self.evaluated.reason else float(np.mean(residual**2))
 
 
-class Search:
-    """The residuals as two functions of `least_squares`, with one run for both.
-
-    `reduced` (k,) marks the values that move; the others stay as in `z`.
-    """
-
-    def __init__(self, residuals: Residuals, z: Array, horizon: float, moving: Array | None = None) -> None:
-        self.residuals, self.horizon, self.runs = residuals, horizon, 0
-        self.z, self.moving = z.copy(), np.ones(len(z), bool) if moving is None else moving
-        self._latest: tuple[bytes, Evaluated] | None = None
-
-    def at(self, x: Array) -> Evaluated:
-        """Evaluate the residuals, once for equal values."""
-        if self._latest is None or self._latest[0] != x.tobytes():
-            z = self.z.copy()
-            z[self.moving] = x
-            self._latest = x.tobytes(), self.residuals(z, self.horizon)
-            self.runs += 1
-        return self._latest[1]
-
-    def solve(self, most: int = _MOST) -> tuple[Array, Evaluated]:
-        """Minimise the sum of squares; return all values, and the residuals there."""
-        moving, residuals = self.moving, self.residuals
-        room = 1e-9 * np.where(np.isfinite(residuals.upper), residuals.upper - residuals.lower, 1.0)
-        x = np.clip(self.z, residuals.lower + room, residuals.upper - room)[moving]
-        if not len(x) or self.at(x).reason:
-            return self.z, self.at(x)
-        held, first = np.diag(self._weights(self.at(x).jacobian)[moving]), x
-        found = least_squares(
-            lambda x: np.append(self.at(x).residual, held @ (x - first)), x,
-            lambda x: np.vstack([self.at(x).jacobian[:, moving], held]), x_scale="jac",
-            bounds=(residuals.lower[moving], residuals.upper[moving]), ftol=_ENOUGH, xtol=_ENOUGH,
-            gtol=None, max_nfev=most,
-        )  # fmt: skip
-        z = self.z.copy()
-        z[moving] = found.x
-        return z, self.at(found.x)
-
-    def _weights(self, jacobian: Array) -> Array:
-        """Return weights (k,) that hold values on which no residual depends; SciPy's steps are too long otherwise."""
-        room, size = self.residuals.upper - self.residuals.lower, np.linalg.norm(jacobian, axis=0)
-        return np.where(np.isfinite(room), _HELD / room, np.where(size > 0.0, _HELD_SENSOR * size, 1.0))
-
-
 def first_window(residuals: Residuals, last: float, windows: Windows) -> float:
     """Return the end of the first window [s]: the last one, or that of the shortest useful window."""
     horizon, first = last, residuals.span()[0]
@@ -125,57 +79,62 @@ def first_window(residuals: Residuals, last: float, windows: Windows) -> float:
 def fit_from(
     residuals: Residuals, z: Array, last: float, windows: Windows, show: Callable[[str], None] = lambda text: None
 ) -> Fitted:
-    """Fit from a start (k,), over windows that end before the horizon, from where on derivatives are not known.
-
-    First impacts lead the start, but where that ends in a wrong minimum it is fitted as it is, too.
-    """
+    """Fit from a start (k,), over windows that end before the horizon, from where on derivatives are not known."""
     if isinstance(residuals, Statistics):
         runs = 0
         for width in WIDTHS:
-            search = Search(Statistics(residuals.task, tuple(residuals.names), width), z, last)
-            z, _ = search.solve(_MOST_BATCHES)
+            search = Search(residuals.of_width(width), z, last)
+            z = search.solve(_MOST_BATCHES).z
             runs += search.runs * residuals.size
             show(f"statistics, {runs} runs")
-        return Fitted(z, Statistics(residuals.task, tuple(residuals.names))(z, last), last, runs, ())
-    if windows == "impacts":
-        led, runs = _led(residuals, z, last)
-        found = [fit_from(residuals, led, last, "grow", show)]
-        if runs and hopeless(residuals, found[0]):
-            found.append(fit_from(residuals, z, last, "grow", show))
-        return replace(best_of(residuals, found), runs=runs + sum(one.runs for one in found))
+        return Fitted(z, residuals.of_width(WIDTHS[-1])(z, last), last, runs, ())
+    if windows == "impacts" and (horizon := impacts_end(residuals, last)) > residuals.span()[0]:
+        return _through_impacts(residuals, z, horizon, last, show)
     horizon = first_window(residuals, last, windows)
     if windows == "all" and residuals(z, horizon).reason:  # a shorter beginning may run, and lead to values that do
         return fit_from(residuals, z, last, "grow", show)
+    return _grown(residuals, z, horizon, last, show)
+
+
+def _through_impacts(
+    residuals: Residuals, z: Array, horizon: float, last: float, show: Callable[[str], None]
+) -> Fitted:
+    """Fit integrals over the first impacts, then samples over windows that grow, unless they do not fit there."""
+    runs = 0
+    for order in ORDERS:
+        search = Search(integrated(residuals, horizon, order), z, horizon)
+        z, runs = search.solve(_LED).z, runs + search.runs
+    search = Search(residuals, z, horizon)
+    evaluated = search.solve(MOST // 2)
+    found = Fitted(evaluated.z, evaluated, horizon, runs + search.runs, ())
+    if hopeless(residuals, found):
+        show(f"first impacts, {found.runs} runs: they do not fit")
+        return found
+    grown = _grown(residuals, found.z, horizon, last, show)
+    return replace(grown, runs=found.runs + grown.runs)
+
+
+def _grown(residuals: Residuals, z: Array, horizon: float, last: float, show: Callable[[str], None]) -> Fitted:
+    """Fit over a window, and longer ones as far as derivatives are known."""
     found_last: Fitted | None = None
     runs, history, first = 0, [], residuals.span()[0]
     while True:
         search = Search(residuals, z, horizon)
-        z, evaluated = search.solve()
-        runs += search.runs
+        evaluated = search.solve()
+        z, runs = evaluated.z, runs + search.runs
         if evaluated.reason:
             return found_last or Fitted(z, evaluated, horizon, runs, ())
         history.append((float(runs), horizon, float(np.mean(evaluated.residual**2))))
         show(f"up to {horizon:.4g} s: chi-square of a sample {history[-1][2]:.4g}, {runs} runs")
         found_last = Fitted(z, evaluated, horizon, runs, tuple(history))
+        if residuals.budget.late:
+            return found_last
         longer = min(first + _GROWTH * (horizon - first), last)
         if longer > horizon:
             longer = min(longer, _reach(residuals, z, longer))
         if longer - first <= _WORTH * (horizon - first):
             return found_last
         horizon = longer
-
-
-def _led(residuals: Residuals, z: Array, last: float) -> tuple[Array, int]:
-    """Fit times and peaks of the first impacts; return the values and the number of runs, none without impacts."""
-    runs = 0
-    for count in _IMPACTS:
-        impacts = Impacts(residuals, count)
-        horizon = impacts.horizon(last)
-        if horizon > residuals.span()[0]:
-            search = Search(impacts, z, horizon)
-            z, _ = search.solve(_MOST // 2)
-            runs += search.runs
-    return z, runs
 
 
 def hopeless(residuals: Residuals, found: Fitted) -> bool:
@@ -198,15 +157,19 @@ def _reach(residuals: Residuals, z: Array, horizon: float) -> float:
     return 0.0 if evaluated.reason else max(evaluated.until, 0.0) * (1.0 + 1e-9)
 
 
-def starts(residuals: Residuals, count: int, seed: int, first: float) -> Array:
+def starts(residuals: Residuals, count: int, seed: int, last: float, windows: Windows) -> Array:
     """Return the starts (count, k): the given one, and the best of some points spread between the limits."""
     n = len(residuals.active)
     if count == 1:
         return residuals.start[None]
+    if windows == "impacts" and (first := impacts_end(residuals, last)) > residuals.span()[0]:
+        return np.vstack([residuals.start, near_starts(residuals, count - 1, seed, first)])
+    first = first_window(residuals, last, windows)
     sobol = qmc.Sobol(n, rng=np.random.default_rng(seed)).random(2 ** math.ceil(math.log2(_CANDIDATES * count)))
     points = np.tile(residuals.start, (len(sobol), 1))
     points[:, :n] = residuals.lower[:n] + sobol * (residuals.upper - residuals.lower)[:n]
-    order = np.argsort(SumsOfSquares(residuals, first, residuals.start, 0.0 * residuals.start)(points), kind="stable")
+    sums = SumsOfSquares(residuals, first, residuals.start, 0.0 * residuals.start, residuals.linear)
+    order = np.argsort(sums(points), kind="stable")
     return np.vstack([residuals.start, points[order[: count - 1]]])
 
 
@@ -225,9 +188,12 @@ def fit_start(
 def fit_all(
     residuals: Residuals, points: Array, before: int, last: float, windows: Windows, threads: int | None,
     executor: Executor | None, known: Mapping[int, Mapping[str, Any]], done: Callable[[int, Fitted], None],
-    show: Callable[[str], None],
+    show: Callable[[str], None], enough: bool = False,
 ) -> list[Fitted]:  # fmt: skip
     """Fit from starts, in threads or by an executor; those in `known` are taken from an interrupted search.
+
+    A search that the limit of time ends is not `done`, and no further one begins then. With `enough`, none begins
+    after one that is not hopeless.
 
     The number of starts `before` counts in their names.
     """
@@ -239,20 +205,27 @@ def fit_all(
             z, history = np.array(row["z"]), tuple(tuple(line) for line in row["history"])
             found[k] = Fitted(z, residuals(z, row["horizon"]), row["horizon"], row["runs"], history)
     left = [job for job in jobs if job[0] not in found]
-    if executor is not None:
-        work_there = partial(fit_start, residuals, last, windows, _silent)
-        for (k, *_), one in zip(left, executor.map(work_there, left), strict=True):
-            found[k] = one
-            done(k, one)
-    else:
+    work_there = partial(fit_start, residuals, last, windows, _silent)
 
-        def work(i: int) -> None:
-            k = left[i][0]
-            found[k] = fit_start(residuals, last, windows, show, left[i])
+    def work(i: int) -> None:
+        k = left[i][0]
+        if k > 0 and residuals.budget.late:
+            return
+        found[k] = fit_start(residuals, last, windows, show, left[i])
+        if not residuals.budget.late:
             done(k, found[k])
 
-        in_threads(work, len(left), threads)
-    return [found[k] for k, *_ in jobs]
+    while left and not (enough and any(not hopeless(residuals, one) for one in found.values())):
+        later, left = (left[_TOGETHER:], left[:_TOGETHER]) if enough else ([], left)
+        if executor is None:
+            in_threads(work, len(left), threads)
+        else:
+            for (k, *_), one in zip(left, executor.map(work_there, left), strict=True):
+                found[k] = one
+                if not residuals.budget.late:
+                    done(k, one)
+        left = later
+    return [found[k] for k, *_ in jobs if k in found]
 
 
 def best_of(residuals: Residuals, found: list[Fitted]) -> Fitted:
@@ -260,6 +233,19 @@ def best_of(residuals: Residuals, found: list[Fitted]) -> Fitted:
     lost = {id(one): hopeless(residuals, one) for one in found}
     longest = max((one.horizon for one in found if not lost[id(one)]), default=0.0)
     return min(found, key=lambda one: (lost[id(one)], one.horizon < 0.99 * longest, one.cost))
+
+
+def fit_again(residuals: Residuals, found: Fitted) -> Fitted:
+    """Continue a fit with changed residuals."""
+    search = Search(residuals, found.z, found.horizon)
+    evaluated = search.solve()
+    return replace(found, z=evaluated.z, evaluated=evaluated, runs=found.runs + search.runs)
+
+
+def agreeing(all_starts: list[Fitted], best: Fitted) -> int:
+    """Return how many starts have ended at the best chi-square of the window of the best one."""
+    costs = [one.cost for one in all_starts if one.horizon >= 0.99 * best.horizon]
+    return sum(cost <= min(costs) * (1.0 + _SAME) + 1e-9 for cost in costs)
 
 
 def refine(residuals: Residuals, found: Fitted) -> Fitted:
@@ -276,7 +262,5 @@ def refine(residuals: Residuals, found: Fitted) -> Fitted:
                     changed = True
         if not changed:
             return found
-        search = Search(residuals, found.z, found.horizon)
-        z, evaluated = search.solve()
-        found = Fitted(z, evaluated, found.horizon, found.runs + search.runs, found.history)
+        found = fit_again(residuals, found)
     return found

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from linkages import InputError, System
 from linkages.base.arrays import Array
@@ -19,14 +18,15 @@ from linkages.input.files.recorded import Recording, read_recording
 from linkages.input.files.toml import leaves, read_toml, validate
 from linkages.input.files.unit_conversion import decimal_comma, read, si
 from linkages.results.outputs.registry import check_output, unit
-from optim.identify.schema import DataFile, Filter, IdentificationFile, MeasuredColumn, Unknown
+from optim.identify.filters import filtered, sections_of
+from optim.identify.schema import DataFile, IdentificationFile, MeasuredColumn, Unknown
 from optim.problem.load import shipped_or_beside, within
 
 _FEWEST = 8  # samples of a column
 SHIFT = 0.1  # largest shift of a clock that is fitted, relative to the time of its samples
 _BEFORE = 1e-2  # the same without a fit, before the start of the run, where the run continues in straight lines
 _LONGEST = 100.0  # last time relative to the duration of the experiment: longer ones have a wrong unit
-_UNEVEN = 1e-3  # largest deviation of the intervals of a column with a filter, relative to their mean
+_LARGEST = 1e100  # of a sample: sums of squares are numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +39,8 @@ class Channel:
     unit : str
     times : (n,) array
         Increasing times of the file's clock, without its shift [s].
-    values : (n,) array
-        Measured values, filtered.
+    raw, values : (n,) arrays
+        Measured values, without and with the filter.
     deviation : float
         Of a sample, after the filter; NaN if it is not known.
     gain, offset : float
@@ -53,6 +53,7 @@ class Channel:
     output: str
     unit: str
     times: Array
+    raw: Array
     values: Array
     deviation: float
     gain: float
@@ -237,15 +238,15 @@ def _channel(
         values = recording.column(column.column or name, si_unit, column.unit)
         _check_samples(times, values)
         _check_times(times, data.time.shift, system.experiment.duration)
-        sections = None if column.filter is None else _sections(column.filter, times)
+        sections = None if column.filter is None else sections_of(column.filter, times)
         deviation = _deviation(column, recording, column.column or name, si_unit)
-    values = filtered(values, sections)
+    raw, values = values, filtered(values, sections)
     if sections is not None:
         impulse = np.zeros(len(values))
         impulse[len(values) // 2] = 1.0
         deviation *= float(np.linalg.norm(filtered(impulse, sections)))
     gain, offset = (math.nan if x == "fit" else float(x) for x in (column.gain, column.offset))
-    return Channel(name, column.output, si_unit, times, values, deviation, gain, offset, sections)
+    return Channel(name, column.output, si_unit, times, raw, values, deviation, gain, offset, sections)
 
 
 def _check_samples(times: Array, values: Array) -> None:
@@ -256,6 +257,11 @@ def _check_samples(times: Array, values: Array) -> None:
         if not np.isfinite(array).all():
             line = int(np.flatnonzero(~np.isfinite(array))[0])
             raise ValueError(f"{what} no number in row {line + 1}; remove the row, or repair it")
+        if np.abs(array).max() > _LARGEST:
+            line = int(np.abs(array).argmax())
+            raise ValueError(
+                f"{what} {array[line]:g} in row {line + 1}; at most {_LARGEST:g} is possible; remove or repair it"
+            )
     if not np.all(np.diff(times) > 0.0):
         line = int(np.flatnonzero(np.diff(times) <= 0.0)[0])
         raise ValueError(f"the times do not increase from row {line + 1} to row {line + 2}; sort the rows")
@@ -288,26 +294,6 @@ def _deviation(column: MeasuredColumn, recording: Recording, name: str, si_unit:
     return float(size)
 
 
-def _sections(chosen: Filter, times: Array) -> Array:
-    steps = np.diff(times)
-    if np.abs(steps - steps.mean()).max() > _UNEVEN * steps.mean():
-        raise ValueError("a filter needs equal intervals between the samples")
-    rate = 1.0 / steps.mean()
-    if chosen.cutoff >= 0.5 * rate:
-        raise ValueError(
-            f"filter.cutoff, {chosen.cutoff:g} Hz, must be below half the sampling rate, {0.5 * rate:g} Hz"
-        )
-    return np.asarray(butter(chosen.order, chosen.cutoff, fs=rate, output="sos"), np.float64)
-
-
-def filtered(rows: Array, sections: Array | None) -> Array:
-    """Filter samples (n, ...) forwards and backwards."""
-    if sections is None:
-        return rows
-    most = 3 * (2 * len(sections) + 1)
-    return np.asarray(sosfiltfilt(sections, rows, axis=0, padlen=min(most, len(rows) - 1)), np.float64)
-
-
 def described(identification: Identification) -> Mapping[str, Any]:
     """Return what determines the numbers of an identification, JSON types."""
     content = hashlib.sha256()
@@ -316,5 +302,5 @@ def described(identification: Identification) -> Mapping[str, Any]:
         content.update(one.system.experiment.model_dump_json(exclude={"title"}).encode())
         for channel in one.channels:
             content.update(channel.times.tobytes() + channel.values.tobytes())
-    other: Any = {"title": True, "plan": True, "fit": {"posterior_runs"}}  # --resume continues a chain that was short
+    other: Any = {"title": True, "plan": True, "fit": {"posterior_runs", "time"}}  # --resume continues
     return {**identification.file.model_dump(mode="json", exclude=other), "content": content.hexdigest()}

@@ -15,7 +15,8 @@ from linkages.base.arrays import Array
 from linkages.base.brief import cell
 from linkages.input.files.unit_conversion import si
 from linkages.results.outputs.registry import check_output, default_outputs, unit
-from optim.identify.certainty import judge, largest_deviations, mixture_text, mixtures_of
+from optim.identify.certainty import judge, largest_deviations, mixtures_of
+from optim.identify.doubts import mixture_text
 from optim.identify.load import Channel, Identification, Measurement
 from optim.identify.residuals import Residuals
 from optim.identify.schema import Plan
@@ -97,8 +98,9 @@ def _planned(task: Identification, wanted: Plan, system: System) -> Measurement:
 def _measurement(name: str, system: System, sensors: Iterable[Sensor], rate: float, shift: float) -> Measurement:
     """Return a measurement, the values of which are zero, with samples at a rate [Hz]."""
     times = np.arange(0.0, system.experiment.duration * (1.0 + 1e-12), 1.0 / rate)
+    none = np.zeros(len(times))
     channels = (
-        Channel(one.name, one.output, "", times, np.zeros(len(times)), one.deviation, one.gain, one.offset, None)
+        Channel(one.name, one.output, "", times, none, none, one.deviation, one.gain, one.offset, None)
         for one in sensors
     )
     return Measurement(name, system, tuple(channels), shift)
@@ -130,7 +132,7 @@ def _judged(residuals: Residuals, sensors: tuple[str, ...], rows: Mapping[str, A
     n = len(residuals.active)
     jacobian = np.vstack([rows[name] for name in (*sensors, "")])
     jacobian = jacobian[:, (np.arange(jacobian.shape[1]) < n) | jacobian.any(axis=0)]  # without values of other sensors
-    covariance, singular, mixtures, known = judge(residuals, jacobian, np.ones(n, bool))
+    covariance, singular, mixtures, _, known = judge(residuals, jacobian, np.ones(n, bool))
     slopes, values = residuals.slopes(residuals.start), residuals.values(residuals.start)
     relative = np.sqrt(np.diag(covariance))[:n] * slopes / np.where(values == 0.0, 1.0, np.abs(values))
     return {

@@ -9,8 +9,9 @@ from scipy.stats import chi2
 
 from linkages.base.arrays import Array
 from optim.identify.certainty import LEVEL, Certainty
-from optim.identify.fit import Fitted, Search
+from optim.identify.fit import Fitted
 from optim.identify.residuals import Residuals
+from optim.identify.search import Search
 
 _MOST = 15  # runs on each side
 _FEW = 4  # runs at a value: the others start from where they should be
@@ -66,7 +67,7 @@ def _at(
     start = z.copy()
     start[k] = value
     search = Search(residuals, start, found.horizon, others)
-    z, evaluated = search.solve(most)
+    evaluated = search.solve(most)
     if evaluated.reason:
-        return z, math.inf, search.runs
-    return z, float(np.sum(evaluated.residual**2)) - least, search.runs
+        return evaluated.z, math.inf, search.runs
+    return evaluated.z, float(np.sum(evaluated.residual**2)) - least, search.runs

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import copy
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from linkages import AssemblyError, InputError, RunError, Status, System, simulate, simulate_batch
+from linkages import AssemblyError, InputError, RunError
 from linkages.base.arrays import Array
-from linkages.input.model.capabilities import Analysis
-from linkages.results.outputs.columns import Columns
+from optim.identify.algebra import regression
+from optim.identify.budget import Budget
+from optim.identify.curves import Curves
 from optim.identify.load import SHIFT, Channel, Identification, Measurement
 
 _UNKNOWN = 0.01  # deviation of a sample relative to the spread of its column, before residuals tell it
-_STEP = 1e-3  # step of differences with respect to time, relative to the interval of samples
-_DIFFERENCE = 1e-5  # step of differences of runs, for models without derivatives, in the unknown's own scale
-_HOPELESS = 1e3  # residual of each sample of a design that does not run, in deviations
 
 
 class SensorValue(NamedTuple):
@@ -35,19 +35,22 @@ class Evaluated:
     Attributes
     ----------
     residual : (r,) array
-        Measured less computed samples, in deviations; then those of the priors.
+        Measured less computed samples, in deviations; then those of the priors. Infinite if the design does not run.
     jacobian : (r, k) array
         Their derivatives with respect to the scaled values; zero where there is none.
     until : float
         Time up to which derivatives are known [s].
     reason : str
         Why the design does not run; empty if it does.
+    z : (k,) array
+        The scaled values, with the regressed values of the sensors.
     """
 
     residual: Array
     jacobian: Array
     until: float
     reason: str
+    z: Array
 
 
 class Residuals:
@@ -62,6 +65,8 @@ class Residuals:
         Limits and start of z.
     deviations : list of lists of float
         Of a sample, by measurement and column; those that the file leaves open may be set.
+    budget : Budget
+        When searches end with their best values; the residuals of other windows and accuracies share it.
     """
 
     def __init__(self, task: Identification, active: tuple[str, ...] | None = None) -> None:
@@ -85,6 +90,26 @@ class Residuals:
             [_UNKNOWN * float(np.std(c.values)) if math.isnan(c.deviation) else c.deviation for c in one.channels]
             for one in task.measurements
         ]
+        self.budget = Budget()
+
+    @property
+    def linear(self) -> NDArray[np.bool_]:
+        """Marks of the values (k,) in which the residuals are linear: factors and biases."""
+        return np.array([False] * len(self.active) + [place.kind != "shift" for place in self.places])
+
+    def of_kind(self, kind: str) -> NDArray[np.bool_]:
+        """Return marks of the values (k,) of the sensors of a kind."""
+        return np.array([False] * len(self.active) + [place.kind == kind for place in self.places])
+
+    def accuracy(self) -> float:
+        """Return the coarsest accuracy of the machines' runs."""
+        return max(one.system.experiment.solver.accuracy for one in self.task.measurements)
+
+    def at_accuracy(self, accuracy: float) -> Self:
+        """Return the same residuals from runs that are at least as accurate."""
+        other = copy.copy(self)
+        other.task = replace(self.task, measurements=tuple(_accurate(m, accuracy) for m in self.task.measurements))
+        return other
 
     @property
     def names(self) -> list[str]:
@@ -152,23 +177,33 @@ class Residuals:
         factor = self.sensor(z, "factor", m, c) if math.isnan(gain) else 1.0 / gain
         return factor if kind == "factor" else -offset * factor
 
-    def __call__(self, z: Array, horizon: float = math.inf) -> Evaluated:
-        """Evaluate the residuals of the samples up to a time."""
-        parts, until, reason = [], math.inf, ""
+    def __call__(
+        self, z: Array, horizon: float = math.inf, regressed: NDArray[np.bool_] | None = None, derivatives: bool = True
+    ) -> Evaluated:
+        """Evaluate the residuals of the samples up to a time.
+
+        `regressed` (k,) marks factors and biases that a linear regression replaces by the best ones of this design.
+        Without derivatives the Jacobian is zero.
+        """
+        self.budget.made += 1
+        z, parts, until = z.copy(), [], math.inf
+        free = np.zeros(len(z), bool) if regressed is None else regressed
         for m, one in enumerate(self.task.measurements):
             try:
-                found = self._measurement(m, one, z, horizon)
+                found = self._measurement(m, one, z, horizon, free, derivatives)
             except (InputError, AssemblyError, RunError) as problem:
-                found, reason = None, str(problem)
-            if found is None:
-                count = sum(self.count(c, horizon) for c in one.channels)
-                parts.append((np.full(count, _HOPELESS), np.zeros((count, len(z)))))
-                continue
+                return self._failed(z, horizon, str(problem))
             parts.append(found[:2])
             until = min(until, found[2])
         parts.append(self.priors(z))
         residual, jacobian = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
-        return Evaluated(residual, jacobian, until, reason)
+        if not np.isfinite(residual).all():
+            return self._failed(z, horizon, "the residuals are not finite")
+        return Evaluated(residual, jacobian, until, "", z)
+
+    def _failed(self, z: Array, horizon: float, reason: str) -> Evaluated:
+        count = sum(rows.stop - rows.start for _, rows in self.groups(horizon)) + len(self.priors(z)[0])
+        return Evaluated(np.full(count, np.inf), np.zeros((count, len(z))), math.inf, reason, z)
 
     def priors(self, z: Array) -> tuple[Array, Array]:
         """Return the residuals of the priors, and their derivatives."""
@@ -181,101 +216,80 @@ class Residuals:
                 rows.append(((mean - values[k]) / deviation, line))
         return np.array([r for r, _ in rows]), np.array([line for _, line in rows]).reshape(len(rows), len(z))
 
-    def _measurement(self, m: int, one: Measurement, z: Array, horizon: float) -> tuple[Array, Array, float]:
-        """Run one machine; residuals and derivatives of its columns, and the time with derivatives."""
-        shift, n = self.sensor(z, "shift", m), len(self.active)
+    def _measurement(
+        self, m: int, one: Measurement, z: Array, horizon: float, free: NDArray[np.bool_], derivatives: bool
+    ) -> tuple[Array, Array, float]:
+        """Run one machine; residuals and derivatives of its columns, and the time with derivatives.
+
+        Free factors and biases of its columns are set in z.
+        """
+        shift = self.sensor(z, "shift", m)
         used = [self.used(c, horizon) for c in one.channels]
         if not any(part.stop for part in used):
             return np.zeros(0), np.zeros((0, len(z))), math.inf
-        mine = [k for k, j in enumerate(self.active) if self.task.owners[j] in (None, one.name)]
+        mine = self.owned(one)
         paths, values = [self.task.paths[self.active[k]] for k in mine], self.values(z)[mine]
         end = max(float(c.times[part][-1]) for c, part in zip(one.channels, used, strict=True) if part.stop) + shift
         system = one.system.replaced({"duration": max(end, 1e-9)} | dict(zip(paths, map(float, values), strict=True)))
         moved = any(p.kind == "shift" and p.measurement == m for p in self.places)
-        curves = _Curves(system, paths, values, [c.output for c in one.channels])
+        curves = Curves(system, paths, values, [c.output for c in one.channels], derivatives)
         slopes, rows, lines = self.slopes(z)[mine], [], []
         for c, (channel, part) in enumerate(zip(one.channels, used, strict=True)):
-            times = channel.times[part] + shift
-            computed, rates, rate = curves(channel.output, times, moved)
-            factor, bias = self.sensor(z, "factor", m, c), self.sensor(z, "bias", m, c)
-            line = np.zeros((len(times), len(z)))
-            line[:, mine] = factor * rates * slopes
-            for k, place in enumerate(self.places, n):
-                if place == ("shift", m, -1):
-                    line[:, k] = factor * rate
-                elif place == ("factor", m, c):
-                    fixed = 0.0 if math.isnan(channel.offset) else -channel.offset
-                    line[:, k] = computed + fixed
-                elif place == ("bias", m, c):
-                    line[:, k] = 1.0
-            samples = channel.filtered(factor * computed + bias), channel.filtered(np.nan_to_num(line))
-            row, line = self.compared(channel, part, *samples, self.deviations[m][c])
+            computed, rates, rate = curves(channel.output, channel.times[part] + shift, moved)
+            left, basis = self.left(m, c, part, computed[:, None], z[None], free)
+            factor = self.sensor(z, "factor", m, c)
+            line = np.zeros((len(computed), len(z)))
+            if derivatives:
+                line[:, mine] = channel.filtered(np.nan_to_num(factor * rates * slopes))
+                for k, place in enumerate(self.places, len(self.active)):
+                    if place == ("shift", m, -1):
+                        line[:, k] = channel.filtered(factor * rate)
+                for k, column in basis.items():
+                    line[:, k] = column[:, 0]
+            row, line = self.compared(channel, part, left[:, 0], line, self.deviations[m][c])
             rows.append(row)
             lines.append(line)
         return np.concatenate(rows), np.concatenate(lines), curves.until
 
+    def owned(self, one: Measurement) -> list[int]:
+        """Return the active unknowns that a measurement has."""
+        return [k for k, j in enumerate(self.active) if self.task.owners[j] in (None, one.name)]
+
+    def left(
+        self, m: int, c: int, part: slice, computed: Array, points: Array, free: NDArray[np.bool_]
+    ) -> tuple[Array, dict[int, Array]]:
+        """Return measured less computed samples (nt, np) of a column for runs with their values (np, k).
+
+        `computed` (nt, np) are the outputs of the runs. Free factors and biases of the column are set in `points`.
+        The dictionary has the derivatives (nt, np) of the filtered readings with respect to factor and bias.
+        """
+        channel, basis = self.task.measurements[m].channels[c], {}
+        factor, bias = (np.array([self.sensor(z, kind, m, c) for z in points]) for kind in ("factor", "bias"))
+        left = channel.filtered(channel.raw[part, None] - (factor * computed + bias))
+        for k, place in enumerate(self.places, len(self.active)):
+            if place == ("factor", m, c):
+                basis[k] = channel.filtered(computed - (0.0 if math.isnan(channel.offset) else channel.offset))
+            elif place == ("bias", m, c):
+                basis[k] = channel.filtered(np.ones_like(computed))
+        wanted = [k for k in basis if free[k]]
+        for i in range(len(points) if wanted else 0):
+            columns = np.column_stack([basis[k][:, i] for k in wanted])
+            points[i, wanted] += regression(columns, left[:, i])
+        if wanted:
+            return self.left(m, c, part, computed, points, np.zeros_like(free))
+        return left, basis
+
     def compared(
-        self, channel: Channel, part: slice, computed: Array, lines: Array, deviation: float
+        self, channel: Channel, part: slice, left: Array, lines: Array, deviation: float
     ) -> tuple[Array, Array]:
-        """Return residuals and their derivatives of a column from computed samples and their derivatives."""
-        return (channel.values[part] - computed) / deviation, -lines / deviation
+        """Return residuals and their derivatives of a column, from its samples and the readings' derivatives.
+
+        `left` are measured less computed samples.
+        """
+        return left / deviation, -lines / deviation
 
 
-class _Curves:
-    """Outputs of a run and their derivatives at any times; beyond the run's ends they continue in straight lines.
-
-    `until` is the time up to which derivatives are known [s]. RunError if the run does not reach its end.
-    """
-
-    def __init__(self, system: System, paths: list[str], values: Array, outputs: list[str]) -> None:
-        self.system, self.paths, self.numbers = system, paths, values
-        self.outputs = list(dict.fromkeys(outputs))
-        try:
-            system.check_analysis(Analysis.DERIVATIVES)
-            self._exact = True
-        except InputError:
-            self._exact = False
-        self._run = simulate(system, outputs=self.outputs, wrt=paths if self._exact else ())
-        self._computed: dict[bytes, Columns] = {}
-        self._known: dict[bytes, dict[str, Columns]] = {}
-        self.end = float(self._run.time[-1])
-        if self._run.status is not Status.OK:
-            raise RunError(f"the run ended at t = {self.end:.6g} s: {self._run.status.value}")
-        self.until = self._run.sensitivity.until if self._exact else math.inf
-
-    def __call__(self, output: str, times: Array, moved: bool) -> tuple[Array, Array, Array]:
-        """Return an output (nt,), its derivatives with respect to the values (nt, np), and to time (nt,)."""
-        inside = np.clip(times, 0.0, self.end)
-        step = _STEP * float(np.diff(times).mean()) if len(times) > 1 else _STEP * self.end
-        computed, rate = self._at(output, inside), np.zeros(len(times))
-        if moved or np.any(times != inside):
-            after, before = np.minimum(inside + step, self.end), np.maximum(inside - step, 0.0)
-            rate = (self._at(output, after) - self._at(output, before)) / (after - before)
-        return computed + rate * (times - inside), self._rates(output, inside), rate
-
-    def _at(self, output: str, times: Array) -> Array:
-        assert self._run.evaluate is not None
-        key = times.tobytes()
-        if key not in self._computed:  # columns of a file have the same times
-            self._computed[key] = self._run.evaluate(times)
-        return np.asarray(self._computed[key][output], np.float64)
-
-    def _rates(self, output: str, times: Array) -> Array:
-        if not self.paths:
-            return np.zeros((len(times), 0))
-        if self._exact:
-            key = times.tobytes()
-            if key not in self._known:
-                self._known[key] = self._run.sensitivity.evaluate(times)
-            found = self._known[key]
-            return np.column_stack([found[path][output] for path in self.paths])
-        return self._differences(output, times)
-
-    def _differences(self, output: str, times: Array) -> Array:
-        """Central differences of runs, for models without derivatives."""
-        steps = _DIFFERENCE * np.maximum(np.abs(self.numbers), 1e-9)
-        table = np.concatenate([self.numbers + sign * np.diag(steps) for sign in (1.0, -1.0)])
-        grid, places = np.unique(times, return_inverse=True)
-        batch = simulate_batch(self.system, self.paths, table, [output], samples=grid, progress=lambda part: None)
-        plus, minus = np.split(batch.samples[:, :, 0], 2)
-        return np.asarray(((plus - minus) / (2.0 * steps[:, None])).T[places], np.float64)
+def _accurate(one: Measurement, accuracy: float) -> Measurement:
+    if one.system.experiment.solver.accuracy <= accuracy:
+        return one
+    return replace(one, system=one.system.replaced({"solver.accuracy": accuracy}))

@@ -81,7 +81,7 @@ class FitTable(Table):
     windows: Windows | None = Field(
         None,
         description="all: all samples at once; grow: first the beginning of the run, then up to the horizon of"
-        " predictability; impacts: times and peaks of the first impacts, then grow; statistics: means, deviations"
+        " predictability; impacts: integrals over the first impacts, then grow; statistics: means, deviations"
         " and peaks of many turns; default: impacts with contacts, else all",
     )
     deviations: Deviations = Field(
@@ -97,6 +97,11 @@ class FitTable(Table):
     )
     max_steps: Annotated[int, Field(ge=100, le=5_000_000)] = Field(
         200_000, description="steps of a run; a design that needs more counts as one that does not fit [1]"
+    )
+    time: Positive | None = Field(
+        None,
+        description="most time of the fit, which then ends with the best values so far; default: 50, or 20 runs where"
+        " they take longer [s]",
     )
     posterior_runs: Annotated[int, Field(ge=1000, le=100_000_000)] = Field(
         40_000, description="most runs of --posterior, which makes a hundred steps at least [1]"
@@ -147,6 +152,9 @@ class IdentificationFile(Table):
             raise ValueError(
                 'fit.windows is "statistics", which predicts no samples; leave out alternatives and predict'
             )
+        for name, data in self.data.items():
+            if self.fit.windows == "statistics" and data.time.shift == "fit":
+                raise ValueError(f"data.{name}.time.shift: is not in statistics; give a number")
         for name, unknown in self.unknowns.items():
             if unknown.of is not None and unknown.of not in self.data:
                 raise ValueError(f'unknowns.{name}.of is "{unknown.of}"; there is no such table in data')

@@ -6,10 +6,12 @@ tell, by a regression, the statistics there, their derivatives, and how much the
 
 from __future__ import annotations
 
+import copy
 import math
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.stats import qmc
 
@@ -34,12 +36,21 @@ class Statistics(Residuals):
         self.deviations = [[1.0 for _ in one.channels] for one in task.measurements]
         self._roots: dict[int, Array] = {}
         for one in task.measurements:
-            if math.isnan(one.shift):
-                raise InputError(task.source, f"data.{one.name}.time.shift", "is not in statistics; give a number")
             for c in one.channels:
                 if len(c.times) < _PARTS**2:
                     where, count = f"data.{one.name}.columns.{c.name}", len(c.times)
                     raise InputError(task.source, where, f"has {count} samples; statistics need at least {_PARTS**2}")
+
+    def of_width(self, width: float) -> Self:
+        """Return the statistics of points at another distance from the values, with a scatter of their own."""
+        other = copy.copy(self)
+        other.width, other._roots = width, {}
+        return other
+
+    @property
+    def linear(self) -> NDArray[np.bool_]:
+        """No value: the scatter of the statistics is the one of the first factors."""
+        return np.zeros(len(self.start), bool)
 
     @property
     def size(self) -> int:
@@ -54,9 +65,11 @@ class Statistics(Residuals):
         """Check whether the deviation of a residual is known: the runs tell it."""
         return True
 
-    def _measurement(self, m: int, one: Measurement, z: Array, horizon: float) -> tuple[Array, Array, float]:
+    def _measurement(
+        self, m: int, one: Measurement, z: Array, horizon: float, free: NDArray[np.bool_], derivatives: bool
+    ) -> tuple[Array, Array, float]:
         """Return residuals and derivatives from runs at points about the values; the first one tells the scatter."""
-        mine = [k for k, j in enumerate(self.active) if self.task.owners[j] in (None, one.name)]
+        mine = self.owned(one)
         cloud = 2.0 * qmc.Sobol(len(self.active), rng=np.random.default_rng(m)).random(self.size) - 1.0
         points = np.tile(z, (self.size, 1))
         points[:, mine] = np.clip(z[mine] + self.width * cloud[:, mine], self.lower[mine], self.upper[mine])
@@ -120,7 +133,7 @@ class Statistics(Residuals):
         """Return the statistics by column: ``measured``, and ``computed`` by one run at the values."""
         found = {}
         for m, one in enumerate(self.task.measurements):
-            mine = [k for k, j in enumerate(self.active) if self.task.owners[j] in (None, one.name)]
+            mine = self.owned(one)
             computed = self._of_runs(m, one, z[None], mine, math.inf)[0].reshape(-1, len(NAMES))
             for channel, row in zip(one.channels, computed, strict=True):
                 measured = numbers(channel.values[:, None])[:, 0]

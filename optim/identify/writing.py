@@ -32,7 +32,7 @@ def format_identification(found: Mapping[str, Any]) -> str:
     )
     lines = [found["title"], f"{'unknown':{first}s}{'value':>13s}{'deviation':>13s}{'95 % interval':>28s}  unit"]
     for name, one in found["parameters"].items():
-        if one["identifiable"]:
+        if one["interval"]:
             low, high = one["interval"]
             known = f"{cell(one['deviation'], 13)}{f'{low:.6g} to {high:.6g}':>28s}"
         else:
@@ -56,6 +56,12 @@ def format_identification(found: Mapping[str, Any]) -> str:
     lines.append(
         f"fitted up to {found['fitted_until']:.6g} s; {counted(found['runs'], 'run')}, {found['wall_time']:.1f} s"
     )
+    accuracy = found["accuracy"]
+    if accuracy["used"] < accuracy["given"]:
+        lines.append(
+            f"solver.accuracy is {accuracy['used']:g} in these runs, not {accuracy['given']:g}: their error would shift"
+            " the values"
+        )
     if "posterior" in found:
         sampled = found["posterior"]
         length = f"{sampled['autocorrelation_times']:.3g} autocorrelation times"
@@ -70,10 +76,21 @@ def format_identification(found: Mapping[str, Any]) -> str:
         lines.append(f"model {name}: rms of the prediction {rows}")
     if "best_alternative" in found:
         lines.append(f"model {found['best_alternative']} predicts best")
+    for name, away in found.get("other_laws", {}).items():
+        lines.append(f"other laws that predict nearly as well change {name} by {away:.2g}")
+    for pair in found["correlated"]:
+        lines.append(
+            f"strongly correlated ({pair['correlation']:.3f}): {pair['together']}; with one given, the other has"
+            f" {pair['apart']:.2g} times its deviation"
+        )
     for mixture in found["mixtures"]:
         lines.append(f"the data leave open: {mixture}")
     if found["sensors"]:
         lines.append(f"a further sensor with 1 % noise would determine it: {' or '.join(found['sensors'])}")
+    for name, size in zip(residual["columns"], residual["model_error"], strict=True):
+        if size is not None:
+            lines.append(f"error of the model in {name}, rms: {cell(size, 0).strip()}")
+    lines.append(found["assumed"])
     return "\n".join(lines + [f"warning: {one}" for one in found["warnings"]])
 
 
@@ -83,8 +100,6 @@ def fitted_experiment(task: Identification, found: Mapping[str, Any], target: Pa
     origins = dict.fromkeys(values, f"set ({task.source.name})")
     for one in found["parameters"].values():
         values[one["path"]] = one["value"]
-        certain = (
-            f"identified, +- {one['deviation']:.2g}" if one["identifiable"] else "identified, but not identifiable"
-        )
+        certain = f"identified, +- {one['deviation']:.2g}" if one["deviation"] else "identified, but not identifiable"
         origins[one["path"]] = f"{certain} ({task.source.name})"
     return edited(task.system.experiment, values, target, origins)

@@ -57,7 +57,14 @@ class Recording:
             zero, one = (0.0, 1.0) if stated == unit else (si(f"{x} {stated}", unit) for x in (0, 1))
         except ValueError as problem:
             raise ValueError(f'the unit of column "{name}" {problem}'.replace('"0 ', '"')) from None
-        values = self.columns[name] * (one - zero)
+        with np.errstate(over="ignore"):
+            values = self.columns[name] * (one - zero)
+        lost = np.isinf(values) & np.isfinite(self.columns[name])
+        if lost.any():
+            row = int(lost.argmax())
+            raise ValueError(
+                f'column "{name}" has {self.columns[name][row]:g} {stated} in row {row + 1}, too large in {unit}'
+            )
         return values + zero if zero else values
 
 
@@ -106,21 +113,22 @@ def _read_text(path: Path) -> _Found:
     if len(lines) < 2:
         raise ValueError("a line of headings and lines of numbers are needed")
     mark = next((mark for mark in "\t;," if mark in lines[0]), " ")
-    rows = list(csv.reader(lines, delimiter=mark, skipinitialspace=True))
-    heads = [_HEADING.fullmatch(cell) for cell in rows[0]]
+    rows = csv.reader(lines, delimiter=mark, skipinitialspace=True)
+    heads = [_HEADING.fullmatch(cell) for cell in next(rows)]
     names = [(head[1], head[2] or "") if head else ("", "") for head in heads]
     if len({name for name, _ in names}) < len(names):
         raise ValueError("two columns have the same heading")
-    if more := [k for k, row in enumerate(rows) if any(cell.strip() for cell in row[len(names) :])]:
-        why = "decimal commas need semicolons or tabs between the columns"
-        raise ValueError(f"row {more[0]} has more cells than the {len(names)} headings; {why}")
-    values = np.full((len(rows) - 1, len(names)), np.nan)
-    for line, row in zip(values, rows[1:], strict=True):
+    values, count = np.full((len(lines) - 1, len(names)), np.nan), 0
+    for count, row in enumerate(rows, 1):  # one at a time: as lists of texts, long files take ten times the memory
+        if any(cell.strip() for cell in row[len(names) :]):
+            why = "decimal commas need semicolons or tabs between the columns"
+            raise ValueError(f"row {count} has more cells than the {len(names)} headings; {why}")
         for k, cell in enumerate(row[: len(names)]):
-            line[k] = decimal_or_nan(cell if mark == "," else cell.replace(",", "."))
+            values[count - 1, k] = decimal_or_nan(cell if mark == "," else cell.replace(",", "."))
+    values = values[:count]
     if np.isfinite(values).sum() == 0:
         raise ValueError("it has no numbers below its line of headings")
-    if np.isnan(values[0]).all() and any(map(str.strip, rows[1])):
+    if np.isnan(values[0]).all() and lines[1].replace(mark, "").strip():
         raise ValueError(f'row 1 is "{lines[1].strip()}", without numbers; write units into the headings, as t [ms]')
     return {name: (values[:, k].copy(), unit) for k, (name, unit) in enumerate(names)}
 

@@ -1,0 +1,109 @@
+"""The error of the runs themselves: how far it shifts the values of a fit, and runs that are accurate enough."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from linkages.base.arrays import Array
+from linkages.input.files.writing import finite
+from optim.identify.algebra import inverse
+from optim.identify.budget import USUAL
+from optim.identify.fit import Fitted, fit_again, refine
+from optim.identify.residuals import Residuals
+from optim.identify.statistics import Statistics
+
+_ENOUGH = 0.1  # largest shift of a value by the error of the runs, in deviations
+_FINER = 0.1  # accuracy of the runs that tell the error, relative
+_FINEST = 1e-12  # accuracy: rounding errors are as large
+_SAFETY = 0.3  # of the shift that the next accuracy shall leave
+_ROUNDS = 4
+_TINY = 1e-120  # stands for zero in denominators
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorOfRuns:
+    """What the error of the runs does to the values of a fit.
+
+    Attributes
+    ----------
+    accuracy : float
+        Of the runs.
+    given : float
+        The accuracy of the file.
+    shift : (k,) array
+        Estimated error of the scaled values; NaN if more accurate runs fail.
+    worst : float
+        Largest shift in deviations of white residuals.
+    ended : bool
+        Whether the limit of time ended the search.
+    """
+
+    accuracy: float
+    given: float
+    shift: Array
+    worst: float
+    ended: bool = False
+
+    def described(self) -> dict[str, Any]:
+        """Return the error as in ``result.json``."""
+        return {"given": self.given, "used": self.accuracy, "largest_shift": finite(self.worst)}
+
+    def warnings(self, seconds: float | None) -> list[str]:
+        """Return what a user should know of the runs, after a limit of time [s]."""
+        said = []
+        if self.ended:
+            said.append(
+                f"the limit of time, {seconds or USUAL:g} s, ended the search: these are its best values; fit.time"
+                " raises it"
+            )
+        if math.isnan(self.worst):
+            said.append("the error of the runs is not known: more accurate runs do not reach their end")
+        elif self.worst > _ENOUGH:
+            said.append(
+                f"the error of the runs shifts values by up to {self.worst:.2g} deviations at solver.accuracy ="
+                f" {self.accuracy:.0e}; the intervals contain it"
+            )
+        return said
+
+
+def accurate(
+    residuals: Residuals, found: Fitted, show: Callable[[str], None] = lambda text: None
+) -> tuple[Residuals, Fitted, ErrorOfRuns]:
+    """Repeat a fit with more accurate runs until their error shifts no value by more than a tenth of its deviation.
+
+    The shift follows from the residuals of ten times more accurate runs with the same values: the change of the least
+    squares.
+    """
+    given = residuals.accuracy()
+    if isinstance(residuals, Statistics):  # the scatter of its runs contains their error
+        return residuals, found, ErrorOfRuns(given, given, np.zeros(len(found.z)), 0.0)
+    for _ in range(_ROUNDS):
+        shift, worst = shifted(residuals, found)
+        accuracy = residuals.accuracy()
+        if not worst > _ENOUGH or accuracy <= _FINEST or residuals.budget.late:
+            break
+        wanted = accuracy * min(_SAFETY * _ENOUGH / worst, _FINER)
+        finer = residuals.at_accuracy(max(10.0 ** math.floor(math.log10(wanted)), _FINEST))
+        again = refine(finer, fit_again(finer, found))
+        if again.evaluated.reason:
+            break
+        residuals, found = finer, again
+        show(f"solver.accuracy {residuals.accuracy():.0e}, {found.runs} runs")
+    return residuals, found, ErrorOfRuns(residuals.accuracy(), given, shift, worst)
+
+
+def shifted(residuals: Residuals, found: Fitted) -> tuple[Array, float]:
+    """Return the shift of the scaled values (k,) by the error of the runs, and the largest one in deviations."""
+    finer = residuals.at_accuracy(_FINER * residuals.accuracy())
+    other = finer(found.z, found.horizon, derivatives=False)
+    if other.reason:
+        return np.full(len(found.z), np.nan), math.nan
+    sides, root = inverse(found.evaluated.jacobian)
+    shift = -root @ (sides.T @ (other.residual - found.evaluated.residual))
+    deviations = np.maximum(np.linalg.norm(root, axis=1), _TINY)
+    return shift, float(np.max(np.abs(shift) / deviations, initial=0.0))
