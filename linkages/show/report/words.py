@@ -170,8 +170,8 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
     else:
         remedy = "; use a longer duration" if motion["kind"] == "not settled" else ""
         lines = [f"the motion is {motion['kind']}: {motion['why']}{remedy}"]
-    if summary["ideal"] is None:
-        lines.append(f"no linkage with ideal joints to compare with: {summary['no_ideal']}")
+    if no_ideal := summary.get("no_ideal"):
+        lines.append(f"no linkage with ideal joints to compare with: {no_ideal}")
     until = summary.get("start_up")
     why = "journals cross their clearances from the middle, and impacts or films stop them"
     if until is not None and until < summary["duration"]:
