@@ -60,6 +60,7 @@ def test_private_attributes_of_numba_are_used_nowhere_else():
             elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):  # a field of a class
                 defined.add(node.target.id)
     argparse_and_python = {
+        "_asdict",
         "_fields",
         "_exit",
         "_make",

@@ -28,7 +28,7 @@ def arrays(system: System) -> dict:
     found["ideal joints"] = system.ideal_arrays.joints
     for name in ("motions", "torques"):
         found |= {f"{name}{k}": x for k, x in enumerate(getattr(system, name).arrays)}
-    return found | {f"loads{k}": x for k, x in enumerate(system.loads)}
+    return found | {f"loads{k}": x for k, x in enumerate((*system.loads, *system.elements))}
 
 
 def assert_same(one: System, other: System) -> None:

@@ -40,11 +40,12 @@ _SETTINGS = frozenset(
         "solver",
     )
 )
-#: Keys of joints that other computations than a run read, and these.
+#: Keys of joints and links that other computations than a compiled run read, and these.
 _ELSEWHERE = {
     "wear": "`linkages wear` and lives of studies use it",
     "heat": "the heat balance of `linkages simulate` uses it",
     "yield_strength": "a warning uses it",
+    "segments": "Drake's runs use it",
 }
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 _SAME = 1e-9  # of places over the linkage's size, and of angles [rad]: they are the same but for rounding

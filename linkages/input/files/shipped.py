@@ -55,7 +55,7 @@ def find_file(name: str | Path, *suffixes: str) -> Path:
     """
     path = Path(name)
     for end in ("", *suffixes):
-        named = path.with_name(f"{path.name}{end}")
+        named = Path(f"{path}{end}")
         for place in chain([named], _shipped(named)):
             # unlike Path.is_file, False for invalid names; a name without suffix may be a folder
             if os.path.exists(place) and not (suffixes and os.path.isdir(place)):

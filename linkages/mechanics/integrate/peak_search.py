@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from linkages.base.kernel import Array, Indices, kernel
+from linkages.base.kernel import Array, Indices, inlined_kernel, kernel
 
 #: Rows of a search, (3, 3): times and values of the samples around its highest one, and its course.
 TIMES, VALUES, COURSE = range(3)
@@ -191,7 +191,8 @@ def doubtful(times: Array, values: Array, limit: float, marks: Indices) -> int:
     """Mark the intervals (n - 1,) that need a value in their middle with 1, others with 0; return how many need one.
 
     They are those whose two parabolas differ in their integrals by more than a limit, in parts of the integral of the
-    magnitude: at kinks, and where few samples follow a short force. Intervals alone between two of them need one too.
+    magnitude: at kinks, and where few samples follow a short force. An interval that they leave alone, beside another
+    one, the first or last sample or a jump, needs one too.
     """
     n, size = len(times), 0.0
     for i in range(n - 1):
@@ -202,10 +203,23 @@ def doubtful(times: Array, values: Array, limit: float, marks: Indices) -> int:
         marks[i] = 1 if differ else 0
     count = 0
     for i in range(n - 1):
-        if 0 < i < n - 2 and times[i + 1] > times[i] and marks[i - 1] == 1 and marks[i + 1] == 1:
-            marks[i] = 1
+        divided = (i > 0 and marks[i - 1] == 1) or (i < n - 2 and marks[i + 1] == 1)
+        if divided and _begins(times, marks, i) and _ends(times, marks, i) and times[i + 1] > times[i]:
+            marks[i] = 1  # alone it would have no parabola
         count += marks[i]
     return count
+
+
+@inlined_kernel
+def _begins(times: Array, marks: Indices, i: int) -> bool:
+    """Whether no parabola passes through the begin of interval i."""
+    return i == 0 or marks[i - 1] == 1 or times[i] == times[i - 1]
+
+
+@inlined_kernel
+def _ends(times: Array, marks: Indices, i: int) -> bool:
+    """Whether no parabola passes through the end of interval i."""
+    return i == len(marks) - 1 or marks[i + 1] == 1 or times[i + 2] == times[i + 1]
 
 
 @kernel
