@@ -1,4 +1,4 @@
-"""What a machine can have: one module for each kind of element, with everything that the package knows of it.
+"""Elements of machines: one module for each kind, with everything that the package knows of it.
 
 | module         | responsibility                                                                          |
 |----------------|-----------------------------------------------------------------------------------------|

@@ -1,4 +1,4 @@
-"""What a kind of element must tell: each duty, in the order in which a run needs it.
+"""The duties of a kind of element, in the order in which a run needs them.
 
 A kind is one module of `linkages.elements`, and one `Element`. It knows bodies as markers and closure terms, never the
 system: see `Places` and `Checks` for what it may ask.
@@ -16,7 +16,7 @@ from linkages.base.arrays import Array
 from linkages.input.files.toml import Table
 from linkages.mechanics.planar.loads import ENERGY, POWER, SECOND, VALUE
 
-__all__ = ["ENERGY", "POWER", "SECOND", "VALUE"]  # columns of what an element tells of itself, see `Element.tell`
+__all__ = ["ENERGY", "POWER", "SECOND", "VALUE"]  # columns of `Element.tell`
 
 K = TypeVar("K", bound=Table)
 
@@ -118,8 +118,8 @@ class Element(Generic[K]):
     force : callable
         ``force(keys, slides, extent)`` is a force that sets the machine in motion [N], for the scale of time.
     problem_at_start : callable
-        ``problem_at_start(keys, row, closest)`` says what is wrong with an element at t = 0, whose row is given;
-        points that are closer than ``closest`` [m] coincide. Empty if nothing is wrong.
+        ``problem_at_start(keys, row, closest)`` names the error of an element at t = 0, with its row;
+        points that are closer than ``closest`` [m] coincide. Empty without an error.
     picture : callable
         ``picture(keys)`` is its shape in drawings.
     """

@@ -64,7 +64,7 @@ def apart(elements: Sequence[Records]) -> Iterator[Any]:
 
 
 def markers_of(elements: Sequence[Records]) -> list[np.record]:
-    """List the markers at which elements act, those of their terms too."""
+    """List the markers at which elements act, including the markers of their terms."""
     return [marker for records in elements for record in records for marker in _markers(record)]
 
 

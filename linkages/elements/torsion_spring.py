@@ -47,7 +47,7 @@ class TorsionSpring(Table):
 
     @property
     def outer_link(self) -> str | None:
-        """Return the link beside which a torsion spring between two links is drawn."""
+        """Return the link at which a torsion spring between two links is drawn."""
         return next((link for link in reversed(self.links or []) if link != "world"), None)
 
 

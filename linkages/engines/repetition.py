@@ -1,4 +1,4 @@
-"""The repetition of a run that estimates its error: with finer settings it does not omit what the run omits."""
+"""The repetition of a run that estimates its error: its finer settings resolve motions that the run omits."""
 
 from __future__ import annotations
 

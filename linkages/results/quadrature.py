@@ -1,4 +1,4 @@
-"""Samples of a column for its mean and integral: also beside its jumps, and within steps of a short force."""
+"""Samples of a column for its mean and integral: also at both sides of jumps, and within steps of a short force."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from linkages.results.trajectory import Trajectory
 
 
 def with_middles(trajectory: Trajectory, name: str) -> tuple[Array, Array]:
-    """Return times and values of a column, with those in the middle of intervals where the samples are too few.
+    """Return times and values of a column, with middles of intervals where the samples are too few.
 
     Without a function that evaluates the run, as when it is loaded from a file, the samples must do.
     """

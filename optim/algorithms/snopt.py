@@ -112,7 +112,7 @@ class _Snopt:
         return design, _ENDINGS.get(kind, Ending.NO_PROGRESS)
 
     def _escape(self, design: Array) -> Array | None:
-        """Return a better design beside a stationary one that is no minimum; None beside a minimum."""
+        """Return a better design near a stationary one that is no minimum; None near a minimum."""
         form, x = self.form, design / self.form.width
         (f, c), slopes = form.evaluate(x), form.slopes(x)
         if slopes is None or not np.isfinite(f):

@@ -27,7 +27,7 @@ _TINY = 1e-120  # stands for zero in denominators
 
 @dataclass(frozen=True, eq=False)
 class ErrorOfRuns:
-    """What the error of the runs does to the values of a fit.
+    """The effect of the error of the runs on the values of a fit.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class ErrorOfRuns:
         return {"given": self.given, "used": self.accuracy, "largest_shift": finite(self.worst)}
 
     def warnings(self, seconds: float | None) -> list[str]:
-        """Return what a user should know of the runs, after a limit of time [s]."""
+        """Return the notes on the runs after a limit of time [s]."""
         said = []
         if self.ended:
             said.append(

@@ -1,4 +1,4 @@
-"""What a result says beside its numbers: warnings, mixtures of unknowns, and where intervals hold."""
+"""Notes on the numbers of a result: warnings, mixtures of unknowns, and the validity of intervals."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def mixture_text(residuals: Residuals, mixture: Array, least: float = _PART) -> 
 
 
 def correlated(residuals: Residuals, judged: Certainty) -> list[dict[str, Any]]:
-    """Return pairs of unknowns that the data tell, but hardly one without the other.
+    """Return pairs of unknowns that the data determine together, but not separately.
 
     Each has ``unknowns``, ``correlation``, ``together``: the powers, or sums, by which they change together, and
     ``apart``: the deviation of each where the other is given, relative to its own deviation.

@@ -44,7 +44,7 @@ def format_tolerances(study: Study, result: dict[str, Any]) -> str:
 
 
 def _rare(result: dict[str, Any]) -> list[str]:
-    """Format the share of machines beyond each limit that hardly any machine exceeds, and what remains unknown."""
+    """Format the share of machines beyond each limit that few exceed, and the unknown part."""
     lines = [""] if result["rare"] else []
     for key, entry in result["rare"].items():
         lines.append(f"beyond {key}: {_share(entry, result['algorithm']['confidence'])}")

@@ -1,4 +1,4 @@
-"""Limits that hardly any machine of a study exceeds: the share beyond each, its interval, and what remains unknown."""
+"""Limits that few or no machines of a sample exceed: the share beyond each, its interval, and the unknown part."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def chaotic(deviation: float, scattered: float | None) -> bool:
 def rare_limits(
     machines: SampledMachines, sample: Sample, quantities: Mapping[str, Mapping[str, Any]]
 ) -> dict[str, dict[str, Any]]:
-    """Find the shares beyond limits that hardly any machine of the sample exceeds, by limit.
+    """Find the shares beyond limits that few or no machines of the sample exceed, by limit.
 
     Each has ``share`` and ``interval``, None if there is none, and ``unknown``: why, or what is doubtful.
     """

@@ -1,4 +1,4 @@
-"""Shares of points beyond a limit that hardly any point exceeds: subset simulation, importance sampling, FORM.
+"""Shares of points beyond a limit that few points exceed: subset simulation, importance sampling, FORM.
 
 All functions see independent standard normal numbers and an excess, positive beyond the limit; no machine.
 """

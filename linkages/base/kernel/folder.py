@@ -54,7 +54,7 @@ def _foreign(place: Path, follow_symlinks: bool) -> Path | None:
     """Return the folder, or a subfolder or file of it that other users can reach, if they can write to it."""
     if _writable(place, follow_symlinks):
         return place
-    if not place.stat().st_mode & 0o011:  # nobody else can enter it, whatever is in it
+    if not place.stat().st_mode & 0o011:  # only its owner can enter it
         return None
     within = (path for pattern in ("??", "??/*.nbc") for path in place.glob(pattern))
     return next(filter(_writable, within), None)

@@ -25,7 +25,7 @@ from linkages.base.kernel.stored import alive
 
 _FIND_DUAL = "linkages-find-dual"  # symbol of `_find_dual`
 _WORD = ir.IntType(64)
-_interpreted: dict[int, Any] = {}  # without a compiler: functions by what stands for their address
+_interpreted: dict[int, Any] = {}  # without a compiler: functions by a number in place of their address
 _laws: dict[int, tuple[Any, Any, Any]] = {}  # by addresses of laws: the table itself, the function, its signature
 _KINDS: tuple[Callable[[Any], Any], ...] = (lambda kind: kind), with_duals, with_dual_records  # of its arguments
 

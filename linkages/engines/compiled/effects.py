@@ -24,7 +24,7 @@ from linkages.mechanics.planar.kinematics import poses_at
 from linkages.results.outputs.registry import pack
 from linkages.system import System
 
-#: Keys of an experiment that are no model: what is run, how exactly, and what is said of it.
+#: Keys of an experiment that are no model: the extent and accuracy of the run, and its report.
 _SETTINGS = frozenset(
     (
         "mechanism",
@@ -63,7 +63,7 @@ def varied(system: System, path: str, values: Sequence[float], outputs: Sequence
     values : sequence of float
         Values to compare with each other; of one alone, with the system's.
     outputs : sequence of str
-        Outputs that are asked for, with the experiment's.
+        Requested outputs, in addition to the experiment's.
     """
     if path.partition(".")[0] in _SETTINGS:
         return ""
@@ -113,7 +113,7 @@ def without_effect(system: System, before: System, path: str) -> str:
 
 
 def differ(one: System, other: System, outputs: Sequence[str] = ()) -> bool:
-    """Check whether the runs of two systems, and the outputs that are asked for, read different numbers."""
+    """Check whether the runs of two systems, and the requested outputs, read different numbers."""
     wanted = [*dict.fromkeys((*one.experiment.outputs, *outputs))]
     first, second = (_numbers(each, wanted) for each in (one, other))
     if first.structure != second.structure:
@@ -192,19 +192,19 @@ def _start(system: System, size: float) -> Array:
 
 
 def local(mechanism: Mechanism, link: str, place: Array) -> Array:
-    """Return a place (2,) of the reference configuration in the axes of a link [m]; of the world as it is."""
+    """Return a place (2,) of the reference configuration in the axes of a link [m]; unchanged for the world."""
     return place if link == "world" else turned(mechanism, link, place - mechanism.link[link].origin)
 
 
 def turned(mechanism: Mechanism, link: str, direction: Array) -> Array:
-    """Return a direction (2,) of the reference configuration in the axes of a link; of the world as it is."""
+    """Return a direction (2,) of the reference configuration in the axes of a link; unchanged for the world."""
     if link == "world":
         return direction
     cosine, sine = np.cos(mechanism.link[link].angle), np.sin(mechanism.link[link].angle)
     return np.array([[cosine, sine], [-sine, cosine]]) @ direction
 
 
-# -- what acts instead -------------------------------------------------------------------------------------------------
+# -- the value that acts -----------------------------------------------------------------------------------------------
 
 
 def _reason(system: System, path: str) -> str:

@@ -233,7 +233,7 @@ def _resumed(system: System, inputs: Names, outputs: Names, state: StepperState)
 
 
 def _of_value(system: System, path: str, numbers: Array) -> _Places:
-    """Return the places of a value in the formulas of loads and states: those that differ for the next larger value."""
+    """Return the places of a value in formulas of loads and states: numbers that differ for the next larger value."""
     value = system.value(path)
     other = system.replaced({path: float(np.nextafter(value, math.inf))})
     index = np.nonzero(other.arrays.load_c != numbers)

@@ -32,7 +32,7 @@ def take_joint_frames(model: ET.Element) -> set[str]:
 
 
 def placed(raw: RawModel, two_places: Collection[str], at_parent: bool, notes: list[str]) -> RawModel:
-    """Place the joints of an SDFormat file on their parents; adds notes about those that lie elsewhere.
+    """Place the joints of an SDFormat file on their parents; adds notes about joints that lie elsewhere.
 
     In SDFormat a <parent> that names a frame names the frame's link only: the joint is at its own pose on both links.
     The joints with `two_places`, or all `at_parent`, are at the frame instead.

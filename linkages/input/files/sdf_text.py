@@ -41,7 +41,7 @@ def sdf_text(model: RawModel, remarks: Sequence[str] = (), description: str = ""
 
 
 class _Frames:
-    """The named frames of a model, and those that its joints need in addition."""
+    """The named frames of a model, and the additional frames of its joints."""
 
     def __init__(self, model: RawModel) -> None:
         self.all, self._model = dict(model.frames), model

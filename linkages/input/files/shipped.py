@@ -22,7 +22,7 @@ def data_folder() -> Path:
 
 @cache
 def _folders() -> tuple[Path, ...]:
-    """Return the folder of shipped files, and those of other packages: entry points of the group ``linkages.files``."""
+    """Return the folders of shipped files: of this package, and of the entry points of the group ``linkages.files``."""
     others = (point.value.rpartition(".") for point in entry_points(group="linkages.files"))
     return data_folder(), *(Path(str(files(package))) / folder for package, _, folder in others)
 

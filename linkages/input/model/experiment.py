@@ -43,7 +43,7 @@ _NONE: _Values = MappingProxyType({})
 
 #: The tables of applied loads, in the order in which the loads are packed.
 LOADS = ("forces", "torques", "frictions", "motors")
-#: The other tables of named elements; those before are of `linkages.elements`.
+#: The other tables of named elements, after the tables of `linkages.elements`.
 OTHERS = ("gears", "couplings", "stops", "contacts")
 
 #: The tables that define quantities for formulas.

@@ -35,7 +35,7 @@ def reported(summary: dict[str, Any]) -> dict[str, Any]:
 
 
 def perfect(shown: dict[str, Any]) -> dict[str, Any]:
-    """Return the numbers with ideal joints beside `reported` ones; without an ideal motion these without values."""
+    """Return the numbers with ideal joints for the `reported` ones; without an ideal motion each has no value."""
     ideal: dict[str, Any] | None = shown["ideal"]
     return _emptied({kind: shown.get(kind, {}) for kind in _COMPARED}) if ideal is None else ideal
 
