@@ -81,7 +81,7 @@ def _peaks() -> None:
         return {"time": times, "x": np.sin(times)}
 
     times = np.arange(9.0)
-    run = Trajectory(times, evaluate(times), Status.OK, {}, evaluate)
+    run = Trajectory(times, evaluate(times), Status.OK, {}, evaluate, accuracy=1e-12)  # so that it divides intervals
     extremes(run, ["x"])
     integral(run, "x")
 

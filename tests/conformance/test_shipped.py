@@ -97,7 +97,8 @@ def test_experiment_runs_and_writes_its_results(engine, name, tmp_path):
     experiment, play = system.experiment, system.tree.play
     dry = [name for name in play if experiment.joints[name].can_touch]
     touches = dry or experiment.slack
-    figures = {"drawing.svg", "joint_forces.png", "drive_torques.png", "animation.html"}
+    figures = {"drawing.svg", "joint_forces.png", "animation.html"}
+    figures |= {"drive_torques.png"} if any(drive.acts for drive in experiment.drives.values()) else set()
     figures |= {"orbits.png" for name in play if system.mechanism.joint[name].bearing}
     figures |= {"guides.png" for name in play if system.mechanism.joint[name].slot}
     figures |= {f"output_{output}.png" for output in experiment.outputs} | ({"impacts.png"} if touches else set())

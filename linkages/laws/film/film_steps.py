@@ -40,7 +40,7 @@ def longest_step_of(oil: Array) -> float:
     return _OF_STEP * oil[STEP]
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _choose_step(
     joint: np.record, table: Array, oil: Array, place: tuple[float, float, float, float, float, float], spin: float
 ) -> None:

@@ -32,7 +32,7 @@ def articulated_inertias(bodies: Bodies, work: Workspace) -> None:
     _articulate(bodies, work)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def tree_dynamics(bodies: Bodies, gravity: Array, work: Workspace) -> None:
     """Find the accelerations of the free coordinates and of the bodies, without the reactions of cut joints.
 

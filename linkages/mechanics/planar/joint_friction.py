@@ -57,7 +57,7 @@ def is_jammed(work: FrictionWork) -> bool:
     return math.isnan(total)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def add_applied(model: Arrays, t: float, torques: Array, w: Workspace, work: FrictionWork) -> None:
     """Add the wrenches of all loads and of the frictions in ideal joints to the bodies'; see `solve_friction`."""
     load_wrenches(loads_of(model), t, w.v, w.pose, w.vel, w.wrench)

@@ -85,8 +85,8 @@ def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, A
     peaks = numbers(assessment.system, part, assessment.meaningless, assessment.contacts)
     windows = {} if span is None else {report: {"from": span[0], "to": span[1], **peaks}}
     told = {"motion": assessment.motion.content, "start_up": assessment.start_up, "duration": float(run.time[-1])}
-    told |= {"no_ideal": assessment.no_ideal}
-    lines = motion_lines(peaks | told | {"report": report, "windows": windows})
+    about = {"report": report, "windows": windows, "no_ideal": assessment.no_ideal}
+    lines = motion_lines(peaks | told | about)
     return {"motion": lines, "table": _table(assessment, peaks, exact)}
 
 

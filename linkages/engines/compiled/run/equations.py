@@ -65,7 +65,7 @@ def _add_forces(equations: Equations, t: float) -> None:
         _set_state_rates(model, w, t)
 
 
-@kernel
+@kernel(makes_arrays=True)
 def _set_state_rates(model: Arrays, w: Workspace, t: float) -> None:
     state_rates(loads_of(model), t, w.v, w.pose, w.vel, w.a)
 

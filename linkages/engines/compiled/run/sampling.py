@@ -27,7 +27,7 @@ class Sampler(NamedTuple):
     steps: Steps
 
 
-@kernel
+@kernel(makes_arrays=True)
 def look(job: Job, t: float, out: Array) -> bool:
     """Fill ``out`` (no,) with the outputs of the solved state; returns False if the ideal linkage does not close."""
     ideal, model, work = job.ideal, job.equations.model, job.equations.work
