@@ -60,11 +60,12 @@ def reaches(values: Mapping[str, float], rates: Array, scales: Array, numbers: C
     nominal, known = np.array([*values.values()]), ~np.isnan(rates)
     sizes = np.array([magnitude_of(path, value) for path, value in values.items()])
     follows = np.zeros((len(STEPS), *rates.shape), dtype=bool)
-    for tight in (False, True):  # all steps, without the errors of the runs, only for the values that need them
+    largest, others = slice(_TOGETHER), slice(_TOGETHER, len(STEPS))
+    # without the errors of the runs, and with smaller steps, only for the values that need them
+    for tight, part in ((False, largest), (True, largest), (True, others)):
         left = np.flatnonzero((known & ~follows[:_TOGETHER].all(axis=0)).any(axis=1))
         if not len(left):
             break
-        part = slice(len(STEPS) if tight else _TOGETHER)
         moves = STEPS[part, None, None, None] * (sizes * np.eye(len(sizes)))[left] * _SIGNS[:, None, None]
         found = numbers(np.concatenate([nominal[None], nominal + moves.reshape(-1, len(sizes))]), tight)
         with np.errstate(invalid="ignore"):  # failed runs
