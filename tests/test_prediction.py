@@ -56,16 +56,18 @@ def test_without_a_derivative_there_is_no_reach_and_no_run():
     assert np.isnan(reach_of(None, np.nan))
 
 
-def test_smaller_steps_are_run_at_a_tighter_accuracy():
-    """Errors of the runs hide the line at the usual accuracy."""
+@pytest.mark.parametrize(("bend", "reach", "smaller"), [(0.0, STATED, []), (999.0, 1e-4, [2 * (len(STEPS) - 3)])])
+def test_smaller_steps_are_run_at_a_tighter_accuracy_and_only_where_larger_ones_depart(bend, reach, smaller):
+    """Errors of the runs hide the line at the usual accuracy; a parabola departs by a tenth at 1e-4."""
     asked = []
 
     def numbers(table, tight):
         asked.append((len(table) - 1, tight))
-        return table if tight else table + 0.1 * np.sin(1e9 * table)
+        exact = table + bend * (table - 1.0) ** 2
+        return exact if tight else exact + 0.1 * np.sin(1e9 * table)
 
-    assert reaches({"values.v": 1.0}, np.array([[1.0]]), np.array([1.0]), numbers)[0, 0] == STATED
-    assert asked == [(6, False), (2 * len(STEPS), True)]
+    assert reaches({"values.v": 1.0}, np.array([[1.0]]), np.array([1.0]), numbers)[0, 0] == reach
+    assert asked == [(6, False), (6, True), *((runs, True) for runs in smaller)]
 
 
 def departs(path, output, span, predicted):
