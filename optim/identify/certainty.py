@@ -25,7 +25,7 @@ _TINY = 1e-120  # stands for zero in denominators: its square is a number, too
 AT_LIMIT = 1e-4  # distance from a limit, relative to the distance of the limits
 _LAGS = 20  # of the test of whiteness
 _LEAST_FREEDOM = 3.0
-_FAR = 25.0  # chi-square of a sample that no noise explains
+_FAR = 4.0  # chi-square of a sample from which on the error of a model exceeds the noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +74,12 @@ class Certainty:
 
 
 def certainty(
-    residuals: Residuals, found: Fitted, deviations: Deviations, shift: Array | None = None, single: bool = False
+    residuals: Residuals, found: Fitted, deviations: Deviations, shift: Array | None = None, unsure: bool = False
 ) -> Certainty:
     """Judge the values of a fit, which the error of the runs shifts (k,).
 
-    `single` says that one start of several has found them: if they explain a column badly, too, the minimum is wrong.
+    `unsure` says that they may be no minimum, or not the least one: one start of several has found them, or the limit
+    of time has ended the search. If they explain a column badly, too, their derivatives tell nothing.
     """
     n, residual, jacobian = len(residuals.active), found.evaluated.residual, found.evaluated.jacobian
     groups = residuals.groups(found.horizon)
@@ -99,7 +100,7 @@ def certainty(
     room = residuals.upper[:n] - residuals.lower[:n]
     stated = (p is not None for p in tests["chi_square_probability"])
     far = any(known and (x or 0.0) > _FAR for known, x in zip(stated, tests["chi_square"], strict=True))
-    lost = hopeless(residuals, found) or (single and far)
+    lost = hopeless(residuals, found) or (unsure and far)
     inside = np.minimum(found.z[:n] - residuals.lower[:n], residuals.upper[:n] - found.z[:n]) > AT_LIMIT * room
     covariance, singular, mixtures, told, known = judge(residuals, jacobian, inside & (not lost))
     inflation = np.diag(covariance) / np.diag(alone)

@@ -197,7 +197,7 @@ def _fit(
     extend(residuals.budget, fit.time)
     residuals, best, runs = accurate(residuals, refine(residuals, best), show)
     single = len(found) > 1 and agreeing(found, best) == 1
-    judged = certainty(residuals, best, fit.deviations, runs.shift, single)
+    judged = certainty(residuals, best, fit.deviations, runs.shift, single or ended)
     return residuals, best, judged, found, replace(runs, ended=ended)
 
 
