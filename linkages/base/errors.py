@@ -52,6 +52,10 @@ class RunError(RuntimeError):
     """A run that cannot start, or does not reach its end; its text is one line with reason and remedy."""
 
 
+class TimeOverError(Exception):
+    """Raised by the progress function of a run that is to end: its steps so far are kept."""
+
+
 class AssemblyError(RunError):
     """The linkage cannot be assembled.
 
@@ -156,6 +160,7 @@ class Status(enum.Enum):
     NOT_FINITE = "not-finite"
     WORN_OUT = "worn-out"
     INTERRUPTED = "interrupted"
+    TIME_OVER = "time-over"
     BAD_INPUT = "bad-input"
 
     @property
@@ -188,4 +193,5 @@ _REMEDY = {
     " use fewer cycles, or check the wear coefficient and its unit, m2/N",
     Status.BAD_INPUT: "the values of this run are not valid: see its reason",
     Status.INTERRUPTED: "the run was stopped by the user; the computed part is kept",
+    Status.TIME_OVER: "the limit of time ended the run; the computed part is kept",
 }

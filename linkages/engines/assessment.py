@@ -22,6 +22,7 @@ from linkages.results.outputs.registry import check_outputs, unit
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import check_duration, ideal_motion
+from linkages.system.rigid_segments import Segmented
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
 
@@ -47,7 +48,7 @@ def simulate(
     engine : str
         "compiled", the default, or "drake".
     progress : callable, optional
-        Called with the simulated time [s] at intervals.
+        Called with the simulated time [s] at intervals; a `linkages.base.errors.TimeOverError` ends the run.
     outputs : sequence of str, optional
         Columns of the trajectory, for the compiled engine: fewer take less time. Default: all.
     wrt : sequence of str or Direction, optional
@@ -93,7 +94,8 @@ def simulate(
 
 def _with_units(system: System, run: Trajectory) -> Trajectory:
     """Add the units of the columns to a trajectory, and the times at which they jump."""
-    units = {name: "s" if name == "time" else unit(system, name) for name in run.columns}
+    named = system.whole if isinstance(system, Segmented) else system
+    units = {name: "s" if name == "time" else unit(named, name) for name in run.columns}
     return replace(run, units=units, jumps=system.experiment.sampling_times(float(run.time[-1])))
 
 

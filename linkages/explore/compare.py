@@ -3,18 +3,23 @@
 With contacts solutions diverge: a difference grows by a constant factor in every impact, and two runs of *one* engine
 at different tolerances agree only up to a horizon. Differences are computed up to the earlier horizon of the two
 engines; beyond it they would be meaningless.
+
+Drake has no flexible links: its machine has rigid segments. So the compiled engine runs this machine too, and the
+differences are those of the engines. What the segments change is computed apart, in the compiled engine.
 """
 
 from __future__ import annotations
 
+import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from linkages.base.arguments import validated
 from linkages.base.brief import Brief
+from linkages.base.errors import Status, TimeOverError
 from linkages.engines.assessment import simulate
 from linkages.input.model.capabilities import Analysis
 from linkages.input.model.experiment import Experiment
@@ -25,8 +30,10 @@ from linkages.results.soundness import Soundness
 from linkages.results.trajectory import TimeReport, Trajectory
 from linkages.results.warnings import warnings_of_run
 from linkages.system import System
+from linkages.system.rigid_segments import segmented
 
 _IMPACTS = 2  # number of individually compared contacts of each joint
+_RUN, _LOOSER, _HORIZON = 0.5, 0.85, 0.95  # parts of the limit of time after which these stages end
 
 
 @dataclass(frozen=True)
@@ -61,10 +68,16 @@ class Comparison(Brief):
     ----------
     runs : dict of str to Trajectory
         By engine.
+        With flexible links those of the machine with rigid segments, in both engines.
     horizons : dict of str to float
         Time up to which an engine's runs at two tolerances agree, or the run's end without contacts, by engine [s].
     differences : dict of str to Difference
         By column name, up to `until`.
+    segments : dict of str to Difference
+        Differences of the machines with rigid segments and with flexible links, both in the compiled engine, up to
+        `until`; empty without flexible links.
+    late : bool
+        Whether the limit of time ended a run, or the search for its horizon.
     meaningless : frozenset of str
         Columns without a difference, such as forces in a singular position.
     contacts : list of (Impact, Impact)
@@ -79,6 +92,8 @@ class Comparison(Brief):
     meaningless: frozenset[str]
     contacts: list[tuple[Impact, Impact]]
     warnings: dict[str, list[dict[str, Any]]]
+    segments: dict[str, Difference] = field(default_factory=dict)
+    late: bool = False
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         line = f"{' and '.join(self.runs)}, compared up to {self.until:g} s"
@@ -94,12 +109,14 @@ class Comparison(Brief):
 
     @property
     def parted(self) -> bool:
-        """Check whether the horizon is before the end of the runs."""
-        return bool(self.until < min(run.time[-1] for run in self.runs.values()))
+        """Check whether the horizon is before the end of the runs, and no limit of time."""
+        return bool(not self.late and self.until < min(run.time[-1] for run in self.runs.values()))
 
 
 @validated
-def compare(system: System, progress: Callable[[str], TimeReport] | None = None) -> Comparison:
+def compare(
+    system: System, progress: Callable[[str], TimeReport] | None = None, limit: float | None = None
+) -> Comparison:
     """Run an experiment on both engines and compare them.
 
     With contacts each engine also runs at a ten times looser tolerance, which gives the horizon.
@@ -109,6 +126,8 @@ def compare(system: System, progress: Callable[[str], TimeReport] | None = None)
     system : System
     progress : callable, optional
         Called with the name of each stage; returns the stage's progress function.
+    limit : float, optional
+        Longest time of the runs [s]: what they have reached by then is compared. Default: none.
 
     Returns
     -------
@@ -131,23 +150,72 @@ def compare(system: System, progress: Callable[[str], TimeReport] | None = None)
     True
     """
     system.check_analysis(Analysis.DRAKE)
-    stage = progress or (lambda name: lambda time: None)
+    told = progress or (lambda name: lambda time: None)
+    stages = _Stages(told, clock.monotonic(), np.inf if limit is None else limit)
+    model = segmented(system) if system.tree.flexible else system
     runs, horizons = {}, {}
     for engine in ("compiled", "drake"):
-        runs[engine] = simulate(system, engine, stage(engine))
+        runs[engine] = stages.run(engine, model, engine, _RUN)
         horizons[engine] = float(runs[engine].time[-1])
         if system.experiment.can_touch:
-            other = simulate(looser(system), engine, stage(f"{engine}, looser"))
-            horizons[engine] = horizon(runs[engine], other, system, stage(f"{engine}, horizon"))
-    stage("differences")
+            other = stages.run(f"{engine}, looser", looser(model), engine, _LOOSER, horizons[engine])
+            horizons[engine] = stages.horizon(f"{engine}, horizon", runs[engine], other, system)
     until, every = min(horizons.values()), names(system)
+    whole = stages.run("flexible links", system, "compiled", 1.0, until) if model is not system else None
+    told("differences")
     sound = {engine: Soundness.of_run(system, run) for engine, run in runs.items()}
     none = frozenset().union(*(one.meaningless(every) for one in sound.values())).intersection(every)
     given = [name for name in every if name not in none]
     found = differences(runs["compiled"], runs["drake"], given, until)
+    of_segments = differences(runs["compiled"], whole, given, min(until, whole.time[-1])) if whole else {}
     met = {engine: impacts(run, touching(system)) for engine, run in runs.items()}
     warnings = {engine: warnings_of_run(system, sound[engine], met[engine]) for engine in runs}
-    return Comparison(runs, horizons, found, none, _contacts(met["compiled"], met["drake"], until), warnings)
+    pairs = _contacts(met["compiled"], met["drake"], until)
+    return Comparison(runs, horizons, found, none, pairs, warnings, of_segments, stages.late)
+
+
+class _Stages:
+    """The runs of a comparison, each of which ends at its part of a limit of time [s] from the start on."""
+
+    def __init__(self, tell: Callable[[str], TimeReport], start: float, limit: float) -> None:
+        self._tell, self._start, self._limit = tell, start, limit
+        self.late = False
+
+    def run(self, name: str, system: System, engine: str, part: float, until: float = np.inf) -> Trajectory:
+        """Run a system up to a part of the limit, or a time of the run [s]; KeyboardInterrupt after a signal."""
+        stage = self._stage(name, part, until)
+        run = simulate(system, engine, stage)
+        if run.status is Status.INTERRUPTED:  # a comparison with a part of a run would look like a whole one
+            raise KeyboardInterrupt
+        self.late |= stage.late
+        return run
+
+    def horizon(self, name: str, run: Trajectory, other: Trajectory, system: System) -> float:
+        """Return the horizon of two runs, or the time up to which the limit let them be compared [s]."""
+        stage = self._stage(name, _HORIZON)
+        try:
+            return horizon(run, other, system, stage)
+        except TimeOverError:
+            self.late = True
+            return stage.reached
+
+    def _stage(self, name: str, part: float, until: float = np.inf) -> _Stage:
+        return _Stage(self._tell(name), self._start + part * self._limit, until)
+
+
+class _Stage:
+    """Progress of a stage, which ends it at a time of the clock, or at one of the run [s]."""
+
+    def __init__(self, tell: TimeReport, end: float, until: float) -> None:
+        self._tell, self._end, self._until = tell, end, until
+        self.reached, self.late = 0.0, False
+
+    def __call__(self, time: float) -> None:
+        self.reached = time
+        self._tell(time)
+        self.late = clock.monotonic() > self._end
+        if self.late or time > self._until:
+            raise TimeOverError
 
 
 def looser(system: System) -> System:

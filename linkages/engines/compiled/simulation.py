@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.base.errors import Status
+from linkages.base.errors import Status, TimeOverError
 from linkages.base.signals import deferred
 from linkages.engines.budget import WINDOW, Budget, most
 from linkages.engines.compiled.run.replay import Steps
@@ -56,8 +56,8 @@ def simulate(
             if budget.spent(t, part.steps):
                 status = Status.TOO_MANY_STEPS
                 break
-    except KeyboardInterrupt:
-        status = Status.INTERRUPTED
+    except (KeyboardInterrupt, TimeOverError) as ended:
+        status = Status.TIME_OVER if isinstance(ended, TimeOverError) else Status.INTERRUPTED
         if not parts:
             raise
     provenance = {

@@ -12,7 +12,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from linkages.base.arrays import Array
-from linkages.base.errors import RunError, Status
+from linkages.base.errors import RunError, Status, TimeOverError
 from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.engines.drake.drives import StatefulDrives
@@ -48,10 +48,10 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
             watch.steps.advance(until)
             if watch.steps.status is not Status.OK:
                 break
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, TimeOverError) as ended:
         if not watch.times:
             raise
-        status = Status.INTERRUPTED
+        status = Status.TIME_OVER if isinstance(ended, TimeOverError) else Status.INTERRUPTED
     except RuntimeError as problem:
         jammed = linkage.drives.is_jammed()
         if not jammed and not is_collapse(problem):
