@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from linkages.elements.element import Element as Kind
-from linkages.elements.element import Quantities
+from linkages.elements.element import Element, Quantities
 from linkages.elements.machine import KINDS, elements_of
 from linkages.mechanics.planar.closure_rows import term_rate
 from linkages.mechanics.planar.loads import POWER, SECOND, VALUE
-from linkages.results.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities, quantity
+from linkages.results.outputs.quantity import Declaration, OutputPlace, Owner, Snapshot, formula, quantities, quantity
 from linkages.system import System
 
 
@@ -112,34 +111,34 @@ def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
     return lambda system: [name for name in getattr(system.experiment, table) if turns(system, table, name) is turning]
 
 
-def _at_joint(system: System, name: str) -> Element:
-    return Element(list(system.mechanism.joint).index(name))
+def _at_joint(system: System, name: str) -> OutputPlace:
+    return OutputPlace(list(system.mechanism.joint).index(name))
 
 
 def _drives(system: System) -> tuple[str, ...]:
     return (*system.tree.driven, *system.tree.powered)
 
 
-def _at_drive(system: System, name: str) -> Element:
+def _at_drive(system: System, name: str) -> OutputPlace:
     k, tree = _drives(system).index(name), system.tree
-    return Element(k, int(np.concatenate([tree.driven_dofs, tree.powered_dofs])[k]))
+    return OutputPlace(k, int(np.concatenate([tree.driven_dofs, tree.powered_dofs])[k]))
 
 
-def _at_gearbox(system: System, name: str) -> Element:
+def _at_gearbox(system: System, name: str) -> OutputPlace:
     (_, parent, child, _, _), sign = system.tree.coordinate(name)
-    return Element(_drives(system).index(name), child[0], parent, sign)
+    return OutputPlace(_drives(system).index(name), child[0], parent, sign)
 
 
-def _at_load(system: System, name: str) -> Element:
-    return Element([load for _, load in system.experiment.loads].index(name))
+def _at_load(system: System, name: str) -> OutputPlace:
+    return OutputPlace([load for _, load in system.experiment.loads].index(name))
 
 
-def _at_element(system: System, name: str) -> Element:
+def _at_element(system: System, name: str) -> OutputPlace:
     names = [name for _, name, _ in elements_of(system.experiment.elements)]
-    return Element(len(system.loads[0]) + names.index(name))
+    return OutputPlace(len(system.loads[0]) + names.index(name))
 
 
-def _of_sort(kind: Kind[Any], outputs: Quantities) -> Owner:
+def _of_sort(kind: Element[Any], outputs: Quantities) -> Owner:
     """Make the owner of the outputs of the elements of a kind that have these."""
 
     def names(system: System) -> Iterable[str]:
@@ -153,11 +152,11 @@ def _of_sort(kind: Kind[Any], outputs: Quantities) -> Owner:
 OF_ELEMENTS = tuple(_of_sort(kind, outputs) for kind in KINDS for outputs in kind.outputs)
 
 
-def _at_gear(system: System, name: str) -> Element:
+def _at_gear(system: System, name: str) -> OutputPlace:
     experiment, tree = system.experiment, system.tree  # with backlash: row of the ideal linkage
     gears, after = (experiment.closed, 0) if name in experiment.closed else (experiment.slack, len(tree.loop_rows))
     sign = tree.seen_coordinate(gears[name].joints[1], gears[name].carrier)[1]
-    return Element(list(gears).index(name) - len(gears) - after, constant=sign)
+    return OutputPlace(list(gears).index(name) - len(gears) - after, constant=sign)
 
 
 #: Joints, drives, applied loads, gears and couplings.
