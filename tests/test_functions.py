@@ -9,7 +9,7 @@ from test_loads import GOOD, NO_STATES, RNG, direction, slope, states, wrenches_
 
 from linkages import InputError, ideal, load, simulate
 from linkages.input.files.formula import FUNCTIONS, parse
-from linkages.input.model.functions import formula, program, table_over
+from linkages.input.functions.definitions import formula, program, table_over
 from linkages.mechanics.planar.jets import CODES
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.motion import Motions, evaluate_motions, function_jet, monotone_table

@@ -29,7 +29,7 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
-from linkages.input.model.functions import TIME, inputs_of
+from linkages.input.functions.definitions import TIME, inputs_of
 from linkages.results.akima import interpolated
 from linkages.results.divergence import configuration
 from linkages.results.trajectory import Trajectory

@@ -6,8 +6,8 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
+from linkages.input.functions.definitions import Definition, Quantity, formula
 from linkages.input.model.experiment import DEFINING, Experiment, experiment_of
-from linkages.input.model.functions import Definition, Quantity, formula
 from linkages.input.model.state_tables import IDEAL_TORQUE, Controller
 from linkages.mechanics.planar.closure import BLURRED, follow, follow_branch
 from linkages.mechanics.planar.elimination import elimination_of

@@ -15,9 +15,9 @@ import numpy as np
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
 from linkages.elements.machine import count, elements_of, pack_elements, tell_elements
+from linkages.input.functions.definitions import TIME, Definition, Quantity, inputs_of, named, program, table_over
 from linkages.input.model.experiment import DEFINING, Experiment
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
-from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
 from linkages.input.model.load_tables import Limit, LoadFunction
 from linkages.laws.control import CONTROLLERS
 from linkages.mechanics.planar import record_types as types

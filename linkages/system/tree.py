@@ -16,7 +16,7 @@ from linkages.base.arrays import Array, Records
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import LaneArray
 from linkages.elements.element import Point
-from linkages.input.model.functions import OF_JOINTS
+from linkages.input.functions.definitions import OF_JOINTS
 from linkages.input.model.load_tables import WHEEL, Mesh
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar import record_types as types

@@ -18,6 +18,8 @@ from linkages.input.files.formula import CONSTANTS, FUNCTIONS, shown
 from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Table
 from linkages.input.files.unit_conversion import SLIDING, read, si
+from linkages.input.functions.definitions import OF_JOINTS, OF_OWN, OF_POINTS, TIME, inputs_of, over_time
+from linkages.input.functions.smoothing import SmoothSignal
 from linkages.input.model import load_tables as tables
 from linkages.input.model.beam_interfaces import substructures
 from linkages.input.model.capabilities import Analysis, check_analysis
@@ -33,10 +35,8 @@ from linkages.input.model.experiment import (
     Experiment,
 )
 from linkages.input.model.experiment_tables import ContactTable, JointModel
-from linkages.input.model.functions import OF_JOINTS, OF_OWN, OF_POINTS, TIME, inputs_of, over_time
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Mechanism
-from linkages.input.model.smoothing import Fit
 from linkages.input.model.state_tables import Controller, Motor, State
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST
@@ -470,7 +470,7 @@ class _Check:
         near = nearest(quantity, (*PIN_QUANTITIES, *driven))
         self.refuse("", f'"{quantity}" of a joint is no output here; {near}')
 
-    def covers(self, times: list[float] | None, fits: Iterable[Fit]) -> None:
+    def covers(self, times: list[float] | None, fits: Iterable[SmoothSignal]) -> None:
         """Check that a table, or the signals of a file, cover the duration of the run."""
         if times is not None and times[-1] < (duration := self.experiment.duration):
             self.refuse("times", f"end at {times[-1]:g} s, before the duration of {duration:g} s")

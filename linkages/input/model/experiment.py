@@ -26,12 +26,12 @@ from linkages.input.files.beams import MATERIAL, SECTIONS
 from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leaves, read_toml, replace_values, validate
 from linkages.input.files.unit_conversion import decimal_comma, read
+from linkages.input.functions.definitions import Quantity, constant, inputs_of
+from linkages.input.functions.recorded_tables import DataTable, FromFile
 from linkages.input.model import load_tables as tables
 from linkages.input.model.drive_tables import Drive, GearboxBacklash
 from linkages.input.model.experiment_tables import JointModel, RunWindow, SolverTable
-from linkages.input.model.functions import Quantity, constant, inputs_of
 from linkages.input.model.link_tables import LinkModel
-from linkages.input.model.recorded_tables import DataTable, FromFile
 from linkages.input.model.state_tables import Controller, Motor, State
 from linkages.input.model.worn import with_worn
 

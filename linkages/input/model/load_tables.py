@@ -8,10 +8,10 @@ from pydantic import Field
 
 from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
+from linkages.input.functions.definitions import OF_JOINTS, OF_POINTS, TIME, Definition, check_table, formula
+from linkages.input.functions.recorded_tables import FromFile
 from linkages.input.model.drive_tables import Backlash
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable
-from linkages.input.model.functions import OF_JOINTS, OF_POINTS, TIME, Definition, check_table, formula
-from linkages.input.model.recorded_tables import FromFile
 
 Times = Annotated[list[Finite] | None, Field(description="times of a table, increasing [s]")]
 Over = Annotated[

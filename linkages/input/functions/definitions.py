@@ -113,7 +113,7 @@ def program(
 
     Examples
     --------
-    >>> from linkages.input.model.functions import formula, program
+    >>> from linkages.input.functions.definitions import formula, program
     >>> program(formula("2*t"), {"t": 0}).steps.tolist()  # a number, the time, their product
     [[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [17.0, 0.0, 1.0]]
     """
