@@ -135,7 +135,7 @@ class FromFile(Table):
         return sliding
 
     def _fit(self, key: str, over: tuple[str, str] = ("time", "s"), kind: str = "value") -> None:
-        """SmoothSignal the columns of a key over the times, or over another key's column, with its unit."""
+        """Fit the columns of a key over the times, or over another key's column, with its unit."""
         recording, self._recording = self._recording, None  # it is not part of what other processes get
         if recording is None:
             return
