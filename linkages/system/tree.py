@@ -340,6 +340,10 @@ class Tree:
         """Return the marker of the origin of a link or frame, or of a fixed point in plane axes."""
         return self.named_marker(point) if isinstance(point, str) else (0, float(point[0]), float(point[1]))
 
+    def angle_of(self, point: str) -> float:
+        """Return the angle of a frame in the body of its link [rad]."""
+        return self.mechanism.point[point].angle
+
     def coordinate_of(self, joint: str | None, links: Iterable[str]) -> tuple[tuple[Any, ...], float]:
         """Return the term of a joint's coordinate, or of the angle of the second of two links, and its sign."""
         if joint is not None:

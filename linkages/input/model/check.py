@@ -176,7 +176,7 @@ class _Check:
         self.units(Drive, self.slides(name))
         for key, unit in drive.units.items():
             known = bracketed(Drive.model_fields[key].description) if key != "time" else "s"
-            self.unit(f"units.{key}", unit, SLIDING.get(known, known) if self.slides(name) else known)
+            self.same_kind(f"units.{key}", unit, SLIDING.get(known, known) if self.slides(name) else known)
         if drive.backlash is not None:
             if self.slides(name):
                 self.refuse("backlash", "needs a revolute joint; before a prismatic one use a gear with backlash")
@@ -200,6 +200,10 @@ class _Check:
             read(text, unit)
         except ValueError as problem:
             self.refuse(key, str(problem))
+
+    def unit(self, key: str, unit: str) -> None:
+        """Refuse a value with a unit of another kind than this SI unit."""
+        self.measured(self.experiment.texts.get(f"{self.where}.{key}"), unit, key)
 
     def units(self, table: type[Table], slides: bool) -> None:
         """Check the units of a table's values for a coordinate that is a displacement, or an angle."""
@@ -289,6 +293,18 @@ class _Check:
         self.known(key, name, ("world", *self.mechanism.link))
         return name
 
+    def moved_link(self, key: str, name: str) -> str:
+        """Return the name of a link; refuse an unknown one, and the world."""
+        self.known(key, name, self.mechanism.link)
+        return name
+
+    def revolute(self, key: str, name: str) -> str:
+        """Return the name of a revolute joint; refuse others."""
+        self.known(key, name, self.mechanism.joint)
+        if (kind := self.mechanism.joint[name].type) != "revolute":
+            self.refuse(key, f'"{name}" is {kind}; name a revolute joint')
+        return name
+
     def moving(self, name: str) -> str:
         """Return the name of a joint; refuse an unknown or fixed one."""
         self.known("joint", name, self.mechanism.joint)
@@ -352,29 +368,6 @@ class _Check:
             self.refuse("", f'has its point and its line on the same link, "{link}"')
         self.plain(touch.contact)
 
-    def forces(self, load: tables.ForceTable) -> None:
-        self.depends(load)
-        if self.point("point", load.point).link == "world":
-            self.refuse("point", f'"{load.point}" is fixed to the world; name a link\'s')
-
-    def torques(self, load: tables.Torque) -> None:
-        self.depends(load)
-        if load.link is not None:
-            self.known("link", load.link, self.mechanism.link)
-        if load.joint is not None:
-            self.known("joint", load.joint, self.mechanism.joint)
-            if (kind := self.mechanism.joint[load.joint].type) != "revolute":
-                self.refuse("joint", f'"{load.joint}" is {kind}; name a revolute joint')
-
-    def depends(self, load: tables.ForceTable | tables.Torque) -> None:
-        """Check the times of a load, the positions and speeds that it depends on, and the unit of a table over one."""
-        self.covers(load.times, load.fitted if load.over is None else ())
-        key = "formula" if load.formulas else "over"
-        for name in load.signals:
-            text = next((one.text for one in load.formulas if name in one.names), name)
-            unit = self.signal(key, name, text)
-            self.measured(self.experiment.texts.get(f"{self.where}.at"), unit, "at")
-
     def signal(self, key: str, name: str, text: str) -> str:
         """Check an input of a formula, whose text is given; return its unit."""
         if name == TIME or name in self.experiment.quantities:
@@ -418,10 +411,7 @@ class _Check:
 
     def motors(self, motor: Motor) -> None:
         self.own_name()
-        self.known("joint", motor.joint, self.mechanism.joint)
-        joint = self.mechanism.joint[motor.joint]
-        if joint.type != "revolute":
-            self.refuse("joint", f'"{motor.joint}" is {joint.type}; name a revolute joint')
+        joint = self.mechanism.joint[self.revolute("joint", motor.joint)]
         if motor.joint in self.experiment.gearboxes:
             problem = "has a drive with backlash: give the motor a joint of its own, and a gear with backlash"
             self.refuse("joint", f'"{motor.joint}" {problem}')
@@ -481,7 +471,8 @@ class _Check:
                 covers = f"is from {first:.6g} to {last:.6g} s, and the run from 0 to {self.experiment.duration:g} s"
                 self.refuse("file", f"{covers}; {remedy}")
 
-    def unit(self, key: str, text: str, unit: str) -> None:
+    def same_kind(self, key: str, text: str, unit: str) -> None:
+        """Check that a unit is one of the same kind as another."""
         try:
             si(f"1 {text}", unit)
         except ValueError as problem:

@@ -43,7 +43,7 @@ def load_value(output: np.record, seen: Snapshot) -> float:
 
 
 @formula("loads")
-def _force(output: np.record, seen: Snapshot) -> float:
+def _size(output: np.record, seen: Snapshot) -> float:
     return math.hypot(seen.loads[output.at, VALUE], seen.loads[output.at, SECOND])
 
 
@@ -77,13 +77,6 @@ _OF_GEARBOX = quantities(
     power="power delivered by the drive [W]",
 )
 _POWER = {"power": quantity("power that the load delivers to the linkage [W]", load_value, POWER)}
-_OF_FORCE = {
-    "fx": quantity("applied force along x_P [N]", load_value, VALUE),
-    "fy": quantity("applied force along y_P [N]", load_value, SECOND),
-    "force": quantity("magnitude of the applied force [N]", _force),
-    **_POWER,
-}
-_OF_TORQUE = "applied torque, counter-clockwise; in a joint: along its coordinate [N m]"
 _OF_MOTOR = "torque of a motor on the joint's child, along the joint's coordinate [N m]"
 _OF_FRICTION = "friction in an ideal joint, along its coordinate"
 
@@ -145,7 +138,8 @@ def _of_sort(kind: Element[Any], outputs: Quantities) -> Owner:
         named, slides = getattr(system.experiment, kind.table), system.mechanism.slides
         return [name for name, keys in named.items() if kind.outputs_of(keys, slides) is outputs]
 
-    return Owner(outputs.label, names, _at_element, _values(**outputs.texts))
+    sizes = {name: quantity(text, _size) for name, text in outputs.size.items()}
+    return Owner(outputs.label, names, _at_element, quantities(load_value, **outputs.texts) | sizes | _POWER)
 
 
 #: The elements of `linkages.elements`.
@@ -167,8 +161,6 @@ FORCES = (
         _at_drive, _OF_DRIVE,
     ),
     Owner("DRIVE (backlash)", lambda system: system.experiment.gearboxes, _at_gearbox, _OF_GEARBOX),
-    Owner("FORCE", lambda system: system.experiment.forces, _at_load, _OF_FORCE),
-    Owner("TORQUE", lambda system: system.experiment.torques, _at_load, _values(torque=_OF_TORQUE)),
     *OF_ELEMENTS,
     Owner("MOTOR", lambda system: system.experiment.motors, _at_load, _values(torque=_OF_MOTOR)),
     Owner("FRICTION (revolute)", of_joints("frictions", True), _at_load, _values(torque=f"{_OF_FRICTION} [N m]")),
