@@ -8,10 +8,10 @@ from machines import four_bar
 from test_loads import GOOD, NO_STATES, RNG, direction, slope, states, wrenches_along
 
 from linkages import InputError, ideal, load, simulate
+from linkages.elements.machine import add_elements
 from linkages.input.files.formula import FUNCTIONS, parse
-from linkages.input.model.functions import formula, program, table_over
+from linkages.input.functions.definitions import formula, program, table_over
 from linkages.mechanics.planar.jets import CODES
-from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.motion import Motions, evaluate_motions, function_jet, monotone_table
 
 #: Every function and operator, smooth and defined for a and b between 0.2 and 0.8.
@@ -149,7 +149,7 @@ def test_wrenches_are_those_of_the_formulas_as_written(driven):
         expected = drag @ v_tip + jet_force @ v_follower + np.dot(cutting, v_coupler)
         expected += motor * sign * w_follower - 0.1 * abs(w) ** 3
         wrench = np.zeros_like(vel)
-        load_wrenches(system.loads, t, NO_STATES, pose, vel, wrench)
+        add_elements(system.elements, system.loads[1:], t, NO_STATES, pose, vel, wrench)
         assert np.sum(wrench * vel) == pytest.approx(expected, rel=1e-10)
 
 

@@ -7,13 +7,16 @@ system: see `Places` and `Checks` for what it may ask.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Generic, NoReturn, Protocol, TypeVar
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Generic, NoReturn, Protocol, TypeVar
 
 import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.input.files.toml import Table
+from linkages.input.functions.definitions import Function
+from linkages.input.functions.smoothing import SmoothSignal
+from linkages.mechanics.planar.functions import Given
 from linkages.mechanics.planar.loads import ENERGY, POWER, SECOND, VALUE
 
 __all__ = ["ENERGY", "POWER", "SECOND", "VALUE"]  # columns of `Element.tell`
@@ -29,6 +32,9 @@ class Places(Protocol):
 
     def marker_of(self, point: Point) -> Marker:
         """Return the marker of a point."""
+
+    def angle_of(self, point: str) -> float:
+        """Return the angle of a frame in its body, at its origin [rad]."""
 
     def coordinate_of(self, joint: str | None, links: Iterable[str]) -> tuple[tuple[Any, ...], float]:
         """Return a `TERM` of a joint's coordinate, or of the second link's angle to the first, and its sign."""
@@ -49,11 +55,26 @@ class Checks(Protocol):
     def moving(self, name: str) -> str:
         """Return the name of a joint; refuse an unknown or a fixed one."""
 
+    def moved_link(self, key: str, name: str) -> str:
+        """Return the name of a link; refuse an unknown one, and the world."""
+
+    def revolute(self, key: str, name: str) -> str:
+        """Return the name of a revolute joint; refuse others."""
+
     def slides(self, joint: str) -> bool:
         """Tell whether a joint is prismatic."""
 
     def units(self, table: type[Table], slides: bool) -> None:
         """Refuse units that do not belong to a coordinate that is a displacement, or an angle."""
+
+    def unit(self, key: str, unit: str) -> None:
+        """Refuse a value with a unit of another kind than this SI unit."""
+
+    def covers(self, times: list[float] | None, fits: Iterable[SmoothSignal]) -> None:
+        """Refuse a table over time, and signals of files, that end before the run."""
+
+    def signal(self, key: str, name: str, text: str) -> str:
+        """Return the unit of an input of a function, whose text is given; refuse an unknown one."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +93,25 @@ class Around:
     link: str | None
 
 
-Picture = Between | Around
+@dataclass(frozen=True)
+class Arrow:
+    """A picture: an arrow to a point, along the largest value of the element's first two quantities."""
+
+    point: str
+    turns: bool  #: whether the values are in axes of the point, which rotate with the link
+    values: ClassVar[int] = 2
+
+
+@dataclass(frozen=True)
+class Turning:
+    """A picture: an arrow around a joint, or a link's centre of mass, in the sense of the element's largest value."""
+
+    joint: str | None
+    link: str | None
+    values: ClassVar[int] = 1
+
+
+Picture = Between | Around | Arrow | Turning
 
 
 @dataclass(frozen=True)
@@ -81,11 +120,35 @@ class Quantities:
 
     label: str  #: of the kind, in the documentation
     texts: Mapping[str, str]  #: meaning and unit by name, in the order of the columns `VALUE`, `SECOND`
+    size: Mapping[str, str] = field(default_factory=dict)  #: the same of the magnitude of both values, if it has one
 
     @property
     def effort(self) -> str:
-        """Return the name of the characteristic output."""
-        return next(iter(self.texts))
+        """Return the name of the characteristic output: the magnitude or the first value."""
+        return next(iter(self.size or self.texts))
+
+
+@dataclass(frozen=True)
+class Applied:
+    """Constants that act on the machine from outside: inputs of steps and of linear models.
+
+    Attributes
+    ----------
+    key : str
+        Key of the constants.
+    field : str
+        Field of the record with the index of the first function.
+    units : mapping
+        Units by the names of the functions' values.
+    """
+
+    key: str
+    field: str
+    units: Mapping[str, str]
+
+
+#: Kernels of a kind, without and with functions.
+Acting = Callable[[np.record, Array, Array, Array], None] | Callable[[np.record, Given, Array, Array, Array], None]
 
 
 @dataclass(frozen=True)
@@ -106,11 +169,15 @@ class Element(Generic[K]):
         The numbers of its kernels, made by ``record_type``.
     pack : callable
         ``pack(keys, places)`` returns the numbers of a record by field.
+    functions : callable, optional
+        ``functions(keys, name)`` returns the functions that its record refers to: components by the field that has the
+        index of the first one. A kernel reads them by `linkages.mechanics.planar.functions.value_of`.
     act : kernel
-        ``act(element, pose, vel, wrench)`` adds its forces to the bodies' wrenches.
+        ``act(element, pose, vel, wrench)`` adds its forces to the bodies' wrenches. With functions it is
+        ``act(element, given, pose, vel, wrench)``, where ``given`` has their inputs.
     tell : kernel
-        ``tell(element, pose, vel, row)`` fills its row: value, second value, the power that it delivers to the bodies
-        [W], the energy that it stores [J].
+        ``tell(element, pose, vel, row)``, with functions ``tell(element, given, pose, vel, row)``, fills its row:
+        value, second value, the power that it delivers to the bodies [W], the energy that it stores [J].
     outputs : sequence of Quantities
         Its outputs; one for each sort of element.
     sort : callable
@@ -120,6 +187,8 @@ class Element(Generic[K]):
     problem_at_start : callable
         ``problem_at_start(keys, row, closest)`` names the error of an element at t = 0, with its row;
         points that are closer than ``closest`` [m] coincide. Empty without an error.
+    applied : Applied, optional
+        Its constants that a step or a linear model changes.
     picture : callable
         ``picture(keys)`` is its shape in drawings.
     """
@@ -130,14 +199,20 @@ class Element(Generic[K]):
     points: Callable[[K], Iterable[Point]]
     record: np.dtype[Any]
     pack: Callable[[K, Places], Mapping[str, Any]]
-    act: Callable[[np.record, Array, Array, Array], None]
-    tell: Callable[[np.record, Array, Array, Array], None]
+    act: Acting
+    tell: Acting
     outputs: tuple[Quantities, ...]
     picture: Callable[[K], Picture]
     force: Callable[[K, Callable[[str], bool], float], float]
     sort: Callable[[K, Callable[[str], bool]], int] = lambda keys, slides: 0
     problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
+    functions: Callable[[K, str], Mapping[str, Sequence[Function]]] | None = None
+    applied: Applied | None = None
 
     def outputs_of(self, keys: K, slides: Callable[[str], bool]) -> Quantities:
         """Return the outputs of an element."""
         return self.outputs[self.sort(keys, slides)]
+
+    def functions_of(self, keys: K, name: str) -> Mapping[str, Sequence[Function]]:
+        """Return the functions of an element by field; empty for a kind without functions."""
+        return self.functions(keys, name) if self.functions is not None else {}

@@ -14,13 +14,17 @@ import numpy as np
 from linkages.base.arrays import Array, Records
 from linkages.base.kernel import kernel, lazy_kernel
 from linkages.elements.element import Element, Places
+from linkages.elements.force import FORCE
 from linkages.elements.spring import SPRING
+from linkages.elements.torque import TORQUE
 from linkages.elements.torsion_spring import TORSION_SPRING
 from linkages.input.files.toml import Table
+from linkages.input.functions.definitions import Function
+from linkages.mechanics.planar.functions import Functions, given_at
 from linkages.mechanics.planar.record_types import MARKER
 
 #: All kinds, in the order in which their forces are added.
-KINDS: tuple[Element[Any], ...] = (SPRING, TORSION_SPRING)
+KINDS: tuple[Element[Any], ...] = (FORCE, TORQUE, SPRING, TORSION_SPRING)
 
 OF_ELEMENTS = {kind.table: kind for kind in KINDS}  #: the kinds, by their tables
 
@@ -38,17 +42,34 @@ def elements_of(tables: Tables) -> Iterator[tuple[Element[Any], str, Table]]:
             yield kind, name, keys
 
 
-def pack_elements(tables: Tables, places: Places) -> Any:
-    """Make the records of all elements, as `Elements`."""
-    return Elements(*(_records(kind, tables[kind.table], places) for kind in KINDS))
+def functions_of(tables: Tables) -> Iterator[tuple[str, str, Function]]:
+    """Yield table, name and each function of the elements."""
+    for kind, name, keys in elements_of(tables):
+        for functions in kind.functions_of(keys, name).values():
+            yield from ((kind.table, name, function) for function in functions)
 
 
-def _records(kind: Element[Any], named: Mapping[str, Any], places: Places) -> Records:
+def pack_elements(tables: Tables, places: Places, add: Callable[[Sequence[Function]], int]) -> Any:
+    """Make the records of all elements, as `Elements`; ``add`` adds functions, and returns the index of the first."""
+    return Elements(*(_records(kind, tables[kind.table], places, add) for kind in KINDS))
+
+
+def _records(
+    kind: Element[Any], named: Mapping[str, Any], places: Places, add: Callable[[Sequence[Function]], int]
+) -> Records:
     records: Records = np.zeros(len(named), kind.record)
-    for record, keys in zip(records, named.values(), strict=True):
+    for record, (name, keys) in zip(records, named.items(), strict=True):
         for field, number in kind.pack(keys, places).items():
             record[field] = number
+        for field, functions in kind.functions_of(keys, name).items():
+            record[field] = add(functions)
     return records
+
+
+def record_of(elements: Any, tables: Tables, table: str, name: str) -> np.record:
+    """Return the record of an element by its table and name."""
+    found: np.record = getattr(elements, table)[list(tables[table]).index(name)]
+    return found
 
 
 def count(elements: Sequence[Records]) -> int:
@@ -76,53 +97,66 @@ def _markers(record: Any) -> Iterator[np.record]:
             yield from _markers(record[name])
 
 
-def _loops(duty: str, loop: Callable[[Any], Callable[..., None]]) -> dict[str, Any]:
+def _loops(loop: Callable[[Element[Any]], Callable[..., None]]) -> dict[str, Any]:
     """Make the loop of each kind over a duty, as lazy kernels of different names."""
     found = {}
     for kind in KINDS:
-        made = loop(getattr(kind, duty))
-        made.__qualname__ = made.__name__ = f"{duty}_{kind.table}"
-        found[made.__name__] = globals()[made.__name__] = lazy_kernel(made)
+        made = loop(kind)
+        name = f"{loop.__name__.removeprefix('_')}_{kind.table}"
+        made.__qualname__ = made.__name__ = name
+        found[name] = globals()[name] = lazy_kernel(makes_arrays=kind.functions is not None)(made)
     return found
 
 
-def _acting(act: Any) -> Callable[..., None]:
+def _act(kind: Element[Any]) -> Callable[..., None]:
+    act: Any = kind.act
+
     def loop(elements: Records, pose: Array, vel: Array, wrench: Array) -> None:
         for k in range(len(elements)):
             act(elements[k], pose, vel, wrench)
 
-    return loop
+    def loop_with_functions(
+        elements: Records, functions: Functions, t: float, v: Array, pose: Array, vel: Array, wrench: Array
+    ) -> None:
+        given = given_at(functions, t, v, pose, vel)
+        for k in range(len(elements)):
+            act(elements[k], given, pose, vel, wrench)
+
+    return loop if kind.functions is None else loop_with_functions
 
 
-def _telling(tell: Any) -> Callable[..., None]:
+def _tell(kind: Element[Any]) -> Callable[..., None]:
+    tell: Any = kind.tell
+
     def loop(elements: Records, first: int, pose: Array, vel: Array, rows: Array) -> None:
         for k in range(len(elements)):
             tell(elements[k], pose, vel, rows[first + k])
 
-    return loop
+    def loop_with_functions(
+        elements: Records, functions: Functions, t: float, v: Array, first: int, pose: Array, vel: Array, rows: Array
+    ) -> None:
+        given = given_at(functions, t, v, pose, vel)
+        for k in range(len(elements)):
+            tell(elements[k], given, pose, vel, rows[first + k])
+
+    return loop if kind.functions is None else loop_with_functions
 
 
-def _in_turn(head: str, line: str, loops: dict[str, Any], after: str = "") -> Any:
+def _in_turn(name: str, parameters: str, loops: dict[str, Any], after: str = "") -> Any:
     """Make the kernel that calls the loops of the kinds that a machine has."""
-    lines = [head]
-    for name, kind in zip(loops, KINDS, strict=True):
-        lines += [f"    if len(elements.{kind.table}):", f"        {line.format(loop=name, table=kind.table)}"]
+    lines = [f"def {name}(elements, functions, t, v, {parameters}) -> None:"]
+    for loop, kind in zip(loops, KINDS, strict=True):
+        given = "" if kind.functions is None else "functions, t, v, "
+        lines += [f"    if len(elements.{kind.table}):", f"        {loop}(elements.{kind.table}, {given}{parameters})"]
         lines += [f"    {after.format(table=kind.table)}"] if after else []
     names = loops | {"__name__": __name__}
     exec("\n".join(lines), names)
-    return kernel(names[head.partition("(")[0].removeprefix("def ")])
+    return kernel(names[name])
 
 
-#: ``add_elements(elements, pose, vel, wrench)`` adds the forces of all elements to the bodies' wrenches.
-add_elements = _in_turn(
-    "def add_elements(elements, pose, vel, wrench) -> None:",
-    "{loop}(elements.{table}, pose, vel, wrench)",
-    _loops("act", _acting),
-)
-#: ``tell_elements(elements, first, pose, vel, rows)`` fills the rows of all elements, from a first one on.
-tell_elements = _in_turn(
-    "def tell_elements(elements, first, pose, vel, rows) -> None:",
-    "{loop}(elements.{table}, first, pose, vel, rows)",
-    _loops("tell", _telling),
-    "first += len(elements.{table})",
-)
+#: ``add_elements(elements, functions, t, v, pose, vel, wrench)`` adds the forces of all elements at time t [s] to the
+#: bodies' wrenches; v ends with the additional states.
+add_elements = _in_turn("add_elements", "pose, vel, wrench", _loops(_act))
+#: ``tell_elements(elements, functions, t, v, first, pose, vel, rows)`` fills the rows of all elements, from a first one
+#: on.
+tell_elements = _in_turn("tell_elements", "first, pose, vel, rows", _loops(_tell), "first += len(elements.{table})")

@@ -15,6 +15,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.elements.machine import add_elements, apart, elements_of, markers_of
+from linkages.mechanics.planar.arrays import functions_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.markers import arm, turned
@@ -167,16 +168,16 @@ def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
 def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
     """Yield the forces of applied loads, stops, points at lines, and gears."""
     model, w = seen.model, seen.state
-    values = model.signals, model.states, model.load_t, model.load_c, model.load_n
-    for k, (_, name) in enumerate(system.experiment.loads):
-        wrench = np.zeros_like(w.wrench)
-        load_wrenches((model.loads[k : k + 1], *values), time, w.v, w.pose, w.vel, wrench)
-        record = model.loads[k]
-        yield from _split(seen, name, wrench, (record["a"], record["term"]["a"], record["term"]["b"]))
+    functions = functions_of(model)
     for (_, name, _), one in zip(elements_of(system.experiment.elements), apart(model.elements), strict=True):
         wrench = np.zeros_like(w.wrench)
-        add_elements(one, w.pose, w.vel, wrench)
+        add_elements(one, functions, time, w.v, w.pose, w.vel, wrench)
         yield from _split(seen, name, wrench, markers_of(one))
+    for k, (_, name) in enumerate(system.experiment.loads):
+        wrench = np.zeros_like(w.wrench)
+        load_wrenches((model.loads[k : k + 1], *functions), time, w.v, w.pose, w.vel, wrench)
+        record = model.loads[k]
+        yield from _split(seen, name, wrench, (record["term"]["a"], record["term"]["b"]))
     for k in range(len(system.tree.contacts), len(system.contacts)):
         wrench, end = np.zeros_like(w.wrench), model.ends[k : k + 1]
         add_known_contacts(end, seen.contacts[k : k + 1], w.pose, wrench)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
 from linkages.input.files.reading import read_arrays
-from linkages.input.model.recorded_tables import DataColumn
+from linkages.input.functions.recorded_tables import DataColumn
 from linkages.results.akima import interpolated
 from linkages.results.outputs.registry import check_output, unit
 from linkages.results.trajectory import Trajectory

@@ -29,7 +29,7 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
-from linkages.input.model.functions import TIME, inputs_of
+from linkages.input.functions.definitions import TIME, inputs_of
 from linkages.results.akima import interpolated
 from linkages.results.divergence import configuration
 from linkages.results.trajectory import Trajectory
@@ -102,9 +102,8 @@ def common_period(system: System) -> float | None:
     integers have no common period.
     """
     experiment = system.experiment
-    changing = [load for table, name in experiment.loads if (load := getattr(experiment, table)[name])]
     own = [name for one in experiment.quantities.values() for name in inputs_of(one.definition, experiment.quantities)]
-    if TIME in own or any(getattr(load, "over_time", False) for load in changing):
+    if TIME in own or TIME in experiment.functions_read:
         return None
     frequencies = []
     for name, drive in experiment.drives.items():

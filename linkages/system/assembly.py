@@ -16,12 +16,11 @@ from linkages.mechanics.planar.articulated_body import articulated_inertias
 from linkages.mechanics.planar.closure import approach, close, closure_quality, consistent_rates, jacobian_at
 from linkages.mechanics.planar.elimination import elimination_of
 from linkages.mechanics.planar.kinematics import body_positions
-from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.loop_dynamics import eliminate_rows
 from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ANGLE, PRISMATIC
 from linkages.system.backlash_start import check_within_backlash, settle_within_backlash, settled_rates, tight_rows
-from linkages.system.load_records import check_loads
+from linkages.system.load_records import Packed, check_loads
 from linkages.system.tree import ROWS, Tree, without
 
 #: Ratio of singular values below which a position counts as singular. At an exact dead point Newton's method computes a
@@ -73,7 +72,7 @@ class Assembly:
 
 
 def assemble(
-    tree: Tree, experiment: Experiment, motions: Motions, loads: Loads, offsets: Array | None = None
+    tree: Tree, experiment: Experiment, motions: Motions, packed: Packed, offsets: Array | None = None
 ) -> Assembly:
     """Assemble the ideal linkage at t = 0 with consistent velocities.
 
@@ -146,7 +145,7 @@ def assemble(
         consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
     if (determined and quality < SINGULAR) or rank.flat:
         raise AssemblyError(Status.SINGULAR, f"the start position is singular{_slides(tree)}")
-    check_loads(tree, experiment, loads, motions, q, v)
+    check_loads(tree, experiment, packed, motions, q, v)
     return Assembly(q, v, mobility, quality if determined else float("nan"))
 
 

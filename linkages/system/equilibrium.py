@@ -66,8 +66,9 @@ def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, elimination:
     work = tree.workspace(tree.closure_rows)
     work.q[:], work.v[:] = q, v
     body_states(tree.bodies, q, v, work.pose, work.vel)
-    add_elements(system.elements, work.pose, work.vel, work.wrench)
-    load_wrenches(system.loads, t, np.concatenate([work.v, system.start_states]), work.pose, work.vel, work.wrench)
+    rates = np.concatenate([work.v, system.start_states])
+    add_elements(system.elements, system.packed.functions, t, rates, work.pose, work.vel, work.wrench)
+    load_wrenches(system.loads, t, rates, work.pose, work.vel, work.wrench)
     work.tau[tree.powered_dofs] = system.torques(at)[0][0]
     work.a[tree.driven_dofs] = system.motions(at)[2][0]
     constrained_dynamics(

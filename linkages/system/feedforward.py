@@ -6,8 +6,9 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
+from linkages.elements.machine import functions_of
+from linkages.input.functions.definitions import Definition, Quantity, formula, names_in
 from linkages.input.model.experiment import DEFINING, Experiment, experiment_of
-from linkages.input.model.functions import Definition, Quantity, formula
 from linkages.input.model.state_tables import IDEAL_TORQUE, Controller
 from linkages.mechanics.planar.closure import BLURRED, follow, follow_branch
 from linkages.mechanics.planar.elimination import elimination_of
@@ -35,7 +36,7 @@ def _torques(system: Unassembled, name: str, controller: Controller, times: Arra
     experiment = _led(system.experiment, controller)
     one = Unassembled(system.mechanism.with_inertial(system.inertials), experiment)
     tree, rows, where = one.tree, one.tree.closure_rows, f"controllers.{name}.feedforward"
-    start = assemble(tree, experiment, one.motions, one.loads)
+    start = assemble(tree, experiment, one.motions, one.packed)
     if start.mobility != len(tree.driven):
         problem = f"needs drives that, with the reference in {controller.joint}, determine the whole motion"
         raise InputError(system.experiment.source, where, problem)
@@ -58,11 +59,12 @@ def _torques(system: Unassembled, name: str, controller: Controller, times: Arra
 def _led(experiment: Experiment, controller: Controller) -> Experiment:
     """Return the ideal experiment whose joint follows the reference, without the loads of motors and controllers."""
     data = experiment.ideal().model_dump(exclude_unset=True)
-    for table in ("forces", "torques"):
-        loads = getattr(experiment, table)
-        given = experiment.quantities.keys() - experiment.values.keys()
-        own = [name for name, load in loads.items() if not given.isdisjoint(load.signals)]
-        data[table] = {name: keys for name, keys in data.get(table, {}).items() if name not in own}
+    given = experiment.quantities.keys() - experiment.values.keys()
+    own = {
+        (table, name) for table, name, one in functions_of(experiment.elements) if not given.isdisjoint(names_in(one))
+    }
+    for table in {table for table, _ in own}:
+        data[table] = {name: keys for name, keys in data.get(table, {}).items() if (table, name) not in own}
     drives = {**data.get("drives", {}), controller.joint: {"formula": controller.reference}}
     return experiment_of(
         experiment.source, data | {"drives": drives, "outputs": [], **{key: {} for key in DEFINING}}, experiment.sources

@@ -204,7 +204,7 @@ def _named(experiment: Experiment) -> set[str]:
     found: set[str] = set()
     rest: list[Any] = [name for _, name in experiment.named]
     rest += [getattr(experiment, table)[name].model_dump() for table, name in experiment.named]
-    rest += [load.signals for load in (*experiment.forces.values(), *experiment.torques.values())]
+    rest += experiment.functions_read
     for value in rest:  # grows during the iteration
         if isinstance(value, str):
             found |= {value, value.rpartition(".")[0]}

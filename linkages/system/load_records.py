@@ -8,20 +8,31 @@ length only scales depths, and the wall's position compensates for it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
 from linkages.elements.machine import count, elements_of, pack_elements, tell_elements
+from linkages.input.functions.definitions import (
+    TIME,
+    Curve,
+    Definition,
+    Function,
+    Quantity,
+    inputs_of,
+    named,
+    program,
+    table_over,
+)
 from linkages.input.model.experiment import DEFINING, Experiment
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
-from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
-from linkages.input.model.load_tables import Limit, LoadFunction
+from linkages.input.model.load_tables import Limit
 from linkages.laws.control import CONTROLLERS
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import make_motion, make_pose
+from linkages.mechanics.planar.functions import Functions
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, load_outputs, state_rates
 from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
@@ -33,13 +44,25 @@ _LOOKS = 501  # number of times at which a drive's formula is checked
 _COINCIDENT = 1e-9  # relative to the linkage's size: closer points define no direction
 
 
+class Packed(NamedTuple):
+    """Elements and loads of a machine as records of the kernels, with the functions to which they refer."""
+
+    elements: Any  # `linkages.elements.machine.Elements`
+    loads: Loads
+
+    @property
+    def functions(self) -> Functions:
+        """Return the functions."""
+        return self.loads[1:]
+
+
 def pack_loads(
     tree: Tree, experiment: Experiment, quantities: Mapping[str, Quantity], added: Mapping[int, float] | None = None
-) -> Loads:
-    """Pack the loads for `linkages.mechanics.planar.loads`: records, signals, and the functions of forces and torques.
+) -> Packed:
+    """Pack elements and loads, with the functions to which they refer.
 
     The quantities are the experiment's, with tables for computed ones. `added` has constants to add to functions, by
-    the functions' index (`LOAD` has it as ``motion``).
+    the functions' index.
     """
     mechanism = tree.mechanism
     own = [name for name in quantities if name not in experiment.values]
@@ -47,20 +70,8 @@ def pack_loads(
     records["joint"] = -1
     following = iter(records)
     functions = _Functions(tree, quantities)
+    elements = pack_elements(experiment.elements, tree, functions.add)
 
-    for force in experiment.forces.values():
-        record, frame = next(following), mechanism.point[force.point]
-        angle = frame.angle if force.axes == "body" else 0.0
-        record["kind"], record["turns"] = types.FORCE, force.axes == "body"
-        record["ux"], record["uy"] = np.cos(angle), np.sin(angle)
-        record["a"] = tree.named_marker(force.point)
-        record["motion"] = functions.add(force, force.force, force.forces)
-    for torque in experiment.torques.values():
-        record = next(following)
-        record["kind"] = types.PUSH
-        record["term"], record["sign"] = tree.coordinate_of(torque.joint, ("world", torque.link or "world"))
-        constant, values = torque.torque, [[value] for value in torque.torques or []]
-        record["motion"] = functions.add(torque, None if constant is None else [constant], values or None)
     for friction in experiment.frictions.values():
         record = next(following)
         record["kind"] = types.PUSH
@@ -77,14 +88,15 @@ def pack_loads(
     for name in own:
         record = next(following)
         record["kind"], record["motion"] = types.QUANTITY, functions.add_definition(named(name))
-    states = [functions.add_state(one) for one in experiment.own_states.values()]
+    states: Records = np.array([functions.add_state(one) for one in experiment.own_states.values()], types.STATE)
     for k, value in (added or {}).items():
         functions.made[k] = raised(functions.made[k], value)
-    return records, functions.signals, np.array(states, types.STATE), *Motions(functions.made).arrays
+    loads = records, functions.signals, states, *Motions(functions.made).arrays
+    return Packed(elements, loads)
 
 
 class _Functions:
-    """Collects the functions of the loads, and the signals that they depend on."""
+    """Collects the functions of elements and loads, and the signals that they depend on."""
 
     def __init__(self, tree: Tree, quantities: Mapping[str, Quantity]) -> None:
         self.tree, self.quantities = tree, quantities
@@ -132,43 +144,45 @@ class _Functions:
             self._signals.append(self.tree.signal(signal))
         return self.inputs[signal]
 
-    def add(
-        self, load: LoadFunction, constant: Sequence[float] | None, values: Sequence[Sequence[float]] | None
-    ) -> int:
-        """Add the components of a load; returns the index of the first."""
-        components: list[Pieces | Program] = [fit.function for fit in load.fitted]
-        components += [self._program(Definition(text)) for text in load.formulas]
-        if constant is not None:
-            components = [constant_rate(value, 0.0) for value in constant]
-        places = getattr(load, "times", None) or getattr(load, "at", None)
-        if values is not None and places is not None:
-            components = [monotone_table(places, part) for part in zip(*values, strict=True)]
-        first = len(self.made)
-        self.made += components
-        over = getattr(load, "over", None)
-        if over is not None:
-            first, tables = len(self.made), range(first, len(self.made))
-            self.made += [table_over(self._input(over), table) for table in tables]
-        return first
+    def add(self, components: Sequence[Function]) -> int:
+        """Add the functions of an element, one after the other; return the index of the first."""
+        added = [self._function(one) for one in components]  # may add tables
+        self.made += added
+        return len(self.made) - len(added)
+
+    def _function(self, given: Function) -> Pieces | Program:
+        """Translate a function; a curve over a signal becomes a table."""
+        if isinstance(given, Definition):
+            return self._program(given)
+        if not isinstance(given, Curve):
+            return constant_rate(given, 0.0)
+        if given.over == TIME:
+            return given.curve
+        self.made.append(given.curve)
+        return table_over(self._input(given.over), len(self.made) - 1)
 
 
-def check_elements(tree: Tree, experiment: Experiment, q: Array, v: Array) -> None:
-    """Reject elements that cannot start at coordinates q and rates v (n,)."""
-    elements, pose, vel = pack_elements(experiment.elements, tree), make_pose(tree.bodies), make_motion(tree.bodies)
-    rows = np.empty((count(elements), len(LOAD_OUTPUTS)))
+def check_elements(tree: Tree, experiment: Experiment, packed: Packed, q: Array, v: Array) -> None:
+    """Reject elements that cannot start at coordinates q and rates v (n,), or whose quantities are not finite there."""
+    pose, vel = make_pose(tree.bodies), make_motion(tree.bodies)
+    rows = np.empty((count(packed.elements), len(LOAD_OUTPUTS)))
     body_states(tree.bodies, q, v, pose, vel)
-    tell_elements(elements, 0, pose, vel, rows)
+    rates = np.concatenate([v, [one.start for one in experiment.own_states.values()]])
+    tell_elements(packed.elements, packed.functions, 0.0, rates, 0, pose, vel, rows)
     for (kind, name, keys), row in zip(elements_of(experiment.elements), rows, strict=True):
         if problem := kind.problem_at_start(keys, row, _COINCIDENT * tree.extent):
             raise InputError(experiment.source, f"{kind.table}.{name}", problem)
+        if not np.isfinite(row).all():
+            raise InputError(experiment.source, f"{kind.table}.{name}.formula", "is not a number at t = 0")
 
 
-def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motions, q: Array, v: Array) -> None:
+def check_loads(tree: Tree, experiment: Experiment, packed: Packed, motions: Motions, q: Array, v: Array) -> None:
     """Reject formulas that are not finite: of loads at t = 0, where coordinates and rates are q and v (n,); of drives.
 
     Drives are checked at any time. See also `check_elements`.
     """
-    check_elements(tree, experiment, q, v)
+    check_elements(tree, experiment, packed, q, v)
+    loads = packed.loads
     if len(loads[0]):
         pose, vel = make_pose(tree.bodies), make_motion(tree.bodies)
         outputs = np.empty((len(loads[0]), len(LOAD_OUTPUTS)))

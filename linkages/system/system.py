@@ -20,14 +20,13 @@ from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inert
 from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
-from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.record_types import BEAM, STATION, STATION_MODE
 from linkages.system.assembly import Assembly, assemble, balanced, independent
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.feedforward import with_feedforward
 from linkages.system.lightness import check_lightness
-from linkages.system.load_records import pack_loads
+from linkages.system.load_records import Packed, pack_loads
 from linkages.system.tree import Tree
 from linkages.system.unassembled import Unassembled
 
@@ -192,7 +191,7 @@ class System(Unassembled):
         """Assemble the ideal linkage at t = 0, with consistent velocities; AssemblyError if this is impossible."""
         if self._twin is not None:
             return self._twin.assembly
-        whole = partial(assemble, self.tree, self.experiment, self.motions, self.loads)
+        whole = partial(assemble, self.tree, self.experiment, self.motions, self.packed)
         resting = self.experiment.start == "equilibrium" and self.tree.play
         straight = whole(resting_offsets(self, whole)) if resting else whole()
         check_lightness(self.tree, self.mechanism.with_inertial(self.rotors), straight.q)
@@ -204,8 +203,8 @@ class System(Unassembled):
         return self.assembly.mobility == len(self.tree.driven) and not self.experiment.own_states
 
     @cached_property
-    def loads(self) -> Loads:
-        """Return the applied loads as records of the kernels."""
+    def packed(self) -> Packed:
+        """Return elements and applied loads as records of the kernels."""
         return pack_loads(self.tree, self.experiment, with_feedforward(self))
 
     # -- arrays of the kernels ---------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from linkages.base.arrays import Array, Records
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import LaneArray
 from linkages.elements.element import Point
-from linkages.input.model.functions import OF_JOINTS
+from linkages.input.functions.definitions import OF_JOINTS
 from linkages.input.model.load_tables import WHEEL, Mesh
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar import record_types as types
@@ -339,6 +339,10 @@ class Tree:
     def marker_of(self, point: Point) -> tuple[int, float, float]:
         """Return the marker of the origin of a link or frame, or of a fixed point in plane axes."""
         return self.named_marker(point) if isinstance(point, str) else (0, float(point[0]), float(point[1]))
+
+    def angle_of(self, point: str) -> float:
+        """Return the angle of a frame in the body of its link [rad]."""
+        return self.mechanism.point[point].angle
 
     def coordinate_of(self, joint: str | None, links: Iterable[str]) -> tuple[tuple[Any, ...], float]:
         """Return the term of a joint's coordinate, or of the angle of the second of two links, and its sign."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
-from linkages.elements.machine import elements_of, pack_elements
+from linkages.elements.machine import elements_of
 from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.check import check
 from linkages.input.model.drive_tables import Drive
@@ -26,7 +26,7 @@ from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLU
 from linkages.system.flexible_link import flexible_link
 from linkages.system.law_records import ContactLaws, contact_laws
 from linkages.system.lightness import negligible_inertials
-from linkages.system.load_records import pack_loads, unilateral_ends, unilateral_models
+from linkages.system.load_records import Packed, pack_loads, unilateral_ends, unilateral_models
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree, chained
 
@@ -160,8 +160,6 @@ class Unassembled(Brief):
         forces = [mass * float(np.linalg.norm(self.gravity))]
         parts = elements_of(experiment.elements)
         forces += [kind.force(keys, self.mechanism.slides, extent) for kind, _, keys in parts]
-        forces += [_magnitude(force.force) for force in experiment.forces.values()]
-        forces += [_magnitude(torque.torque) / extent for torque in experiment.torques.values()]
         for drive in experiment.drives.values():
             forces += [_magnitude(drive.torque) / extent, _magnitude(drive.torques) / extent]
             forces += [_magnitude(drive.force), _magnitude(drive.forces)]
@@ -174,14 +172,19 @@ class Unassembled(Brief):
         return self._memory(_torques, tuple(self.experiment.drives[name] for name in self.tree.powered))
 
     @cached_property
-    def loads(self) -> Loads:
-        """Return the applied loads as records of the kernels."""
+    def packed(self) -> Packed:
+        """Return elements and applied loads as records of the kernels."""
         return pack_loads(self.tree, self.experiment, self.experiment.quantities)
 
-    @cached_property
+    @property
+    def loads(self) -> Loads:
+        """Return the applied loads as records of the kernels."""
+        return self.packed.loads
+
+    @property
     def elements(self) -> Any:
         """Return the elements as records of the kernels, `linkages.elements.machine.Elements`."""
-        return pack_elements(self.experiment.elements, self.tree)
+        return self.packed.elements
 
     @property
     def start_states(self) -> Array:

@@ -13,6 +13,7 @@ from linkages.base.arguments import Names, validated
 from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError, Status, nearest
 from linkages.base.kernel.by_reference import packed
+from linkages.elements.machine import KINDS, OF_ELEMENTS, record_of
 from linkages.engines.compiled.run.job import MOST, make_given
 from linkages.engines.compiled.run.replay import Steps, record_memory, recorded
 from linkages.engines.compiled.run.runner import STATUS, Runner
@@ -22,7 +23,9 @@ from linkages.results.outputs.registry import default_outputs, pack
 from linkages.system import System
 from linkages.system.ideal_motion import cause
 
-_KEYS = {"drives": ("torque", "force"), "torques": ("torque",), "forces": ("force",)}
+_KEYS = {"drives": ("torque", "force")} | {
+    kind.table: (kind.applied.key,) for kind in KINDS if kind.applied is not None
+}
 _EARLY = 1e-12  # rounding of a time that is reached, relative to it
 
 
@@ -139,9 +142,10 @@ class Stepper:
             raise InputError(experiment.source, f'input "{path}"', f"is no constant; give {table}.{name} a {key}")
         if table == "drives":
             return [_Places(own["torque_c"], (self.system.tree.powered.index(name), slice(None), -1))]
-        k = experiment.loads.index((table, name))
-        first = int(self.system.arrays.loads["motion"][k])
-        return [_Places(own["load_c"], (first + i, slice(None), -1)) for i in range(2 if table == "forces" else 1)]
+        applied = OF_ELEMENTS[table].applied
+        assert applied is not None  # else it has no key
+        first = int(record_of(self.system.elements, experiment.elements, table, name)[applied.field])
+        return [_Places(own["load_c"], (first + i, slice(None), -1)) for i in range(len(applied.units))]
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle the system, the names and the state; another stepper computes with its own arrays."""

@@ -13,7 +13,7 @@ import numpy as np
 from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
 from linkages.base.kernel.by_reference import packed
 from linkages.elements.machine import add_elements
-from linkages.mechanics.planar.arrays import Arrays, loads_of, size_of
+from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of, size_of
 from linkages.mechanics.planar.contacts import WIDTH, advance_films, clearance_wrenches, start_films
 from linkages.mechanics.planar.joint_friction import FrictionWork, add_efforts, make_friction_work, solve_friction
 from linkages.mechanics.planar.kinematics import body_states
@@ -155,7 +155,7 @@ def drive_forces(
     _take_states(place, work, state)
     for i in range(n):
         tau[i] = applied[place.into[i]]
-    add_elements(model.elements, work.pose, work.vel, work.wrench)
+    add_elements(model.elements, functions_of(model), t, work.v, work.pose, work.vel, work.wrench)
     load_wrenches(loads_of(model), t, work.v, work.pose, work.vel, work.wrench)
     most = max(nd, powered)
     value, one, two, loop, given = np.empty(nd), np.empty(most), np.empty(most), np.empty(n), np.empty(nd)

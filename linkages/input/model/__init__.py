@@ -13,9 +13,6 @@
 | beam_interfaces   | flexible links: interfaces at joints and loads, substructures                    |
 | segment_model     | flexible links as chains of rigid segments with springs                          |
 | editing           | texts of experiments with other values                                           |
-| functions         | formulas and tables of time, positions and speeds                                |
-| recorded_tables   | the part of a table that takes its signal from a data file                       |
-| smoothing         | smooth functions of recorded signals: Fourier series, smoothing splines          |
 | worn              | worn profiles of joints from a ``wear.json``                                     |
 | skeleton          | default shape of a link: bars between its joints and frames                      |
 | plausibility      | questions about values that suggest a wrong unit                                 |

@@ -18,6 +18,8 @@ from linkages.input.files.formula import CONSTANTS, FUNCTIONS, shown
 from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Table
 from linkages.input.files.unit_conversion import SLIDING, read, si
+from linkages.input.functions.definitions import OF_JOINTS, OF_OWN, OF_POINTS, TIME, inputs_of, over_time
+from linkages.input.functions.smoothing import SmoothSignal
 from linkages.input.model import load_tables as tables
 from linkages.input.model.beam_interfaces import substructures
 from linkages.input.model.capabilities import Analysis, check_analysis
@@ -33,10 +35,8 @@ from linkages.input.model.experiment import (
     Experiment,
 )
 from linkages.input.model.experiment_tables import ContactTable, JointModel
-from linkages.input.model.functions import OF_JOINTS, OF_OWN, OF_POINTS, TIME, inputs_of, over_time
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Mechanism
-from linkages.input.model.smoothing import Fit
 from linkages.input.model.state_tables import Controller, Motor, State
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST
@@ -176,7 +176,7 @@ class _Check:
         self.units(Drive, self.slides(name))
         for key, unit in drive.units.items():
             known = bracketed(Drive.model_fields[key].description) if key != "time" else "s"
-            self.unit(f"units.{key}", unit, SLIDING.get(known, known) if self.slides(name) else known)
+            self.same_kind(f"units.{key}", unit, SLIDING.get(known, known) if self.slides(name) else known)
         if drive.backlash is not None:
             if self.slides(name):
                 self.refuse("backlash", "needs a revolute joint; before a prismatic one use a gear with backlash")
@@ -200,6 +200,10 @@ class _Check:
             read(text, unit)
         except ValueError as problem:
             self.refuse(key, str(problem))
+
+    def unit(self, key: str, unit: str) -> None:
+        """Refuse a value with a unit of another kind than this SI unit."""
+        self.measured(self.experiment.texts.get(f"{self.where}.{key}"), unit, key)
 
     def units(self, table: type[Table], slides: bool) -> None:
         """Check the units of a table's values for a coordinate that is a displacement, or an angle."""
@@ -289,6 +293,18 @@ class _Check:
         self.known(key, name, ("world", *self.mechanism.link))
         return name
 
+    def moved_link(self, key: str, name: str) -> str:
+        """Return the name of a link; refuse an unknown one, and the world."""
+        self.known(key, name, self.mechanism.link)
+        return name
+
+    def revolute(self, key: str, name: str) -> str:
+        """Return the name of a revolute joint; refuse others."""
+        self.known(key, name, self.mechanism.joint)
+        if (kind := self.mechanism.joint[name].type) != "revolute":
+            self.refuse(key, f'"{name}" is {kind}; name a revolute joint')
+        return name
+
     def moving(self, name: str) -> str:
         """Return the name of a joint; refuse an unknown or fixed one."""
         self.known("joint", name, self.mechanism.joint)
@@ -352,29 +368,6 @@ class _Check:
             self.refuse("", f'has its point and its line on the same link, "{link}"')
         self.plain(touch.contact)
 
-    def forces(self, load: tables.ForceTable) -> None:
-        self.depends(load)
-        if self.point("point", load.point).link == "world":
-            self.refuse("point", f'"{load.point}" is fixed to the world; name a link\'s')
-
-    def torques(self, load: tables.Torque) -> None:
-        self.depends(load)
-        if load.link is not None:
-            self.known("link", load.link, self.mechanism.link)
-        if load.joint is not None:
-            self.known("joint", load.joint, self.mechanism.joint)
-            if (kind := self.mechanism.joint[load.joint].type) != "revolute":
-                self.refuse("joint", f'"{load.joint}" is {kind}; name a revolute joint')
-
-    def depends(self, load: tables.ForceTable | tables.Torque) -> None:
-        """Check the times of a load, the positions and speeds that it depends on, and the unit of a table over one."""
-        self.covers(load.times, load.fitted if load.over is None else ())
-        key = "formula" if load.formulas else "over"
-        for name in load.signals:
-            text = next((one.text for one in load.formulas if name in one.names), name)
-            unit = self.signal(key, name, text)
-            self.measured(self.experiment.texts.get(f"{self.where}.at"), unit, "at")
-
     def signal(self, key: str, name: str, text: str) -> str:
         """Check an input of a formula, whose text is given; return its unit."""
         if name == TIME or name in self.experiment.quantities:
@@ -418,10 +411,7 @@ class _Check:
 
     def motors(self, motor: Motor) -> None:
         self.own_name()
-        self.known("joint", motor.joint, self.mechanism.joint)
-        joint = self.mechanism.joint[motor.joint]
-        if joint.type != "revolute":
-            self.refuse("joint", f'"{motor.joint}" is {joint.type}; name a revolute joint')
+        joint = self.mechanism.joint[self.revolute("joint", motor.joint)]
         if motor.joint in self.experiment.gearboxes:
             problem = "has a drive with backlash: give the motor a joint of its own, and a gear with backlash"
             self.refuse("joint", f'"{motor.joint}" {problem}')
@@ -470,7 +460,7 @@ class _Check:
         near = nearest(quantity, (*PIN_QUANTITIES, *driven))
         self.refuse("", f'"{quantity}" of a joint is no output here; {near}')
 
-    def covers(self, times: list[float] | None, fits: Iterable[Fit]) -> None:
+    def covers(self, times: list[float] | None, fits: Iterable[SmoothSignal]) -> None:
         """Check that a table, or the signals of a file, cover the duration of the run."""
         if times is not None and times[-1] < (duration := self.experiment.duration):
             self.refuse("times", f"end at {times[-1]:g} s, before the duration of {duration:g} s")
@@ -481,7 +471,8 @@ class _Check:
                 covers = f"is from {first:.6g} to {last:.6g} s, and the run from 0 to {self.experiment.duration:g} s"
                 self.refuse("file", f"{covers}; {remedy}")
 
-    def unit(self, key: str, text: str, unit: str) -> None:
+    def same_kind(self, key: str, text: str, unit: str) -> None:
+        """Check that a unit is one of the same kind as another."""
         try:
             si(f"1 {text}", unit)
         except ValueError as problem:

@@ -8,9 +8,9 @@ import numpy as np
 from pydantic import Field
 
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, check_history
+from linkages.input.functions.definitions import TIME, formula, over_time, program
+from linkages.input.functions.recorded_tables import FromFile
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable
-from linkages.input.model.functions import TIME, formula, over_time, program
-from linkages.input.model.recorded_tables import FromFile
 from linkages.mechanics.planar import motion
 from linkages.mechanics.planar.motion import Pieces, Program
 

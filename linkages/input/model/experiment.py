@@ -19,19 +19,21 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, create
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief
 from linkages.base.errors import InputError, shortened
-from linkages.elements.machine import KINDS
+from linkages.elements.force import Force
+from linkages.elements.machine import OF_ELEMENTS, functions_of
 from linkages.elements.spring import Spring
+from linkages.elements.torque import Torque
 from linkages.elements.torsion_spring import TorsionSpring
 from linkages.input.files.beams import MATERIAL, SECTIONS
 from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leaves, read_toml, replace_values, validate
 from linkages.input.files.unit_conversion import decimal_comma, read
+from linkages.input.functions.definitions import Quantity, constant, inputs_of, names_in
+from linkages.input.functions.recorded_tables import DataTable, FromFile
 from linkages.input.model import load_tables as tables
 from linkages.input.model.drive_tables import Drive, GearboxBacklash
 from linkages.input.model.experiment_tables import JointModel, RunWindow, SolverTable
-from linkages.input.model.functions import Quantity, constant, inputs_of
 from linkages.input.model.link_tables import LinkModel
-from linkages.input.model.recorded_tables import DataTable, FromFile
 from linkages.input.model.state_tables import Controller, Motor, State
 from linkages.input.model.worn import with_worn
 
@@ -42,8 +44,8 @@ _Values = Mapping[str, Any]
 _NONE: _Values = MappingProxyType({})
 
 #: The tables of applied loads, in the order in which the loads are packed.
-LOADS = ("forces", "torques", "frictions", "motors")
-#: The other tables of named elements, after the tables of `linkages.elements`.
+LOADS = ("frictions", "motors")
+#: The other tables of named elements beside those of `linkages.elements`.
 OTHERS = ("gears", "couplings", "stops", "contacts")
 
 #: The tables that define quantities for formulas.
@@ -124,8 +126,8 @@ class Experiment(Brief, Table):
     )
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
-    forces: dict[str, tables.ForceTable] = Field({}, description="applied forces by name")
-    torques: dict[str, tables.Torque] = Field({}, description="applied torques by name")
+    forces: dict[str, Force] = Field({}, description="applied forces by name")
+    torques: dict[str, Torque] = Field({}, description="applied torques by name")
     springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, by name")
     torsion_springs: dict[str, TorsionSpring] = Field({}, description="torsion springs and dampers by name")
     frictions: dict[str, tables.JointFriction] = Field({}, description="friction in ideal joints, by name")
@@ -163,9 +165,8 @@ class Experiment(Brief, Table):
         for name, joint in self.joints.items():
             clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
             rows[f"model of {name}"] = f"{joint.model}{clearance}"
-        tables = {"links": self.links} | {
-            name: getattr(self, name) for name in (*LOADS, *self.elements, "values", "states", "controllers", *OTHERS)
-        }
+        named = _in_order("links", *LOADS, *OF_ELEMENTS, "values", "states", "controllers", *OTHERS)
+        tables = {name: getattr(self, name) for name in named}
         rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
         rows["outputs"] = ", ".join(self.outputs) or "none"
         return f"{self.title or self.source.stem}; {self.source.name}, {self.duration:g} s", rows
@@ -239,7 +240,7 @@ class Experiment(Brief, Table):
 
     @property
     def loads(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each applied load: forces, torques, frictions, motors."""
+        """Return table and name of each applied load: frictions, motors."""
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
 
     @cached_property
@@ -267,24 +268,29 @@ class Experiment(Brief, Table):
         """Return the additional states that no formula reads, such as a motor's energy: they change nothing else."""
         found = self.quantities
         read = {name for one in found.values() for name in inputs_of(one.definition, found)}
-        read.update(name for load in (*self.forces.values(), *self.torques.values()) for name in load.signals)
-        return self.own_states.keys() - read
+        return self.own_states.keys() - read - self.functions_read
+
+    @property
+    def functions_read(self) -> set[str]:
+        """Return the names that functions of elements read: the time, positions, speeds, quantities."""
+        return {name for _, _, one in functions_of(self.elements) for name in names_in(one)}
 
     @property
     def from_files(self) -> dict[str, FromFile]:
         """Return the drives and loads that take their signal from a data file, by dotted path."""
-        tables = (("drives", self.drives), ("forces", self.forces), ("torques", self.torques))
-        return {f"{kind}.{name}": one for kind, named in tables for name, one in named.items() if one.file is not None}
+        tables = {"drives": self.drives} | self.elements
+        named = {f"{table}.{name}": one for table, found in tables.items() for name, one in found.items()}
+        return {path: one for path, one in named.items() if isinstance(one, FromFile) and one.file is not None}
 
     @property
     def elements(self) -> dict[str, dict[str, Table]]:
         """Return the elements of `linkages.elements`, by table and name."""
-        return {kind.table: getattr(self, kind.table) for kind in KINDS}
+        return {table: getattr(self, table) for table in OF_ELEMENTS}
 
     @property
     def named(self) -> tuple[tuple[str, str], ...]:
         """Return table and name of each named element: loads, gears, couplings, stops, contacts."""
-        tables = *LOADS, *self.elements, *OTHERS
+        tables = _in_order(*LOADS, *OF_ELEMENTS, *OTHERS)
         return tuple((table, name) for table in tables for name in getattr(self, table))
 
     @property
@@ -386,6 +392,11 @@ class Experiment(Brief, Table):
         """Check whether a joint has an output without clearance."""
         driven = OF_DRIVES if joint in self.drives else ()
         return quantity in (*PIN_QUANTITIES, *FORCES_OF_JOINTS, *driven)
+
+
+def _in_order(*tables: str) -> list[str]:
+    """Return tables in the order of the experiment's keys."""
+    return sorted(tables, key=list(Experiment.model_fields).index)
 
 
 @cache

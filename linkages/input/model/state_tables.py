@@ -14,7 +14,7 @@ from pydantic import Field
 from linkages.base.errors import nearest
 from linkages.input.files.formula import parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_increasing
-from linkages.input.model.functions import Call, Definition, Quantity, constant, formula, named
+from linkages.input.functions.definitions import Call, Definition, Quantity, constant, formula, named
 from linkages.laws.control import CONTROLLERS
 
 #: Feedforward of controllers that is computed.

@@ -22,7 +22,8 @@
 | singularities       | forward dynamics near singularities; forces of drives and loops for a simulator        |
 | contacts            | clearance joints: from body states to force pairs, by the laws                         |
 | contact_partials    | partial derivatives of a contact's force                                               |
-| loads               | applied forces, torques and springs: wrenches                                          |
+| functions           | values of formulas and tables at a state of the motion                                 |
+| loads               | frictions and motors: wrenches; additional states                                      |
 | closure             | Newton's method on the closure rows; consistent rates; the ideal linkage near a run    |
 | beams               | internal forces, stress and deflection of flexible links                               |
 | reactions           | forces in all joints, efforts of all drives                                            |

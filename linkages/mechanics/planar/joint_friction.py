@@ -18,12 +18,12 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, Records, kernel, lazy_kernel
 from linkages.mechanics.integrate.factor import back_substitute, factorise
-from linkages.mechanics.planar.arrays import Arrays, loads_of
+from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench, add_term_wrench
+from linkages.mechanics.planar.functions import given_at, value_of
 from linkages.mechanics.planar.kinematics import body_accelerations
-from linkages.mechanics.planar.loads import fill_inputs, inputs_shape, load_wrenches
+from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.loop_dynamics import forward_dynamics
-from linkages.mechanics.planar.motion import function_jet
 from linkages.mechanics.planar.newton_euler import inertial_forces, joint_wrenches
 from linkages.mechanics.planar.reactions import ideal_joint_force
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
@@ -94,16 +94,14 @@ def solve_friction(model: Arrays, t: float, torques: Array, w: Workspace, work: 
         if loads[k].joint >= 0:
             places[m] = k
             m += 1
-    curves = (model.load_t, model.load_c, model.load_n)
-    inputs = np.zeros(inputs_shape(model.signals, model.states), w.vel.dtype)
-    fill_inputs(model.signals, model.states, t, w.v, w.pose, w.vel, inputs)
+    given = given_at(functions_of(model), t, w.v, w.pose, w.vel)
     none, unit, change = np.zeros((m, 3), w.vel.dtype), np.zeros((m, 3), w.vel.dtype), np.zeros((m, m, 3), w.vel.dtype)
     shares, normal = np.zeros(m, w.vel.dtype), np.zeros(m, w.vel.dtype)
     _enter(w, state)
     _joint_forces(model, torques, w, state, places[:m], none)
     for j in range(m):
         load = loads[places[j]]
-        shares[j] = function_jet(curves, load.share, inputs)[0]
+        shares[j] = value_of(given, load.share)
         normal[j] = _size(load.leverage, none[j, 0], none[j, 1], none[j, 2])
     for k in range(m):
         load, push = loads[places[k]], normal[k] if normal[k] > 0.0 else 1.0

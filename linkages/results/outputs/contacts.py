@@ -20,7 +20,7 @@ from linkages.mechanics.planar.contacts import COUPLE, EX, EY, FX, FY, PENETRATI
 from linkages.mechanics.planar.markers import turned
 from linkages.mechanics.planar.record_types import REMEMBERING, WORN
 from linkages.results.outputs.joints import of_joints, turns
-from linkages.results.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities, quantity
+from linkages.results.outputs.quantity import Declaration, OutputPlace, Owner, Snapshot, formula, quantities, quantity
 from linkages.system import System
 
 _CORNERS = 4
@@ -197,9 +197,9 @@ def _play(kinds: str, suits: Callable[[JointModel], bool], found: dict[str, Decl
     return Owner(f"JOINT ({kinds})", labels, _at_contact, found, real=True)
 
 
-def _at_contact(system: System, name: str) -> Element:
+def _at_contact(system: System, name: str) -> OutputPlace:
     k = [label for _, label in system.contacts].index(name)
-    return Element(k, constant=float(system.laws["clearance"][k]))
+    return OutputPlace(k, constant=float(system.laws["clearance"][k]))
 
 
 def _slacks(slides: bool) -> Callable[[System], Iterable[str]]:
@@ -217,21 +217,21 @@ def _flanks(lengths: bool) -> Callable[[System], Iterable[str]]:
     ]
 
 
-def _at_slack(system: System, name: str) -> Element:
+def _at_slack(system: System, name: str) -> OutputPlace:
     gear = system.experiment.slack[name]
     sign = system.tree.seen_coordinate(gear.joints[1], gear.carrier)[1]
-    return Element([owner for owner, _ in system.contacts].index(name), constant=sign)
+    return OutputPlace([owner for owner, _ in system.contacts].index(name), constant=sign)
 
 
 def _guides(system: System) -> Iterable[str]:
     return [name for name in system.tree.play if system.mechanism.joint[name].slot is not None]
 
 
-def _at_guide(system: System, name: str) -> Element:
+def _at_guide(system: System, name: str) -> OutputPlace:
     tree, joint = system.tree, system.mechanism.joint[name]
     k = [owner for owner, _ in tree.contacts].index(name)
     across = (tree.marker(joint.parent, joint.on_parent)[0], float(-joint.direction[1]), float(joint.direction[0]))
-    return Element(k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k]))
+    return OutputPlace(k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k]))
 
 
 def _by_drive(owner: Owner) -> tuple[Owner, Owner]:

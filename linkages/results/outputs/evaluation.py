@@ -13,7 +13,7 @@ from linkages.base.kernel.dual import dual_array, seeded, slope
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.elements.machine import add_elements, count, tell_elements
 from linkages.mechanics.integrate.stepper import copy
-from linkages.mechanics.planar.arrays import Arrays, loads_of
+from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.mechanics.planar.joint_friction import add_applied, make_friction_work
@@ -179,12 +179,12 @@ def _move(seen: Snapshot, with_forces: bool, t: float, powered: Array) -> None:
         w.wrench[:] = 0.0
         add_known_contacts(model.ends, seen.contacts, w.pose, w.wrench)
         evaluate_motions((model.torque, model.torque_c, model.torque_n), t, powered[0], powered[1], powered[2])
-        add_elements(model.elements, w.pose, w.vel, w.wrench)
+        add_elements(model.elements, functions_of(model), t, w.v, w.pose, w.vel, w.wrench)
         if len(model.loads):
             add_applied(model, t, powered[0], w, seen.friction)
     if len(model.loads):
         load_outputs(loads_of(model), seen.friction.efforts, t, w.v, w.pose, w.vel, seen.loads)
-    tell_elements(model.elements, len(model.loads), w.pose, w.vel, seen.loads)
+    tell_elements(model.elements, functions_of(model), t, w.v, len(model.loads), w.pose, w.vel, seen.loads)
     if with_forces:
         for k in range(powered.shape[1]):
             w.tau[bodies.records[model.powered_bodies[k]].dof] = powered[0, k]

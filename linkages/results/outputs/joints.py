@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from linkages.elements.element import Element as Kind
-from linkages.elements.element import Quantities
+from linkages.elements.element import Element, Quantities
 from linkages.elements.machine import KINDS, elements_of
 from linkages.mechanics.planar.closure_rows import term_rate
 from linkages.mechanics.planar.loads import POWER, SECOND, VALUE
-from linkages.results.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities, quantity
+from linkages.results.outputs.quantity import Declaration, OutputPlace, Owner, Snapshot, formula, quantities, quantity
 from linkages.system import System
 
 
@@ -44,7 +43,7 @@ def load_value(output: np.record, seen: Snapshot) -> float:
 
 
 @formula("loads")
-def _force(output: np.record, seen: Snapshot) -> float:
+def _size(output: np.record, seen: Snapshot) -> float:
     return math.hypot(seen.loads[output.at, VALUE], seen.loads[output.at, SECOND])
 
 
@@ -78,13 +77,6 @@ _OF_GEARBOX = quantities(
     power="power delivered by the drive [W]",
 )
 _POWER = {"power": quantity("power that the load delivers to the linkage [W]", load_value, POWER)}
-_OF_FORCE = {
-    "fx": quantity("applied force along x_P [N]", load_value, VALUE),
-    "fy": quantity("applied force along y_P [N]", load_value, SECOND),
-    "force": quantity("magnitude of the applied force [N]", _force),
-    **_POWER,
-}
-_OF_TORQUE = "applied torque, counter-clockwise; in a joint: along its coordinate [N m]"
 _OF_MOTOR = "torque of a motor on the joint's child, along the joint's coordinate [N m]"
 _OF_FRICTION = "friction in an ideal joint, along its coordinate"
 
@@ -112,52 +104,53 @@ def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
     return lambda system: [name for name in getattr(system.experiment, table) if turns(system, table, name) is turning]
 
 
-def _at_joint(system: System, name: str) -> Element:
-    return Element(list(system.mechanism.joint).index(name))
+def _at_joint(system: System, name: str) -> OutputPlace:
+    return OutputPlace(list(system.mechanism.joint).index(name))
 
 
 def _drives(system: System) -> tuple[str, ...]:
     return (*system.tree.driven, *system.tree.powered)
 
 
-def _at_drive(system: System, name: str) -> Element:
+def _at_drive(system: System, name: str) -> OutputPlace:
     k, tree = _drives(system).index(name), system.tree
-    return Element(k, int(np.concatenate([tree.driven_dofs, tree.powered_dofs])[k]))
+    return OutputPlace(k, int(np.concatenate([tree.driven_dofs, tree.powered_dofs])[k]))
 
 
-def _at_gearbox(system: System, name: str) -> Element:
+def _at_gearbox(system: System, name: str) -> OutputPlace:
     (_, parent, child, _, _), sign = system.tree.coordinate(name)
-    return Element(_drives(system).index(name), child[0], parent, sign)
+    return OutputPlace(_drives(system).index(name), child[0], parent, sign)
 
 
-def _at_load(system: System, name: str) -> Element:
-    return Element([load for _, load in system.experiment.loads].index(name))
+def _at_load(system: System, name: str) -> OutputPlace:
+    return OutputPlace([load for _, load in system.experiment.loads].index(name))
 
 
-def _at_element(system: System, name: str) -> Element:
+def _at_element(system: System, name: str) -> OutputPlace:
     names = [name for _, name, _ in elements_of(system.experiment.elements)]
-    return Element(len(system.loads[0]) + names.index(name))
+    return OutputPlace(len(system.loads[0]) + names.index(name))
 
 
-def _of_sort(kind: Kind[Any], outputs: Quantities) -> Owner:
+def _of_sort(kind: Element[Any], outputs: Quantities) -> Owner:
     """Make the owner of the outputs of the elements of a kind that have these."""
 
     def names(system: System) -> Iterable[str]:
         named, slides = getattr(system.experiment, kind.table), system.mechanism.slides
         return [name for name, keys in named.items() if kind.outputs_of(keys, slides) is outputs]
 
-    return Owner(outputs.label, names, _at_element, _values(**outputs.texts))
+    sizes = {name: quantity(text, _size) for name, text in outputs.size.items()}
+    return Owner(outputs.label, names, _at_element, quantities(load_value, **outputs.texts) | sizes | _POWER)
 
 
 #: The elements of `linkages.elements`.
 OF_ELEMENTS = tuple(_of_sort(kind, outputs) for kind in KINDS for outputs in kind.outputs)
 
 
-def _at_gear(system: System, name: str) -> Element:
+def _at_gear(system: System, name: str) -> OutputPlace:
     experiment, tree = system.experiment, system.tree  # with backlash: row of the ideal linkage
     gears, after = (experiment.closed, 0) if name in experiment.closed else (experiment.slack, len(tree.loop_rows))
     sign = tree.seen_coordinate(gears[name].joints[1], gears[name].carrier)[1]
-    return Element(list(gears).index(name) - len(gears) - after, constant=sign)
+    return OutputPlace(list(gears).index(name) - len(gears) - after, constant=sign)
 
 
 #: Joints, drives, applied loads, gears and couplings.
@@ -168,8 +161,6 @@ FORCES = (
         _at_drive, _OF_DRIVE,
     ),
     Owner("DRIVE (backlash)", lambda system: system.experiment.gearboxes, _at_gearbox, _OF_GEARBOX),
-    Owner("FORCE", lambda system: system.experiment.forces, _at_load, _OF_FORCE),
-    Owner("TORQUE", lambda system: system.experiment.torques, _at_load, _values(torque=_OF_TORQUE)),
     *OF_ELEMENTS,
     Owner("MOTOR", lambda system: system.experiment.motors, _at_load, _values(torque=_OF_MOTOR)),
     Owner("FRICTION (revolute)", of_joints("frictions", True), _at_load, _values(torque=f"{_OF_FRICTION} [N m]")),

@@ -80,7 +80,7 @@ def quantities(formula: OutputFormula, **texts: str) -> dict[str, Declaration]:
     return {name: quantity(text, formula, k) for k, (name, text) in enumerate(texts.items())}
 
 
-class Element(NamedTuple):
+class OutputPlace(NamedTuple):
     """Numbers of an element in the record of its output; see `OUTPUT`."""
 
     at: int = 0
@@ -95,7 +95,7 @@ class Owner:
 
     label: str  # the name before the dot, in the documentation
     names: Callable[[System], Iterable[str]]  # names of all elements of this kind
-    element: Callable[[System, str], Element]  # of an element by name
+    place: Callable[[System, str], OutputPlace]  # of an element by name
     quantities: dict[str, Declaration]
     real: bool = False  # whether only a linkage with clearances has it
     asked: Callable[[System], Iterable[str]] | None = None  # elements with columns in a run; default: all

@@ -66,7 +66,7 @@ def _find(system: System, name: str, ideal: bool) -> Callable[[System], tuple[An
     if jitter and not _determinate(system):
         raise _wrong(system, name, "the prescribed drives do not determine an ideal motion")
     number, read = FORMULAS[quantity.formula], [part in quantity.formula.reads for part in READS]
-    return lambda one: (number, quantity.column, *owner.element(one, thing), jitter, *read)
+    return lambda one: (number, quantity.column, *owner.place(one, thing), jitter, *read)
 
 
 def has_jitter(system: System, name: str) -> bool:

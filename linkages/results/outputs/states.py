@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from linkages.results.outputs.joints import load_value
-from linkages.results.outputs.quantity import Element, Owner, quantities
+from linkages.results.outputs.quantity import OutputPlace, Owner, quantities
 from linkages.system import System
 
 
-def _at(key: str) -> Callable[[System, str], Element]:
-    """Return a function that gives the element of a quantity, ``NAME.key`` or the state's own."""
+def _at(key: str) -> Callable[[System, str], OutputPlace]:
+    """Return a function that gives the place of a quantity, ``NAME.key`` or the state's own."""
 
-    def element(system: System, name: str) -> Element:
+    def place(system: System, name: str) -> OutputPlace:
         experiment = system.experiment
         known = list(experiment.quantities)
-        return Element(len(experiment.loads) + known.index(f"{name}.{key}" if key else name))
+        return OutputPlace(len(experiment.loads) + known.index(f"{name}.{key}" if key else name))
 
-    return element
+    return place
 
 
 def _having(table: str, key: str) -> Callable[[System], Iterable[str]]:

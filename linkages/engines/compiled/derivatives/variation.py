@@ -29,7 +29,7 @@ from linkages.engines.compiled.run.equations import set_residuals, set_state
 from linkages.engines.compiled.run.jacobian import fill_solved, fill_states, put
 from linkages.engines.compiled.run.job import Given, model_of
 from linkages.engines.compiled.run.model import Equations
-from linkages.mechanics.planar.arrays import Arrays, size_of
+from linkages.mechanics.planar.arrays import Arrays, functions_of, size_of
 from linkages.mechanics.planar.contact_partials import (
     AWAY,
     CENTRE,
@@ -376,7 +376,7 @@ def _move(v: Variation, p: int, amount: float) -> None:
 def fill_residual(equations: Equations, v: Variation, t: float, dy: Array, first: int, last: int, out: Array) -> None:
     """Fill columns of ``out`` (k, m) with the slopes of the residual, at a dual state and contacts that are set."""
     model, w, now = v.model, v.work.dynamics, seeded(t, -1)
-    add_elements(model.elements, w.pose, w.vel, w.wrench)
+    add_elements(model.elements, functions_of(model), now, w.v, w.pose, w.vel, w.wrench)
     if len(model.loads):
         add_applied(model, now, v.work.value, w, v.work.friction)
     for i in range(len(model.free)):

@@ -7,7 +7,7 @@ import math
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.elements.machine import add_elements
 from linkages.engines.compiled.run.model import Equations, Work
-from linkages.mechanics.planar.arrays import Arrays, loads_of
+from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration
 from linkages.mechanics.planar.contacts import BRISTLE, BRISTLE_RATE, EX, EY, FX, FY, clearance_wrenches
 from linkages.mechanics.planar.joint_friction import add_applied
@@ -58,7 +58,7 @@ def _add_forces(equations: Equations, t: float) -> None:
     w = work.dynamics
     w.wrench[:] = 0.0
     clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
-    add_elements(model.elements, w.pose, w.vel, w.wrench)
+    add_elements(model.elements, functions_of(model), t, w.v, w.pose, w.vel, w.wrench)
     if len(model.loads):
         add_applied(model, t, work.value, w, work.friction)
     if len(model.states):

@@ -16,7 +16,7 @@ from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope
 from linkages.elements.machine import add_elements
 from linkages.engines.compiled.run.equations import add_reactions, is_solved, row_accelerations, solve_state
 from linkages.engines.compiled.run.model import Equations, Scratch
-from linkages.mechanics.planar.arrays import Arrays, loads_of
+from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.articulated_body import acceleration_response
 from linkages.mechanics.planar.closure_rows import row_acceleration
 from linkages.mechanics.planar.composite_inertia import mass_matrix
@@ -159,7 +159,7 @@ def _fill_columns(equations: Equations, d: Workspace, t: float, first: int, coun
                 out[2 * n + own, first + j] = slope(rate, j)
     if len(model.states):
         fill_states(model, d, t, d.tau, first, first + count, out)
-    add_elements(model.elements, d.pose, d.vel, d.wrench)
+    add_elements(model.elements, functions_of(model), t, d.v, d.pose, d.vel, d.wrench)
     if len(model.loads):
         add_applied(model, t, work.value, d, s.friction)
     add_reactions(model, d, work.dynamics.reaction)

@@ -21,9 +21,11 @@ from linkages.laws import FRICTIONS
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.contact.contact_laws import CONTACTS, push
 from linkages.mechanics.integrate.stepper import Stepper, copy
+from linkages.mechanics.planar.arrays import functions_of
 from linkages.mechanics.planar.contact_partials import DEPTH_FROM, DEPTH_TO, PUSH_FROM, RATIO_FROM, SLIDING_FROM
 from linkages.mechanics.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
-from linkages.mechanics.planar.loads import acting_functions, fill_inputs, inputs_shape
+from linkages.mechanics.planar.functions import given_at
+from linkages.mechanics.planar.loads import acting_functions
 from linkages.mechanics.planar.motion import fill_switches, switch_counts
 from linkages.system import System
 
@@ -99,11 +101,11 @@ def _switch_values(equations: Equations, t: float, limits: Array, out: Array) ->
     """Fill the lines of the switches of formulas in ``out``; see `kink_values`."""
     model, work = equations.model, equations.work
     w, spans, nc = work.dynamics, work.kinked.spans, len(model.ends)
-    inputs, values = np.zeros(inputs_shape(model.signals, model.states)), out[nc:].reshape(-1)
-    fill_inputs(model.signals, model.states, t, w.v, w.pose, w.vel, inputs)
+    curves, inputs = given_at(functions_of(model), t, w.v, w.pose, w.vel)
+    values = out[nc:].reshape(-1)
     place = fill_switches((model.motion, model.motion_c, model.motion_n), inputs, 0, values)
     place = fill_switches((model.torque, model.torque_c, model.torque_n), inputs, place, values)
-    fill_switches((model.load_t, model.load_c, model.load_n), inputs, place, values)
+    fill_switches(curves, inputs, place, values)
     for k in range(nc, len(limits)):
         for j in range(KINKS):
             out[k, j] = out[k, j] / spans[k, j] if limits[k, j] == 0.0 else math.nan

@@ -11,7 +11,7 @@ from linkages.elements.machine import tell_elements
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.replay import Steps, replay
 from linkages.mechanics.integrate.stepper import restart
-from linkages.mechanics.planar.arrays import loads_of
+from linkages.mechanics.planar.arrays import functions_of, loads_of
 from linkages.mechanics.planar.closure import ideal_state
 from linkages.mechanics.planar.loads import load_outputs
 from linkages.mechanics.planar.newton_euler import inertial_forces
@@ -37,7 +37,7 @@ def look(job: Job, t: float, out: Array) -> bool:
     if job.with_loads:
         if len(model.loads):
             load_outputs(loads_of(model), work.friction.efforts, t, w.v, w.pose, w.vel, work.applied)
-        tell_elements(model.elements, len(model.loads), w.pose, w.vel, work.applied)
+        tell_elements(model.elements, functions_of(model), t, w.v, len(model.loads), w.pose, w.vel, work.applied)
     if job.with_forces:
         inertial_forces(model.bodies, w, model.gravity, w.bias, w.modal_bias)
         if w.interpolated[0] > 0.0:  # the reactions belong to a neighbouring state

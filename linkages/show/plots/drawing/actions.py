@@ -8,14 +8,14 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError
-from linkages.elements.element import Around, Between, Picture
-from linkages.elements.machine import elements_of
+from linkages.elements.element import Around, Arrow, Between, Picture, Turning
+from linkages.elements.machine import elements_of, tell_elements
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.load_tables import ForceTable, LineContact, Mesh, Stop
+from linkages.input.model.load_tables import LineContact, Mesh, Stop
 from linkages.input.model.mechanism import Joint
 from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.planar.kinematics import state_tables
-from linkages.mechanics.planar.loads import LOAD_OUTPUTS, load_outputs
+from linkages.mechanics.planar.loads import LOAD_OUTPUTS
 from linkages.show.plots.drawing.parts import BLOCK, Parts
 from linkages.show.plots.drawing.shapes import DrawnPoint, Shape, shape
 from linkages.system import System
@@ -41,18 +41,6 @@ class Done:
 
     def all(self, experiment: Experiment) -> Iterator[Shape]:
         """Draw all loads, gears, stops and lines."""
-        for name, force in experiment.forces.items():
-            yield from self._force(name, force)
-        for name, torque in experiment.torques.items():
-            sign = float(np.sign(self.strongest.get(name, np.ones(1))[0]))
-            if torque.joint is not None:
-                joint = self.mechanism.joint[torque.joint]
-                yield from self.parts.turning("load", joint.parent, joint.on_parent, _TORQUE, sign * joint.sign)
-                yield self._beside(name, joint, _TORQUE + 2.0)
-            else:
-                link = self.mechanism.link[torque.link or ""]
-                yield from self.parts.turning("load", link.name, link.com, 2.8, sign)
-                yield shape("load name", [self.parts.off(link.name, link.com, (0.0, 4.4))], text=name)
         for kind, name, keys in elements_of(experiment.elements):
             yield from self._element(name, kind.picture(keys))
         for name, friction in experiment.frictions.items():
@@ -81,14 +69,14 @@ class Done:
         ends, away = (joint.parent, joint.child), max(away, BLOCK * (joint.type == "prismatic"))
         return self.parts.name_beside("load name", joint.child, joint.on_child, away, name, ends)
 
-    def _force(self, name: str, load: ForceTable) -> Iterator[Shape]:
+    def _arrow(self, name: str, picture: Arrow) -> Iterator[Shape]:
         """Draw an arrow to the point of action of a force, in the direction of its largest value."""
-        point, parts = self.mechanism.point[load.point], self.parts
+        point, parts = self.mechanism.point[picture.point], self.parts
         force = self.strongest.get(name, np.array([0.0, -1.0]))
         way = force / np.linalg.norm(force)
         at = parts.on(point.link, point.origin)
         beside: Callable[..., DrawnPoint] = parts.off
-        if load.axes == "body":  # rotates with the link
+        if picture.turns:  # with the link
             angle = parts.poses[0, int(at[0]), 2]
             c, s = np.cos(angle), np.sin(angle)
             way, beside = np.array([c * way[0] + s * way[1], c * way[1] - s * way[0]]), parts.on
@@ -104,6 +92,10 @@ class Done:
                 yield from self._between(name, picture)
             case Around():
                 yield from self._around(name, picture)
+            case Arrow():
+                yield from self._arrow(name, picture)
+            case Turning():
+                yield from self._turning(name, picture)
 
     def _between(self, name: str, picture: Between) -> Iterator[Shape]:
         """Draw a dashed line between two points; a support at a fixed one."""
@@ -141,6 +133,18 @@ class Done:
             yield self._beside(name, joint, 4.6)
         else:
             yield shape("load name", [self.parts.off(link, at, (0.0, 4.6))], text=name)
+
+    def _turning(self, name: str, picture: Turning) -> Iterator[Shape]:
+        """Draw an arrow around a joint or a link's centre of mass, in the sense of the largest torque."""
+        sign = float(np.sign(self.strongest.get(name, np.ones(1))[0]))
+        if picture.joint is not None:
+            joint = self.mechanism.joint[picture.joint]
+            yield from self.parts.turning("load", joint.parent, joint.on_parent, _TORQUE, sign * joint.sign)
+            yield self._beside(name, joint, _TORQUE + 2.0)
+        else:
+            link = self.mechanism.link[picture.link or ""]
+            yield from self.parts.turning("load", link.name, link.com, 2.8, sign)
+            yield shape("load name", [self.parts.off(link.name, link.com, (0.0, 4.4))], text=name)
 
     def _gear(self, name: str, gear: Mesh) -> Iterator[Shape]:
         """Draw the pitch circles of meshing wheels or of a rack's pinion; or the pulleys and the belt."""
@@ -237,10 +241,12 @@ def senses(system: System) -> dict[str, float]:
 def strongest(system: System) -> Mapping[str, Array]:
     """Find the largest forces (2,) [N], plane axes, and torques (1,) [N m] in the ideal linkage's motion.
 
-    If the drives do not determine the motion, the values at the start are used; zero loads are omitted.
+    They are the values of elements whose pictures are arrows. If the drives do not determine the motion, the values at
+    the start are used; zero loads are omitted.
     """
     ideal = system.ideal()
-    if not (ideal.experiment.forces or ideal.experiment.torques):
+    pictures = [(name, kind.picture(keys)) for kind, name, keys in elements_of(ideal.experiment.elements)]
+    if not any(isinstance(picture, Arrow | Turning) for _, picture in pictures):
         return {}
     try:
         if ideal.determinate:
@@ -252,14 +258,15 @@ def strongest(system: System) -> Mapping[str, Array]:
     except (AssemblyError, InputError):  # drawn in the file's pose, with gaps in red
         return {}
     pose, vel = state_tables(ideal.tree.bodies, q, v)
-    values = np.empty((len(q), len(ideal.loads[0]), len(LOAD_OUTPUTS)))
+    values = np.empty((len(q), len(pictures), len(LOAD_OUTPUTS)))
     for k, time in enumerate(times):
         rates = np.concatenate([v[k], ideal.start_states])
-        load_outputs(ideal.loads, np.zeros(len(ideal.loads[0])), time, rates, pose[k], vel[k], values[k])
+        tell_elements(ideal.elements, ideal.packed.functions, time, rates, 0, pose[k], vel[k], values[k])
     found = {}
-    for k, (table, name) in enumerate(ideal.experiment.loads):
-        parts = values[:, k, : {"forces": 2, "torques": 1}.get(table, 0)]
-        largest = parts[np.linalg.norm(parts, axis=1).argmax()]
-        if np.any(largest):
-            found[name] = largest
+    for k, (name, picture) in enumerate(pictures):
+        if isinstance(picture, Arrow | Turning):
+            parts = values[:, k, : picture.values]
+            largest = parts[np.linalg.norm(parts, axis=1).argmax()]
+            if np.any(largest):
+                found[name] = largest
     return found

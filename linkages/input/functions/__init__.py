@@ -1,0 +1,8 @@
+"""Functions that an experiment gives: formulas, tables, signals from data files.
+
+| module          | responsibility                                                                        |
+|-----------------|---------------------------------------------------------------------------------------|
+| definitions     | formulas and tables of time, positions, speeds and states, as programs for kernels    |
+| smoothing       | smooth functions of recorded signals: Fourier series, smoothing splines               |
+| recorded_tables | the part of a table that takes its signal from a data file                            |
+"""
